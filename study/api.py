@@ -106,7 +106,7 @@ def open_dataset(path: Place) -> xr.Dataset:
     """Open a dataset: results.nc, or the folder it is in. Values are read when they are used. Raises StoreError.
 
     What is returned has the scalars of the cases. Records, trajectories and contacts are asked for by its accessor `.nanoslip`
-    (`nanoslip.study.dataset.access.accessor`); `xr.open_datatree` of the file has everything.
+    (`nanoslip.study.dataset.access`); `xr.open_datatree` of the file has everything.
 
     Axes of one value stay dimensions: `.sel(radius=200.0)` means the same in every campaign, and `concat` finds where cases
     belong. `.squeeze()` leaves such dimensions out; the accessor does so by itself.

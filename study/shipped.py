@@ -5,7 +5,7 @@ from pathlib import Path
 _PACKAGE = Path(__file__).resolve().parent
 COPIES = "shipped"
 """Folder of this package that holds the copies. Only an installed package has it; setup.py makes it."""
-DATA = {"campaigns": ("*.toml", "*.csv"), "slurm": ("*.toml", "*.j2")}
+DATA = {"campaigns": ("*.toml", "*.csv", "*.py"), "slurm": ("*.toml", "*.j2")}
 """Folder of the source tree -> its files that are copied."""
 
 

@@ -23,7 +23,7 @@ def register() -> None:
 
 
 def accessor(dataset: Any) -> Any:
-    """Records, trajectories, contacts and events of a dataset: `nanoslip.study.dataset.access.accessor.Accessor`."""
+    """Records, trajectories, contacts and events of a dataset: `nanoslip.study.dataset.access.Accessor`."""
     return import_module("nanoslip.study.dataset.access").Accessor(dataset)
 
 

@@ -5,9 +5,12 @@ The lists are also the reading order. A folder holds some rooms, a file one noti
 
 import ast
 import re
+import subprocess
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parents[1]
 
@@ -31,10 +34,7 @@ ORDER = {
     "nanoslip.study.dataset": "file variables table collect access concatenation compare verify",
     "nanoslip.study.run": "launch queue progress dispatch journal mail child agent farm mpi compute warm_up executor batch",
     "nanoslip.study.report": "console summary curves page",
-    "nanoslip.study.figures": "shared points sweep frames recipes view views reproduction further catalogue gallery",
-    "nanoslip.study.figures.reproduction": "punch records resolution drive stick motion scores choices",
-    "nanoslip.study.figures.further": "findings modulation continuum chains sizes correlations nodes stick_slip_map "
-    "friction_map schemes",
+    "nanoslip.study.figures": "shared points sweep frames view views gallery",
     "nanoslip.study.accuracy": "setup elastic_operator digit effects measurement",
     "nanoslip.study.commands": "words plans datasets prepare run conduct look judge cli",
 }
@@ -67,6 +67,23 @@ HOMES = {
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 
 MOST_FILES, MOST_LINES, MOST_LINES_OF_CLASS = 25, 700, 150
+DEEPEST, MOST_ENTERED = 18, 90
+"""What must be known: files on the longest chain of imports, and files whose functions the smallest campaign enters."""
+
+BODIES = (
+    *(f"contact.{name}" for name in ("normal", "convolved", "compiled_contact", "coulomb", "initial")),
+    *("elasticity.compliance", "elasticity.interior", "sliding.slide"),
+)
+"""Files of the solver that compute: whoever only declares, plans or shows has no need of them."""
+DECLARING = (
+    "manifest.cases",
+    "plan.plan",
+    "plan.outlook",
+    "results.store",
+    "dataset.collect",
+    "dataset.compare",
+    "report.page",
+)
 FILES = {
     path: path.read_text("utf-8")
     for package in ("solver", "study")
@@ -177,3 +194,53 @@ def too_large() -> Iterator[str]:
 
 def test_folders_files_and_classes_are_read_at_once() -> None:
     none(too_large())
+
+
+def test_what_is_imported_is_not_deep() -> None:
+    """A reader of the last file may have to know all of the chain."""
+    files = {module_of(path).removesuffix(".__init__"): path for path in FILES}
+    known: dict[str, int] = {}
+
+    def depth(module: str) -> int:
+        if module not in known:
+            names = {part for name in imported(files[module]) for part in (name, name.rpartition(".")[0])}
+            known[module] = 1 + max((depth(name) for name in names & files.keys() - {module}), default=0)
+        return known[module]
+
+    assert max(map(depth, files)) <= DEEPEST
+
+
+def test_what_declares_or_shows_loads_nothing_that_computes(environment: dict[str, str]) -> None:
+    modules = ", ".join(f"nanoslip.study.{name}" for name in DECLARING)
+    bodies = tuple(f"nanoslip.solver.{name}" for name in BODIES)
+    program = f"import sys, {modules}; print([name for name in {bodies} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+WALK = """
+import sys, threading
+files = set()
+def entered(frame, event, _):
+    if event == "call" and frame.f_code.co_flags & 1:  # functions: not the bodies of modules and classes
+        files.add(frame.f_code.co_filename)
+from nanoslip import main
+sys.argv = ["nanoslip", "run", sys.argv[1], "--serial", "--out", sys.argv[2]]
+sys.setprofile(entered)
+threading.setprofile(entered)
+try:
+    main()
+except SystemExit:
+    pass
+sys.setprofile(None)
+print(*files, sep="\\n")
+"""
+
+
+@pytest.mark.slow
+def test_the_smallest_campaign_enters_few_files(environment: dict[str, str], tmp_path: Path) -> None:
+    words = [sys.executable, "-c", WALK, str(ROOT / "campaigns" / "smoke.toml"), str(tmp_path / "smoke")]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=True)
+    assert (tmp_path / "smoke" / "results.nc").exists()
+    ours = {path.resolve() for path in FILES}
+    assert 20 < len({Path(line).resolve() for line in done.stdout.splitlines()} & ours) <= MOST_ENTERED

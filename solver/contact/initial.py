@@ -97,7 +97,9 @@ def checked(case: Case, compliance: Compliance, state: ContactState) -> ContactS
     # Constant pressures are those of initial contact, however far the pin has gone since.
     carried = case.effects.pin_translation or state.displacement == 0.0
     if carried and (outcome.ok or outcome.ending in CAUSED_BY_ROUNDING):
-        found = advised_of_pillars(case, soundness(case, compliance, state.contact, state.u, state.displacement))
+        found = advised_of_pillars(
+            case, soundness(case, compliance.under_itself(), state.contact, state.u, state.displacement)
+        )
         # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
         outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
     return state if outcome is state.outcome else replace(state, outcome=outcome)
@@ -133,7 +135,7 @@ def _free_of_shear(case: Case, compliance: Compliance, found: NormalContact, out
 
 def _why_unsettled(case: Case, compliance: Compliance, found: NormalContact) -> Outcome:
     """Why no contact was found: on flanks that are too steep nodes move further and further."""
-    cause = soundness(case, compliance, found.contact, found.u, 0.0)
+    cause = soundness(case, compliance.under_itself(), found.contact, found.u, 0.0)
     return OUTCOME_OF_STOP[Stop.CONTACT_CYCLE] if cause.ok else cause
 
 

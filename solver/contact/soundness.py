@@ -14,7 +14,6 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.state import Stop
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
-from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 
 # What the kernels' reasons to stop mean to a user: the one place where a `Stop` becomes an `Outcome`.
@@ -143,15 +142,16 @@ COARSEST = 1e-4
 forces change by 1.4 times that share of the load when every height changes by a rounding."""
 
 
-def soundness(
-    case: Case, compliance: Compliance, contact: NDArray[np.bool_], u: Vector, displacement: float
-) -> Outcome:
-    """COMPLETED where a contact of these nodes, (n,), with displacements u (n,) means something, else why not."""
+def soundness(case: Case, softness: Vector, contact: NDArray[np.bool_], u: Vector, displacement: float) -> Outcome:
+    """COMPLETED where a contact of these nodes, (n,), with displacements u (n,) means something, else why not.
+
+    softness: how far each node gives way under a unit force on itself alone, (n,).
+    """
     xi = (surface_from_pin(case) + u - displacement)[contact]
     outermost = float(np.abs(xi).max(initial=0.0))
     if not math.isfinite(outermost):
         return NOT_FINITE
-    share = rounding_share(case, compliance, contact, outermost)
+    share = rounding_share(case, softness, contact, outermost)
     if not share <= COARSEST:
         return Outcome(
             Ending.ROUNDING,
@@ -171,7 +171,7 @@ def _steepest(case: Case, xi: Vector, outermost: float) -> float:
     return max(at_nodes, pin.steepest(xi.min(keepdims=True), xi.max(keepdims=True)))
 
 
-def rounding_share(case: Case, compliance: Compliance, contact: NDArray[np.bool_], outermost: float) -> float:
+def rounding_share(case: Case, softness: Vector, contact: NDArray[np.bool_], outermost: float) -> float:
     """Rounding of the pin's heights up to |ξ| = outermost, of the nodes of `contact`, over what the load would displace one of
     them; 0 without contact.
 
@@ -183,5 +183,5 @@ def rounding_share(case: Case, compliance: Compliance, contact: NDArray[np.bool_
     highest = pin.curvature * (outermost * outermost) / 2
     if pin.rises is not None:
         highest += float(np.abs(pin.rises).max())
-    displaced = case.normal_load * float(np.abs(compliance.under_itself()[contact]).max())
+    displaced = case.normal_load * float(np.abs(softness[contact]).max())
     return sys.float_info.epsilon * highest / displaced

@@ -141,7 +141,7 @@ def reversed_at(run: Run, motion: Motion) -> Outcome:
 
 
 # The event-driven method without surface compliance: Eq. 12 in closed form between crossings, as
-# nanoslip.solver.dynamics.exact.
+# nanoslip.solver.dynamics.kernels.steps.
 #
 # In the limit K → ∞ Eq. 13-14 lose their relaxation point, x_R = x, and with it their hysteresis: F is F̃(x) against
 # the

@@ -239,7 +239,7 @@ def submit(**given: object) -> None:
 # Arguments and help of the commands that show results; the code of each is in the file of its name.
 
 FORMATS: Final = ("pdf", "svg", "png")
-"""Of pictures; nanoslip.study.figures.shared.canvas knows how to write them."""
+"""Of pictures; nanoslip.study.figures.shared knows how to write them."""
 RESULTS: Final = Path("results")
 PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
 PICTURE = click.option(

@@ -18,11 +18,10 @@ from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is
 from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
-from nanoslip.study.figures.catalogue import FIGURES
 from nanoslip.study.figures.frames import events_of, frames
-from nanoslip.study.figures.gallery import campaigns_of, write, write_indexes
+from nanoslip.study.figures.gallery import figures_of, shipped_figures, write, write_indexes
 from nanoslip.study.figures.points import axis_named, points_named
-from nanoslip.study.figures.shared import FORMATS, as_row, format_of, image
+from nanoslip.study.figures.shared import FORMATS, CampaignFigure, as_row, format_of, image
 from nanoslip.study.figures.view import csv_of, view_of
 from nanoslip.study.manifest.cases import campaign_of, expand
 from nanoslip.study.manifest.checker import ManifestError, number_or_text
@@ -92,7 +91,7 @@ def draw_figure(
     elif x or hue or output or table:
         raise Refusal("--x, --hue, --output and --csv: need --y, the number that is drawn")
     elif names or everything:
-        _draw_shipped(names, everything, formats, into, out or RESULTS)
+        _draw_named(names, everything, formats, into, out or RESULTS)
     else:
         _list()
 
@@ -132,14 +131,21 @@ def _named(option: str, word: str) -> Iterator[None]:
         raise Refusal(f"{option} {said}" if said.startswith(f"{word}: ") else f"{option} {word}: {said}") from None
 
 
-def _draw_shipped(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
-    if unknown := [name for name in names if name not in FIGURES]:
-        there = ", ".join(FIGURES)
-        raise Refusal(f"{unknown[0]}: no figure; there are {there}; a campaign of your own needs --y")
+def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
+    """Draw shipped figures by name, and all that the script beside a campaign file has."""
+    known = shipped_figures()
+    chosen: dict[Path, list[CampaignFigure]] = {}
+    for name in known if everything else names:
+        of_file = figures_of(Path(name)) if Path(name).suffix == ".toml" else ()
+        if name not in known and not of_file:
+            there = ", ".join(known)
+            own = f"a campaign of your own needs --y, or a script {Path(name).stem}.py beside it"
+            raise Refusal(f"{name}: no figure; there are {there}; {own}")
+        for figure in of_file or (known[name],):
+            chosen.setdefault(Path(name) if of_file else shipped.campaigns()[figure.campaign], []).append(figure)
     with refusals():
-        for campaign, figures in campaigns_of(FIGURES if everything else names).items():
-            source = shipped.campaigns()[campaign]
-            with api.run(source, out / campaign, progress=True) as dataset:
+        for source, figures in chosen.items():
+            with api.run(source, out / figures[0].campaign, progress=True) as dataset:
                 for figure in figures:
                     written = write(figure, dataset, into, formats)
                     say(figure.title)
@@ -149,7 +155,7 @@ def _draw_shipped(names: tuple[str, ...], everything: bool, formats: tuple[str, 
 
 
 def _list() -> None:
-    print_entries({name: figure.title for name, figure in FIGURES.items()})
+    print_entries({name: figure.title for name, figure in shipped_figures().items()})
     say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 

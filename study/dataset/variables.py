@@ -201,7 +201,7 @@ def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, f
 # Every variable that a dataset can have, from the declarations: rows, one variable in full, and a page of all of
 # them.
 #
-# `python -m nanoslip.study.dataset.description > campaigns/variables.md` writes the page.
+# `python -m nanoslip.study.dataset.variables > campaigns/variables.md` writes the page.
 
 CASES = "cases"
 """What stands for the dimensions that the cases lie along."""

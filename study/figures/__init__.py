@@ -1,1 +1,1 @@
-"""Figures of shipped campaigns: those of the paper, each beside a table of what the paper says and what is found."""
+"""Figures: what a dataset calls for, a variable over axes, one case at work, and those of the scripts beside campaigns."""

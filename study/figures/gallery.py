@@ -1,15 +1,51 @@
-"""Figures as files: the picture in the formats of journals, a page with its table, and a gallery for each folder of campaigns."""
+"""Figures of campaigns: found in the scripts beside them; as files, with pages of their tables and a gallery for each folder."""
 
-from collections.abc import Iterable, Iterator, Sequence
+import math
+import runpy
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import xarray as xr
 
-from nanoslip.study.figures.shared import FIGURES, CampaignFigure, image, table
+from nanoslip.study.figures.shared import CampaignFigure, image, table
 from nanoslip.study.results.store import write_files
+from nanoslip.study.shipped import campaigns
 
+SCRIPTS = "FIGURES"
+"""What a script calls the tuple of its figures."""
 INDEX = "README.md"
 """The gallery of a folder."""
+
+
+@cache
+def shipped_figures() -> dict[str, CampaignFigure]:
+    """Name -> each figure of the campaigns that come with nanoslip: the paper's by their numbers, then the others."""
+    found = [each for name, path in campaigns().items() for each in figures_of(path, name)]
+    return {each.name: each for each in sorted(found, key=_number)}
+
+
+def figures_of(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
+    """The figures in the script beside a campaign file, which may import its neighbours; none where there is no script.
+
+    name: of the campaign; else its file's.
+    """
+    script = campaign.with_suffix(".py")
+    if not script.is_file():
+        return ()
+    sys.path.insert(0, str(script.parent))
+    try:
+        found = runpy.run_path(str(script)).get(SCRIPTS, ())
+    finally:
+        sys.path.remove(str(script.parent))
+    return tuple(replace(each, campaign=name or campaign.stem) for each in found)
+
+
+def _number(figure: CampaignFigure) -> float:
+    number = figure.name.removeprefix("fig")
+    return int(number) if number.isdigit() else math.inf
 
 
 def place(figure: CampaignFigure, root: Path) -> Path:
@@ -20,7 +56,7 @@ def place(figure: CampaignFigure, root: Path) -> Path:
 def write(figure: CampaignFigure, dataset: xr.Dataset, root: Path, formats: Sequence[str]) -> list[Path]:
     """Draw a figure of its campaign's dataset into its place below a root; returns the files, the page last.
 
-    formats: of nanoslip.study.figures.shared.canvas.FORMATS. Raises StoreError.
+    formats: of nanoslip.study.figures.shared.FORMATS. Raises StoreError.
     """
     folder, drawn = place(figure, root), figure.draw(dataset)
     files = {folder / f"{figure.name}.{form}": image(drawn, form) for form in formats}
@@ -35,7 +71,7 @@ def write_indexes(root: Path) -> list[Path]:
     A figure whose campaign lies in no folder has its own page alone.
     """
     drawn: dict[Path, list[str]] = {}
-    for figure in FIGURES.values():
+    for figure in shipped_figures().values():
         folder = place(figure, root)
         if folder != root and (folder / f"{figure.name}.md").exists():
             drawn.setdefault(folder, []).append(_entry(figure))
@@ -63,7 +99,7 @@ Beside these: {others}."""
 
 def _other_pages(folder: str) -> list[str]:
     """The pages of the other folders, and of figures that lie in none, seen from the folder of all."""
-    places = {place(figure, Path()): f"{figure.name}.md" for figure in FIGURES.values()}
+    places = {place(figure, Path()): f"{figure.name}.md" for figure in shipped_figures().values()}
     return [
         (where / (INDEX if where.name else alone)).as_posix() for where, alone in places.items() if where.name != folder
     ]
@@ -81,11 +117,3 @@ def _back(figure: CampaignFigure) -> Iterator[str]:
     folder = place(figure, Path()).name
     if folder:
         yield f"All {folder}: [gallery]({INDEX})."
-
-
-def campaigns_of(names: Iterable[str]) -> dict[str, list[CampaignFigure]]:
-    """Campaign -> its figures among those named, in their order."""
-    found: dict[str, list[CampaignFigure]] = {}
-    for name in names:
-        found.setdefault(FIGURES[name].campaign, []).append(FIGURES[name])
-    return found

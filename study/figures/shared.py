@@ -13,18 +13,13 @@ import numpy as np
 import xarray as xr
 from cycler import cycler
 from matplotlib.backend_bases import FigureCanvasBase, RendererBase
-from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy import optimize, stats
 
 from nanoslip.solver.drive import Drive, Scales
-from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import with_error
-
-# The numbers that Streator (2022) states, each with its section: what figures and choices are compared with.
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,27 +36,6 @@ class Stated:
 
     def __str__(self) -> str:
         return f"{self.text or f'{self.value:g}'} (§{self.section})"
-
-
-PLATEAU_SHARE: Final = Stated("plateau F/W over μ_i", 0.56, "3.2.1", 0.01, "about 56 %")
-PLATEAU: Final = Stated("plateau F/W", 0.28, "3.2.1", 0.005, "around 0.28")
-SLIPS: Final = Stated("events triggered by a slip", 1952, "3.2.1", 0.5)
-RELEASES: Final = Stated("events triggered by a release", 44, "3.2.1", 0.5)
-TOUCHES: Final = Stated("events triggered by a touch", 4, "3.2.1", 0.5)
-DISPLACEMENT_HALF: Final = Stated("total δ_p/L_x, μ_i = 0.5", 0.9e-3, "3.2.2", 0.05e-3, "about 0.9e-3")
-DISPLACEMENT_QUARTER: Final = Stated("total δ_p/L_x, μ_i = 0.25", 1.3e-3, "3.2.2", 0.05e-3, "about 1.3e-3")
-STEP: Final = Stated("mean step per event, nm", 1.0, "3.2.2", 0.0, "below 1 nm")
-STATIC: Final = Stated("μ_s up to 89 ms", 0.282, "3.3", 0.0005)
-LATER_STATIC: Final = Stated("μ_s after 89 ms", 0.272, "3.3", 0.0005)
-KINETIC: Final = Stated("μ_k", 0.267, "3.3", 0.0005)
-LATER_SLIP: Final = Stated("time of the second slip, ms", 89, "3.3", 0.5)
-FIRST_SLIP: Final = Stated("macroscopic slip, ms", 70, "3.3", 2.5, "about 70")
-STICK_PHASES: Final = Stated("stick phases, μ_i = 0.5", 2, "3.3", 0.0, "two")
-STICK_PHASES_QUARTER: Final = Stated("stick phases, μ_i = 0.25", 1, "3.3", 0.0, "one")
-RESTICKS: Final = Stated("re-sticks in the velocity, μ_i = 0.5", 2, "3.3", 0.0, "two")
-RINGING: Final = Stated("first vibration dies out, ms", 15, "3.3", 2.5, "about 15")
-DAMPER: Final = Stated("damper's force on a pin at rest, N", 0.13, "3.3", 0.005)
-FINAL_VELOCITY: Final = Stated("velocity in the end, mm/s", 2, "3.3", 0.0)
 
 
 # A table of claims: the paper's statement, the dataset's number, and why the two differ.
@@ -214,112 +188,25 @@ def _canvas_of(form: str) -> type[FigureCanvasBase]:
     return type("Canvas", (canvas,), {"get_renderer": lambda self: self.figure.renderer})
 
 
-# What a figure of this package is: a campaign that comes with nanoslip, a drawing of its dataset, and a table of
-# claims.
+# A figure of one campaign, with a table of claims: a script beside its file, of the same name, has them as FIGURES.
 
 
 @dataclass(frozen=True, slots=True)
 class CampaignFigure:
-    """A figure of one shipped campaign."""
+    """A figure of one campaign."""
 
     name: str
-    campaign: str
-    """Name of the campaign, as `nanoslip campaigns` lists it."""
     title: str
     caption: str
     draw: Callable[[xr.Dataset], Figure]
     claims: Callable[[xr.Dataset], Iterable[Claim]]
-    """What stands below it; the remarks hold for the campaign as it comes with nanoslip."""
+    """What stands below it; the remarks hold for the campaign as its file is."""
     header: tuple[str, ...] = HEADER
+    campaign: str = ""
+    """Name of the campaign, as `nanoslip campaigns` lists it; known to who finds the script."""
 
-
-FIGURES: Final[dict[str, CampaignFigure]] = {}
-"""Every figure by name, in the order of their chapters (see nanoslip.study.figures.catalogue)."""
-
-
-def register(figure: CampaignFigure) -> CampaignFigure:
-    """Add a figure: from then on the command and the gallery know it."""
-    FIGURES[figure.name] = figure
-    return figure
-
-
-# A power law through means that are known to their standard errors: exponent, factor and what is left.
 
 Floats = NDArray[np.float64]
-_ROUNDING: Final = float(np.finfo(float).eps) ** 2
-
-
-@dataclass(frozen=True, slots=True)
-class PowerLaw:
-    """y = factor · x^exponent, by weighted least squares of the logarithms."""
-
-    exponent: float
-    exponent_error: float
-    """Standard error."""
-    freedom: int
-    """Points less 2: degrees of freedom of Student's distribution, which the exponent's error follows."""
-    factor: float
-    misfit: float
-    """Standard deviation of ln y about the law beyond the points' own errors; next to 0 where these explain all."""
-
-    @property
-    def exponent_interval(self) -> float:
-        """Half of the 95 % confidence interval of the exponent."""
-        return float(stats.t.ppf(0.975, self.freedom)) * self.exponent_error
-
-    def confidence_of_fall(self) -> float:
-        """Confidence that the exponent is negative, of one side: 0.5 where it is 0 ± anything."""
-        return float(stats.t.cdf(-self.exponent / self.exponent_error, self.freedom))
-
-    def at(self, x: Floats) -> Floats:
-        """The law's y (any shape)."""
-        return np.asarray(self.factor * x**self.exponent)
-
-    def __str__(self) -> str:
-        return with_error(self.exponent, self.exponent_interval)
-
-
-def fit_power_law(x: Floats, y: Floats, errors: Floats | float = 0.0) -> PowerLaw:
-    """Fit to points (n,) of positive numbers, n ≥ 3, with the standard errors of y (n,), or 0 where they are not known.
-
-    A point's ln y varies by its relative error and by the law's misfit τ, so its weight is 1/(error² + τ²). τ² is as large as
-    χ² = n - 2 needs it to be, and not negative (Paule and Mandel 1982). Without errors that is ordinary least squares.
-    Raises ValueError for fewer than three points.
-    """
-    if len(x) < 3:
-        raise ValueError(f"{len(x)} points: a power law and its confidence need 3")
-    points = np.log(x), np.log(y)
-    variances = (np.broadcast_to(errors, np.shape(y)) / y) ** 2
-    misfit = _misfit(*points, variances)
-    weights = 1.0 / (variances + misfit)
-    intercept, slope = _line(*points, weights)
-    spread = np.sum(weights * (points[0] - np.average(points[0], weights=weights)) ** 2)
-    return PowerLaw(slope, float(spread**-0.5), len(x) - 2, float(np.exp(intercept)), float(np.sqrt(misfit)))
-
-
-def _misfit(x: Floats, y: Floats, variances: Floats) -> float:
-    """τ² from χ²(τ²) = n - 2. χ² falls with τ², and that of equal weights bounds the root from above."""
-    freedom = len(x) - 2
-
-    def excess(misfit: float) -> float:
-        weights = 1.0 / (variances + misfit)
-        return float(np.sum(weights * _left(x, y, weights) ** 2)) - freedom
-
-    most = float(np.sum(_left(x, y, np.ones_like(x)) ** 2)) / freedom + _ROUNDING
-    least = 1e-9 * most
-    return float(optimize.brentq(excess, least, 2.0 * most, rtol=1e-12)) if excess(least) > 0.0 else least
-
-
-def _line(x: Floats, y: Floats, weights: Floats) -> tuple[float, float]:
-    """Intercept and slope of the weighted least squares."""
-    middle, height = np.average(x, weights=weights), np.average(y, weights=weights)
-    slope = np.sum(weights * (x - middle) * (y - height)) / np.sum(weights * (x - middle) ** 2)
-    return float(height - slope * middle), float(slope)
-
-
-def _left(x: Floats, y: Floats, weights: Floats) -> Floats:
-    intercept, slope = _line(x, y, weights)
-    return np.asarray(y - intercept - slope * x)
 
 
 # The driven pin by Eq. 16-19 in SI, with given coefficients: what measured motion is compared with.
@@ -372,72 +259,3 @@ def fitted(case: xr.Dataset, scales: Scales | None, time: Floats) -> ClosedForm 
     if not np.isfinite(kinetic + static):
         return None
     return closed_form(case, scales, time, kinetic, static, static if np.isnan(later) else later)
-
-
-# Effective number of independent values among several correlated ones.
-
-
-def effective_number(samples: Floats) -> float:
-    """Effective number of independent columns of (samples, n) numbers: n²/Σ r², r their rank correlations.
-
-    It is n where no column knows of another, and 1 where all rank alike. Samples with a NaN, and columns that never vary,
-    do not count. It is NaN where fewer than two samples are left, or no column.
-    """
-    whole = samples[np.isfinite(samples).all(axis=1)]
-    varied = whole[:, np.ptp(whole, axis=0) > 0.0] if len(whole) > 1 else whole[:, :0]
-    if not varied.shape[1]:
-        return float("nan")
-    correlation = np.atleast_2d(np.corrcoef(stats.rankdata(varied, axis=0), rowvar=False))
-    return float(len(correlation) ** 2 / np.sum(correlation**2))
-
-
-# Maps: tiles over two parameters in panels over two more, and the regimes of a driven pin as colours.
-
-_SHADES: Final = ListedColormap([COLORS[5], COLORS[1], COLORS[0], COLORS[3]])
-
-
-def panels(
-    figure: Figure, rows: xr.DataArray, columns: xr.DataArray, labels: tuple[str, str]
-) -> Iterator[tuple[Any, dict[str, Any]]]:
-    """A panel for each pair of values of two coordinates, with the values to select; they stand right of rows and above columns.
-
-    labels: formats of these values, of rows and of columns.
-    """
-    grid = figure.subplots(rows.size, columns.size, sharex=True, sharey=True, squeeze=False)
-    for line, row in zip(grid, rows.values, strict=True):
-        for axes, column in zip(line, columns.values, strict=True):
-            axes.grid(visible=False)
-            yield axes, {str(rows.name): row, str(columns.name): column}
-        line[-1].text(1.04, 0.5, labels[0].format(row), rotation=-90, va="center", transform=line[-1].transAxes)
-    for axes, column in zip(grid[0], columns.values, strict=True):
-        axes.set_title(labels[1].format(column))
-
-
-def regime_tiles(axes: Any, x: xr.DataArray, y: xr.DataArray, regime: xr.DataArray) -> None:
-    """The regimes over two of their coordinates, which may be scaled."""
-    numbers = codes(regime.transpose(*y.dims, *x.dims))
-    axes.pcolormesh(x.values, y.values, numbers, cmap=_SHADES, vmin=-0.5, vmax=len(REGIMES) - 0.5, shading="nearest")
-
-
-def codes(regime: xr.DataArray) -> Floats:
-    """Numbers of the regimes in REGIMES, NaN where there is none."""
-    numbers: dict[str, float] = {name: float(number) for number, name in enumerate(REGIMES)}
-    return np.array([numbers.get(str(word), np.nan) for word in regime.values.ravel()]).reshape(regime.shape)
-
-
-def regime_legend(figure: Figure) -> None:
-    """The regimes' colours above all panels."""
-    axes = figure.axes[0]
-    patches = [
-        axes.plot([], [], "s", color=_SHADES(number), label=_spoken(name))[0] for number, name in enumerate(REGIMES)
-    ]
-    figure.legend(handles=patches, loc="outside upper center", ncols=len(patches))
-
-
-def counted(regime: xr.DataArray) -> str:
-    """How many drives there are of each regime, in words."""
-    return ", ".join(f"{int((regime == name).sum())} {_spoken(name)}" for name in REGIMES)
-
-
-def _spoken(regime: str) -> str:
-    return regime.replace("_", "-")

@@ -29,7 +29,7 @@ from nanoslip.study.plan.task import Task, case_of, drive_of
 # A prediction is a number of steps (`counts`) times their rate, to a factor of three. What a machine and a campaign
 # really take is
 # measured: the first finished tasks of a campaign scale the predictions for the others, kind by kind
-# (nanoslip.study.execution.forecast).
+# (nanoslip.study.run.progress).
 
 TASK: Final = 1e-3
 """Of any task: hand out, read, write."""
@@ -388,7 +388,7 @@ class Estimate(NamedTuple):
     """What a task costs, to a factor of three."""
 
     seconds: float
-    """On one core of an ordinary machine (nanoslip.study.plan.cost.rates)."""
+    """On one core of an ordinary machine (nanoslip.study.plan.cost)."""
     memory: float
     """Bytes of arrays while it runs, beside the compliance that it maps and the program's own."""
     disk: float

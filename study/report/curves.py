@@ -26,7 +26,7 @@ class Curve:
 def curves(case: xr.Dataset) -> Iterator[Curve]:
     """The lines that a case has: F/W over δ_p; of a single drive the spring force over time; p over x without a record.
 
-    case: of nanoslip.study.dataset.access.single, one member of an ensemble.
+    case: of nanoslip.study.dataset.access, one member of an ensemble.
     """
     see = Accessor(case)
     if _has(case, "record", "event"):

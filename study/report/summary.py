@@ -93,7 +93,7 @@ _SAID_APART: Final = {
 def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
     """Name, value with its unit, and meaning of each scalar that one case has, and the names of those that it lacks (NaN, empty).
 
-    case: of nanoslip.study.dataset.access.single; what lies along a dimension is left out.
+    case: of nanoslip.study.dataset.access; what lies along a dimension is left out.
     """
     rows, missing = [], []
     case = in_short(case)

@@ -115,7 +115,7 @@ def test_energy_is_balanced_and_never_created(
 @pytest.mark.parametrize("seed", range(3))
 def test_rounding_does_not_decide_ties_of_mirror_nodes(seed: int, scheme: str) -> None:
     """A symmetric initial contact is all ties: the node further right goes first, so that a compliance wrong by a few
-    roundings leads through the same slips (PLACE in nanoslip.solver.contact.kernels.violations)."""
+    roundings leads through the same slips (PLACE in nanoslip.solver.contact.kernels.events)."""
     slab = Slab(65, scheme=scheme)
     case = Case(slab=slab, intrinsic_friction=0.1)
     exact = compliance_of(slab)

@@ -102,7 +102,7 @@ def test_what_was_kept_of_types_that_have_moved_is_compiled_anew(copy: Path) -> 
     """As after an update in place of sources whose modules have other names now."""
     change = CHANGES["callee in another file"]
     value, _ = called(change, copy)
-    old, new = b"nanoslip.solver.dynamics.kernels.state", b"nanoslip.solver.dynamics.kernels.moved"
+    old, new = b"nanoslip.solver.dynamics.kernels.motion", b"nanoslip.solver.dynamics.kernels.notion"
     kept = [path for path in (copy.parents[1] / "cache").rglob("*.nbi") if old in path.read_bytes()]
     assert kept
     for path in kept:

@@ -35,7 +35,7 @@ class EventKind(IntEnum):
 
 
 class Stop(IntEnum):
-    """Why a kernel returns. What it means to a user: `nanoslip.solver.contact.outcomes`."""
+    """Why a kernel returns. What it means to a user: `nanoslip.solver.contact.soundness`."""
 
     DONE = 0
     """All that was asked for."""

@@ -278,7 +278,7 @@ def refresh(state: TangentialState) -> None:
 @compiled(fastmath={"contract"}, error_model="numpy")
 def _worst_violation(shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float, opposite: float) -> int:
     """The offender with the largest limited shear over μ_i·N, of ties the one further right, or -1; without a branch, as in
-    `nanoslip.solver.contact.kernels.violations.worst_violation`."""
+    `nanoslip.solver.contact.kernels.events.worst_violation`."""
     cut, shifted = 0, 0
     for i in range(len(shear)):
         size = limited(shear[i], opposite)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Effects, SlipOrder, SlipRule
-from nanoslip.solver.contact import compiled_contact as window
 from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.kernels import state as window
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab, Support

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from nanoslip.study import shipped
-from nanoslip.study.figures.catalogue import FIGURES
+from nanoslip.study.figures.gallery import shipped_figures
 from nanoslip.study.figures.shared import COLUMN, PAGE
 from tests.study.figures.shipped_small import SMALLER, small
+
+FIGURES = shipped_figures()
 
 
 def test_every_campaign_of_figures_has_a_figure_and_the_other_way_round() -> None:

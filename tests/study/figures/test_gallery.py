@@ -5,10 +5,11 @@ from pathlib import Path
 import pytest
 
 from nanoslip.study import shipped
-from nanoslip.study.figures.catalogue import FIGURES
-from nanoslip.study.figures.gallery import INDEX, campaigns_of, place, write, write_indexes
+from nanoslip.study.figures.gallery import INDEX, figures_of, place, shipped_figures, write, write_indexes
 from nanoslip.study.results.store import StoreError
 from tests.study.figures.shipped_small import small
+
+FIGURES = shipped_figures()
 
 
 def test_a_figure_is_its_pictures_and_its_table(tmp_path: Path) -> None:
@@ -53,11 +54,15 @@ def test_a_page_lies_beside_its_campaign_and_in_its_gallery() -> None:
             assert len(gallery.splitlines()) < 120
 
 
-def test_figures_of_one_campaign_are_drawn_together() -> None:
-    assert {name: len(found) for name, found in campaigns_of(["fig7", "fig9", "fig6"]).items()} == {
-        "figures/records": 2,
-        "figures/drive": 1,
-    }
+def test_a_script_beside_a_campaign_has_its_figures_and_may_import_its_neighbours(tmp_path: Path) -> None:
+    (tmp_path / "neighbour_of_mine.py").write_text("TITLE = 'Mine'\n")
+    (tmp_path / "mine.py").write_text(
+        "from neighbour_of_mine import TITLE\nfrom nanoslip.study.figures.shared import CampaignFigure\n"
+        "FIGURES = (CampaignFigure('own', TITLE, 'What is seen.', None, None),)\n"
+    )
+    (figure,) = figures_of(tmp_path / "mine.toml")
+    assert (figure.name, figure.title, figure.campaign) == ("own", "Mine", "mine")
+    assert figures_of(tmp_path / "other.toml") == ()
 
 
 def test_a_folder_that_cannot_be_is_named(tmp_path: Path) -> None:

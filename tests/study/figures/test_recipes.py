@@ -1,12 +1,20 @@
 """Every recipe runs as it stands on its page, in few lines, and leaves a picture with something in it."""
 
+import runpy
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from nanoslip.study.figures.recipes import FOLDER, RECIPES, executed, gallery, page, recipe
+from tests.conftest import ROOT
+
+FOLDER = ROOT / "campaigns" / "recipes"
+PAGES = runpy.run_path(str(FOLDER / "__main__.py"))
+"""What writes the pages: `python campaigns/recipes`."""
+RECIPES, executed, gallery, page, recipe = (
+    PAGES[name] for name in ("RECIPES", "executed", "gallery", "page", "recipe")
+)
 
 MOST_LINES = 15
 
@@ -17,7 +25,7 @@ def printed(text: str) -> str:
 
 
 def test_every_script_is_in_the_gallery() -> None:
-    assert sorted(RECIPES) == sorted(path.stem for path in FOLDER.glob("*.py"))
+    assert sorted(RECIPES) == sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "__main__")
     assert (FOLDER / "README.md").read_text("utf-8") == gallery([recipe(name) for name in RECIPES])
 
 
@@ -39,7 +47,7 @@ def test_a_script_is_short_and_asks_a_question(name: str) -> None:
 
 def test_a_script_that_fails_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "wrong.py").write_text('import warnings\nwarnings.warn("this is old", stacklevel=1)\n')
-    monkeypatch.setattr("nanoslip.study.figures.recipes.FOLDER", tmp_path)
+    monkeypatch.setitem(executed.__globals__, "FOLDER", tmp_path)
     with pytest.raises(RuntimeError, match=r"recipe wrong: (.|\n)*this is old"):
         executed("wrong", tmp_path)
 

@@ -1,4 +1,4 @@
-"""A key hashes all of a case but what a line in nanoslip.study.plan.keys excludes: whatever is added to a case is told apart."""
+"""A key hashes all of a case but what a line in nanoslip.study.plan.task excludes: whatever is added to a case is told apart."""
 
 import math
 from collections.abc import Iterator

@@ -26,7 +26,7 @@ def test_tasks_and_results_travel_between_processes() -> None:
 
 def test_a_rank_that_computes_imports_nothing_heavy() -> None:
     heavy = ("xarray", "matplotlib", "scipy.interpolate")
-    command = f"import sys, nanoslip.study.plan.tasks; print([m for m in {heavy} if m in sys.modules])"
+    command = f"import sys, nanoslip.study.run.compute; print([m for m in {heavy} if m in sys.modules])"
     root = Path(__file__).parents[3]
     done = subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=True, cwd=root)
     assert done.stdout.strip() == "[]"

@@ -16,7 +16,7 @@ from nanoslip.study.results.store import StoreError
 
 
 def made_up(design: str = "product", outcome: str = "completed", drives: int = 1) -> xr.Dataset:
-    """Two cases with two events each, as `nanoslip.study.dataset.collection.collect` lays them out."""
+    """Two cases with two events each, as `nanoslip.study.dataset.collect` lays them out."""
     dims = ("case",) if design == "case" else ("intrinsic_friction", "n_x")
     shape = (2,) if design == "case" else (2, 1)
 

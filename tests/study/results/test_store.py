@@ -130,10 +130,10 @@ def test_two_writers_of_one_result_do_no_harm(store):
 
 def test_two_processes_that_compute_one_compliance_at_once_do_no_harm(store, environment):
     program = (
-        "import sys; from nanoslip.study.run.launch import pin_threads; pin_threads\n"
+        "import sys; from nanoslip.study.run.launch import pin_threads; pin_threads()\n"
         "from pathlib import Path; from nanoslip.solver.case import Slab\n"
         "from nanoslip.study.results.store import Store; "
-        "from nanoslip.study.plan.tasks import compliance_task, run_task\n"
+        "from nanoslip.study.plan.kinds import compliance_task; from nanoslip.study.run.compute import run_task\n"
         "task, store = compliance_task(Slab(n_x=33)), Store(Path(sys.argv[1]))\n"
         "print('ready', flush=True); sys.stdin.readline()\n"
         "for _ in range(10): store.write(run_task(task, {}), shared=True)\n"

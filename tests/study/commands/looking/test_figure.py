@@ -9,7 +9,7 @@ import xarray as xr
 from nanoslip.study.commands import cli as looking
 from nanoslip.study.commands import look as command
 from nanoslip.study.figures import shared as canvas
-from nanoslip.study.figures.catalogue import FIGURES
+from nanoslip.study.figures.gallery import shipped_figures
 from tests.conftest import Main
 from tests.study.figures.shipped_small import small
 from tests.study.figures.sweep.cases import product
@@ -27,7 +27,7 @@ def shipped(names: tuple[str, ...], form: str, into: Path, out: Path) -> None:
 def test_without_a_name_every_figure_is_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shipped((), "png", tmp_path, tmp_path)
     said = capsys.readouterr().out
-    assert all(name in said and figure.title in said for name, figure in FIGURES.items())
+    assert all(name in said and figure.title in said for name, figure in shipped_figures().items())
     assert not list(tmp_path.iterdir())
 
 

@@ -1,6 +1,7 @@
 """The cases of slab and chains have names, and their events are those that the dataset's statistics count."""
 
-from nanoslip.study.figures.further.chains import names, numbers_of, plain, steady_sizes
+from chain import names, numbers_of, plain, steady_sizes
+
 from tests.study.figures.shipped_small import small
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import xarray as xr
+from continuum import EXCESS, STEP, followed, law, verdict
 
-from nanoslip.study.figures.further.continuum import EXCESS, STEP, followed, law, verdict
 from tests.study.figures.shipped_small import small
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from chain import LAGS, PAIRS, at_lags, names, numbers_of, spacing_apart, steady_sizes
+from chain import claims_of_correlations as claims
 
 from nanoslip.solver.sliding.sizes import EventSizes
-from nanoslip.study.figures.further.chains import names, numbers_of, steady_sizes
-from nanoslip.study.figures.further.correlations import LAGS, PAIRS, at_lags, claims, spacing_apart
 from tests.study.figures.shipped_small import small
 
 

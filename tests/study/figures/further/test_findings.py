@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from findings import Starts, all_starts, slope_of_kinetic
 
-from nanoslip.study.figures.further.findings import Starts, all_starts, slope_of_kinetic
 from tests.study.figures.shipped_small import small
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from friction import claims_of_share, share_of
 
-from nanoslip.study.figures.further.friction_map import claims_of_share, share_of
 from tests.study.figures.shipped_small import small
 
 

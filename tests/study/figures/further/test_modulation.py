@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from modulation import BINS, modulation
 
-from nanoslip.study.figures.further.modulation import BINS, modulation
 from tests.study.figures.shipped_small import small
 
 

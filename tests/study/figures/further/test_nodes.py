@@ -1,8 +1,9 @@
 """Where nodes slip: shares of the dataset's slips, in the contact alone."""
 
 import numpy as np
+from chain import claims_of_nodes as claims
+from chain import draw_of_nodes as draw
 
-from nanoslip.study.figures.further.nodes import claims, draw
 from tests.study.figures.shipped_small import small
 
 

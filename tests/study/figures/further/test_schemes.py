@@ -1,8 +1,8 @@
 """The plateau is a matter of n_x more than of the scheme, and the step one of how the slab is held."""
 
 import numpy as np
+from schemes import DEFAULTS, claims
 
-from nanoslip.study.figures.further.schemes import DEFAULTS, claims
 from tests.study.figures.shipped_small import small
 
 

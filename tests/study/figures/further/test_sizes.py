@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from chain import BROAD, PANELS, SHARES, claims, draw, names, numbers_of, steady_sizes
 
 from nanoslip.solver.sliding.power_law import SIGNIFICANT
 from nanoslip.solver.sliding.sizes import DISCRETE
-from nanoslip.study.figures.further.chains import names, numbers_of, steady_sizes
-from nanoslip.study.figures.further.sizes import BROAD, PANELS, SHARES, claims, draw
 from tests.study.figures.shipped_small import small
 
 CAMPAIGN = "figures/chain"

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from stick_slip import claims, critical_velocity
 
-from nanoslip.study.figures.further.stick_slip_map import claims, critical_velocity
 from tests.study.figures.shipped_small import small
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from drive import closed_form, damper_force, load_of
 
 import nanoslip
-from nanoslip.study.figures.reproduction.drive import closed_form, damper_force, load_of
 
 CONSTANT = {
     "title": "Constant friction",

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from punch import INNER, closed_form, pressure
 
-from nanoslip.study.figures.reproduction.punch import INNER, closed_form, pressure
 from tests.study.figures.shipped_small import small
 
 

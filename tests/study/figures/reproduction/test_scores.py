@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import xarray as xr
+from choices import CAP, NEAR, NUMBERS, Scored, independent_numbers, ranking
 
-from nanoslip.study.figures.reproduction.scores import CAP, NEAR, NUMBERS, Scored, independent_numbers, ranking
 from tests.study.figures.shipped_small import small
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from drive import decay_time, stick_of
 
-from nanoslip.study.figures.reproduction.stick import decay_time, stick_of
 from tests.study.figures.shipped_small import small
 
 

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-
-from nanoslip.study.figures.shared import effective_number
+from choices import effective_number
 
 DRAWN = np.random.default_rng(5).standard_normal((4000, 3))
 

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
+from power_law import PowerLaw, fit_power_law
 from scipy import stats
-
-from nanoslip.study.figures.shared import PowerLaw, fit_power_law
 
 TRIES = 400
 HELD = (0.917, 0.983)

@@ -2,9 +2,10 @@
 
 import numpy as np
 import xarray as xr
+from tiles import codes, counted, panels, regime_legend, regime_tiles
 
 from nanoslip.solver.dynamics.regime import REGIMES
-from nanoslip.study.figures.shared import PAGE, codes, column, counted, panels, regime_legend, regime_tiles
+from nanoslip.study.figures.shared import PAGE, column
 
 WORDS = xr.DataArray([[*REGIMES], [REGIMES[1], REGIMES[1], "", REGIMES[0]]], dims=("velocity", "stiffness"))
 

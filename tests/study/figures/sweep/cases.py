@@ -1,4 +1,4 @@
-"""Made-up datasets, laid out as `nanoslip.study.dataset.collection.collect` does: a product of axes, or a list of cases."""
+"""Made-up datasets, laid out as `nanoslip.study.dataset.collect` does: a product of axes, or a list of cases."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

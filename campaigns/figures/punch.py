@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, register
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 Floats = NDArray[np.float64]
 INNER: Final = 0.8
@@ -67,14 +67,12 @@ def _miss(found: Floats, other: Floats) -> float:
     return float(np.sqrt(np.mean((found / other - 1.0) ** 2)))
 
 
-register(
-    CampaignFigure(
-        "fig5",
-        "figures/punch",
-        "Figure 5: pressure under a flat punch",
-        "Frictionless flat punch, a = L_x/4, on a slab whose bottom rests without friction. A slab of finite height is no "
-        "half-plane: that, not the grid, is most of the difference. The paper does not say how wide its punch is.",
-        draw,
-        claims,
-    )
+FIG5: Final = CampaignFigure(
+    "fig5",
+    "Figure 5: pressure under a flat punch",
+    "Frictionless flat punch, a = L_x/4, on a slab whose bottom rests without friction. A slab of finite height is no "
+    "half-plane: that, not the grid, is most of the difference. The paper does not say how wide its punch is.",
+    draw,
+    claims,
 )
+FIGURES: Final = (FIG5,)

@@ -2,17 +2,18 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import xarray as xr
+from drive import damper_force
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy import stats
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.reproduction.drive import damper_force
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, over_starts, register
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, over_starts
 
 Floats = NDArray[np.float64]
 
@@ -158,24 +159,22 @@ def claims_of_static(dataset: xr.Dataset) -> Iterator[Claim]:
         yield Claim(f"μ_s/μ_i at μ_i = {group.intrinsic_friction:g}", "", found, f"{remark}, {len(share)} starts")
 
 
-register(
-    CampaignFigure(
-        "findings",
-        "figures/findings",
-        "The paper's five findings",
-        "Above: static friction of a start against the highest peak that the pin has met when it runs off, both less the "
-        "plateau. Below: kinetic friction against the plateau's mean. Dotted: equal. 32 starts for each μ_i.",
-        draw_findings,
-        claims_of_findings,
-    )
+FINDINGS: Final = CampaignFigure(
+    "findings",
+    "The paper's five findings",
+    "Above: static friction of a start against the highest peak that the pin has met when it runs off, both less the "
+    "plateau. Below: kinetic friction against the plateau's mean. Dotted: equal. 32 starts for each μ_i.",
+    draw_findings,
+    claims_of_findings,
 )
-register(
-    CampaignFigure(
-        "static",
-        "figures/findings",
-        "How static friction is distributed over starts",
-        "Static and kinetic friction over μ_i, sorted within each group of 32 starts; bars: means.",
-        draw_static,
-        claims_of_static,
-    )
+STATIC: Final = CampaignFigure(
+    "static",
+    "How static friction is distributed over starts",
+    "Static and kinetic friction over μ_i, sorted within each group of 32 starts; bars: means.",
+    draw_static,
+    claims_of_static,
+)
+FIGURES: Final = (
+    FINDINGS,
+    STATIC,
 )

@@ -6,19 +6,11 @@ from typing import Final
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from power_law import PowerLaw, fit_power_law
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import (
-    COLORS,
-    WITHOUT_PAPER,
-    CampaignFigure,
-    Claim,
-    PowerLaw,
-    column,
-    fit_power_law,
-    register,
-)
+from nanoslip.study.figures.shared import COLORS, WITHOUT_PAPER, CampaignFigure, Claim, column
 
 STEP, SCATTER, EXCESS = "mean step (L_x)", "standard deviation over mean of F", "peak over plateau, less 1"
 QUANTITIES: Final[dict[str, Callable[[xr.Dataset], xr.DataArray]]] = {
@@ -112,16 +104,14 @@ def _last_change(share: xr.DataArray) -> str:
     return f"{100 * abs(float(share[-1] / share[-2]) - 1.0):.2g} %"
 
 
-register(
-    CampaignFigure(
-        "continuum",
-        "figures/continuum",
-        "The continuum limit",
-        "Mean step, scatter and peak of records over two node spacings on a half-plane: means over starts, bars: their "
-        "standard errors, lines: fitted power laws of the number of spacings. Points are weighted by their errors and by the "
-        "law's misfit; exponents with 95 % intervals.",
-        draw,
-        claims,
-        WITHOUT_PAPER,
-    )
+CONTINUUM: Final = CampaignFigure(
+    "continuum",
+    "The continuum limit",
+    "Mean step, scatter and peak of records over two node spacings on a half-plane: means over starts, bars: their "
+    "standard errors, lines: fitted power laws of the number of spacings. Points are weighted by their errors and by the "
+    "law's misfit; exponents with 95 % intervals.",
+    draw,
+    claims,
+    WITHOUT_PAPER,
 )
+FIGURES: Final = (CONTINUUM,)

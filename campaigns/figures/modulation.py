@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.sliding.plateau import Teeth
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import CampaignFigure, Claim, column, register
+from nanoslip.study.figures.shared import CampaignFigure, Claim, column
 
 Floats = NDArray[np.float64]
 BINS = 32
@@ -83,14 +84,12 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         yield Claim(f"amplitude with {found.nodes:.0f} nodes in contact", "", text, remark)
 
 
-register(
-    CampaignFigure(
-        "modulation",
-        "figures/modulation",
-        "Modulation of the plateau over a node spacing",
-        "Friction force in 32 parts of a node spacing over its mean along it, for three loads at 129 nodes. Lines: mean over all "
-        "spacings of four starts; bands: standard deviation between spacings.",
-        draw,
-        claims,
-    )
+MODULATION: Final = CampaignFigure(
+    "modulation",
+    "Modulation of the plateau over a node spacing",
+    "Friction force in 32 parts of a node spacing over its mean along it, for three loads at 129 nodes. Lines: mean over all "
+    "spacings of four starts; bands: standard deviation between spacings.",
+    draw,
+    claims,
 )
+FIGURES: Final = (MODULATION,)

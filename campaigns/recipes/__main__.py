@@ -1,6 +1,6 @@
 """Recipes: short scripts in `campaigns/recipes`, and for each a page with question, code, picture and what is printed.
 
-`python -m nanoslip.study.figures.recipes` runs every script and writes the pages, the pictures and the gallery.
+`python campaigns/recipes` runs every script and writes the pages, the pictures and the gallery.
 """
 
 import ast
@@ -14,10 +14,8 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from nanoslip.study.results.store import write_files
-from nanoslip.study.shipped import folder
 
-FOLDER: Final = folder("campaigns") / "recipes"
-"""Of the source tree: a wheel has no recipes."""
+FOLDER: Final = Path(__file__).resolve().parent
 RECIPES: Final = ("map", "regimes", "event_sizes", "roughness", "resolution")
 """The scripts, in the order of the gallery. Each writes one picture, of its own name, into the working folder."""
 _ROOT: Final = Path(__file__).resolve().parents[2]
@@ -83,7 +81,7 @@ def gallery(recipes: Sequence[Recipe]) -> str:
 _HEAD: Final = """# Recipes: what can I do from Python?
 
 Five questions, each answered by a script of at most 15 lines: copy one and change its numbers. `python map.py` runs in
-seconds and leaves its picture in the working folder. Written by `python -m nanoslip.study.figures.recipes`."""
+seconds and leaves its picture in the working folder. Written by `python campaigns/recipes`."""
 
 
 def main() -> None:

@@ -8,20 +8,9 @@ import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from tiles import counted, panels, regime_legend, regime_tiles
 
-from nanoslip.study.figures.shared import (
-    PAGE,
-    WITHOUT_PAPER,
-    CampaignFigure,
-    Claim,
-    column,
-    counted,
-    over_starts,
-    panels,
-    regime_legend,
-    regime_tiles,
-    register,
-)
+from nanoslip.study.figures.shared import PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column, over_starts
 
 SHARES: Final = {"plateau_mean": "plateau", "static_friction": "μ_s", "kinetic_friction": "μ_k"}
 """Variable -> its symbol; it is looked at as a share of μ_i."""
@@ -106,37 +95,33 @@ def _claims_of_drive(dataset: xr.Dataset) -> Iterator[Claim]:
 _WHERE: Final = "over load and μ_i, for every slab height (rows) and radius (columns)"
 _GREY: Final = "Grey: not measured, or a contact that says little (validity_flags)."
 
-register(
-    CampaignFigure(
-        "friction",
-        "maps/friction",
-        "Map of the plateau over intrinsic friction, load, radius and slab height",
-        f"Plateau as a share of μ_i {_WHERE}. {_GREY}",
-        lambda dataset: draw_share(dataset, "plateau_mean", "plateau$/\\mu_i$"),
-        _claims_of_plateau,
-        WITHOUT_PAPER,
-    )
+FRICTION: Final = CampaignFigure(
+    "friction",
+    "Map of the plateau over intrinsic friction, load, radius and slab height",
+    f"Plateau as a share of μ_i {_WHERE}. {_GREY}",
+    lambda dataset: draw_share(dataset, "plateau_mean", "plateau$/\\mu_i$"),
+    _claims_of_plateau,
+    WITHOUT_PAPER,
 )
-register(
-    CampaignFigure(
-        "friction_static",
-        "maps/friction",
-        "Map of static friction over intrinsic friction, load, radius and slab height",
-        f"μ_s of the paper's drive as a share of μ_i {_WHERE}. {_GREY}",
-        lambda dataset: draw_share(dataset, "static_friction", "$\\mu_s/\\mu_i$"),
-        lambda dataset: claims_of_share(dataset, "static_friction"),
-        WITHOUT_PAPER,
-    )
+FRICTION_STATIC: Final = CampaignFigure(
+    "friction_static",
+    "Map of static friction over intrinsic friction, load, radius and slab height",
+    f"μ_s of the paper's drive as a share of μ_i {_WHERE}. {_GREY}",
+    lambda dataset: draw_share(dataset, "static_friction", "$\\mu_s/\\mu_i$"),
+    lambda dataset: claims_of_share(dataset, "static_friction"),
+    WITHOUT_PAPER,
 )
-register(
-    CampaignFigure(
-        "friction_drive",
-        "maps/friction",
-        "Map of what the paper's drive does",
-        f"Regime of the paper's drive {_WHERE}. White: none, the record has no plateau or the drive ended early. "
-        "Contacts that say little (grey in the other maps) are drawn too.",
-        draw_drive,
-        _claims_of_drive,
-        WITHOUT_PAPER,
-    )
+FRICTION_DRIVE: Final = CampaignFigure(
+    "friction_drive",
+    "Map of what the paper's drive does",
+    f"Regime of the paper's drive {_WHERE}. White: none, the record has no plateau or the drive ended early. "
+    "Contacts that say little (grey in the other maps) are drawn too.",
+    draw_drive,
+    _claims_of_drive,
+    WITHOUT_PAPER,
+)
+FIGURES: Final = (
+    FRICTION,
+    FRICTION_STATIC,
+    FRICTION_DRIVE,
 )

@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, register
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 DEFAULTS: Final = {"support": "bonded", "slip_order": "worst_first"}
 MARKERS: Final = {"bonded": "o", "frictionless": "s", "right_side": "^"}
@@ -91,15 +91,13 @@ def _range(values: xr.DataArray) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-register(
-    CampaignFigure(
-        "schemes",
-        "schemes",
-        "How much do plateau, step and events depend on the grid?",
-        "R/L_x = 200, μ_i = 0.5, records over two node spacings. Where no support and slip order are named, the slab is bonded "
-        "and the worst offender slips first. A half-plane takes no support.",
-        draw,
-        claims,
-        ("", "biquadratic", "galerkin", "half_plane"),
-    )
+SCHEMES: Final = CampaignFigure(
+    "schemes",
+    "How much do plateau, step and events depend on the grid?",
+    "R/L_x = 200, μ_i = 0.5, records over two node spacings. Where no support and slip order are named, the slab is bonded "
+    "and the worst offender slips first. A half-plane takes no support.",
+    draw,
+    claims,
+    ("", "biquadratic", "galerkin", "half_plane"),
 )
+FIGURES: Final = (SCHEMES,)

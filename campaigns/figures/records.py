@@ -1,15 +1,16 @@
 """Figures 6 and 7 (§3.2): friction force against pin displacement, and how far the pin moves from event to event."""
 
 from collections.abc import Iterator
+from typing import Final
 
 import numpy as np
+import paper
 import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures import shared as paper
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, compared, over_starts, register
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, compared, over_starts
 
 Floats = NDArray[np.float64]
 _FRICTIONS = (0.25, 0.5)
@@ -103,25 +104,23 @@ def _share_below_a_nanometre(dataset: xr.Dataset, begin: float) -> float:
 
 _STEP = "0.9e-3 over 2000 events is 0.45 nm; the displacement above is longer, and with it the mean step"
 
-register(
-    CampaignFigure(
-        "fig6",
-        "figures/records",
-        "Figure 6: friction force against pin displacement",
-        "Friction records of 2000 events at 129 nodes and R/L_x = 200. Colour: the pin comes down on the slab's middle. Grey: "
-        "other starts within a node spacing. Dotted: the paper's 56 % of μ_i.",
-        draw_records,
-        claims_of_records,
-    )
+FIG6: Final = CampaignFigure(
+    "fig6",
+    "Figure 6: friction force against pin displacement",
+    "Friction records of 2000 events at 129 nodes and R/L_x = 200. Colour: the pin comes down on the slab's middle. Grey: "
+    "other starts within a node spacing. Dotted: the paper's 56 % of μ_i.",
+    draw_records,
+    claims_of_records,
 )
-register(
-    CampaignFigure(
-        "fig7",
-        "figures/records",
-        "Figure 7: pin displacement for each event",
-        "Step per event (points, left) and displacement (line, right) of one record of 2000 events at μ_i = 0.5. Divide by a "
-        "million to read a slab of 1 mm in nanometres.",
-        draw_steps,
-        claims_of_steps,
-    )
+FIG7: Final = CampaignFigure(
+    "fig7",
+    "Figure 7: pin displacement for each event",
+    "Step per event (points, left) and displacement (line, right) of one record of 2000 events at μ_i = 0.5. Divide by a "
+    "million to read a slab of 1 mm in nanometres.",
+    draw_steps,
+    claims_of_steps,
+)
+FIGURES: Final = (
+    FIG6,
+    FIG7,
 )

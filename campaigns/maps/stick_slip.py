@@ -6,20 +6,9 @@ from typing import Final
 
 import xarray as xr
 from matplotlib.figure import Figure
+from tiles import counted, panels, regime_legend, regime_tiles
 
-from nanoslip.study.figures.shared import (
-    PAGE,
-    WITHOUT_PAPER,
-    CampaignFigure,
-    Claim,
-    column,
-    counted,
-    panels,
-    regime_legend,
-    regime_tiles,
-    register,
-    scales_in,
-)
+from nanoslip.study.figures.shared import PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column, scales_in
 
 PARTS: Final = {"damping_ratio": ("ζ", ""), "pin_mass": ("m", " kg")}
 """Parameter of the panels -> its symbol and unit in the table."""
@@ -79,15 +68,13 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     yield Claim("lowest k with micro slip, N/m", "", found, f"m = {masses} kg, at any velocity and damping ratio")
 
 
-register(
-    CampaignFigure(
-        "regimes",
-        "maps/stick_slip",
-        "Map of stick-slip over stiffness, velocity, damping and mass",
-        "What a pin does over one friction record, by mass (rows) and damping ratio (columns). Dashed: the velocity "
-        "above which a pin with constant μ_s and μ_k would slide on after its first slip.",
-        draw,
-        claims,
-        WITHOUT_PAPER,
-    )
+REGIMES: Final = CampaignFigure(
+    "regimes",
+    "Map of stick-slip over stiffness, velocity, damping and mass",
+    "What a pin does over one friction record, by mass (rows) and damping ratio (columns). Dashed: the velocity "
+    "above which a pin with constant μ_s and μ_k would slide on after its first slip.",
+    draw,
+    claims,
+    WITHOUT_PAPER,
 )
+FIGURES: Final = (REGIMES,)

@@ -1,1 +1,0 @@
-"""Figures that go on from the paper: its findings on ensembles, what one record knows, the continuum limit."""
