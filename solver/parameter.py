@@ -21,8 +21,7 @@ from nanoslip.solver.outcome import InvalidInput, quoted
 
 # Declaration of a result's number, in the metadata of the dataclass field that holds it.
 #
-# A field states its name in a dataset, meaning, unit and uncertainty once. Variables, tables and pages follow from
-# it.
+# A field states its name in a dataset, meaning, unit and uncertainty once. Variables, tables and pages follow from it.
 
 GRID_ERROR: Final = "discretization_error"
 """Name of the variable that holds the relative error of the slab's grid, which no ± contains."""
@@ -367,8 +366,7 @@ def _short(number: float) -> str:
     return text
 
 
-# A family of methods, such as the schemes: one settings type each, registered by its name. What is not registered is
-# refused.
+# A family of methods, such as the schemes: one settings type each, registered by its name. What is not registered is refused.
 
 T = TypeVar("T")
 _Kind = TypeVar("_Kind", bound=type)

@@ -29,8 +29,7 @@ from nanoslip.study import provenance
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.provenance import UNKNOWN
 
-# The machine and its numerical libraries, for the journal of a run. Those that decide last bits are written into
-# results too.
+# The machine and its numerical libraries, for the journal of a run. Those that decide last bits are written into results too.
 
 BLAS_LIBRARIES: Final = (*provenance.LIBRARIES, "mpi4py")
 _DECIDING: Final = ("sse", "ssse", "avx", "fma", "amx", "asimd", "sve", "vsx")

@@ -14,8 +14,7 @@ from scipy import stats
 
 from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Stated, column
 
-# How well combinations of unstated choices reproduce the paper's numbers: misses in standard deviations, and their
-# ranking.
+# How well combinations of unstated choices reproduce the paper's numbers: misses in standard deviations, and their ranking.
 
 Floats = NDArray[np.float64]
 NEAR: Final = 2.0

@@ -122,11 +122,9 @@ FIG9: Final = CampaignFigure(
 )
 
 
-# What a pin does while it is stuck (§3.3): bursts of vibration that small slips set off, and the decay of the first
-# one.
+# What a pin does while it is stuck (§3.3): bursts of vibration that small slips set off, and the decay of the first one.
 #
-# The pin at x meets F = K(x - x_R), and each slip moves the relaxation point x_R forward at once. So x - F/K is a
-# staircase
+# The pin at x meets F = K(x - x_R), and each slip moves the relaxation point x_R forward at once. So x - F/K is a staircase
 # between whose steps nothing slips.
 
 LEAST_DROP = 1e-4
@@ -179,8 +177,7 @@ def _strength(time: Floats, force: Floats) -> float:
     return float(np.std(force - np.polyval(np.polyfit(time, force, 1), time)))
 
 
-# Figures 10 and 11 (§3.3): motion of the driven pin, and the friction force that it meets, with the bursts during
-# stick.
+# Figures 10 and 11 (§3.3): motion of the driven pin, and the friction force that it meets, with the bursts during stick.
 
 
 def draw_motion(dataset: xr.Dataset) -> Figure:

@@ -32,12 +32,9 @@ from nanoslip.solver.outcome import Outcome, SingularOperator
 
 # The window of surface nodes that the kernels follow: the contact and a margin. Slips cost what the window is wide.
 #
-# Nodes far from the contact cannot touch a smooth pin before their nearer neighbours do: a touch near the window's
-# end asks for a
-# wider one. A rough pin skips nodes. Under it every node is followed that its profile could meet while it moves on by
-# some
-# spacings, or comes nearer by what it falls on that way; then the next window is set up. One that touches in spots
-# may tilt the
+# Nodes far from the contact cannot touch a smooth pin before their nearer neighbours do: a touch near the window's end asks for
+# a wider one. A rough pin skips nodes. Under it every node is followed that its profile could meet while it moves on by some
+# spacings, or comes nearer by what it falls on that way; then the next window is set up. One that touches in spots may tilt the
 # surface anywhere between them: all of the surface is followed.
 
 Vector = NDArray[np.float64]
@@ -100,13 +97,10 @@ def _reach(case: Case) -> tuple[float, float]:
     return farther, pin_of(case).fall_within(farther) + SINKING * case.normal_load
 
 
-# Principal pivot transform of the slab's compliance at the nodes in contact, with the load given and the approach
-# unknown.
+# Principal pivot transform of the slab's compliance at the nodes in contact, with the load given and the approach unknown.
 #
-# With v = w + approach and the load W, the slab obeys [u; v; -W] = B [f_x; f_z; approach], where B is the compliance
-# bordered
-# by ones (ΣN = W, constraint of the load). Exchanging the contact's displacements and -W for their forces and the
-# approach
+# With v = w + approach and the load W, the slab obeys [u; v; -W] = B [f_x; f_z; approach], where B is the compliance bordered
+# by ones (ΣN = W, constraint of the load). Exchanging the contact's displacements and -W for their forces and the approach
 # gives the tableau that contact and sliding work with: prescribed values in, unknown values out.
 
 LINE = 8

@@ -12,15 +12,11 @@ from nanoslip.solver.elasticity.schemes.half_plane import Convolution
 
 # Normal forces of a given contact set at a given load, by preconditioned conjugate gradients.
 #
-# They minimize the energy N·CN/2 + h·N under ΣN = W. CN is the depth to which they press the surface, h the pin's
-# height. At the
-# minimum the gradient CN + h is the same at all nodes: the approach. Search directions have ΣN = 0, which keeps the
-# load. The
-# preconditioner is the inverse convolution, restricted to the nodes of the set, less a multiple of its answer to a
-# unit gradient,
-# so that the sum is 0. It is so near to the inverse that a handful of steps is enough, on 10² or 10⁵ nodes alike. A
-# contact of
-# many separate spots takes some dozens.
+# They minimize the energy N·CN/2 + h·N under ΣN = W. CN is the depth to which they press the surface, h the pin's height. At
+# the minimum the gradient CN + h is the same at all nodes: the approach. Search directions have ΣN = 0, which keeps the load.
+# The preconditioner is the inverse convolution, restricted to the nodes of the set, less a multiple of its answer to a unit
+# gradient, so that the sum is 0. It is so near to the inverse that a handful of steps is enough, on 10² or 10⁵ nodes alike. A
+# contact of many separate spots takes some dozens.
 
 Vector = NDArray[np.float64]
 
@@ -77,13 +73,10 @@ def _cut(values: Vector, free: NDArray[np.bool_]) -> Vector:
     return values
 
 
-# Press the pin down on a surface without ends (§3.1): contact set, pressures and approach at a given load, without a
-# matrix.
+# Press the pin down on a surface without ends (§3.1): contact set, pressures and approach at a given load, without a matrix.
 #
-# It finds the same contact as `normal` does from a matrix, where shear is zero: without coupling, or without
-# friction, where
-# pressure moves the surface sideways under the pin. A round costs some convolutions, n log n, in place of a solve for
-# all nodes
+# It finds the same contact as `normal` does from a matrix, where shear is zero: without coupling, or without friction, where
+# pressure moves the surface sideways under the pin. A round costs some convolutions, n log n, in place of a solve for all nodes
 # in contact.
 
 Nodes = NDArray[np.bool_]

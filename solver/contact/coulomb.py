@@ -15,10 +15,9 @@ from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverErr
 
 # Classical Coulomb friction, residual_shear 1: some nodes slide at |shear| = μ_i·pressure, the others stick.
 #
-# Each node in contact has a role: it sticks (u moves with the pin) or slides (f_x = σ μ_i N, σ = ±1). On all of them
-# v = w + approach follows the pin. For given roles everything is linear but the pin's height under a sliding node,
-# for which
-# Newton's method takes over. `roles` changes roles, `motion` moves the pin or raises the load between changes.
+# Each node in contact has a role: it sticks (u moves with the pin) or slides (f_x = σ μ_i N, σ = ±1). On all of them v = w +
+# approach follows the pin. For given roles everything is linear but the pin's height under a sliding node, for which Newton's
+# method takes over. `roles` changes roles, `motion` moves the pin or raises the load between changes.
 
 Vector = NDArray[np.float64]
 Rates = tuple[NDArray[np.float64], float, Vector, Vector]
@@ -169,12 +168,10 @@ class CoulombContact:
         self.node_slips[node] += 1
 
 
-# Roles of the surface nodes (free, stick, slide): changed one at a time, the worst violation first, until all
-# constraints hold.
+# Roles of the surface nodes (free, stick, slide): changed one at a time, the worst violation first, until all constraints hold.
 #
-# A sticking node slides where its shear would exceed its limit. A sliding node sticks where it would move in the
-# direction of its
-# own shear. Where an earlier assignment of roles comes back, none (or no unique one) satisfies all constraints.
+# A sticking node slides where its shear would exceed its limit. A sliding node sticks where it would move in the direction of
+# its own shear. Where an earlier assignment of roles comes back, none (or no unique one) satisfies all constraints.
 
 
 def resolve_violations(solved: CoulombContact) -> None:

@@ -16,10 +16,8 @@ from nanoslip.solver.outcome import SingularOperator, TooFarApart
 
 # The linear system of a contact set: forces and approach from the heights of its nodes and the load.
 #
-# [A 1; 1ᵀ 0] [f; approach] = [heights; -W], A being the compliance of the nodes in contact. It is factorized for one
-# set. A set
-# that differs in a few nodes has the same system with a border: a node that has left adds the row f = 0, a node that
-# has come
+# [A 1; 1ᵀ 0] [f; approach] = [heights; -W], A being the compliance of the nodes in contact. It is factorized for one set. A set
+# that differs in a few nodes has the same system with a border: a node that has left adds the row f = 0, a node that has come
 # adds its own row and column. So a change of the set costs one solution with the existing factors.
 
 Vector = NDArray[np.float64]
@@ -189,10 +187,9 @@ def _singular(nodes: int) -> SingularOperator:
 
 # Which nodes a contact set exchanges next (block principal pivoting: Kostreva; Júdice and Pires).
 #
-# All wrong nodes at once, those that pull and those inside the pin. When their number has not fallen for PATIENCE
-# rounds, only the
-# one furthest right (Murty's rule, which cannot cycle on a positive definite operator), until fewer are wrong than
-# ever before.
+# All wrong nodes at once, those that pull and those inside the pin. When their number has not fallen for PATIENCE rounds, only
+# the one furthest right (Murty's rule, which cannot cycle on a positive definite operator), until fewer are wrong than ever
+# before.
 
 Nodes = NDArray[np.bool_]
 

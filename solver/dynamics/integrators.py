@@ -69,10 +69,8 @@ def _refused(message: str, noise: float) -> Outcome:
 
 # Whether a dimensionless drive is in proportion to the contact that it pulls: one in N/m, m/s and s hardly ever is.
 #
-# In units of G·L_y the springs of machines are softer than the contact, 1e-4 to 1; in N/m they are 1e3 and more. In
-# units of L_x a
-# stage moves as far as contact and spring stretch before the pin slides, and beyond; in m it moves a millionth of
-# that.
+# In units of G·L_y the springs of machines are softer than the contact, 1e-4 to 1; in N/m they are 1e3 and more. In units of
+# L_x a stage moves as far as contact and spring stretch before the pin slides, and beyond; in m it moves a millionth of that.
 
 STIFFEST: Final = 1e3
 """Stiffness of the spring over that of the contact. Beyond it the spring gives way by a thousandth of what the contact does."""
@@ -143,8 +141,7 @@ def reversed_at(run: Run, motion: Motion) -> Outcome:
 # The event-driven method without surface compliance: Eq. 12 in closed form between crossings, as
 # nanoslip.solver.dynamics.kernels.steps.
 #
-# In the limit K → ∞ Eq. 13-14 lose their relaxation point, x_R = x, and with it their hysteresis: F is F̃(x) against
-# the
+# In the limit K → ∞ Eq. 13-14 lose their relaxation point, x_R = x, and with it their hysteresis: F is F̃(x) against the
 # motion, and the pin is at rest while |spring + damper| ≤ F̃(x). With a constant F̃ this is the motion of Eq. 16-19.
 
 
@@ -156,11 +153,9 @@ def integrate_rigid(
     return run, outcome_of(run, motion, step_limit)
 
 
-# The event-driven method: Eq. 12 in closed form between crossings (model of Eq. 13-14 as a ratchet on straight
-# teeth).
+# The event-driven method: Eq. 12 in closed form between crossings (model of Eq. 13-14 as a ratchet on straight teeth).
 #
-# No step size and no tolerance: a segment ends where closed forms say that the friction law, the tooth or the
-# direction
+# No step size and no tolerance: a segment ends where closed forms say that the friction law, the tooth or the direction
 # changes. Segments are short enough for velocity and position to be monotone, so the first crossing is the only one.
 
 
@@ -189,9 +184,8 @@ def integrate_exact(
 
 # The paper's method (§2.2.3): classical fourth-order Runge-Kutta steps of a given length.
 #
-# The relaxation point of Eq. 14 is updated after each step, as the paper words it. Where a step meets a kink or a
-# jump of
-# the friction force the order falls to one; velocities during stick suffer first.
+# The relaxation point of Eq. 14 is updated after each step, as the paper words it. Where a step meets a kink or a jump of the
+# friction force the order falls to one; velocities during stick suffer first.
 
 
 @INTEGRATORS.register()
@@ -261,9 +255,8 @@ def longest(motion: Motion) -> float:
 
 # Drive the pin by a spring over its friction limit (§2.2, Eq. 12-14). One file per integrator, this one door.
 #
-# The pin starts at rest at x = 0 with a relaxed contact: x_R = 0, so F = 0 (Eq. 13 leaves x = x_R open), whatever
-# small
-# force initial contact may have left in the record.
+# The pin starts at rest at x = 0 with a relaxed contact: x_R = 0, so F = 0 (Eq. 13 leaves x = x_R open), whatever small force
+# initial contact may have left in the record.
 
 
 def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> DynamicsResult:

@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 from nanoslip.solver.elasticity.grid import Grid, Sparse, Stiffness
 from nanoslip.solver.outcome import SingularOperator
 
-# Even and odd displacement fields. A slab that is symmetric about its middle does not couple them: each is solved
-# alone.
+# Even and odd displacement fields. A slab that is symmetric about its middle does not couple them: each is solved alone.
 #
-# Reflection x → -x leaves w of an even field as it is and changes the sign of u; for an odd field it is the other way
-# round.
+# Reflection x → -x leaves w of an even field as it is and changes the sign of u; for an odd field it is the other way round.
 # Two problems of half the size cost half of one.
 
 
@@ -89,13 +87,10 @@ def _numbered(group: NDArray[np.int64], weight: NDArray[np.float64]) -> Fields:
 
 # Translations of whole rows of nodes, as unknowns in place of one displacement of each row.
 #
-# Cells much higher than wide resist stretching along x by λ·dz/dx, and shear by dx/dz. The force that moves a row as
-# a whole is a
-# sum of entries that are larger than the sum by λ(dz/dx)². Rounding loses as many digits of it: all of them in a slab
-# stretched
-# 10 000 times at ν = 0.4999. Where a scheme knows that sum exactly, one node of the row, its anchor, stands for the
-# row's
-# translation. Displacements of the row's other nodes are counted relative to it.
+# Cells much higher than wide resist stretching along x by λ·dz/dx, and shear by dx/dz. The force that moves a row as a whole is
+# a sum of entries that are larger than the sum by λ(dz/dx)². Rounding loses as many digits of it: all of them in a slab
+# stretched 10 000 times at ν = 0.4999. Where a scheme knows that sum exactly, one node of the row, its anchor, stands for the
+# row's translation. Displacements of the row's other nodes are counted relative to it.
 
 Dense = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -169,11 +164,9 @@ def _replaced(matrix: Sparse, places: list[int], columns: list[Dense]) -> Sparse
     return scipy.sparse.csr_array((np.concatenate(values), coordinates), shape=matrix.shape)
 
 
-# Eliminate some fields of a stiffness: the stiffness left for the others, and what is added to the surface's
-# compliance.
+# Eliminate some fields of a stiffness: the stiffness left for the others, and what is added to the surface's compliance.
 #
-# With K of these fields (c), X of these and the others, F of the surface per displacement of either: of the others'
-# stiffness S
+# With K of these fields (c), X of these and the others, F of the surface per displacement of either: of the others' stiffness S
 # remains S - Xᵀ K⁻¹ X, of what the surface follows F_b - F_c K⁻¹ X, and F_c K⁻¹ F_cᵀ is added to its compliance.
 
 
@@ -244,13 +237,10 @@ def _checked(reciprocal_condition: float) -> float:
 
 # Invert a sparse stiffness at the surface alone, by nested dissection (George 1973).
 #
-# The slab is cut in two, each half in two again. A piece shares with the rest of the slab only the fields along its
-# cuts. They
-# are few, as the grid has few rows, which are coarser the deeper they lie. Eliminating a piece leaves two matrices:
-# the stiffness
-# of the fields along its border, and the displacements of its surface per displacement of these. The compliance of
-# its surface
-# grows by a product of low rank for every cut, from the smallest pieces up to the slab.
+# The slab is cut in two, each half in two again. A piece shares with the rest of the slab only the fields along its cuts. They
+# are few, as the grid has few rows, which are coarser the deeper they lie. Eliminating a piece leaves two matrices: the
+# stiffness of the fields along its border, and the displacements of its surface per displacement of these. The compliance of
+# its surface grows by a product of low rank for every cut, from the smallest pieces up to the slab.
 
 SMALLEST = 160
 """A piece of at most so many fields is eliminated at once: below, more time goes into calls than into arithmetic."""

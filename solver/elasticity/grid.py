@@ -82,8 +82,7 @@ def binary_hierarchy(n_x: int, aspect_ratio: float, rows: int, first_spacing: Fi
 
 # Lagrange polynomials of the bi-quadratic interpolation (Eq. 8-10), built from the positions of the nodes used.
 #
-# A set of m polynomials is an array (m, m). Row k holds the ascending coefficients of the polynomial that is 1 at
-# point k.
+# A set of m polynomials is an array (m, m). Row k holds the ascending coefficients of the polynomial that is 1 at point k.
 
 Basis = NDArray[np.float64]
 

@@ -51,8 +51,7 @@ def stiffness(slab: Slab) -> Stiffness:
     return grid_scheme(slab).stiffness(slab)
 
 
-# Mixed boundary value problem of §2.1.4. At each node f_x or u is given, and f_z or w; Eq. 11 is solved for the
-# others.
+# Mixed boundary value problem of §2.1.4. At each node f_x or u is given, and f_z or w; Eq. 11 is solved for the others.
 
 Vector = NDArray[np.float64]
 

@@ -272,11 +272,9 @@ def _edges(values: Vector, per_decade: int, discrete: bool) -> Vector:
 
 # Laws that may describe large sizes as well as a power law: exponential, log-normal, power law with an upper cut-off.
 #
-# Each is fitted by maximum likelihood to the sizes from the power law's own cut-off on; a fit is its log-likelihood
-# of each size.
-# Continuous sizes are taken over the cut-off, x/x_min ≥ 1. Discrete ones keep their numbers, and every law is summed
-# over those.
-# Laws are compared by likelihood ratios, and by whether chance explains them (Vuong).
+# Each is fitted by maximum likelihood to the sizes from the power law's own cut-off on; a fit is its log-likelihood of each
+# size. Continuous sizes are taken over the cut-off, x/x_min ≥ 1. Discrete ones keep their numbers, and every law is summed over
+# those. Laws are compared by likelihood ratios, and by whether chance explains them (Vuong).
 
 Likelihood = Callable[[Vector], Vector]
 """Parameters of a law -> log-likelihood of each distinct size."""

@@ -151,8 +151,7 @@ def _ranks(values: Vector) -> Vector:
     return ranks
 
 
-# How sizes of events are distributed: power law, goodness and rivals of the sizes of all members of an ensemble
-# together.
+# How sizes of events are distributed: power law, goodness and rivals of the sizes of all members of an ensemble together.
 
 Values = NDArray[np.float64] | NDArray[np.int64]
 

@@ -111,8 +111,7 @@ def friction_record(
     )
 
 
-# Slide with the whole contact: nodes slip, are released and touch as the pin moves over them (residual_shear below
-# 1).
+# Slide with the whole contact: nodes slip, are released and touch as the pin moves over them (residual_shear below 1).
 
 RESUMABLE = 10_000
 """Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""
@@ -208,10 +207,8 @@ def compiled_at(case: Case, compliance: SurfaceCompliance, state: ContactState, 
 
 # Slide with the pressures of initial contact (pin_translation off): the tangential problem alone.
 #
-# Nodes in contact keep their normal forces, [u] = C_uu [f_x] + C_uw [f_z], whatever the pin and their slips do;
-# nothing
-# touches, nothing is released. That is right while δ_p is small against the contact's width and, unless the coupling
-# is off
+# Nodes in contact keep their normal forces, [u] = C_uu [f_x] + C_uw [f_z], whatever the pin and their slips do; nothing
+# touches, nothing is released. That is right while δ_p is small against the contact's width and, unless the coupling is off
 # too, while shear lifts the surface by little (ν near 0.5).
 
 

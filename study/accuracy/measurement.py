@@ -149,10 +149,9 @@ def _sheet_of_slip(rows: tuple[Row, ...]) -> Diagram:
 
 # The dynamic stage: each integrator × step against the exact one, from crossing to crossing of the friction profile.
 #
-# scipy's adaptive steps know no crossings, so they are given what they are made for: a stretch between two crossings,
-# where Eq. 12 is linear. Their time is that stretch's times the segments of the whole drive, which leaves out what
-# finding
-# the crossings would cost; their error is that of the stretch.
+# scipy's adaptive steps know no crossings, so they are given what they are made for: a stretch between two crossings, where Eq.
+# 12 is linear. Their time is that stretch's times the segments of the whole drive, which leaves out what finding the crossings
+# would cost; their error is that of the stretch.
 
 SAMPLES: Final = 2000
 Method = Literal["RK45", "DOP853"]

@@ -297,8 +297,7 @@ def _ratio(
     return quotient, np.full_like(quotient, np.nan) if all(exact) else errors
 
 
-# Variables as people write them: by name, by the start of a name, or as equations call them: plateau/mu_i, R/L_x or
-# R.
+# Variables as people write them: by name, by the start of a name, or as equations call them: plateau/mu_i, R/L_x or R.
 
 
 class UnknownNameError(ValueError):

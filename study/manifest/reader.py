@@ -443,8 +443,7 @@ def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
     return {name: values[0] for name, values in columns.items() if values}
 
 
-# The effects that a manifest switches on and off: what is left out where one is off, and combinations that are
-# refused.
+# The effects that a manifest switches on and off: what is left out where one is off, and combinations that are refused.
 
 
 def refusal(manifest: Manifest, case: Case) -> str:

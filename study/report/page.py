@@ -322,8 +322,7 @@ def left_out(dataset: xr.Dataset) -> Iterator[str]:
         yield "Distributions of event sizes are not computed: [outputs] statistics of the campaign."
 
 
-# A figure as part of a page: an SVG that follows the page's light or dark colours, and its numbers as a link to a
-# file.
+# A figure as part of a page: an SVG that follows the page's light or dark colours, and its numbers as a link to a file.
 
 DARK: Final = ("#7db8f0", "#f08c74", "#7cc46c", "#e3b341", "#b39ddb", "#b0b0b0")
 """The colours of lines on a dark page, in the order of COLORS."""

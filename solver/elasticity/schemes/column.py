@@ -23,21 +23,14 @@ from nanoslip.solver.slab import Slab
 
 # The graded hierarchy of node rows: from the surface down each level has half the intervals of the one above.
 #
-# Head: `rows_per_level` rows of every level that is finer than the coarsest, each as thick as 3/2 of its node
-# spacing.
-# Middle: rows of the coarsest level, at most twice as thick as their spacing; further than L_x from surface and
-# bottom only
-# slowly varying fields are left (Saint-Venant), and rows thicken in proportion to that distance. Tail: the head
-# mirrored,
-# up to the bottom row's level: where a held bottom meets a free side, stresses are singular (displacements as r^0.69
-# at
-# ν = 1/3, r^0.60 at 0.49: Williams), and what they add to a surface load's energy falls as the spacing there to the
-# power 1.4 or
-# 1.2. So the bottom row is by default eight times as fine as the coarsest, if the surface is: for a fifth more time
-# than four
-# times as fine (n_x = 129, height 1; 8 nodes per surface node instead of 6) it halves the error, to 0.03 % at ν = 1/3
-# and
-# 0.13 % at 0.49; sixteen times halves it again, where n_x is large enough.
+# Head: `rows_per_level` rows of every level that is finer than the coarsest, each as thick as 3/2 of its node spacing. Middle:
+# rows of the coarsest level, at most twice as thick as their spacing; further than L_x from surface and bottom only slowly
+# varying fields are left (Saint-Venant), and rows thicken in proportion to that distance. Tail: the head mirrored, up to the
+# bottom row's level: where a held bottom meets a free side, stresses are singular (displacements as r^0.69 at ν = 1/3, r^0.60
+# at 0.49: Williams), and what they add to a surface load's energy falls as the spacing there to the power 1.4 or 1.2. So the
+# bottom row is by default eight times as fine as the coarsest, if the surface is: for a fifth more time than four times as fine
+# (n_x = 129, height 1; 8 nodes per surface node instead of 6) it halves the error, to 0.03 % at ν = 1/3 and 0.13 % at 0.49;
+# sixteen times halves it again, where n_x is large enough.
 
 _THICKNESS = 1.5
 """Thickness of a row of head or tail, in its node spacings."""

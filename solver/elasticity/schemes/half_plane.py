@@ -72,8 +72,7 @@ class Convolution:
         return np.asarray(scipy.fft.irfft(symbol * scipy.fft.rfft(values, around), around)[: len(values)])
 
 
-# Schemes of a surface that continues beyond its end nodes and is the same everywhere: their compliance is a
-# convolution.
+# Schemes of a surface that continues beyond its end nodes and is the same everywhere: their compliance is a convolution.
 
 
 class EndlessScheme(Scheme):
