@@ -1,4 +1,4 @@
-"""State and constants of the kernels for one contact, set up from its nodes and displacements."""
+"""A contact as the kernels follow it: its window of nodes, their tableau, state and constants; and as a value again."""
 
 import math
 import sys

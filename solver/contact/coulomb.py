@@ -17,7 +17,7 @@ from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverErr
 #
 # Each node in contact has a role: it sticks (u moves with the pin) or slides (f_x = σ μ_i N, σ = ±1). On all of them v = w +
 # approach follows the pin. For given roles everything is linear but the pin's height under a sliding node, for which Newton's
-# method takes over. `roles` changes roles, `motion` moves the pin or raises the load between changes.
+# method takes over. Below: changes of roles, then motion of the pin, or growth of the load, between changes.
 
 Vector = NDArray[np.float64]
 Rates = tuple[NDArray[np.float64], float, Vector, Vector]

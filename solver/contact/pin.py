@@ -1,4 +1,4 @@
-"""The rigid pin: its height above its lowest point, and the undeformed gap (Figure 1)."""
+"""The rigid pin: its height above its lowest point, the undeformed gap (Figure 1), and μ_i of the nodes under it."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Checks of a contact that was found: double precision can resolve its numbers, and the pin's slope is small.
+"""Whether a contact that was found means something: why kernels stopped, the pin's slope, and what double precision can resolve.
 
 Only under a small slope is shear the force along the slab, and pressure the force across it.
 """

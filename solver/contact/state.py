@@ -1,4 +1,4 @@
-"""The contact at one position of the pin: `ContactState`, and how the solvers' own states become one."""
+"""The contact at one position of the pin, `ContactState`, and its numbers."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Methods that integrate Eq. 12, and whether they can tell what a drive asks for.
+"""Methods that integrate Eq. 12, whether they can tell what a drive asks for, and the friction measured in what they give.
 
 Double precision: far out, the spring's stretch is lost in the position.
 

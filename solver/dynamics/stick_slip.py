@@ -1,4 +1,4 @@
-"""Closed forms to compare with: stick-slip of a driven pin, and contact of a half-plane.
+"""The closed form of stick-slip (Eq. 16-19), and its fit to a drive.
 
 Stick-slip (Eq. 16-19): a pin of mass 1 behind a spring k and damper c = 2ζ√k whose stage moves at V, held by a static
 friction force and slowed by a constant kinetic one. The printed velocity of Eq. 17 is not the derivative of the printed

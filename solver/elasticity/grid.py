@@ -1,4 +1,4 @@
-"""Rows of nodes, and the paper's binary hierarchy of rows (§2.1.2).
+"""Rows of nodes, the paper's binary hierarchy of rows (§2.1.2), interpolants on them (Eq. 8-10), and a slab's stiffness.
 
 In the paper's hierarchy the two uppermost rows have equal node spacing. Each row below has half the intervals of the one above.
 

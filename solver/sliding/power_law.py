@@ -1,4 +1,4 @@
-"""Power laws of sizes by maximum likelihood, their cut-off by the distance of Kolmogorov and Smirnov, and their goodness of fit.
+"""Power laws of sizes by maximum likelihood, their cut-off, goodness of fit, and rivals.
 
 The method is that of Clauset, Shalizi and Newman (SIAM Review 51, 2009). Logarithmic histograms are what a law is drawn on.
 

@@ -1,4 +1,4 @@
-"""The columns of a friction record while it grows, and the record made of them."""
+"""A case slid from initial contact to the end of its record, in the way that its rules ask for."""
 
 import math
 from collections.abc import Callable, Sequence

@@ -1,32 +1,34 @@
-"""The command line: importing this file declares every command, in the order of the imports."""
+"""The command line: every command with its arguments and help, in the order of `nanoslip --help`."""
 
-from nanoslip.study.commands.words import CAMPAIGN
-from nanoslip.study.commands.words import CampaignPath
-from nanoslip.study.commands.words import JSON
-from nanoslip.study.commands.words import NewFile
-from nanoslip.study.commands.words import OUT
-from nanoslip.study.commands.words import Refusal
-from nanoslip.study.commands.words import aborted
-from nanoslip.study.commands.words import cli
-from nanoslip.study.commands.words import show
-from nanoslip.study.commands.words import work
-from nanoslip.study.results.shard import MOST
-from nanoslip.study.results.shard import Shard
-from nanoslip.study.run.launch import GRACE
-from nanoslip.study.exit_codes import WRONG_INPUT
-from pathlib import Path
-from typing import Any
-from typing import Final
 import atexit
-import click
 import gc
 import io
 import sys
+from pathlib import Path
+from typing import Any, Final
+
+import click
+
+from nanoslip.study.commands.words import (
+    CAMPAIGN,
+    JSON,
+    OUT,
+    CampaignPath,
+    NewFile,
+    Refusal,
+    aborted,
+    cli,
+    show,
+    work,
+)
+from nanoslip.study.exit_codes import WRONG_INPUT
+from nanoslip.study.results.shard import MOST, Shard
+from nanoslip.study.run.launch import GRACE
 
 __all__ = ["cli", "main"]
 
 
-# Arguments and help of the commands before a campaign is computed; the code of each is in the file of its name.
+# Before a campaign is computed: prepare.py.
 
 
 @cli.command()
@@ -122,7 +124,7 @@ def effects(**given: object) -> None:
     work("look:show_effects", **given)
 
 
-# Arguments and help of the commands that compute a campaign; the code of each is in the file of its name.
+# Computing a campaign: run.py, conduct.py and prepare.py.
 
 
 class ShardText(click.ParamType[Shard]):
@@ -236,7 +238,7 @@ def submit(**given: object) -> None:
     work("prepare:submit_campaign", **given)
 
 
-# Arguments and help of the commands that show results; the code of each is in the file of its name.
+# Showing results: look.py.
 
 FORMATS: Final = ("pdf", "svg", "png")
 """Of pictures; nanoslip.study.figures.shared knows how to write them."""
@@ -361,7 +363,7 @@ def frames(**given: object) -> None:
     work("look:draw_frames", **given)
 
 
-# Arguments and help of the commands that export and compare numbers; the code of each is in the file of its name.
+# Exporting and comparing numbers: judge.py.
 
 
 @cli.command()
@@ -453,9 +455,6 @@ def accuracy(**given: object) -> None:
     Example: nanoslip accuracy campaigns/mine.toml --digit
     """
     work("judge:show_accuracy", **given)
-
-
-# ruff: noqa: I001  that is the order of a campaign's life
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""A campaign's dataset: written from its results, and printed as a table."""
+"""Datasets behind commands: a campaign's own, written and printed; one that is named; one case of it."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""`nanoslip collect`: the dataset of a campaign from the results that are there."""
+"""Commands that make datasets of results, and judge them: collect, merge, export, compare, verify, describe, accuracy."""
 
 import math
 import sys

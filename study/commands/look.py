@@ -1,4 +1,4 @@
-"""`nanoslip show`: one case of a campaign, its numbers and its lines."""
+"""Commands that show: report, figure, show, try, frames; and what effects change: effects, explain."""
 
 import math
 import re

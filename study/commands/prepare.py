@@ -1,4 +1,4 @@
-"""`nanoslip campaigns`: the campaigns that come with nanoslip."""
+"""Commands around a run: campaigns, new, check, plan, status, submit."""
 
 import itertools
 import os

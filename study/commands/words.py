@@ -1,4 +1,4 @@
-"""Errors that are shown as one message without a traceback, and the end by Ctrl-C."""
+"""What every command has before its body is imported: arguments, help, errors in one message, the end by Ctrl-C."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""What all figures share: a drawing surface, tables of claims, the paper's numbers, and the registry of figures."""
+"""What all figures share: a drawing surface, tables of claims, and the closed form of stick-slip beside a drive."""
 
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

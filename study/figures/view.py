@@ -1,4 +1,4 @@
-"""What a view is: a figure that a dataset calls for, with its numbers."""
+"""A view is a figure that a dataset calls for, with its numbers: the answer over its axes, and the runs of its cases."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""The content of a campaign file as frozen values."""
+"""The content of a campaign file as frozen values, its drives included."""
 
 import itertools
 import math

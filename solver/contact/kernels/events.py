@@ -1,4 +1,4 @@
-"""Displace a node in contact; release a node or bring it into contact (a pivot of the tableau)."""
+"""What happens at an event, compiled: a node is displaced, released or touches; violations, cascades, the next event, loading."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Where a segment ends: at a distance, at a velocity of 0 or of stick, at an extremum of the velocity, or with the drive."""
+"""Eq. 12-14 integrated, compiled: from crossing to crossing, on a rigid contact, and by steps of Runge and Kutta."""
 
 import math
 from typing import NamedTuple

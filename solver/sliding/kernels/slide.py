@@ -1,4 +1,4 @@
-"""Columns of a friction record in the making, which kernels fill."""
+"""Sliding from event to event, compiled: on the tableau, and with constant pressures; and the columns of events that it fills."""
 
 from typing import NamedTuple
 
