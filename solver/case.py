@@ -16,6 +16,8 @@ from nanoslip.solver.parameter import MOST_WHOLE, Parameter, Roughness, check, d
 from nanoslip.solver.slab import SCHEMES, Slab
 
 PinShape = Literal["parabola", "flat_punch"]
+PIN_SIZES: Final[Mapping[PinShape, str]] = {"parabola": "radius", "flat_punch": "half_width"}
+"""Shape of a pin -> the parameter that is its size."""
 InitialContact = Literal["stick", "frictionless", "gradual"]
 SlipOrder = Literal["worst_first", "simultaneous"]
 LimitedShear = Literal["both_ways", "forward"]
@@ -290,10 +292,12 @@ def _refuse_combinations(case: Case) -> None:
             "needs a mean that can be spread, finite and above 0"
         )
     if case.max_events is None and case.max_presliding is None and math.isinf(case.farthest):
-        raise InvalidInput(
-            "max_events, max_presliding, max_displacement and max_spacings are all missing: a record needs at least one limit"
-        )
+        *first, last = STOP_CONDITIONS
+        raise InvalidInput(f"{', '.join(first)} and {last} are all missing: a record needs at least one limit")
 
+
+STOP_CONDITIONS: Final = tuple(name for name, each in declared(Case).items() if each.table == "limits")
+"""The parameters of a case that each may end its record: the first that is reached does."""
 
 PARTS: Final[dict[str, type]] = {"slip_rule": SlipRule, "effects": Effects, "heterogeneity": Heterogeneity}
 """Field of a case -> type of its part, the slab apart: the parameters of these are parameters of the case."""

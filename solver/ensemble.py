@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import LEAST_APART, Case
+from nanoslip.solver.case import LEAST_APART, PIN_SIZES, Case
 from nanoslip.solver.parameter import Roughness
 
 Places = Literal["drawn", "given"]
@@ -88,7 +88,7 @@ def chance_of(case: Case, number: int) -> tuple[float, float]:
 
     Drawn by load, size of the pin and nodes, on which every result depends: independent from one contact to another.
     """
-    size = case.radius if case.pin == "parabola" else case.half_width
+    size = getattr(case, PIN_SIZES[case.pin])
     words = np.array(
         [number, case.slab.n_x, *struct.unpack("<4I", struct.pack("<2d", case.normal_load, size))], np.uint32
     )

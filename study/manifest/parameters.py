@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any, Final
 
-from nanoslip.solver.case import Case, parameters_of_a_case
+from nanoslip.solver.case import STOP_CONDITIONS, Case, parameters_of_a_case
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import PHYSICS, SCHEMES, Slab
@@ -94,7 +94,7 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
         if isinstance(value, float) and math.isinf(value) and name != "intrinsic_friction":
             raise InvalidInput(f"{name} = {value!r}: needs a finite number")
     limits: dict[str, Any] = {}
-    if not parameters.keys() & {"max_events", "max_presliding", "max_displacement", "max_spacings"}:
+    if not parameters.keys() & {*STOP_CONDITIONS}:
         limits = dict(LIMITS)
     elif "max_events" not in parameters:
         limits = {"max_events": None}

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import PARTS, Case
+from nanoslip.solver.case import PARTS, PIN_SIZES, STOP_CONDITIONS, Case
 from nanoslip.solver.drive import Drive, Integrator
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.solver.outcome import Outcome
@@ -130,8 +130,10 @@ def _drags_nothing(case: Case) -> bool:
 
 
 OF_ALL = (
-    Exclusion(("radius",), "only a parabola has a radius", lambda case: case.pin != "parabola"),
-    Exclusion(("half_width",), "only a punch has a half-width", lambda case: case.pin != "flat_punch"),
+    *(
+        Exclusion((size,), f"only a {shape} has a {size}", lambda case, shape=shape: case.pin != shape)  # type: ignore[misc]
+        for shape, size in PIN_SIZES.items()
+    ),
     Exclusion(
         ("slab.aspect_ratio", "slab.poisson"),
         "a chain has neither height nor Poisson's ratio",
@@ -146,10 +148,7 @@ OF_ALL = (
 """What no result depends on."""
 OF_CONTACT = (
     *OF_ALL,
-    Exclusion(
-        ("max_events", "max_presliding", "max_displacement", "max_spacings"),
-        "initial contact comes before any limit",
-    ),
+    Exclusion(STOP_CONDITIONS, "initial contact comes before any limit"),
     Exclusion(("effects.pin_translation",), "at initial contact the pin has not moved"),
     Exclusion(
         (

@@ -78,7 +78,7 @@ def test_the_default_grading_is_good_or_as_good_as_the_surface(n_x: int, aspect_
         (lambda: Case(radius=-5), "radius = -5"),
         (lambda: Case(normal_load=0), "normal_load = 0"),
         (lambda: Case(normal_load="1"), "normal_load = '1'"),  # type: ignore[arg-type]
-        (lambda: Case(max_events=None), "max_events, max_presliding, max_displacement and max_spacings"),
+        (lambda: Case(max_events=None), "max_events, max_displacement, max_presliding and max_spacings"),
         (lambda: Case(half_width=0.6), "half_width = 0.6"),
         (lambda: SlipRule(residual_shear=1.5), "residual_shear = 1.5"),
         (lambda: SlipRule(residual_shear=-0.1), "residual_shear = -0.1"),
