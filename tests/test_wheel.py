@@ -91,7 +91,8 @@ def test_the_wheel_holds_every_file_of_the_packages_and_no_test(wheel):
     }
     assert there <= names
     copies = {f"nanoslip/study/shipped/campaigns/{name}.toml" for name in campaigns()}
-    copies |= {f"nanoslip/study/shipped/{path.relative_to(ROOT)}" for path in (ROOT / "campaigns").rglob("*.csv")}
+    beside = (path for kind in ("csv", "py") for path in (ROOT / "campaigns").rglob(f"*.{kind}"))
+    copies |= {f"nanoslip/study/shipped/{path.relative_to(ROOT)}" for path in beside}
     copies |= {f"nanoslip/study/shipped/slurm/{name}" for name in ("job.sh.j2", "site.toml")}
     assert {name for name in names - there if not name.startswith(("nanoslip/solver/", "nanoslip/study/"))} == {
         "nanoslip/__init__.py",
@@ -124,6 +125,7 @@ def test_it_computes_from_an_empty_folder(call, tmp_path):
 
 def test_it_brings_campaigns_and_cluster_settings(call, tmp_path):
     assert "smoke " in call("nanoslip", "campaigns")
+    assert "Figure 5" in call("nanoslip", "figure")
     assert "2 cases" in call("nanoslip", "plan", "smoke")
     said = call("nanoslip", "submit", "smoke", "--out", tmp_path / "out")
     assert f"{Path('study') / 'shipped' / 'slurm' / 'site.toml'}; copy the file" in said
