@@ -75,9 +75,9 @@ def is_named_tuple(kind: object) -> bool:
     return isinstance(kind, _compiling().types.BaseNamedTuple)
 
 
-def told_of_compiling(tell: Callable[[], object]) -> AbstractContextManager[None]:
+def reporting_compilation(tell: Callable[[], object]) -> AbstractContextManager[None]:
     """While entered, `tell` is called as a kernel begins to be compiled; not for one that is kept on disk."""
-    found: AbstractContextManager[None] = _compiling().told_of_compiling(tell)
+    found: AbstractContextManager[None] = _compiling().reporting_compilation(tell)
     return found
 
 

@@ -17,7 +17,7 @@ from numba.core import event
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.extending import overload, register_jitable
 
-__all__ = ["dispatcher_of", "overload", "register_jitable", "source_stamp", "told_of_compiling", "types"]
+__all__ = ["dispatcher_of", "overload", "register_jitable", "reporting_compilation", "source_stamp", "types"]
 
 KERNEL_FILES: Final = ("compiled.py", "compiling.py", "*/kernels/*.py")
 """What holds kernels, all that kernels import from this package, and what makes them: relative to the package."""
@@ -47,7 +47,7 @@ def source_stamp() -> str:
 
 
 @contextmanager
-def told_of_compiling(tell: Callable[[], object]) -> Iterator[None]:
+def reporting_compilation(tell: Callable[[], object]) -> Iterator[None]:
     """While entered, `tell` is called as a kernel begins to be compiled; not for one that is kept on disk."""
     listener = _Starts(tell)
     event.register("numba:compile", listener)

@@ -63,7 +63,7 @@ class Ensemble:
             size *= 2
         yield self.members
 
-    def known(self, values: Sequence[float]) -> bool:
+    def within_target(self, values: Sequence[float]) -> bool:
         """Whether the mean over these members is known as well as it is to be."""
         if self.within is None:
             return False
@@ -75,7 +75,7 @@ class Ensemble:
         """Members that are computed, as far as that is known before: the fewest where a target decides."""
         return self.members if self.within is None else min(FEWEST, self.members)
 
-    def asked_of(self, names: Collection[str]) -> "Ensemble":
+    def for_observables(self, names: Collection[str]) -> "Ensemble":
         """The ensemble with those variables of its target that have these names; the fewest members if there are none."""
         of = tuple(name for name in self.of if name in names)
         if of or self.within is None:

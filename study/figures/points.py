@@ -24,7 +24,7 @@ LETTERS: Final = 3
 """Names so short are symbols themselves: n_x."""
 
 
-def known(name: str) -> Described | None:
+def description_of(name: str) -> Described | None:
     """What is declared of a variable; None of one that is not declared."""
     try:
         return described(name)
@@ -34,7 +34,7 @@ def known(name: str) -> Described | None:
 
 def symbol(name: str) -> str:
     """What equations call a variable, else its name in words."""
-    found = known(name)
+    found = description_of(name)
     if found and found.symbol:
         return found.symbol
     return name if len(name) <= LETTERS else name.replace("_", " ")
@@ -42,7 +42,7 @@ def symbol(name: str) -> str:
 
 def label(name: str) -> str:
     """A variable on an axis: meaning, symbol and unit."""
-    found = known(name)
+    found = description_of(name)
     if found is None:
         return name
     meaning = found.meaning.split(", in ")[0] if "/" in found.symbol else found.meaning
@@ -52,7 +52,7 @@ def label(name: str) -> str:
 
 def ratio(above: str, below: str) -> str:
     """A ratio of two variables on an axis; what the first is measured in stands behind both."""
-    found = known(above)
+    found = description_of(above)
     meaning, _, own = (found.meaning if found else above).partition(", in ")
     sign = f" {found.symbol}" if found and found.symbol and found.symbol not in meaning else ""
     measured = f", in {own}" if own and "/" not in sign else ""
@@ -71,7 +71,7 @@ def in_unit(text: str, name: str) -> str:
 
 def unit_of(name: str) -> str:
     """The unit of a variable as people write it; empty of pure numbers and words."""
-    found = known(name)
+    found = description_of(name)
     return readable(found.units) if found else ""
 
 
@@ -89,7 +89,7 @@ def typeset(text: str) -> str:
     return SYMBOL.sub(r"$\1_{\2}$", text.replace("$", r"\$"))
 
 
-def said(value: Any) -> str:
+def in_text(value: Any) -> str:
     """A value of a coordinate, as short as it can be: 0.25, 200, 3e4."""
     if not isinstance(value, float) or not math.isfinite(value):
         return str(value)
@@ -101,7 +101,7 @@ def said(value: Any) -> str:
 
 def words(values: Mapping[str, Any]) -> str:
     """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 0.002 m/s`."""
-    return ", ".join(f"{symbol(name)} = {said(value)} {unit_of(name)}".rstrip() for name, value in values.items())
+    return ", ".join(f"{symbol(name)} = {in_text(value)} {unit_of(name)}".rstrip() for name, value in values.items())
 
 
 Floats = NDArray[np.float64]
@@ -239,7 +239,7 @@ def _manifest(root: xr.Dataset) -> dict[str, Any]:
 
 def _whole(values: NDArray[Any]) -> NDArray[Any]:
     if values.dtype.kind == "f" and not np.isfinite(values).all():
-        return np.array([LACKING if np.isnan(each) else said(each) for each in values.tolist()], dtype=object)
+        return np.array([LACKING if np.isnan(each) else in_text(each) for each in values.tolist()], dtype=object)
     return values.astype(object) if values.dtype.kind in "UTS" else values
 
 
@@ -267,7 +267,7 @@ def _members(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[np.
 
 def _stated(dataset: xr.Dataset, name: str) -> str:
     """The variable of the dataset that says how uncertain a number is; empty where none does."""
-    declared = known(name)
+    declared = description_of(name)
     error = declared.uncertainty if declared else ""
     return error if error in dataset else ""
 
@@ -371,7 +371,7 @@ def _called(names: Sequence[str], word: str) -> list[str]:
 
 def _symbol(name: str) -> str:
     """What equations call a variable; empty where they do not."""
-    found = known(name)
+    found = description_of(name)
     return found.symbol if found else ""
 
 

@@ -18,8 +18,8 @@ from nanoslip.study.figures.points import (
     Roles,
     counts_of,
     held_at,
+    in_text,
     label,
-    said,
     short,
     typeset,
     values_of,
@@ -71,7 +71,7 @@ def set_axis(axis: Any, points: Points, name: str) -> None:
     """Scale and ticks of an axis (matplotlib's) along which a coordinate runs."""
     values = values_of(points, name)
     if points.axes[name].dtype.kind in "Ob":
-        axis.set_ticks(range(len(values)), list(map(said, values)))
+        axis.set_ticks(range(len(values)), list(map(in_text, values)))
         return
     if begins_with_zero(points.axes[name]):
         least, most = values[1], values[-1]
@@ -80,7 +80,7 @@ def set_axis(axis: Any, points: Points, name: str) -> None:
     elif is_logarithmic(points.axes[name]):
         axis._set_axes_scale("log")
     if len(values) <= _TICKS:
-        axis.set_ticks(values, list(map(said, values)))
+        axis.set_ticks(values, list(map(in_text, values)))
         axis.set_ticks([], minor=True)
 
 
@@ -168,7 +168,7 @@ def _series(here: Points, points: Points, roles: Roles) -> Iterator[tuple[str, P
         yield "", here
         return
     for value in values_of(points, roles.hue):
-        yield said(value), held_at(here, {roles.hue: value})
+        yield in_text(value), held_at(here, {roles.hue: value})
 
 
 def _draw_series(axes: Any, points: Points, series: Points, x: Any, color: str, name: str, line: str = "-") -> None:

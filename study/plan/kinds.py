@@ -123,7 +123,7 @@ def names_of(kind: Kind) -> frozenset[str]:
 
 def own_ensemble(kind: Kind, ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
     """The ensemble of a kind's tasks in a campaign with this one, and its canonical text."""
-    found = ensemble.asked_of(names_of(kind))
+    found = ensemble.for_observables(names_of(kind))
     return found, CanonicalText(canonical_text(found))
 
 

@@ -32,7 +32,7 @@ from nanoslip.study.dataset.variables import (
     parameters,
     without_numbers,
 )
-from nanoslip.study.figures.points import in_unit, listed, readable, said, symbol, unit_of
+from nanoslip.study.figures.points import in_text, in_unit, listed, readable, symbol, unit_of
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.plan.outlook import flag_lines
@@ -225,7 +225,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
     header = (*labels, *titles, "outcome")
     rows = [
         (
-            *(said(point.label[name]) for name in varying),
+            *(in_text(point.label[name]) for name in varying),
             *(_cell(point.values, name) for name in columns),
             "".join(_ending(point.values)[: 3 if why else 2]),
         )
@@ -363,7 +363,7 @@ def words(label: dict[str, Value]) -> str:
     Parameters that it has not, as a scheme its settings, are left out.
     """
     known = {name: value for name, value in label.items() if value != "" and value == value}  # noqa: PLR0124  NaN is not
-    return ", ".join(f"{_name(name)} = {said(value)} {unit_of(name)}".rstrip() for name, value in known.items())
+    return ", ".join(f"{_name(name)} = {in_text(value)} {unit_of(name)}".rstrip() for name, value in known.items())
 
 
 def _name(parameter: str) -> str:

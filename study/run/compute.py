@@ -141,7 +141,7 @@ def computed_members(
 
 def known(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
     """Whether these members know all observables of an ensemble's target that are numbers of this kind."""
-    return all(map(ensemble.known, _asked(kind, ensemble, members)))
+    return all(map(ensemble.within_target, _asked(kind, ensemble, members)))
 
 
 def largest_change(kind: Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:

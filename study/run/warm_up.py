@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from nanoslip.solver.case import PARTS, Case, Effects, Heterogeneity, SlipRule
-from nanoslip.solver.compiled import told_of_compiling
+from nanoslip.solver.compiled import reporting_compilation
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import choices_of, declared
@@ -188,7 +188,7 @@ def warm_up(tasks: Sequence[WarmUpTask], say: Callable[[], object] = lambda: Non
     say: called once, before the first kernel is compiled; not where all are in the cache.
     """
     # What fails here fails again in a task of the run, where it is reported.
-    with TemporaryDirectory() as folder, suppress(Exception), told_of_compiling(cache(say)):
+    with TemporaryDirectory() as folder, suppress(Exception), reporting_compilation(cache(say)):
         store = Store(Path(folder))
         store.prepare()
         store.write(made_up_record(), shared=True)

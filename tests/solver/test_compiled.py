@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from nanoslip import solver
-from nanoslip.solver.compiled import Kernel, compiled, told_of_compiling
+from nanoslip.solver.compiled import Kernel, compiled, reporting_compilation
 from nanoslip.solver.compiling import KERNEL_FILES
 
 PACKAGE = Path(solver.__file__).parent
@@ -148,7 +148,7 @@ def test_every_compiled_function_is_watched() -> None:
 def test_compiling_is_told_as_it_begins_and_only_then() -> None:
     doubled = numba.njit(lambda number: 2.0 * number)  # kept nowhere
     told: list[str] = []
-    with told_of_compiling(lambda: told.append("now")):
+    with reporting_compilation(lambda: told.append("now")):
         assert doubled(1.5) == 3.0
         assert doubled(2.5) == 5.0
     assert told == ["now"]

@@ -139,17 +139,17 @@ def test_members_are_doubled_until_the_target_is_reached() -> None:
     assert list(Ensemble(8).sizes()) == [8]
     aimed = Ensemble(20, 0.01, ("plateau_mean",))
     assert list(aimed.sizes()) == [FEWEST, 6, 12, 20]
-    assert not aimed.known([1.0, 1.007, 0.993])  # ± is 0.0053, twice of it more than 0.01
-    assert aimed.known([1.0, 1.006, 0.994])
-    assert not aimed.known([math.nan] * 3)
-    assert not Ensemble(8).known([1.0] * 8)
+    assert not aimed.within_target([1.0, 1.007, 0.993])  # ± is 0.0053, twice of it more than 0.01
+    assert aimed.within_target([1.0, 1.006, 0.994])
+    assert not aimed.within_target([math.nan] * 3)
+    assert not Ensemble(8).within_target([1.0] * 8)
 
 
 def test_a_target_holds_for_the_tasks_that_yield_its_variables() -> None:
     aimed = Ensemble(20, 0.01, ("plateau_mean", "kinetic_friction"))
-    assert aimed.asked_of(["plateau_mean", "mean_step"]) == Ensemble(20, 0.01, ("plateau_mean",))
-    assert aimed.asked_of(["contact_half_width"]) == Ensemble(FEWEST)
-    assert Ensemble(8).asked_of([]) == Ensemble(8)
+    assert aimed.for_observables(["plateau_mean", "mean_step"]) == Ensemble(20, 0.01, ("plateau_mean",))
+    assert aimed.for_observables(["contact_half_width"]) == Ensemble(FEWEST)
+    assert Ensemble(8).for_observables([]) == Ensemble(8)
 
 
 def test_the_jackknife_of_a_mean_is_its_uncertainty() -> None:

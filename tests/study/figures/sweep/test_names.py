@@ -5,10 +5,10 @@ import pytest
 from nanoslip.study.figures.points import (
     UnknownNameError,
     axis_named,
+    in_text,
     label,
     points_named,
     points_of,
-    said,
     short,
     symbol,
     typeset,
@@ -85,7 +85,7 @@ def test_labels_say_meaning_symbol_and_unit() -> None:
 
 def test_values_are_as_short_as_they_can_be() -> None:
     values = (0.25, 200.0, 30000.0, 2.5e-4, 0.001, 1e-10, 12345.6, 65, "bonded", float("inf"))
-    assert list(map(said, values)) == [
+    assert list(map(in_text, values)) == [
         "0.25",
         "200",
         "3e4",
