@@ -42,8 +42,8 @@ def test_contact_and_drives_are_compiled_side_by_side_and_have_no_kernel_in_comm
 ) -> None:
     """Two processes would compile it twice."""
     contact, driven = ({path.name.partition("-")[0] for path in kept.rglob("*.nbi")} for kept, _ in compiled)
-    assert "cascade.resolve" in contact
-    assert "event_driven.integrate_exactly" in driven
+    assert "events.resolve" in contact
+    assert "steps.integrate_exactly" in driven
     assert not contact & driven
 
 
@@ -54,7 +54,7 @@ def test_that_kernels_are_compiled_is_said_once_and_not_when_they_are_kept(
     kept, said = compiled[0]
     assert said.count(SAID) == 1
     campaign.write_text('title = "One contact"\nstages = ["contact"]\nnumerics.n_x = 17\n')
-    for path in kept.rglob("cascade.answer_violations-*"):
+    for path in kept.rglob("events.answer_violations-*"):
         path.unlink()
     runs = [
         nanoslip("run", campaign, "--out", campaign.parent / out, NUMBA_CACHE_DIR=str(kept)).stderr
