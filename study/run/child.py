@@ -22,7 +22,7 @@ from typing import Any, Final
 
 from nanoslip.study.origin import Origin, adopt
 from nanoslip.study.run.dispatch import Done, attempt
-from nanoslip.study.run.launch import SIGNALS, Program
+from nanoslip.study.run.launch import ONE_THREAD, SIGNALS, Program
 from nanoslip.study.run.queue import Work
 
 READY: Final = "ready"
@@ -122,7 +122,11 @@ class ChildProcess:
             signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it starts with them blocked, and then ignores them
             try:
                 self._process = subprocess.Popen(
-                    words, stdin=subprocess.DEVNULL, pass_fds=files, start_new_session=True
+                    words,
+                    stdin=subprocess.DEVNULL,
+                    pass_fds=files,
+                    start_new_session=True,
+                    env=os.environ | ONE_THREAD,
                 )
             finally:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
