@@ -155,7 +155,7 @@ class Ledger(Generic[W]):
         return self.queue.take()
 
     def parcel(self, most: int, room: float, at_least_one: bool) -> list[tuple[W, float]]:
-        """Take the next tasks, at most so many, which together are expected to end within `room` seconds, and say when each does.
+        """Take the next tasks, at most so many, which are expected to take `room` seconds together; with the seconds of each.
 
         at_least_one: the first one however long it takes. One that would not end in time is set aside, now and for good. What is
         not known to take too long is tried: else a task longer than any job would never be.

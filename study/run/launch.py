@@ -1,4 +1,4 @@
-"""Rank, number of processes and end of the job as the launcher says in the environment; number of threads. Imports no library."""
+"""Rank, number of processes and end of the job from the environment of the launcher; number of threads. Imports no library."""
 
 import math
 import os
@@ -21,7 +21,7 @@ ONE_THREAD: Final = dict.fromkeys(
 """Environment of a process that computes: more threads would fight each other, and sums would depend on their number."""
 
 WARNING: Final = 90
-"""Seconds before the end of a job at which its ranks are told to stop."""
+"""Seconds before the end of a job at which its ranks are signalled to stop."""
 
 
 def end_of_time(environment: Mapping[str, str]) -> float:

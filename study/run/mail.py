@@ -1,4 +1,4 @@
-"""Messages between ranks, whatever they say. None waits inside MPI: that would spin and take a core from those who compute."""
+"""Messages between ranks, whatever is in them. None waits inside MPI: that would spin and take a core from those who compute."""
 
 import os
 import time
@@ -46,7 +46,7 @@ class Begun:
             os.write(self._file, "".join(f"{key}\n" for key in long).encode())
 
     def close(self) -> None:
-        """Forget all of them: the run ends by itself, or was told to stop."""
+        """Forget all of them: the run ends by itself, or was signalled to stop."""
         with self._lock, suppress(OSError):
             self._closed = True
             if self._file is not None:
