@@ -1,9 +1,10 @@
-"""Campaigns from Python: compute one in this process and get its dataset, or open a dataset that is there."""
+"""Campaigns from Python: compute one on this machine and get its dataset, or open a dataset that is there."""
 
 import os
 import warnings
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -12,28 +13,28 @@ import scipy
 import threadpoolctl
 import xarray as xr
 
-from nanoslip.solver.outcome import Outcome
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.concatenation import joined
 from nanoslip.study.dataset.file import loaded
-from nanoslip.study.exit_codes import FAILURES, WRONG_INPUT
+from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.manifest.checker import ManifestError, read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
-from nanoslip.study.plan.outlook import shortages
-from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.origin import here
+from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import console
-from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
-from nanoslip.study.run.dispatch import Tally
-from nanoslip.study.run.executor import Diary, drop_intermediates, left, unseen
-from nanoslip.study.run.farm import SerialFarm
-from nanoslip.study.run.journal import Journal, measured_in
-from nanoslip.study.run.launch import computing
-from nanoslip.study.run.progress import open_progress
+from nanoslip.study.results.store import Lease, Store, StoreError
+from nanoslip.study.run.agent import Agent
+from nanoslip.study.run.campaign import UnfinishedError, compute_rest, rest_of
+from nanoslip.study.run.dispatch import Report
+from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm
+from nanoslip.study.run.journal import Journal
+from nanoslip.study.run.launch import Program, computing
+from nanoslip.study.run.progress import Measured, open_progress
 from nanoslip.study.toml_text import as_toml
 
 Place = str | os.PathLike[str]
@@ -56,8 +57,9 @@ def run(
     recompute_foreign: bool = False,
     retry: bool = False,
     progress: bool | None = None,
+    jobs: int = 1,
 ) -> xr.Dataset:
-    """Compute a campaign in this process and return its dataset.
+    """Compute a campaign and return its dataset.
 
     campaign: a campaign file, the name of a campaign that comes with nanoslip, or a dict with the keys of a campaign file.
     out: folder of the results, as `nanoslip run --out` uses it: finished tasks are not computed again, and the dataset reads
@@ -65,9 +67,12 @@ def run(
     recompute_foreign: compute again what other software computed.
     retry: try again what has failed.
     progress: print progress on standard error. None: on a terminal and in a notebook.
+    jobs: processes of this machine that compute, as `nanoslip run -j`: a task that ends its process fails alone. 1: this process
+        itself. The dataset is the same.
 
-    Raises ManifestError where the campaign is wrong, StoreError where the folder cannot be used or another run is at work there,
-    MemoryError where a task needs more memory than this machine has. A task that fails is a warning, and an outcome of its cases.
+    Raises ManifestError where the campaign is wrong, StoreError where the folder cannot be used, another run is at work there or
+    not all could be computed, MemoryError where tasks need more memory than this machine has. A task that fails is a warning, and
+    an outcome of its cases.
 
     >>> import nanoslip
     >>> data = nanoslip.run({
@@ -83,17 +88,30 @@ def run(
     with ExitStack() as stack:
         stack.enter_context(_one_thread())
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
-        farm = SerialFarm(computing(folder).load)
+        farm = _farm(computing(folder), jobs, stack)
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
-        _compute(farm, plan, folder, recompute_foreign, retry, progress)
-        if lease.look():
-            raise StoreError(lease.lost)
+        journal = Journal(folder, "nanoslip.run")
+        rest = rest_of(plan, Store(folder), folder, recompute_foreign, retry, partial(_warn, 4))
+        try:
+            failed = compute_rest(farm, rest, journal, lease, partial(_shown, progress))
+        except StoreError as error:
+            journal.end(INTERRUPTED if isinstance(error, UnfinishedError) else WRONG_INPUT)
+            raise
+        failed += len(rest.left.given_up)
+        journal.end(FAILURES if failed else 0)
+        if failed:
+            _warn(3, f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)")
         path = folder / file.FILE
-        file.write(collect(plan, Store(folder)), path)
+        file.write(collect(plan, rest.store), path)
         if out is not None:
             return file.read(path)
         with file.read(path) as opened:
             return loaded(opened)
+
+
+def _warn(level: int, text: str) -> None:
+    """Warn whoever has called `run`. level: number of frames from there to here."""
+    warnings.warn(text, RuntimeWarning, stacklevel=level)
 
 
 def _one_thread() -> threadpoolctl.threadpool_limits:
@@ -149,53 +167,25 @@ def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
     return {key: read_text(Path(name))[1] for key, name in named.items() if isinstance(name, str | os.PathLike)}
 
 
-def _compute(
-    farm: SerialFarm, plan: Plan, folder: Path, recompute_foreign: bool, retry: bool, progress: bool | None
-) -> None:
-    store = Store(folder)
-    store.prepare()
-    for problem in merge_shards(folder):
-        warnings.warn(problem, RuntimeWarning, stacklevel=3)
-    finished = store.inventory()
-    foreign = plan.foreign(finished) if recompute_foreign else {}
-    work = left(plan, store.failures(), finished.keys() - foreign.keys(), retry)
-    tasks = work.tasks
-    if short := shortages(plan, tasks, 1):
-        raise MemoryError("\n".join(short))
-    journal = Journal(folder, "nanoslip.run")
-    if tasks:
-        journal.begin(farm.size, farm.unit)
-    tally, undone = _run_tasks(farm, tasks, folder, journal, progress)
-    journal.computed(tally)
-    store.settle()
-    failed = tally.crashed + len(work.given_up)
-    journal.end(WRONG_INPUT if tally.halt else FAILURES if failed else 0)
-    if tally.halt:
-        raise StoreError(tally.halt)
-    if not tally.interrupted and (missing := unseen(tasks, undone, store)):
-        raise StoreError(missing)
-    if failed:
-        said = f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)"
-        warnings.warn(said, RuntimeWarning, stacklevel=3)
-    elif tasks and not tally.interrupted:
-        drop_intermediates(plan, store)
+def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
+    """This process, or so many children of it; it is not entered: Ctrl-C stays Python's, and results are whole files."""
+    if jobs == 1:
+        return SerialFarm(program.load)
+    if jobs < 1:
+        raise ValueError(f"jobs = {jobs!r}: needs at least 1")
+    agents = [Agent(program, number) for number in range(jobs)]
+    for agent in agents:
+        stack.callback(agent.close)
+        agent.adopt(here())
+    return ProcessFarm(agents)
 
 
-def _run_tasks(
-    farm: SerialFarm, tasks: Sequence[Task], folder: Path, journal: Journal, progress: bool | None
-) -> tuple[Tally, set[str]]:
-    """Compute tasks; returns the keys of those that have no result, too.
-
-    The farm is not entered: Ctrl-C stays Python's, and results are whole files.
-    """
+def _shown(
+    progress: bool | None, tasks: Sequence[Task], processes: int, measured: Measured
+) -> AbstractContextManager[Report[Task]]:
+    """Progress where it is asked for, or somebody watches."""
     errors = console(stderr=True)
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
-    with ExitStack() as stack:
-        shown = watched if progress is None else progress
-        bar = open_progress(tasks, errors, measured=measured_in(folder)) if shown else None
-        diary = Diary(folder, journal.noting(stack.enter_context(bar) if bar else _silent))
-        return farm.run(tasks, diary.report, diary.fail), diary.undone
-
-
-def _silent(_tasks: Sequence[Task], _outcome: Outcome, _seconds: Collection[float]) -> None:
-    """Report nothing."""
+    if watched if progress is None else progress:
+        return open_progress(tasks, errors, processes, measured)
+    return nullcontext(lambda *_: None)

@@ -32,7 +32,8 @@ ORDER = {
     "nanoslip.study.plan": "task kinds cost grids plan outlook",
     "nanoslip.study.results": "entry log attempts shard store",
     "nanoslip.study.dataset": "file variables table collect access concatenation compare verify",
-    "nanoslip.study.run": "launch queue progress dispatch journal mail child agent farm mpi compute warm_up executor batch",
+    "nanoslip.study.run": "launch queue progress dispatch journal mail child agent farm mpi compute warm_up executor batch "
+    "campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "shared points sweep frames view views gallery",
     "nanoslip.study.accuracy": "setup elastic_operator digit effects measurement",

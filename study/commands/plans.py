@@ -75,8 +75,8 @@ def planned(campaign: Path) -> Plan:
 
 def planned_from(manifest: Manifest) -> Plan:
     """The plan of a campaign. Raises ManifestError."""
-    with counting(PLANNED) as heard, all_kept():
-        plan = make_plan(manifest, heard)
+    with counting(PLANNED) as count, all_kept():
+        plan = make_plan(manifest, count)
         keep_for_good()
     return plan
 
@@ -129,10 +129,10 @@ def _standing(
     campaign: Path,
     into: Path,
     plan: Plan,
-    known: tuple[Store, ...],
+    opened: tuple[Store, ...],
     measure: Callable[[Plan], Measured] | None = None,
 ) -> Standing:
-    have = {store.folder.parent: store for store in known}
+    have = {store.folder.parent: store for store in opened}
     stores = tuple(have.get(each) or Store(each, whole=False) for each in (into, *folders(into)))
     metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}

@@ -23,7 +23,7 @@ class Order:
     out: Path
     """The campaign's folder."""
     shard: Shard | None = None
-    """The part that is wanted; None: all of it."""
+    """The part to compute; None: all of it."""
     recompute_foreign: bool = False
     retry: bool = False
 

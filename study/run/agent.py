@@ -1,7 +1,7 @@
 """Whoever computes through a child: hands it tasks, a few at a time where they are short, and outlives what one does to it.
 
 A child that dies (segmentation fault, killed, out of memory, `os._exit`) takes the task with it that it computed; one that does
-not end in time is killed. How tasks ended comes back in their order: the first one not heard of is the one in its hands. Another
+not end in time is killed. How tasks ended comes back in their order: the first one that has not is the one in its hands. Another
 child goes on with the next, half a second later. So it does after an error of the machine, which may have harmed the process.
 """
 
@@ -14,7 +14,7 @@ from typing import Any, Final
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.origin import Origin
 from nanoslip.study.run.child import NO_TASK, ChildProcess
-from nanoslip.study.run.dispatch import Done, tell
+from nanoslip.study.run.dispatch import Done, print_failure
 from nanoslip.study.run.launch import Program
 from nanoslip.study.run.progress import Expectation
 from nanoslip.study.run.queue import Work
@@ -144,7 +144,7 @@ class Agent:
             return self._lost(task, child, outcome, again=False)
         if done is not None:
             self._expectation.learn((self._begun.popleft(),), (done.seconds,))
-            tell(task, done)
+            print_failure(task, done)
             if done.passing:
                 self._begin_again()
         return done
@@ -167,7 +167,7 @@ class Agent:
         done = Done(task.key, outcome, child.seconds, where, child.last_words(), again)
         self._begun.popleft()
         self._begin_again()
-        tell(task, done)
+        print_failure(task, done)
         return done
 
 

@@ -26,7 +26,7 @@ from nanoslip.study.toml_text import from_toml
 LEAST: Final = 1e-3
 """Seconds that any case counts: those that are refused are spread, too."""
 
-Known = TypeVar("Known")
+Result = TypeVar("Result")
 
 
 def part(plan: Plan, shard: Shard) -> Plan:
@@ -61,15 +61,15 @@ def blocks_of(weights: Sequence[float], count: int) -> list[int]:
 
 
 def finished_with(
-    plan: Plan, own: Mapping[str, Known], merged: Mapping[str, Known], given_up: Collection[str] = ()
-) -> dict[str, Known]:
+    plan: Plan, own: Mapping[str, Result], merged: Mapping[str, Result], given_up: Collection[str] = ()
+) -> dict[str, Result]:
     """What a shard need not compute: what it has finished, and what has been merged, unless one of its tasks has to read it.
 
     given_up: keys of tasks that it does not try.
     """
     found = {**merged, **own}
     while lacking := _read(plan, found, given_up) - own.keys():
-        found = {key: known for key, known in found.items() if key not in lacking}
+        found = {key: each for key, each in found.items() if key not in lacking}
     return found
 
 
@@ -120,7 +120,7 @@ class Site:
     mpi: str = "pmi2"
     """What `srun --mpi` is given: pmi2 for MPICH and its kin, pmix for Open MPI."""
     warning: int = WARNING
-    """Seconds before the limit at which the ranks are told to stop; tasks that take longer are started again."""
+    """Seconds before the limit at which the ranks are signalled to stop; tasks that take longer are started again."""
     restarts: int = 50
     """Times a job is put back into the queue before it gives up."""
     deaths: int = 5
@@ -153,8 +153,8 @@ def load_site(path: Path) -> tuple[Site, str]:
     """Site settings and the text of their template. Raises SiteError."""
     try:
         given = from_toml(read_text(path)[1])
-        known = [item.name for item in fields(Site)]
-        unknown = [f"{path}: {name}: unknown; needs one of {', '.join(known)}" for name in given if name not in known]
+        names = [item.name for item in fields(Site)]
+        unknown = [f"{path}: {name}: unknown; needs one of {', '.join(names)}" for name in given if name not in names]
         if unknown:
             raise SiteError("\n".join(unknown))
         values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in given.items()}
@@ -188,7 +188,7 @@ class Job:
             if "\\" in str(path):
                 raise SiteError(f"{path_shown(path)}: needs to be without backslashes, which sbatch takes out of names")
 
-    def words(self, command: str) -> str:
+    def shell_command(self, command: str) -> str:
         """A command of nanoslip for it, as the shell reads it."""
         return f"{command} {shlex.quote(str(self.campaign))} --out {shlex.quote(str(self.out))}"
 
@@ -198,19 +198,19 @@ def script(job: Job, site: Site, template: str) -> str:
 
     A template can do nothing but lay out text. Raises SiteError where it tries, or is wrong.
     """
-    return _script(job, site, template, run=job.words("run"))
+    return _script(job, site, template, run=job.shell_command("run"))
 
 
 def array_script(job: Job, shards: int, site: Site, template: str) -> str:
     """The script of an array of jobs, each of which computes a shard and puts itself back into the queue. Raises SiteError."""
     site = replace(site, options=(*site.options, f"--array=1-{shards}"))
-    run = f'{job.words("run")} --shard "$SLURM_ARRAY_TASK_ID/{shards}"'
+    run = f'{job.shell_command("run")} --shard "$SLURM_ARRAY_TASK_ID/{shards}"'
     return _script(job, site, template, run, "%A_%a", '"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"')
 
 
 def merge_script(job: Job, site: Site, template: str) -> str:
     """The script of the job behind an array that merges what the shards have finished. Raises SiteError."""
-    return _script(job, replace(site, nodes=1, tasks=1, restarts=0, deaths=0), template, job.words("merge"))
+    return _script(job, replace(site, nodes=1, tasks=1, restarts=0, deaths=0), template, job.shell_command("merge"))
 
 
 def _script(

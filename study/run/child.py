@@ -6,6 +6,7 @@ It knows nothing of MPI and loads what the solver computes with, which the proce
 import ctypes
 import faulthandler
 import os
+import pickle
 import select
 import signal
 import socket
@@ -21,8 +22,7 @@ from typing import Any, Final
 
 from nanoslip.study.origin import Origin, adopt
 from nanoslip.study.run.dispatch import Done, attempt
-from nanoslip.study.run.launch import SIGNALS, Program
-from nanoslip.study.run.mail import dumps, loads
+from nanoslip.study.run.launch import ONE_THREAD, SIGNALS, Program
 from nanoslip.study.run.queue import Work
 
 READY: Final = "ready"
@@ -53,13 +53,13 @@ def main(descriptor: int, last_words: int) -> None:
 
 def _serve(parent: "Connection[Any, Any]") -> None:
     program: Program
-    program, number = loads(parent.recv_bytes())
+    program, number = pickle.loads(parent.recv_bytes())
     execute = program.load()
-    parent.send_bytes(dumps(READY))
+    _send(parent, READY)
     where, process = f"rank {number} on {socket.gethostname()}", os.getpid()
     while True:
         try:
-            message = loads(parent.recv_bytes())
+            message = pickle.loads(parent.recv_bytes())
         except (EOFError, OSError):
             return  # nobody is there any more
         except BaseException:
@@ -72,9 +72,14 @@ def _serve(parent: "Connection[Any, Any]") -> None:
             done = attempt(execute, task, where, survive=BaseException)
             if os.getpid() != process:
                 os._exit(0)  # a copy of it, made by the task
-            parent.send_bytes(dumps(done))
+            _send(parent, done)
             if done.passing:
                 return
+
+
+def _send(pipe: "Connection[Any, Any]", message: object) -> None:
+    """Send a message; it is for processes of the same run, nothing else."""
+    pipe.send_bytes(pickle.dumps(message, pickle.HIGHEST_PROTOCOL))
 
 
 def _end_with(parent: int) -> None:
@@ -85,7 +90,7 @@ def _end_with(parent: int) -> None:
             sys.exit()
 
 
-# A child that computes, from this side: started, told what to do, heard, ended.
+# A child that computes, from this side: started, given tasks, received from, ended.
 
 LONGEST_LOOK: Final = 1.0
 """Seconds between two looks at a child; more of them were not lived through."""
@@ -117,7 +122,11 @@ class ChildProcess:
             signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it starts with them blocked, and then ignores them
             try:
                 self._process = subprocess.Popen(
-                    words, stdin=subprocess.DEVNULL, pass_fds=files, start_new_session=True
+                    words,
+                    stdin=subprocess.DEVNULL,
+                    pass_fds=files,
+                    start_new_session=True,
+                    env=os.environ | ONE_THREAD,
                 )
             finally:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
@@ -127,7 +136,7 @@ class ChildProcess:
         self._deaths = deaths_for_memory()
         self.seconds = 0.0
         self._seen = time.monotonic()
-        self._tell((program, number))
+        self._send((program, number))
 
     def look(self) -> None:
         """Add the time since the last look to `seconds`, less that in which this process was stopped, and the child with it."""
@@ -142,16 +151,16 @@ class ChildProcess:
 
     def add(self, tasks: list[Work]) -> None:
         """Have it compute tasks after those that it has."""
-        self._tell(tasks)
+        self._send(tasks)
 
     def adopt(self, origin: Origin) -> None:
         """Have it state this software in results."""
-        self._tell(origin)
+        self._send(origin)
 
     def receive(self) -> Done | None:
         """How its task has ended; None while it has not. Raises where the process has, or what it has written is no message."""
         while self._poll.poll(0):
-            message = loads(self.pipe.recv_bytes(LONGEST_MESSAGE))
+            message = pickle.loads(self.pipe.recv_bytes(LONGEST_MESSAGE))
             self.seconds, self._seen = 0.0, time.monotonic()  # its next task's, if it has one
             if message != READY:
                 return message  # type: ignore[no-any-return]
@@ -162,7 +171,7 @@ class ChildProcess:
         return None
 
     def stop(self) -> None:
-        """End its process, whose last words can still be heard, and those that it has started."""
+        """End its process, whose last words can still be read, and those that it has started."""
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
 
@@ -191,9 +200,9 @@ class ChildProcess:
         """Whether the kernel has ended a process for want of memory since this one was started."""
         return deaths_for_memory() > self._deaths
 
-    def _tell(self, message: object) -> None:
+    def _send(self, message: object) -> None:
         with suppress(OSError):  # it has died, as the other direction will say
-            self.pipe.send_bytes(dumps(message))
+            _send(self.pipe, message)
 
 
 def deaths_for_memory() -> int:

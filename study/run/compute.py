@@ -134,22 +134,24 @@ def computed_members(
 
     for size in ensemble.sizes() if there is None else (there, *(size for size in ensemble.sizes() if size > there)):
         found += map(tried, range(len(found), size))
-        if ensemble.within is not None and known(kind, replace(ensemble, within=ensemble.within - spent()), found):
+        if ensemble.within is not None and _reaches_target(
+            kind, replace(ensemble, within=ensemble.within - spent()), found
+        ):
             break
     return tuple(found)
 
 
-def known(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
-    """Whether these members know all observables of an ensemble's target that are numbers of this kind."""
-    return all(map(ensemble.within_target, _asked(kind, ensemble, members)))
+def _reaches_target(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
+    """Whether these members determine all observables of an ensemble's target that are numbers of this kind."""
+    return all(map(ensemble.within_target, _targeted(kind, ensemble, members)))
 
 
 def largest_change(kind: Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
     """`change_by` what members leave out, of the observable of an ensemble's target in which it is largest."""
-    return max(map(change_by, _asked(kind, ensemble, without), _asked(kind, ensemble, whole)))
+    return max(map(change_by, _targeted(kind, ensemble, without), _targeted(kind, ensemble, whole)))
 
 
-def _asked(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[list[float | int]]:
+def _targeted(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[list[float | int]]:
     """Values of the members, of each number of this kind in an ensemble's target."""
     scalars = _scalars(kind, members)
     nothing = [math.nan] * len(members)
@@ -185,8 +187,8 @@ def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | in
                 found[key] = [math.nan if value is None else next(own) for value in values]
     for number, member in enumerate(members):
         if member.only is not None:
-            known = {key for key, each in declared(kind).items() if each.name in member.only}
-            for key in found.keys() - known:
+            kept = {key for key, each in declared(kind).items() if each.name in member.only}
+            for key in found.keys() - kept:
                 found[key][number] = math.nan
     return found
 
@@ -215,12 +217,12 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
         if enough
         else max((each for each in counts if each is not Ending.COMPLETED), key=counts.__getitem__)
     )
-    told = [
+    messages = [
         message if count == len(members) else f"{count} of {len(members)} members {each}: {message}"
         for each, count in counts.most_common()
         if (message := first[each])
     ]
-    return Outcome(ending, "; ".join(told))
+    return Outcome(ending, "; ".join(messages))
 
 
 class _Held(NamedTuple):
@@ -234,10 +236,10 @@ class _Held(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _held(part: Part) -> _Held:
-    known = quantities(part.type, part.prefix)
+    described = quantities(part.type, part.prefix)
     named = {f"{part.prefix}{item.name}": item.name for item in fields(part.type)}
-    held = {key: name for key, name in named.items() if part.whole or key in known}
-    words = tuple(known[key].words if key in known else () for key in held)
+    held = {key: name for key, name in named.items() if part.whole or key in described}
+    words = tuple(described[key].words if key in described else () for key in held)
     names = tuple(held.values())
     return _Held(tuple(held), words, attrgetter(*names) if len(names) > 1 else lambda value: (getattr(value, *names),))
 
@@ -250,12 +252,12 @@ def _coded(value: Any, words: tuple[str, ...]) -> float | int:
 def whole_again(kind: type[Value], result: TaskResult, member: int = 0, prefix: str = "") -> Value:
     """A member's value that `numbers` took apart: of a whole part with this prefix."""
     make: Any = kind
-    known = quantities(make, prefix)
+    described = quantities(make, prefix)
     held: dict[str, Any] = {f"{prefix}outcome": (result.members or (result.outcome,) * (member + 1))[member]}
     for item in fields(make):
         name = f"{prefix}{item.name}"
         if name in result.arrays:
-            held[name] = column(result, name, known[name].along if name in known else "", member)
+            held[name] = column(result, name, described[name].along if name in described else "", member)
         elif name in result.scalars:
             held[name] = result.scalars[name][member]
     return make(**{item.name: held[f"{prefix}{item.name}"] for item in fields(make)})  # type: ignore[no-any-return]

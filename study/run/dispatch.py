@@ -110,8 +110,8 @@ def attempt(
     return Done(task.key, outcome, perf_counter() - start, where, again=machine, passing=machine)
 
 
-def tell(task: Work, done: Done) -> None:
-    """Say on standard error that an attempt has failed, at once."""
+def print_failure(task: Work, done: Done) -> None:
+    """Print on standard error that an attempt has failed, at once."""
     ending, message = done.outcome.ending, done.outcome.message
     if ending in UNDONE and not done.halt:
         why = "" if done.trace.rstrip().endswith(message) else f": {message}"
@@ -155,7 +155,7 @@ class Ledger(Generic[W]):
         return self.queue.take()
 
     def parcel(self, most: int, room: float, at_least_one: bool) -> list[tuple[W, float]]:
-        """Take the next tasks, at most so many, which together are expected to end within `room` seconds, and say when each does.
+        """Take the next tasks, at most so many, which are expected to take `room` seconds together; with the seconds of each.
 
         at_least_one: the first one however long it takes. One that would not end in time is set aside, now and for good. What is
         not known to take too long is tried: else a task longer than any job would never be.
@@ -191,16 +191,12 @@ class Ledger(Generic[W]):
         elif done.outcome.ending in UNDONE:
             self._enter_failure(done)
         else:
-            self.finish({done.key: done.seconds}, done.outcome, done.where)
-
-    def finish(self, ended: Mapping[str, float], outcome: Outcome, where: str) -> None:
-        """Record that taken tasks have ended, all in this way, which is no failure. ended: key -> seconds that it took."""
-        self._note(ended.values(), where)
-        self._kept = True
-        self._done += len(ended)
-        tasks = [self.queue.finish(key) for key in ended]
-        self._expectation.learn(tasks, ended.values())
-        self._report(tasks, outcome, ended.values())
+            self._count(done)
+            self._kept = True
+            self._done += 1
+            tasks, seconds = (self.queue.finish(done.key),), (done.seconds,)
+            self._expectation.learn(tasks, seconds)
+            self._report(tasks, done.outcome, seconds)
 
     def _enter_refusal(self, done: Done) -> None:
         """Record that a result could not be kept: by a fault of its process where others are, else no more can be."""
@@ -216,7 +212,7 @@ class Ledger(Generic[W]):
         self._kept = False
 
     def _enter_failure(self, done: Done) -> None:
-        self._note((done.seconds,), done.where)
+        self._count(done)
         task = self.queue.taken(done.key)
         self._failed[done.key] += 1
         last = not done.again or self._failed[done.key] >= ATTEMPTS
@@ -231,11 +227,10 @@ class Ledger(Generic[W]):
             self._crashed += len(lost)
             self._report(lost, needs_failed, [0.0] * len(lost))
 
-    def _note(self, seconds: Collection[float], where: str) -> None:
-        """Count what has ended at a place."""
-        self._away -= len(seconds)
-        self._seconds += sum(seconds)
-        self._places.add(where)
+    def _count(self, done: Done) -> None:
+        self._away -= 1
+        self._seconds += done.seconds
+        self._places.add(done.where)
 
     def expected(self, task: W) -> float:
         """Estimated seconds of this task, scaled by what its kind took so far; infinite before any of its kind ended."""

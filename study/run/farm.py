@@ -10,14 +10,13 @@ from multiprocessing import connection
 from types import TracebackType
 from typing import Any, Final, NoReturn, Protocol, Self, TypeVar
 
-from nanoslip.solver.outcome import Outcome
 from nanoslip.study.run.agent import Agent
-from nanoslip.study.run.dispatch import Begin, Dispatcher, Execute, Fail, Ledger, Report, Tally, attempt, tell
+from nanoslip.study.run.dispatch import Begin, Dispatcher, Execute, Fail, Ledger, Report, Tally, attempt, print_failure
 from nanoslip.study.run.launch import GRACE, Interruption, Settle, end_of_time
-from nanoslip.study.run.mail import News, news_of
+from nanoslip.study.run.mail import News
 from nanoslip.study.run.queue import Work
 
-# What all farms of several processes do: hand out tasks, hear how they end, take back what waits too long.
+# What all farms of several processes do: hand out tasks, enter how they end, take back what waits too long.
 
 W = TypeVar("W", bound=Work)
 
@@ -46,12 +45,12 @@ class Coordinator(ABC):
         while ledger.unfinished and not (self.interruption.requested or ledger.halt):
             dispatcher.hand_out(ledger)
             for rank in dispatcher.stranded():
-                _give_back(ledger, dispatcher, rank, self.take_back(rank))
-            self._hear(ledger, dispatcher)
+                take_in(ledger, dispatcher, rank, News(returned=self.take_back(rank)))
+            self._receive(ledger, dispatcher)
         for rank in range(self.size):
-            _give_back(ledger, dispatcher, rank, self.take_back(rank))
+            take_in(ledger, dispatcher, rank, News(returned=self.take_back(rank)))
         while dispatcher.busy:
-            self._hear(ledger, dispatcher)
+            self._receive(ledger, dispatcher)
         return ledger.tally(self.interruption.requested)
 
     def settle(self) -> None:
@@ -61,7 +60,7 @@ class Coordinator(ABC):
         for rank in waiting:
             self.give(rank, [Settle()])
         while waiting:
-            waiting.difference_update(rank for rank, news in self.news() if news.ended or news.failed)
+            waiting.difference_update(rank for rank, news in self.news() if news.done)
 
     @cached_property
     def _unsettled(self) -> set[int]:
@@ -73,34 +72,26 @@ class Coordinator(ABC):
         """Have a rank compute tasks, behind those that it has."""
 
     @abstractmethod
-    def take_back(self, rank: int) -> tuple[str, ...]:
-        """Have a rank return the tasks that it has not begun, and say their keys: at once, or as news."""
+    def take_back(self, rank: int) -> Sequence[str]:
+        """Have a rank return the tasks that it has not begun, and their keys: at once, or as news."""
 
     @abstractmethod
     def news(self) -> Sequence[tuple[int, News]]:
-        """What ranks have told since, each time with the rank that told it; waits a little where none has."""
+        """What has become of tasks since, each time with the rank that had them; waits a little where nothing has."""
 
-    def _hear(self, ledger: Ledger[Any], dispatcher: Dispatcher) -> None:
+    def _receive(self, ledger: Ledger[Any], dispatcher: Dispatcher) -> None:
         for rank, news in self.news():
-            if news.ended:
+            if news.done:
                 self._unsettled.add(rank)
             take_in(ledger, dispatcher, rank, news)
 
 
 def take_in(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, news: News) -> None:
-    """Enter what a rank tells of its tasks."""
-    for ending, seconds in news.ended.items():
-        dispatcher.take_back(rank, seconds)
-        ledger.finish(seconds, Outcome(ending), news.where)
-    for done in news.failed:
-        dispatcher.take_back(rank, (done.key,))
+    """Enter what has become of tasks of a rank."""
+    dispatcher.take_back(rank, [*(done.key for done in news.done), *news.returned])
+    for done in news.done:
         ledger.enter(done)
-    _give_back(ledger, dispatcher, rank, news.returned)
-
-
-def _give_back(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, keys: tuple[str, ...]) -> None:
-    dispatcher.take_back(rank, keys)
-    ledger.give_back(keys)
+    ledger.give_back(news.returned)
 
 
 class FarmError(Exception):
@@ -194,7 +185,7 @@ class SerialFarm(LocalFarm):
             task = ledger.take()
             begin([(task, ledger.expected(task))])
             done = attempt(execute, task, where, survive=(Exception, SystemExit, GeneratorExit))
-            tell(task, done)
+            print_failure(task, done)
             ledger.enter(done)
         return ledger.tally(self.interruption.requested)
 
@@ -225,11 +216,11 @@ class ProcessFarm(Coordinator, LocalFarm):
         """Have a process compute tasks, behind those that it has."""
         self._agents[rank].give(tasks)
 
-    def take_back(self, rank: int) -> tuple[str, ...]:
-        """Have a process return the tasks that it has not begun, and say their keys."""
+    def take_back(self, rank: int) -> Sequence[str]:
+        """Have a process return the tasks that it has not begun; returns their keys."""
         return self._agents[rank].give_back()
 
     def news(self) -> list[tuple[int, News]]:
         """The tasks that have ended; waits a little for one, where none has."""
         connection.wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], PATIENCE)
-        return [(number, news_of(agent.arrived())) for number, agent in enumerate(self._agents)]
+        return [(number, News(agent.arrived())) for number, agent in enumerate(self._agents)]

@@ -24,15 +24,15 @@ FIRST: Final = 2.0
 
 
 class Journal:
-    """The lines of one run. What cannot be written is said once and stands in the way of nothing."""
+    """The lines of one run. What cannot be written is printed once and stands in the way of nothing."""
 
     def __init__(self, out: Path, command: str = "") -> None:
-        """command: what was asked for; without it the command line."""
+        """command: what was started; without it the command line."""
         self._out = out
         self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
         self._run: Run | None = None
         self._started = 0.0
-        self._said = ""
+        self._printed = ""
         self._measured = Measured()
         self._next = FIRST
 
@@ -98,8 +98,8 @@ class Journal:
             self._add(self._run)
 
     def _add(self, run: Run) -> None:
-        if (problem := runs.add_run(self._out, run)) and problem != self._said:
-            self._said = problem
+        if (problem := runs.add_run(self._out, run)) and problem != self._printed:
+            self._printed = problem
             sys.stderr.write(f"{problem}\n")
 
 

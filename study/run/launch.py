@@ -1,4 +1,4 @@
-"""Rank, number of processes and end of the job as the launcher says in the environment; number of threads. Imports no library."""
+"""Rank, number of processes and end of the job from the environment of the launcher; number of threads. Imports no library."""
 
 import math
 import os
@@ -15,10 +15,13 @@ from typing import Any, Final, Self
 
 from nanoslip.study.exit_codes import INTERRUPTED
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
+ONE_THREAD: Final = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""Environment of a process that computes: more threads would fight each other, and sums would depend on their number."""
 
 WARNING: Final = 90
-"""Seconds before the end of a job at which its ranks are told to stop."""
+"""Seconds before the end of a job at which its ranks are signalled to stop."""
 
 
 def end_of_time(environment: Mapping[str, str]) -> float:
@@ -71,12 +74,11 @@ def cores() -> int:
 
 
 def pin_threads() -> None:
-    """One thread per rank for BLAS and numba: more would fight each other, and sums would depend on their number.
+    """One thread of this process for BLAS and numba.
 
     To be called before numpy is imported; where it already was, threadpoolctl sets what is loaded, in a tenth of a second.
     """
-    for name in _THREADS:
-        os.environ[name] = "1"
+    os.environ.update(ONE_THREAD)
     if "numpy" in sys.modules:
         import threadpoolctl  # noqa: PLC0415
 

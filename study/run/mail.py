@@ -1,24 +1,15 @@
-"""Messages between ranks, whatever they say. None waits inside MPI: that would spin and take a core from those who compute."""
+"""Messages between ranks, whatever is in them. None waits inside MPI: that would spin and take a core from those who compute."""
 
-import dataclasses
-import io
-import math
 import os
-import pickle
 import time
-from collections import defaultdict, deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import deque
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
-from importlib import import_module
-from inspect import ismemberdescriptor
-from operator import attrgetter
 from pathlib import Path
 from threading import Lock
 from typing import Any, Final
 
-from nanoslip.solver.outcome import UNDONE, Ending
 from nanoslip.study.results import entry as lines
 from nanoslip.study.run.dispatch import Done
 from nanoslip.study.run.queue import Work
@@ -55,7 +46,7 @@ class Begun:
             os.write(self._file, "".join(f"{key}\n" for key in long).encode())
 
     def close(self) -> None:
-        """Forget all of them: the run ends by itself, or was told to stop."""
+        """Forget all of them: the run ends by itself, or was signalled to stop."""
         with self._lock, suppress(OSError):
             self._closed = True
             if self._file is not None:
@@ -68,127 +59,40 @@ class Begun:
         return frozenset(word for line in lines.read(self._path) for word in line.split())
 
 
-# Tasks and news as bytes, in a fifth of pickle's time: its own way with a dataclass looks up the fields of each value
-# anew.
-#
-# Anything that pickle takes can be sent. The bytes are for processes of the same run, nothing else.
-
-Reduced = tuple[Callable[..., Any], tuple[Any, ...]]
-
-
-def dumps(message: object) -> bytes:
-    """A message as bytes."""
-    buffer = io.BytesIO()
-    pickler = pickle.Pickler(buffer, pickle.HIGHEST_PROTOCOL)
-    pickler.dispatch_table = _REDUCERS
-    pickler.dump(message)
-    return buffer.getvalue()
-
-
-loads: Final = pickle.loads
-
-
-class _Reducers(dict[type, Callable[[Any], Reduced]]):
-    """How values of each type are taken apart; what is no dataclass with slots is left to pickle."""
-
-    def __missing__(self, cls: type) -> Callable[[Any], Reduced]:
-        if not _has_plain_slots(cls):
-            raise KeyError(cls)
-        self[cls] = made = _reducer(cls)
-        return made
-
-
-def _has_plain_slots(cls: type) -> bool:
-    """Whether its fields are all that there is of a value."""
-    if not dataclasses.is_dataclass(cls) or cls.__reduce__ is not object.__reduce__:
-        return False
-    return all(ismemberdescriptor(getattr(cls, field.name, None)) for field in dataclasses.fields(cls))
-
-
-_REDUCERS: Final = _Reducers()
-
-
-def _reducer(cls: type[Any]) -> Callable[[Any], Reduced]:
-    names = [field.name for field in dataclasses.fields(cls)]
-    home = f"{cls.__module__}:{cls.__qualname__}"  # a text: pickle imports anew what it is to find by its name
-    if len(names) > 1:
-        values = attrgetter(*names)
-        return lambda value: (_build, (home, values(value)))
-    return lambda value: (_build, (home, tuple(getattr(value, name) for name in names)))
-
-
-def _build(home: str, values: tuple[Any, ...]) -> object:
-    """A value of the type that is at home there, which was checked when it was made."""
-    cls, setters = _setters(home)
-    value = object.__new__(cls)
-    for put, each in zip(setters, values, strict=True):
-        put(value, each)
-    return value
-
-
-@cache
-def _setters(home: str) -> tuple[type[Any], list[Callable[[Any, Any], None]]]:
-    module, _, name = home.partition(":")
-    cls = attrgetter(name)(import_module(module))
-    return cls, [getattr(cls, field.name).__set__ for field in dataclasses.fields(cls)]
-
-
-# What a rank tells of its tasks, and when: a message costs rank 0 more than what it says, so short tasks travel
-# together.
+# What a rank sends of its tasks, and when.
 
 
 @dataclass(frozen=True, slots=True)
 class News:
-    """What a rank tells of its tasks, in as few objects as can be: rank 0 reads what thousands of ranks tell."""
+    """What has become of tasks of a rank."""
 
-    ended: Mapping[Ending, Mapping[str, float]]
-    """Seconds that tasks took, by their keys, and these by how the tasks ended. Their results say the rest."""
-    failed: tuple[Done, ...] = ()
-    """The tasks that failed."""
-    returned: tuple[str, ...] = ()
-    """Keys of the tasks that the rank has not begun and will not."""
-    where: str = ""
-    """Rank and host."""
-
-
-def news_of(done: Iterable[Done], returned: tuple[str, ...] = ()) -> News:
-    """What is to be told of tasks of one rank."""
-    ended: defaultdict[Ending, dict[str, float]] = defaultdict(dict)
-    failed = []
-    where = ""
-    for each in done:
-        where = each.where
-        if each.outcome.ending in UNDONE:
-            failed.append(each)
-        else:
-            ended[each.outcome.ending][each.key] = each.seconds
-    return News(dict(ended), tuple(failed), returned, where)
+    done: Sequence[Done] = ()
+    """Those that have ended."""
+    returned: Sequence[str] = ()
+    """Keys of those that the rank has not begun and will not."""
 
 
 class Outbox:
-    """News that have not been sent."""
+    """Ends of tasks that have not been sent: short ones travel together, as a message costs rank 0 more than what is in it."""
 
     def __init__(self, patience: float) -> None:
-        """patience: seconds that news may wait for further ones."""
+        """patience: seconds that an end may wait for further ones."""
         self._patience = patience
         self._done: list[Done] = []
-        self._returned: tuple[str, ...] = ()
-        self._oldest = math.inf
+        self._due = 0.0
 
-    def add(self, done: list[Done], returned: tuple[str, ...], now: float) -> None:
-        """Put in what has ended or is returned. now: seconds of a clock; likewise in `due`."""
-        if done or returned:
-            self._oldest = min(self._oldest, now)
+    def take(self, done: Sequence[Done], waiting: int, now: float) -> list[Done]:
+        """Put in what has ended; take out all if no task waits or the oldest end has waited long enough, else nothing.
+
+        waiting: number of tasks that the rank has not begun. now: seconds of a clock.
+        """
+        if done and not self._done:
+            self._due = now + self._patience
         self._done += done
-        self._returned += returned
-
-    def due(self, waiting: int, now: float) -> News | None:
-        """Take out what is to be sent now: all if no more tasks wait than have ended, or the oldest was patient enough."""
-        if self._oldest == math.inf or (waiting > len(self._done) and now < self._oldest + self._patience):
-            return None
-        news = news_of(self._done, self._returned)
-        self._done, self._returned, self._oldest = [], (), math.inf
-        return news
+        if waiting and now < self._due:
+            return []
+        taken, self._done = self._done, []
+        return taken
 
 
 FLUSH: Final = 60.0
@@ -206,7 +110,7 @@ class Mail:
     def send(self, rank: int, message: object) -> None:
         """Send a message to a rank, which need not be listening."""
         self._drop_gone()
-        self._sent.append(self._world.isend(dumps(message), dest=rank))
+        self._sent.append(self._world.isend(message, dest=rank))
 
     def flush(self) -> None:
         """Wait until all that was sent has left: what has not when MPI ends never does, and whom it was for waits for ever."""
@@ -226,5 +130,5 @@ class Mail:
         found = []
         while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):
             rank = status.Get_source()
-            found.append((rank, loads(self._world.recv(source=rank))))
+            found.append((rank, self._world.recv(source=rank)))
         return found

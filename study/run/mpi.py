@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from multiprocessing import connection
@@ -31,7 +32,7 @@ from nanoslip.study.run.launch import (
     processes_here,
     processes_started,
 )
-from nanoslip.study.run.mail import Mail, News, Outbox, news_of
+from nanoslip.study.run.mail import Mail, News, Outbox
 
 SHORTEST_PAUSE: Final = 1e-4
 LONGEST_PAUSE: Final = 2e-3
@@ -80,8 +81,8 @@ class MPIFarm(Coordinator):
         else:
             self._agent.give(tasks)
 
-    def take_back(self, rank: int) -> tuple[str, ...]:
-        """Have a rank return the tasks that it has not begun, and say their keys: this one at once, others as news."""
+    def take_back(self, rank: int) -> Sequence[str]:
+        """Have a rank return the tasks that it has not begun, and their keys: of this one at once, others as news."""
         if rank:
             self._mail.send(rank, _GiveBack())
             return ()
@@ -90,7 +91,7 @@ class MPIFarm(Coordinator):
     def news(self) -> list[tuple[int, News]]:
         """What has arrived from other ranks and from this one's child; waits a little where nothing has."""
         done = self._agent.arrived()
-        found: list[tuple[int, News]] = [(0, news_of(done))] if done else []
+        found: list[tuple[int, News]] = [(0, News(done))] if done else []
         for rank, message in self._mail.received():
             if isinstance(message, _Interrupted):
                 self.interruption.request()
@@ -102,7 +103,7 @@ class MPIFarm(Coordinator):
     def serve(self) -> int:
         """Compute what rank 0 sends, first come first served, until it leaves."""
         outbox = Outbox(lookahead(self.size) / 2.0)
-        told = False
+        reported = False
         while True:
             messages = [message for _, message in self._mail.received()]
             for message in messages:
@@ -113,20 +114,20 @@ class MPIFarm(Coordinator):
                 if isinstance(message, list):
                     self._agent.give(message)
             done = self._agent.arrived()
-            returned: tuple[str, ...] = ()
+            returned: Sequence[str] = ()
             interrupted = self.interruption.requested
-            if interrupted and not told:
-                told = True
+            if interrupted and not reported:
+                reported = True
                 self._mail.send(0, _Interrupted())
             if interrupted or any(isinstance(message, _GiveBack) for message in messages):
                 returned = self._agent.give_back()
-            outbox.add(done, returned, time.monotonic())
-            if due := outbox.due(self._agent.waiting, time.monotonic()):
-                self._mail.send(0, due)
+            due = outbox.take(done, self._agent.waiting, time.monotonic())
+            if due or returned:
+                self._mail.send(0, News(due, returned))
             self._pause.after(bool(messages or done or returned))
 
     def leave(self, code: int) -> NoReturn:
-        """Rank 0 tells the others; all end together with one exit code, under any launcher."""
+        """End all together with one exit code, under any launcher."""
         if self.root:
             for rank in range(1, self.size):
                 self._mail.send(rank, _Leave(code))

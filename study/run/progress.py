@@ -67,7 +67,7 @@ class Expectation(Measured):
         if predicted == 0.0:
             return math.inf
         seconds = task.cost * measured / predicted
-        return seconds if seconds > LEAST else LEAST  # not `max`: this is asked of every task
+        return seconds if seconds > LEAST else LEAST  # not `max`: this is called for every task
 
 
 class Forecast:
@@ -170,11 +170,11 @@ class PlainProgress:
 
     def __enter__(self) -> Self:
         self._start = self._last = time.monotonic()
-        self._say(f"{self._tasks} to do")
+        self._print(f"{self._tasks} to do")
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._say(f"{self._done} of {self._tasks} done in {duration(time.monotonic() - self._start)}")
+        self._print(f"{self._done} of {self._tasks} done in {duration(time.monotonic() - self._start)}")
 
     def __call__(self, tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
         self._done += len(tasks)
@@ -184,9 +184,9 @@ class PlainProgress:
             self._last = now
             rate = self._done / (now - self._start)
             left = duration(self._forecast.seconds)
-            self._say(f"{self._done} of {self._count} tasks, {rate:.2g} per s, about {left} left")
+            self._print(f"{self._done} of {self._count} tasks, {rate:.2g} per s, about {left} left")
 
-    def _say(self, line: str) -> None:
+    def _print(self, line: str) -> None:
         self._stream.write(line + "\n")
         self._stream.flush()
 

@@ -338,7 +338,7 @@ def _messages(farm: MPIFarm, tasks: Sequence[Task], size: int) -> tuple[float, i
     while ended < given:
         arrived = farm._mail.received()
         messages += len(arrived)
-        ended += sum(len(ended) for _, news in arrived for ended in news.ended.values())
+        ended += sum(len(news.done) for _, news in arrived)
         if not arrived:
             time.sleep(1e-3)
     return time.thread_time() - start, given, messages

@@ -108,11 +108,10 @@ class _Simulation:
         while self._ends and (not found or self._ends[0][0] <= self.now):
             end, _, rank, done = heappop(self._ends)
             self._left[rank] -= 1
-            self._outboxes[rank].add([done], (), end)
-            if due := self._outboxes[rank].due(max(self._left[rank] - 1, 0), end):
+            if due := self._outboxes[rank].take([done], max(self._left[rank] - 1, 0), end):
                 self.now = max(self.now, end)
                 self._work(self._cost.message)
-                found.append((rank, due))
+                found.append((rank, News(due)))
         return found
 
     def _work(self, seconds: float) -> None:

@@ -16,10 +16,13 @@ from nanoslip.study.api import open_dataset, run
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import FOLDER, StoreError
+from nanoslip.study.run import campaign as run_of_campaign
 from nanoslip.study.run import executor
 from nanoslip.study.run.compute import run_task
+from nanoslip.study.run.launch import Program
 from tests.conftest import SMALL, THREADS
 from tests.study.execution.defects import crashing
+from tests.study.execution.farms import faults
 
 TINY = {
     "title": "tiny",
@@ -102,6 +105,23 @@ def test_a_task_that_crashes_is_a_warning_and_an_outcome_until_it_is_tried_again
     assert run(TINY, tmp_path, retry=True).outcome.values.ravel().tolist() == ["no_plateau", "no_plateau"]
 
 
+def test_the_death_of_a_process_costs_one_task(monkeypatch, tmp_path):
+    faulty = lambda out: Program(faults.__name__, "campaign_executor", (out, {2e-3: "kill -9"}))  # noqa: E731
+    monkeypatch.setattr(api, "computing", faulty)
+    contacts = {"title": "contacts", "stages": ["contact"], "numerics": {"n_x": 17}}
+    contacts["axes"] = {"normal_load": [1e-3, 2e-3, 3e-3]}
+    with pytest.warns(RuntimeWarning, match="1 tasks failed"):
+        data = run(contacts, jobs=2)
+    assert data.outcome.values.ravel().tolist() == ["completed", "crashed", "completed"]
+    assert "died of signal 9" in data.message.values.ravel().tolist()[1]
+
+
+def test_less_than_one_process_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="jobs = 0: needs at least 1"):
+        run(TINY, tmp_path / "out", jobs=0)
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_interrupted_run_keeps_what_is_finished_and_raises(monkeypatch, tmp_path):
     compute = executor.run_task
 
@@ -117,7 +137,7 @@ def test_an_interrupted_run_keeps_what_is_finished_and_raises(monkeypatch, tmp_p
 
 
 def test_what_does_not_fit_the_memory_is_refused(monkeypatch):
-    monkeypatch.setattr(api, "shortages", lambda *_: ["a task needs about 1e9 GB of memory"])
+    monkeypatch.setattr(run_of_campaign, "shortages", lambda *_: ["a task needs about 1e9 GB of memory"])
     with pytest.raises(MemoryError, match="1e9 GB"):
         run(TINY)
 
@@ -126,7 +146,7 @@ THREADED = """
 import hashlib, sys
 from pathlib import Path
 import nanoslip
-nanoslip.run({**%r, "numerics": {"n_x": 65}}, out=sys.argv[1], progress=False)
+nanoslip.run({**%r, "numerics": {"n_x": 65}}, out=sys.argv[1], progress=False, jobs=int(sys.argv[2]))
 print(hashlib.sha256(Path(sys.argv[1], "results.nc").read_bytes()).hexdigest())
 """
 
@@ -134,14 +154,15 @@ print(hashlib.sha256(Path(sys.argv[1], "results.nc").read_bytes()).hexdigest())
 def test_the_bits_are_those_of_one_thread_whatever_the_environment(tmp_path, environment):
     """Each in an interpreter of its own, as a library of linear algebra reads the environment when it is loaded."""
 
-    def digest(folder: str, **threads: str) -> str:
-        program = (sys.executable, "-c", THREADED % TINY, str(tmp_path / folder))
+    def digest(folder: str, jobs: int = 1, **threads: str) -> str:
+        program = (sys.executable, "-c", THREADED % TINY, str(tmp_path / folder), str(jobs))
         return subprocess.run(program, env=environment | threads, check=True, capture_output=True, text=True).stdout
 
     assert (
         digest("as it is")
         == digest("one", **dict.fromkeys(THREADS, "1"))
         == digest("four", **dict.fromkeys(THREADS, "4"))
+        == digest("two processes", jobs=2, **dict.fromkeys(THREADS, "4"))
     )
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from nanoslip.study.commands.conduct import KILLED, blame
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
+from nanoslip.study.run.campaign import KILLED, blame
 from nanoslip.study.run.executor import left
 from nanoslip.study.run.mail import FILE, LONG, Begun, News
 from tests.study.execution.farms.test_coordinator import MadeUpRanks

@@ -9,7 +9,7 @@ from nanoslip.solver.outcome import COMPLETED, Outcome
 from nanoslip.study.run.dispatch import Done, Tally
 from nanoslip.study.run.farm import Coordinator
 from nanoslip.study.run.launch import WARNING, Interruption
-from nanoslip.study.run.mail import News, news_of
+from nanoslip.study.run.mail import News
 from tests.study.execution.made_up import DIAMOND, Diary, Work
 
 
@@ -32,7 +32,7 @@ class MadeUpRanks(Coordinator):
         del self._waiting[rank][1:]
         if rank == 0:
             return returned
-        self._returned.append((rank, news_of([], returned)))
+        self._returned.append((rank, News(returned=returned)))
         return ()
 
     def news(self) -> list[tuple[int, News]]:
@@ -41,7 +41,7 @@ class MadeUpRanks(Coordinator):
             if tasks:
                 key = tasks.pop(0).key
                 self.computed.append(key)
-                found.append((rank, news_of([Done(key, COMPLETED, self._seconds)])))
+                found.append((rank, News([Done(key, COMPLETED, self._seconds)])))
         return found
 
 

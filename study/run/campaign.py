@@ -1,0 +1,141 @@
+"""One run of a campaign in a folder, from the command line or from Python: what is left of it, and computing that.
+
+What is shown meanwhile is up to the caller, and so is the dataset.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study.origin import Origins
+from nanoslip.study.plan.outlook import shortages
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.task import Task
+from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
+from nanoslip.study.run.batch import finished_with
+from nanoslip.study.run.dispatch import Done, Report, Tally
+from nanoslip.study.run.executor import Diary, Left, drop_intermediates, given_up, left, unseen
+from nanoslip.study.run.farm import Farm
+from nanoslip.study.run.journal import Journal, measured_in
+from nanoslip.study.run.mail import Begun
+from nanoslip.study.run.progress import Measured
+from nanoslip.study.run.warm_up import warm_ups
+
+
+class UnfinishedError(StoreError):
+    """A run ends before all is computed; the message says why, and what is finished is kept."""
+
+
+class ShortageError(MemoryError):
+    """A task needs more memory than this machine has, or all processes together do."""
+
+
+# Tasks that were running when a whole run was killed: the next run computes them last. After a second time they have
+# failed.
+
+KILLED: Final = (
+    "all processes of its run ended while it was computed: a defect or too little memory, its own or another task's"
+)
+
+
+def blame(plan: Plan, store: Store, out: Path) -> None:
+    """Write down as failed what a run in this folder left begun, for good if that is so for the second time."""
+    begun = Begun(out)
+    if keys := begun.read().difference(store.inventory()):
+        before, diary = store.failures(), Diary(out, lambda *_: None)
+        for task in plan.tasks:
+            failure = before.get(task.key)
+            if task.key in keys and not (failure and failure.given_up):
+                second = failure is not None and failure.message == KILLED
+                diary.fail(task, Done(task.key, Outcome(Ending.CRASHED, KILLED), 0.0, passing=not second), final=True)
+    begun.close()
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """What is left of a campaign, or of a shard of it."""
+
+    plan: Plan
+    store: Store
+    """Of its results: a shard's is a folder in the campaign's."""
+    out: Path
+    """The campaign's folder."""
+    left: Left
+    foreign: Mapping[str, Origins]
+    """Finished results of other software."""
+
+
+def rest_of(
+    plan: Plan, store: Store, out: Path, recompute_foreign: bool, retry: bool, warn: Callable[[str], object]
+) -> Rest:
+    """What is left of a plan; shards that are there are merged first. The folder has to be leased. Raises StoreError.
+
+    recompute_foreign: results of other software count as not finished. retry: nothing is given up. warn: called with each line
+    of what is amiss in the folder.
+    """
+    store.prepare()
+    if older := store.outdated():
+        warn(
+            f"{store.folder}: {len(older)} of an older nanoslip, first {older[0].name}: not read, computed again; the "
+            "files may be removed"
+        )
+    into = store.folder.parent
+    blame(plan, store, into)
+    if into != out:  # a shard looks at what was merged, too
+        merged = Store(out)
+        failures = {**merged.failures(), **store.failures()}
+        finished = finished_with(plan, store.inventory(), merged.inventory(), given_up(failures, retry))
+    else:
+        for problem in merge_shards(out):
+            warn(problem)
+        finished, failures = store.inventory(), dict(store.failures())
+    foreign = plan.foreign(finished)
+    ours = finished.keys() - foreign.keys() if recompute_foreign else finished
+    return Rest(plan, store, out, left(plan, failures, ours, retry), foreign)
+
+
+Show = Callable[[Sequence[Task], int, Measured], AbstractContextManager[Report[Task]]]
+"""Called with tasks to be computed, on how many processes, and what such tasks took before; gives what to call at their ends."""
+
+
+def compute_rest(farm: Farm, rest: Rest, journal: Journal, lease: Lease, show: Show) -> int:
+    """Compute all that is left, and have its results on disk; returns how many tasks failed, or needed one that did.
+
+    Raises ShortageError, StoreError where no result can be kept any more, UnfinishedError.
+    """
+    tasks, into = rest.left.tasks, rest.store.folder.parent
+    if short := shortages(rest.plan, tasks, farm.here):
+        raise ShortageError("\n".join(short))
+    if tasks:
+        farm.run(warm_ups(tasks), lambda *_: None)
+        journal.begin(farm.size, farm.unit)
+    begun = Begun(into)
+    farm.interruption.at_request(begun.close)  # whatever ends the run from then on is no task
+    with show(tasks, farm.size, measured_in(into, rest.out)) as report, closing(begun):
+        diary = Diary(into, journal.noting(report))
+        tally = farm.run(tasks, diary.report, diary.fail, begun.begin)
+    journal.computed(tally)
+    _check_whole(tally, lease)
+    farm.settle()
+    rest.store.settle()
+    if missing := unseen(tasks, diary.undone, rest.store):
+        raise UnfinishedError(missing)
+    if tasks:
+        drop_intermediates(rest.plan, rest.store)
+    return tally.crashed
+
+
+def _check_whole(tally: Tally, lease: Lease) -> None:
+    """Raise UnfinishedError where a run was broken off, StoreError where another one would fare no better."""
+    lost = lease.look()
+    if tally.halt:
+        raise StoreError(f"{tally.halt}; what is finished is kept: run again to continue")
+    if lost:
+        raise UnfinishedError(lost)
+    if tally.interrupted:
+        tasks = f"{tally.outlasting} task{'' if tally.outlasting == 1 else 's'}"
+        late = f"{tasks} left would outlast this job; " if tally.outlasting else ""
+        raise UnfinishedError(f"interrupted: {late}what is finished is kept; run again to continue")
