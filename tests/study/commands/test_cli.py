@@ -57,10 +57,7 @@ def test_help_is_instant_and_loads_nothing_heavy(environment, command):
 
 def test_the_module_is_the_command(nanoslip):
     done = nanoslip("--help")
-    assert done.returncode == 0
-    assert done.stdout.startswith("Usage: nanoslip")
-    for command in ("plan", "run", "status", "collect", "report", "verify", "submit"):
-        assert command in done.stdout
+    assert (done.returncode, done.stdout[:15]) == (0, "Usage: nanoslip")
 
 
 @pytest.mark.parametrize("name", cli.commands)
