@@ -98,8 +98,7 @@ def reaching(file: Path) -> list[str]:
 def first_failure(tree: Path, tests: list[str], seconds: float) -> str:
     """The first everyday test that fails; empty if none does, or none is there (exit code 5). Raises TimeoutExpired."""
     words = [sys.executable, "-m", "pytest", "-xq", "--tb=no", "-rfE", "-p", "no:cacheprovider", "-m", "not slow"]
-    # What is compiled is not kept: another mutant may be of the same second and size.
-    here = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
+    here = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}  # two may be of one second and size
     with tempfile.TemporaryFile("w+") as out:  # no pipe, which a test's children would keep open
         done = subprocess.run([*words, *tests], cwd=tree, stdout=out, stderr=out, env=here, timeout=seconds)  # noqa: PLW1510
         out.seek(0)
