@@ -14,7 +14,7 @@ ALONE := slurm or timed
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.slow' tests)
 
-.PHONY: run reproduce figures kernels test test-slow test-all benchmarks check format clean
+.PHONY: run reproduce figures kernels test test-slow test-all mutants benchmarks check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -41,6 +41,9 @@ test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler,
 	$(BIN)/python -m pytest -m "slow and ($(ALONE))" $(HEAVY)
 
 test-all: test test-slow
+
+mutants: .venv/installed  ## small changes of the code, and which test notices each: hours; MUTANTS="--count 12 --of solver/contact"
+	$(BIN)/python -m tests.mutants $(MUTANTS)
 
 benchmarks: .venv/installed  ## figures beside their peers and limits: tests/benchmarks/table.md
 	$(BIN)/python -m tests.benchmarks

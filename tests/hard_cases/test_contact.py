@@ -237,6 +237,15 @@ def test_forces_are_known_as_well_as_heights_are(scheme: str) -> None:
             assert noise <= 3.0 * share + 1e-10
 
 
+def test_what_is_rounded_of_a_smooth_pin_is_its_height_at_the_outermost_node() -> None:
+    """A parabola is a circle's cap, to a share of (ξ/2R)²; the load displaces the softest of the nodes in contact the most."""
+    case, outermost = _case("galerkin", radius=300.0, normal_load=1e-3), 0.25
+    height = case.radius - math.sqrt(case.radius**2 - outermost**2)
+    softness, contact = np.array([9.0, 2.0, 4.0, 9.0]), np.array([False, True, True, False])
+    share = rounding_share(case, softness, contact, outermost)
+    assert share * 4.0 * case.normal_load / (np.finfo(float).eps * height) == pytest.approx(1.0, rel=1e-6)
+
+
 def _pressed_rough(scheme: str, normal_load: float, rises: NDArray[np.float64]) -> tuple[ContactState, float]:
     points = tuple(zip(np.linspace(-0.6, 0.6, 61).tolist(), rises.tolist(), strict=True))
     case = _case(

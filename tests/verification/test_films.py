@@ -91,6 +91,13 @@ def test_the_half_width_expected_on_a_film_is_its_own_and_not_hertzs(height: flo
     assert hertz_half_width(normal_load, RADIUS, poisson) > 1.5 * found
 
 
+@pytest.mark.parametrize(("poisson", "height"), [(0.3, 1e-4), (0.3, 1e-3), (0.5 - 1e-9, 1e-3), (0.5 - 1e-9, 1.5e-3)])
+def test_each_limit_of_a_very_thin_film_is_the_layers_own(poisson: float, height: float) -> None:
+    """Pressed flat, and squeezed out sideways: 0.03 % and 0.7 % off seen."""
+    found = film_half_width(pressed(0.25, height, poisson).normal_load, RADIUS, poisson, height)
+    assert found == pytest.approx(0.25, rel=0.01)
+
+
 def test_what_is_expected_of_a_film_is_what_is_found() -> None:
     """A grid too coarse, under a contact of 0.15 to each side; Hertz expects the whole slab under the pin."""
     slab = Slab(129, 1e-3, 0.499999)

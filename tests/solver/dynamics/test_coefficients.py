@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case
@@ -54,3 +55,22 @@ def test_what_no_force_of_the_record_reaches_is_stated() -> None:
         held = max(record.force_before.max(), record.initial_force, record.final_force) / case.normal_load
         assert friction.static_friction_excess == max(friction.static_friction - held, 0.0)
     assert friction.static_friction_excess > 0.4 * friction.static_friction
+
+
+@pytest.mark.parametrize(("reached", "known"), [(0.5, True), (1.99, True), (2.01, False)])
+def test_the_first_slip_is_measured_from_the_highest_force_of_the_record_run_in_included(
+    reached: float, known: bool
+) -> None:
+    """A tooth before the plateau holds three times the plateau: a pull of twice that is half inertia, and no friction beyond."""
+    record = noisy_record()
+    plateau = plateau_of(record)
+    assert plateau.first_event > 0
+    held = 3.0 * plateau.peak
+    record.force_before[0] = held * record.normal_load
+    motion = integrate(sawtooth(record, plateau), Drive.from_si(Scales()), STIFFNESS)
+    pulls = np.full(len(motion.slip_force), reached * held * record.normal_load)
+    friction = friction_coefficients(replace(motion, slip_force=pulls), record, plateau)
+    assert friction.static_friction == pytest.approx(reached * held if known else np.nan, nan_ok=True)
+    excess = max(reached - 1.0, 0.0) * held if known else np.nan
+    assert friction.static_friction_excess == pytest.approx(excess, nan_ok=True)
+    assert ("is inertia and damper" in friction.outcome.message) is not known

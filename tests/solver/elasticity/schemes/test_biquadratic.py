@@ -7,6 +7,7 @@ import pytest
 
 from nanoslip.solver.elasticity.grid import FirstSpacing
 from nanoslip.solver.elasticity.grid_scheme import stiffness
+from nanoslip.solver.elasticity.schemes.biquadratic import WIDEST_BOTTOM
 from nanoslip.solver.slab import Slab
 
 
@@ -84,3 +85,12 @@ def test_a_quadratic_field_is_interpolated_exactly_in_the_volumes_that_see_three
     node = grid.row_nodes(2)[4]
     lower, upper = grid.volume_z(2)
     assert force[grid.nodes + node] == pytest.approx(-2.0 * (upper - lower) * grid.spacing(2), rel=1e-12)
+
+
+@pytest.mark.parametrize("rows", [3, 4, None])
+def test_a_film_is_followed_under_a_contact_as_wide_as_the_grids_own_bottom_cells(rows: int | None) -> None:
+    film, tall = (paper(n_x=65, rows=rows, aspect_ratio=height, poisson=0.3) for height in (0.01, 2.0))
+    grid = film.scheme.grid(film)
+    least = grid.spacing(grid.rows - 1) / WIDEST_BOTTOM
+    assert [film.scheme.resolves(film, share * least) for share in (0.99, 1.01)] == [False, True]
+    assert tall.scheme.resolves(tall, 0.01 * least)
