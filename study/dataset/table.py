@@ -233,12 +233,6 @@ class Coordinates:
         for name, column in self._columns.items():
             column.add(values[name])
 
-    @property
-    def twins(self) -> bool:
-        """Whether two cases have one name."""
-        names = np.fromiter((int(each, 16) for each in self._ids), np.uint64, self._cases)
-        return len(np.unique(names)) < self._cases
-
     def found(self) -> dict[str, Any]:
         """Along its dimension, over the cases where it varies, else once."""
         layout, dims = self._layout, tuple(self._layout.axes)
