@@ -25,16 +25,7 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import attributes
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION, carrying, seal_of
-from nanoslip.study.dataset.table import (
-    Coordinates,
-    Declared,
-    Results,
-    Table,
-    Whole,
-    layout_of,
-    values_in,
-    varied,
-)
+from nanoslip.study.dataset.table import Results, Table, coordinates, layout_of
 from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, SOFTWARE, Group, Runs, all_groups, factors, texts
 from nanoslip.study.manifest.cases import CampaignCase, Heard
 from nanoslip.study.manifest.manifest import Manifest
@@ -105,12 +96,6 @@ class Finished:
         return ended | {result.key: result.outcome for result in results.values()}
 
 
-def _say_outcomes(table: Table, place: int, plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> None:
-    table.say_outcome(place, case_outcome(plan, case, outcomes))
-    for drive in plan.manifest.drives:
-        table.say_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
-
-
 def _enter(
     table: Table,
     place: int,
@@ -139,24 +124,23 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
     """
     manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
     front = load_front(manifest.front, manifest.front_text)
-    declared = Declared(manifest, layout, [each.group for each in runs])
-    finished, table, origins = Finished(plan, store), Table(declared, len(plan.cases)), dict[str, Origins]()
-    for place, case in enumerate(plan.cases):
+    table = Table(manifest, layout, [each.group for each in runs])
+    finished, origins = Finished(plan, store), dict[str, Origins]()
+    for number, (place, case) in enumerate(zip(layout.places.tolist(), plan.cases, strict=True), 1):
         keys = plan.case_tasks[case.case_id].keys
         results = finished.results(keys)
         origins.update((result.key, result.origins) for result in results.values())
-        _say_outcomes(table, place, plan, case, finished.outcomes(keys, results))
-        table.say_makers(place, results)
+        outcomes = finished.outcomes(keys, results)
+        table.enter_outcome(place, case_outcome(plan, case, outcomes))
+        for drive in manifest.drives:
+            table.enter_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
+        table.enter_software(place, results)
         if case.case is not None:
             table.put(DISCRETIZATION_ERROR.name, place, "", front.expected_error(case.case))
             _enter(table, place, runs, manifest, case, results)
-        heard(place + 1)
-    places, whole, labels = layout.places(range(len(plan.cases))), Whole(declared), Coordinates(manifest, layout)
-    whole.take(places, table.values())
-    able = sum(case.case is not None for case in plan.cases)
-    labels.add(places, [case.case_id for case in plan.cases], able, values_in(plan, varied(layout)))
+        heard(number)
     counts = census(origins.values())  # a result counts once, however many cases share it
-    root = xr.Dataset(whole.variables, labels.found(), _attributes(manifest, front, counts))
+    root = xr.Dataset(table.variables(), coordinates(plan, layout), _attributes(manifest, front, counts))
     return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: software(counts)})
 
 
