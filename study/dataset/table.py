@@ -33,7 +33,7 @@ from nanoslip.study.dataset.variables import (
     scalars,
     texts,
 )
-from nanoslip.study.manifest.cases import CampaignCase, cases_of
+from nanoslip.study.manifest.cases import CampaignCase, labels_of
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, Value
 from nanoslip.study.origin import NOBODY, Origins, stemming
@@ -95,11 +95,11 @@ def _drive_positions(manifest: Manifest, axes: dict[str, tuple[Value, ...]]) -> 
 def _of_cases(manifest: Manifest) -> tuple[dict[str, tuple[Value, ...]], tuple[str, ...]]:
     if manifest.design != "product":
         return {"case": tuple(range(manifest.case_count))}, ("case",)
-    given = manifest.axes
-    names = (*STANDARD, *(name for name, values in given.items() if name not in STANDARD and len(values) > 1))
-    first = next(cases_of(manifest, range(1))).parameters
-    axes = {name: tuple(given.get(name, (first[name],))) for name in names}
-    return axes, tuple(dict.fromkeys([*(name for name in given if name in axes), *axes]))
+    standard = {name: (value,) for name, value in labels_of(manifest).standard.items()}
+    values = {**standard, **manifest.axes}
+    further = (name for name, each in manifest.axes.items() if name not in STANDARD and len(each) > 1)
+    axes = {name: tuple(values[name]) for name in (*STANDARD, *further)}
+    return axes, tuple(dict.fromkeys([*(name for name in manifest.axes if name in axes), *axes]))
 
 
 def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
