@@ -17,7 +17,6 @@ from nanoslip.study.dataset.access import one_case
 from nanoslip.study.dataset.collect import collect, is_made_of, made_of, note
 from nanoslip.study.dataset.variables import MEMBERS, OUTCOMES, means_of
 from nanoslip.study.figures.shared import column, format_of, image
-from nanoslip.study.garbage import all_kept
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
@@ -52,7 +51,7 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = Fal
     if not anew and print_written(plan.manifest, store):
         return 0
     path = store.folder.parent / file.FILE
-    with counting(COLLECTED) as heard, all_kept():
+    with counting(COLLECTED) as heard:
         collected = collect(plan, store, heard)
     if keep and (losses := list(_losses(path, collected))):
         campaign, into = plan.manifest.path, path.parent

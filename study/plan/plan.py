@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
-from nanoslip.study.garbage import all_kept
 from nanoslip.study.manifest.cases import CampaignCase, Heard, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest
 from nanoslip.study.origin import Origins, foreign_among
@@ -139,9 +138,8 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     nanoslip.study.plan.grids).
     heard: callback, called with the number of cases so far.
     """
-    with all_kept():
-        chosen = settled(manifest)
-        return plan_of(chosen, expand(chosen), heard)
+    chosen = settled(manifest)
+    return plan_of(chosen, expand(chosen), heard)
 
 
 def plan_of(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = lambda _: None) -> Plan:
