@@ -26,7 +26,7 @@ ORDER = {
     "nanoslip.solver.sliding.kernels": "slide",
     "nanoslip.solver.dynamics": "friction_limit kernels result coefficients integrators stick_slip regime",
     "nanoslip.solver.dynamics.kernels": "motion steps",
-    "nanoslip.study": "shipped toml_text exit_codes xarray_accessor garbage canonical provenance origin "
+    "nanoslip.study": "shipped toml_text exit_codes xarray_accessor canonical provenance origin "
     "manifest plan results dataset run figures report accuracy api commands",
     "nanoslip.study.manifest": "parameters checker manifest reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan outlook",

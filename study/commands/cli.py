@@ -189,13 +189,6 @@ def status(**given: object) -> None:
 @CAMPAIGN
 @OUT
 @click.option(
-    "-j",
-    "--jobs",
-    type=click.IntRange(min=1),
-    default=1,
-    help="Read results in so many processes; the bytes are the same.",
-)
-@click.option(
     "--replace",
     is_flag=True,
     help="Replace a dataset that has more finished cases, as of the campaign before it changed.",

@@ -14,15 +14,14 @@ from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import one_case
-from nanoslip.study.dataset.collect import Planned, collect, is_made_of, made_of, note
+from nanoslip.study.dataset.collect import collect, is_made_of, made_of, note
 from nanoslip.study.dataset.variables import MEMBERS, OUTCOMES, means_of
 from nanoslip.study.figures.shared import column, format_of, image
-from nanoslip.study.garbage import all_kept
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import STANDARD, Value, in_words, of_symbol, words
-from nanoslip.study.plan.plan import PENDING
+from nanoslip.study.plan.plan import PENDING, Plan
 from nanoslip.study.report.console import console, counting, print_sentences, print_table, say, whole
 from nanoslip.study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
 from nanoslip.study.report.summary import (
@@ -44,17 +43,16 @@ COLLECTED: Final = "{} cases collected"
 """What is shown while a dataset is made."""
 
 
-def write_dataset(plan: Planned, store: Store, anew: bool = False, processes: int = 1, keep: bool = False) -> int:
+def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = False) -> int:
     """Write the dataset of the results that are there, and print it; returns how many outcomes are pending. Raises StoreError.
 
-    anew: also where it is there already. processes: that read results. keep: refuse instead where the one that is there has
-    more finished cases or drives.
+    anew: also where it is there already. keep: refuse instead where the one that is there has more finished cases or drives.
     """
     if not anew and print_written(plan.manifest, store):
         return 0
     path = store.folder.parent / file.FILE
-    with counting(COLLECTED) as heard, all_kept():
-        collected = collect(plan, store, heard, processes)
+    with counting(COLLECTED) as heard:
+        collected = collect(plan, store, heard)
     if keep and (losses := list(_losses(path, collected))):
         campaign, into = plan.manifest.path, path.parent
         run, replace = advised("run", campaign, into), advised("collect", campaign, into, "--replace")

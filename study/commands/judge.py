@@ -20,7 +20,6 @@ from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset import verify as verification
 from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
-from nanoslip.study.dataset.collect import InPieces
 from nanoslip.study.dataset.compare import Finding, Verdict
 from nanoslip.study.dataset.variables import OUTCOMES, Described, described, rows, shortened, text_of
 from nanoslip.study.dataset.verify import (
@@ -51,12 +50,11 @@ from nanoslip.study.run.mpi import open_farm
 from nanoslip.study.run.progress import open_progress
 
 
-def collect_dataset(campaign: Path, out: Path | None, jobs: int, replace: bool) -> None:
+def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
     """Write and print the dataset of a campaign's results; replace: also that of one with more of them."""
     into = folder(campaign, out)
     with refusals():
-        plan = InPieces(load_manifest(campaign))
-        write_dataset(plan, Store(into), anew=True, processes=jobs, keep=not replace)
+        write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
     if shards := folders(into):
         say(f"without {counted(len(shards), 'shard')}; {advised('merge', campaign, into)} takes them in")
 

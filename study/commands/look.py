@@ -29,7 +29,7 @@ from nanoslip.study.manifest.parameters import make_case, words
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import compliance_seconds, record_seconds, touch_seconds
 from nanoslip.study.plan.grids import Front, load_front, settled
-from nanoslip.study.plan.plan import Planning
+from nanoslip.study.plan.plan import plan_of
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import page
 from nanoslip.study.report.console import Table, print_entries, print_sentences, print_table, say, whole
@@ -271,14 +271,10 @@ def explain_case(campaign: Path, parameters: tuple[str, ...], show_effects: bool
     """Print the cost, the grid's error and perhaps the effects of the case of a campaign that has these parameters."""
     with refusals():
         manifest = settled(load_manifest(campaign))
-        cases = list(expand(manifest))
-        case = chosen(cases, assignments(parameters))
+        case = chosen(expand(manifest), assignments(parameters))
         if case.case is None:
             raise Refusal(f"{case.point}: {case.outcome.message}")
-        place = cases.index(case)
-        planning = Planning(manifest, numbers=range(place, place + 1))
-        planning.go_on()
-        seconds = sum(task.cost for task in planning.plan().tasks)
+        seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
         front = load_front(manifest.front, manifest.front_text)
         say(f"case {case.point}")
         grid = _of_grid(case.case, front, "slip" in manifest.stages)

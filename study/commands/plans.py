@@ -15,7 +15,6 @@ import threadpoolctl
 
 from nanoslip.solver.outcome import Outcome
 from nanoslip.study.commands.words import Refusal, folder
-from nanoslip.study.garbage import all_kept, keep_for_good
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest
@@ -75,10 +74,8 @@ def planned(campaign: Path) -> Plan:
 
 def planned_from(manifest: Manifest) -> Plan:
     """The plan of a campaign. Raises ManifestError."""
-    with counting(PLANNED) as count, all_kept():
-        plan = make_plan(manifest, count)
-        keep_for_good()
-    return plan
+    with counting(PLANNED) as count:
+        return make_plan(manifest, count)
 
 
 def idle_lines(plan: Plan) -> list[str]:

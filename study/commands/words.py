@@ -1,5 +1,6 @@
 """What every command has before its body is imported: arguments, help, errors in one message, the end by Ctrl-C."""
 
+import gc
 import os
 import signal
 import time
@@ -12,7 +13,6 @@ from click.shell_completion import CompletionItem
 
 from nanoslip.study import shipped
 from nanoslip.study.exit_codes import ABORTED, WRONG_INPUT
-from nanoslip.study.garbage import all_kept, keep_for_good
 from nanoslip.study.run.launch import LAST_WORDS, launcher_rank, pin_threads, processes_started
 
 _CONSOLE: Final = "nanoslip.study.report.console"
@@ -100,11 +100,9 @@ def folder(campaign: Path, out: Path | None) -> Path:
 def work(command: str, /, **given: object) -> None:
     """Call a function of `nanoslip.study.commands`, "file:function", with the arguments of the command line."""
     pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
-    with all_kept():
-        file, _, function = command.partition(":")
-        doing = getattr(import_module(f"nanoslip.study.commands.{file}"), function)
-        keep_for_good()  # modules stay to the end
-    doing(**given)
+    gc.set_threshold(100_000)  # of 100 000 cases little is garbage: to look for it as often as usual doubles `collect`
+    file, _, function = command.partition(":")
+    getattr(import_module(f"nanoslip.study.commands.{file}"), function)(**given)
 
 
 # The command `nanoslip`, which its commands are declared on.

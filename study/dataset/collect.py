@@ -11,128 +11,32 @@ import hashlib
 import json
 import os
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import attributes
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION, carrying, seal_of
-from nanoslip.study.dataset.table import (
-    Coordinates,
-    Declared,
-    Results,
-    Table,
-    Values,
-    Whole,
-    layout_of,
-    values_in,
-    varied,
-)
+from nanoslip.study.dataset.table import Results, Table, coordinates, layout_of
 from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, SOFTWARE, Group, Runs, all_groups, factors, texts
-from nanoslip.study.manifest.cases import CampaignCase, Heard, same
-from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.cases import CampaignCase, Heard
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.origin import Origin, Origins, all_sources_hash, census, mixture
-from nanoslip.study.plan.grids import Front, chosen, load_front, settled
+from nanoslip.study.plan.grids import Front, chosen, load_front
 from nanoslip.study.plan.kinds import needed_kinds
-from nanoslip.study.plan.plan import Plan, Planning, case_outcome, drive_outcome, plan_of
+from nanoslip.study.plan.plan import Plan, case_outcome, drive_outcome
 from nanoslip.study.results.entry import written_whole
-from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.results.store import Store
 
-# A plan a piece at a time: the cases of a campaign are made again from its axes, so that of millions few are held.
-
-CASES: Final = 4096
-"""Of a piece, about."""
-
-
-class Planned(Protocol):
-    """A campaign whose cases and keys can be had a piece at a time: a plan, or `InPieces`."""
-
-    @property
-    def manifest(self) -> Manifest:
-        """With the numerics that were chosen."""
-
-    @property
-    def count(self) -> int:
-        """How many cases there are."""
-
-    def piece(self, numbers: range) -> Plan:
-        """The plan of the cases of these numbers, without tasks."""
-
-    def outcomes(self, finished: Mapping[str, Outcome], failed: Mapping[str, Outcome]) -> dict[str, Outcome]:
-        """As `Plan.outcomes`."""
-
-
-class InPieces:
-    """A campaign that is planned a piece at a time, none of which is kept."""
-
-    def __init__(self, manifest: Manifest) -> None:
-        """Raises ManifestError."""
-        self.manifest: Manifest = settled(manifest)
-
-    @property
-    def count(self) -> int:
-        """How many cases there are."""
-        return self.manifest.case_count
-
-    def piece(self, numbers: range) -> Plan:
-        """The plan of the cases of these numbers, without tasks."""
-        planning = Planning(self.manifest, tasks=False, numbers=numbers)
-        while planning.go_on():
-            pass
-        return planning.plan()
-
-    def outcomes(self, finished: Mapping[str, Outcome], failed: Mapping[str, Outcome]) -> dict[str, Outcome]:
-        """As `Plan.outcomes`; all is planned for it. Raises ManifestError where two cases are the same."""
-        return plan_of(self.manifest).outcomes(finished, failed)
-
-
-def pieces(plan: Planned) -> Iterator[range]:
-    """The numbers of its cases, piece by piece."""
-    return (range(begin, min(begin + CASES, plan.count)) for begin in range(0, plan.count, CASES))
-
-
-# Which software computed the results of a dataset: each result counts once, however many cases share it.
-
-
-class Makers:
-    """The results of a campaign, piece by piece. Of millions of them little is kept: keys as bytes, and a number."""
-
-    def __init__(self) -> None:
-        self._origins: dict[Origins, int] = {}
-        self._keys: list[NDArray[np.bytes_]] = []
-        self._numbers: list[NDArray[np.int32]] = []
-
-    def add(self, made: Mapping[str, Origins]) -> None:
-        """made: key -> which software a result stems from."""
-        # Few objects are told apart by where they are: their hash takes longer.
-        each = {id(origins): origins for origins in made.values()}
-        number = {where: self._origins.setdefault(origins, len(self._origins)) for where, origins in each.items()}
-        self._keys.append(np.array(list(made), np.bytes_))
-        self._numbers.append(np.fromiter((number[id(its)] for its in made.values()), np.int32, len(made)))
-
-    def census(self) -> Counter[Origin]:
-        """How many results stem from which software."""
-        found = Counter[Origin]()
-        if self._keys:
-            _, first = np.unique(np.concatenate(self._keys), return_index=True)
-            counts = np.bincount(np.concatenate(self._numbers)[first], minlength=len(self._origins))
-            for origins, count in zip(self._origins, counts.tolist(), strict=True):
-                for origin, one in census([origins]).items():
-                    found[origin] += count * one
-        return found
+# Which software computed the results of a dataset.
 
 
 def software(counts: Mapping[Origin, int]) -> xr.Dataset:
@@ -161,7 +65,7 @@ def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
     return {**found, MIXED: mixed} if mixed else found
 
 
-# A piece of a campaign's cases, one behind the other: their labels, their numbers and how they ended.
+# The results of a campaign's cases, and how their tasks ended.
 
 Keys = Mapping[tuple[str, str], str]
 """Kind of task and label of its drive ("" without one) -> key."""
@@ -170,7 +74,7 @@ Keys = Mapping[tuple[str, str], str]
 class Finished:
     """The results of a plan that are there, a case at a time, and how its tasks ended."""
 
-    def __init__(self, plan: Planned, store: Store) -> None:
+    def __init__(self, plan: Plan, store: Store) -> None:
         self._store, self._known = store, store.metas()
         self._unsound: set[str] = set()
         failed = {key: attempt.outcome for key, attempt in store.failures().items()}
@@ -190,79 +94,6 @@ class Finished:
         compliances = (key for (kind, _), key in keys.items() if kind == "compliance")
         ended |= {key: self._known[key].outcome for key in compliances if key in self._known}
         return ended | {result.key: result.outcome for result in results.values()}
-
-
-class Entered(NamedTuple):
-    """What is known of a piece."""
-
-    ids: list[str]
-    """Names of its cases."""
-    able: int
-    """How many of them are not refused."""
-    parameters: dict[str, Values]
-    numbers: dict[str, NDArray[Any]]
-    """As `Table.values` gives them."""
-    made: dict[str, Origins]
-    """Key of each of its results -> the software that it stems from."""
-
-
-class Entering:
-    """Enters pieces of a campaign's cases."""
-
-    def __init__(self, manifest: Manifest, declared: Declared, front: Front, finished: Finished) -> None:
-        self._manifest, self._declared, self._front, self._finished = manifest, declared, front, finished
-
-    def piece(self, plan: Plan, runs: Sequence[Runs]) -> Entered:
-        """The cases of a plan. runs: are added to."""
-        table, made = Table(self._declared, plan.count), dict[str, Origins]()
-        for place, (case, tasks) in enumerate(plan.case_tasks.in_order()):
-            results = self._finished.results(tasks.keys)
-            made.update((result.key, result.origins) for result in results.values())
-            _say_outcomes(table, place, plan, case, self._finished.outcomes(tasks.keys, results))
-            table.say_makers(place, results)
-            if case.case is not None:
-                table.put(DISCRETIZATION_ERROR.name, place, "", self._front.expected_error(case.case))
-                _enter(table, place, runs, self._manifest, case, results)
-        ids, able = [case.case_id for case in plan.cases], sum(case.case is not None for case in plan.cases)
-        return Entered(ids, able, values_in(plan, varied(self._declared.layout)), table.values(), made)
-
-
-def one_by_one(entering: Entering, plan: Planned, runs: Sequence[Runs]) -> Iterator[Entered]:
-    """All pieces of a campaign in their order. runs: are added to."""
-    return (entering.piece(plan.piece(numbers), runs) for numbers in pieces(plan))
-
-
-def side_by_side(entering: Entering, plan: Planned, processes: int) -> Iterator[Entered]:
-    """The same without runs, entered in so many processes. Raises StoreError where one of them dies.
-
-    They are forked: each has what is known of the results by now, which would have to be found again in a fresh one.
-    """
-    try:
-        with ProcessPoolExecutor(processes, get_context("fork"), _begin, (entering, plan)) as pool:
-            yield from pool.map(_piece, pieces(plan))
-    except BrokenProcessPool:
-        raise StoreError(
-            "a process that read results died, perhaps for want of memory: collect with fewer jobs"
-        ) from None
-
-
-_begun: list[tuple[Entering, Planned]] = []
-"""What a forked process has in hand."""
-
-
-def _begin(entering: Entering, plan: Planned) -> None:
-    _begun.append((entering, plan))
-
-
-def _piece(numbers: range) -> Entered:
-    entering, plan = _begun[-1]
-    return entering.piece(plan.piece(numbers), ())
-
-
-def _say_outcomes(table: Table, place: int, plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> None:
-    table.say_outcome(place, case_outcome(plan, case, outcomes))
-    for drive in plan.manifest.drives:
-        table.say_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
 
 
 def _enter(
@@ -286,31 +117,30 @@ def _enter(
                 table.put(each.group.id.name, place, name, each.add(parts, by[name], case.case_id, name))
 
 
-def collect(plan: Planned, store: Store, heard: Heard = lambda _: None, processes: int = 1) -> xr.Dataset:
+def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Dataset:
     """The dataset of a campaign with its groups, finished or not: what is not computed is NaN, with the outcome `pending`.
 
-    Raises ManifestError where two cases are the same, StoreError. heard: callback, called with the number of cases so far.
-    processes: that read results, forked from this one; where runs are collected, this one reads all of them.
+    Raises StoreError. heard: callback, called with the number of cases so far.
     """
     manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
     front = load_front(manifest.front, manifest.front_text)
-    declared = Declared(manifest, layout, [each.group for each in runs])
-    entering = Entering(manifest, declared, front, Finished(plan, store))
-    whole, labels, makers = Whole(declared), Coordinates(manifest, layout), Makers()
-    entered = (
-        side_by_side(entering, plan, processes) if processes > 1 and not runs else one_by_one(entering, plan, runs)
-    )
-    for numbers, piece in zip(pieces(plan), entered, strict=True):
-        places = layout.places(numbers)
-        whole.take(places, piece.numbers)
-        labels.add(places, piece.ids, piece.able, piece.parameters)
-        makers.add(piece.made)
-        heard(numbers.stop)
-    if labels.twins:
-        raise ManifestError(same(manifest))
-    counts, variables = makers.census(), whole.variables
-    facts = _attributes(manifest, front, counts)
-    root = xr.Dataset(variables, labels.found(), facts)
+    table = Table(manifest, layout, [each.group for each in runs])
+    finished, origins = Finished(plan, store), dict[str, Origins]()
+    for number, (place, case) in enumerate(zip(layout.places.tolist(), plan.cases, strict=True), 1):
+        keys = plan.case_tasks[case.case_id].keys
+        results = finished.results(keys)
+        origins.update((result.key, result.origins) for result in results.values())
+        outcomes = finished.outcomes(keys, results)
+        table.enter_outcome(place, case_outcome(plan, case, outcomes))
+        for drive in manifest.drives:
+            table.enter_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
+        table.enter_software(place, results)
+        if case.case is not None:
+            table.put(DISCRETIZATION_ERROR.name, place, "", front.expected_error(case.case))
+            _enter(table, place, runs, manifest, case, results)
+        heard(number)
+    counts = census(origins.values())  # a result counts once, however many cases share it
+    root = xr.Dataset(table.variables(), coordinates(plan, layout), _attributes(manifest, front, counts))
     return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: software(counts)})
 
 

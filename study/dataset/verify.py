@@ -45,7 +45,7 @@ from nanoslip.study.dataset.variables import (
     parameters,
     scalars,
 )
-from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.checker import shown
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import TABLES, Value, words_of
@@ -442,7 +442,8 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
         chosen = dict(json.loads(facts[file.CHOSEN]))
     except (KeyError, ValueError, TypeError):
         raise NotVerifiableError(f"{path}: {file.CHOSEN}: missing or damaged: needs what its accuracy chose") from None
-    return plan_of(replace(manifest, numerics={**manifest.numerics, **chosen}))
+    manifest = replace(manifest, numerics={**manifest.numerics, **chosen})
+    return plan_of(manifest, expand(manifest))
 
 
 def other_software(found: xr.Dataset) -> str:

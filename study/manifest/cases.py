@@ -7,9 +7,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
@@ -31,8 +28,6 @@ Point = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""
 Heard = Callable[[int], None]
 """Callback: called with the number done so far, of a long loop."""
-_AT_ONCE: Final = 4096
-"""Cases whose places on the axes are found together."""
 
 
 class Labels(NamedTuple):
@@ -76,85 +71,54 @@ class CampaignCase:
 
 def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
     """All cases of a campaign, the last axis varying fastest. Raises ManifestError where two cases are the same."""
-    return tuple(expanding(manifest))
+    values = manifest.axes.values()
+    points = itertools.product(*values) if manifest.design == "product" else zip(*values, strict=True)
+    cases = tuple(map(_Expansion(manifest).case, points))
+    if len({case.case_id for case in cases}) < len(cases):
+        raise ManifestError(_same(manifest, cases))
+    return cases
 
 
-def expanding(manifest: Manifest) -> Iterator[CampaignCase]:
-    """The same one by one. Raises ManifestError after the last one."""
-    known: set[str] = set()
-    count = 0
-    for case in cases_of(manifest, range(manifest.case_count)):
-        known.add(case.case_id)
-        count += 1
-        yield case
-    if len(known) < count:
-        raise ManifestError(same(manifest))
+def labels_of(manifest: Manifest) -> Labels:
+    """The labels that all cases of a campaign have."""
+    given = {**Case.of({}).flat, **manifest.fixed}
+    return Labels(tuple(manifest.axes), {name: given[name] for name in STANDARD if name not in manifest.axes})
 
 
-def cases_of(manifest: Manifest, numbers: range) -> Iterator[CampaignCase]:
-    """The cases of these numbers, one behind the other, made from the axes alone; whether two are the same is not looked at."""
-    return _Expansion(manifest).cases(numbers)
-
-
-def same(manifest: Manifest) -> Iterator[str]:
+def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[str]:
     """A line for each case that is one before it."""
     numbers: dict[str, int] = {}
-    for number, case in enumerate(cases_of(manifest, range(manifest.case_count)), 1):
+    for number, case in enumerate(cases, 1):
         first = numbers.setdefault(case.case_id, number)
         if first != number:
             yield f"{manifest.path}: cases {first} and {number} are the same: {case.point}"
 
 
 class _Expansion:
-    """The cases of one campaign."""
+    """Makes the cases of one campaign."""
 
     def __init__(self, manifest: Manifest) -> None:
-        self._manifest, self._fixed = manifest, manifest.fixed
-        given = {**Case.of({}).flat, **self._fixed}
-        standard = {name: given[name] for name in STANDARD if name not in manifest.axes}
-        self._labels = Labels(tuple(manifest.axes), standard)
-        self._alike: dict[tuple[str, ...], Alike] = {}
+        self._manifest, self._labels = manifest, labels_of(manifest)
+        self._alike = Alike(manifest.fixed, self._labels.names)
         self._texts = Texts(lambda case: case.flat)
 
-    def cases(self, numbers: range) -> Iterator[CampaignCase]:
-        """Those of these numbers, refused ones included."""
-        for begin in range(numbers.start, numbers.stop, _AT_ONCE):
-            for point in self._points(np.arange(begin, min(begin + _AT_ONCE, numbers.stop))):
-                yield self._case(point)
-
-    def _points(self, numbers: NDArray[np.intp]) -> Iterator[Point]:
-        """Values of the axes, of the cases of these numbers."""
-        axes = list(self._manifest.axes.values())
-        if not axes:
-            return itertools.repeat((), len(numbers))
-        if self._manifest.design == "product":
-            places: Sequence[NDArray[np.intp]] = np.unravel_index(numbers, tuple(map(len, axes)))
-        else:
-            places = [numbers] * len(axes)
-        return zip(*(map(each.__getitem__, at.tolist()) for each, at in zip(axes, places, strict=True)), strict=True)
-
-    def _case(self, point: Point) -> CampaignCase:
-        names = tuple(self._manifest.axes)
+    def case(self, point: Point) -> CampaignCase:
+        """The one with these values of the axes, refused or not."""
         case: Case | None
         try:
-            case = self._made(names, point)
+            case = self._alike.case(point)
             if wrong := refusal(self._manifest, case):
                 raise InvalidInput(wrong)
         except InvalidInput as error:
             case, outcome = None, error.outcome
         else:
             outcome = COMPLETED
-        return CampaignCase(self._id(case, names, point), self._labels, point, case, outcome)
+        return CampaignCase(self._id(case, point), self._labels, point, case, outcome)
 
-    def _made(self, names: tuple[str, ...], values: Point) -> Case:
-        if names not in self._alike:
-            self._alike[names] = Alike(self._fixed, names)
-        return self._alike[names].case(values)
-
-    def _id(self, case: Case | None, names: tuple[str, ...], values: Point) -> str:
+    def _id(self, case: Case | None, point: Point) -> str:
         if case is not None:
             return content_hash("case", self._texts(case), length=12)
-        given = {**Case.of({}).flat, **self._fixed, **dict(zip(names, values, strict=True))}
+        given = {**Case.of({}).flat, **self._manifest.fixed, **dict(zip(self._labels.names, point, strict=True))}
         return content_hash("case", given, length=12)
 
 

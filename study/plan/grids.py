@@ -20,7 +20,7 @@ from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
 from nanoslip.solver.parameter import as_float
 from nanoslip.solver.slab import PHYSICS, Slab
 from nanoslip.study.manifest import parameters
-from nanoslip.study.manifest.cases import expanding
+from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError, path_shown
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import Value
@@ -243,12 +243,11 @@ def settled(manifest: Manifest) -> Manifest:
     front = load_front(manifest.front, manifest.front_text)
     if manifest.accuracy is None:
         return manifest
-    cases = (case.case for case in expanding(manifest) if case.case is not None)
-    first = next(cases, None)
-    if first is None:  # all are refused, and say why themselves
+    cases = [case.case for case in expand(manifest) if case.case is not None]
+    if not cases:  # all are refused, and say why themselves
         return manifest
     try:
-        chosen = cheapest(front, itertools.chain([first], cases), manifest.accuracy)
+        chosen = cheapest(front, cases, manifest.accuracy)
     except UnreachableError as error:
         wrong = f"{manifest.path}: accuracy = {manifest.accuracy!r}: {error}"
         raise ManifestError([wrong + _lacking(front, manifest)]) from None
@@ -257,7 +256,7 @@ def settled(manifest: Manifest) -> Manifest:
 
 def _lacking(front: Front, manifest: Manifest) -> str:
     """The first case of which the front lacks something, what that is, and how many more there are; empty where there is none."""
-    lacks = ((each.point, front.lacks(each.case)) for each in expanding(manifest) if each.case is not None)
+    lacks = ((each.point, front.lacks(each.case)) for each in expand(manifest) if each.case is not None)
     found = [(point, what) for point, what in lacks if what]
     if not found:
         return ""

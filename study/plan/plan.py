@@ -1,16 +1,12 @@
 """Cases -> tasks: each distinct computation once, needed ones before those that need them, longest chain first."""
 
-import itertools
-from array import array
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
-from nanoslip.study.garbage import all_kept
-from nanoslip.study.manifest.cases import CampaignCase, Heard, cases_of, expanding
+from nanoslip.study.manifest.cases import CampaignCase, Heard, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest
 from nanoslip.study.origin import Origins, foreign_among
 from nanoslip.study.plan.cost import estimate
@@ -19,9 +15,6 @@ from nanoslip.study.plan.kinds import KINDS, Wanted, in_stages
 from nanoslip.study.plan.task import Label, Task
 
 # The tasks of each case.
-
-TaskNames = tuple[tuple[str, str], ...]
-"""Kinds of tasks, each with the label of its drive ("" without one)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,68 +44,6 @@ class CaseTasks:
         return {drive: key for (_, drive), key in self.keys.items() if drive}
 
 
-class TasksOfCases(Mapping[str, CaseTasks]):
-    """case_id -> its tasks. Of millions of cases little is kept: the kinds of tasks that they share, and keys in one list."""
-
-    def __init__(self) -> None:
-        self.cases: list[CampaignCase] = []
-        self._names: list[TaskNames] = []
-        self._known: dict[TaskNames, TaskNames] = {}
-        self._keys: list[str] = []
-        self._begins = array("Q")
-        self._last = "", CaseTasks()
-
-    def add(self, case: CampaignCase, keys: Mapping[tuple[str, str], str]) -> None:
-        """keys: of its tasks, by kind and label of the drive, in the order of stages."""
-        names = tuple(keys)
-        self.cases.append(case)
-        self._names.append(self._known.setdefault(names, names))
-        self._begins.append(len(self._keys))
-        self._keys += keys.values()
-
-    def part(self, numbers: range) -> "TasksOfCases":
-        """Those of the cases of these numbers."""
-        found = TasksOfCases()
-        for number in numbers:
-            found.add(self.cases[number], self._tasks(number).keys)
-        return found
-
-    def alike(self) -> Iterator[tuple[TaskNames, list[int], list[str]]]:
-        """Of cases with the same kinds of tasks: these, the positions of the cases, and their keys, one case behind the other."""
-        for names in self._known:
-            if len(self._known) == 1:
-                yield names, list(range(len(self))), self._keys
-                return
-            numbers = [number for number, its in enumerate(self._names) if its is names]
-            keys = (self._keys[begin : begin + len(names)] for begin in map(self._begins.__getitem__, numbers))
-            yield names, numbers, list(itertools.chain.from_iterable(keys))
-
-    def in_order(self) -> Iterator[tuple[CampaignCase, CaseTasks]]:
-        """All cases with their tasks. While it is a case's turn, asking for its tasks by its name takes no search."""
-        for number, case in enumerate(self.cases):
-            self._last = case.case_id, self._tasks(number)
-            yield case, self._last[1]
-
-    def __getitem__(self, case_id: str) -> CaseTasks:
-        if self._last[0] != case_id:  # a case is asked for again by each of its drives
-            self._last = case_id, self._tasks(self._places[case_id])
-        return self._last[1]
-
-    def _tasks(self, number: int) -> CaseTasks:
-        names, begin = self._names[number], self._begins[number]
-        return CaseTasks(dict(zip(names, self._keys[begin : begin + len(names)], strict=True)))
-
-    def __iter__(self) -> Iterator[str]:
-        return (case.case_id for case in self.cases)
-
-    def __len__(self) -> int:
-        return len(self.cases)
-
-    @cached_property
-    def _places(self) -> dict[str, int]:
-        return {case.case_id: place for place, case in enumerate(self.cases)}
-
-
 # The order of tasks: needed ones before those that need them, longest chain of work first.
 
 
@@ -132,8 +63,6 @@ DOUBT: Final = 100.0
 """A task that takes so many times longer than estimated is taken to hang; the worst estimates known are 30 times off."""
 LEAST_LIMIT: Final = 600.0
 """Seconds that every task may take."""
-TOGETHER: Final = 512
-"""Cases that are planned together, step by step: the processor's caches hold one step's program, not all of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,18 +73,8 @@ class Plan:
     cases: tuple[CampaignCase, ...]
     tasks: tuple[Task, ...]
     """Each distinct task once: needs first, then the longest chain of work first."""
-    case_tasks: TasksOfCases
+    case_tasks: Mapping[str, CaseTasks]
     """case_id -> its tasks."""
-
-    @property
-    def count(self) -> int:
-        """How many cases there are."""
-        return len(self.cases)
-
-    def piece(self, numbers: range) -> "Plan":
-        """The plan of the cases of these numbers, without tasks."""
-        cases = self.cases[numbers.start : numbers.stop]
-        return replace(self, cases=cases, tasks=(), case_tasks=self.case_tasks.part(numbers))
 
     def remaining(self, finished: Collection[str]) -> tuple[Task, ...]:
         """Tasks still to do, in order, given the keys that are finished.
@@ -217,74 +136,32 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
 
     Of an error asked for, the plan's manifest has the numerics that were chosen for it (see
     nanoslip.study.plan.grids).
-    heard: callback, called repeatedly with the number of cases so far.
+    heard: callback, called with the number of cases so far.
     """
-    with all_kept():
-        return plan_of(settled(manifest), heard)
+    chosen = settled(manifest)
+    return plan_of(chosen, expand(chosen), heard)
 
 
-def plan_of(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
-    """The plan of a manifest whose grid is chosen already."""
-    with all_kept():
-        planning = Planning(manifest)
-        while planning.go_on():
-            heard(planning.count)
-        return planning.plan()
+def plan_of(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = lambda _: None) -> Plan:
+    """The plan of some cases of a manifest whose grid is chosen already."""
+    kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
+    tasks, case_tasks = dict[str, Task](), dict[str, CaseTasks]()
+    for number, case in enumerate(cases, 1):
+        wanted = [each for kind in kinds for each in kind.tasks(case.case, manifest)] if case.case else []
+        for each in wanted:
+            if each.task.key not in tasks:
+                tasks[each.task.key] = _planned(each, case, manifest.task_seconds)
+        case_tasks[case.case_id] = CaseTasks({(each.task.kind, each.drive): each.task.key for each in wanted})
+        heard(number)
+    return Plan(manifest, tuple(cases), longest_chain_first(tasks.values()), case_tasks)
 
 
-class Planning:
-    """A plan in the making, some cases at a time."""
-
-    def __init__(self, manifest: Manifest, tasks: bool = True, numbers: range | None = None) -> None:
-        """manifest: with its grid chosen. tasks: whether they are wanted, and not their keys alone: those take half of the time.
-
-        numbers: of the cases, where not all are wanted; whether two of the campaign are the same is not looked at then.
-        """
-        self._manifest = manifest
-        self._tasks_wanted = tasks
-        self._ahead = expanding(manifest) if numbers is None else cases_of(manifest, numbers)
-        self._of_cases = TasksOfCases()
-        self._kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
-        self._found: dict[str, Task] = {}
-
-    @property
-    def count(self) -> int:
-        """How many cases are planned."""
-        return len(self._of_cases)
-
-    def go_on(self) -> bool:
-        """Plan the next cases; whether there were any. Raises ManifestError behind the last one where two are the same."""
-        together = list(itertools.islice(self._ahead, TOGETHER))
-        self._add(together)
-        return bool(together)
-
-    def plan(self) -> Plan:
-        """The plan of what is planned. It takes over the tasks: memory is what limits its size."""
-        tasks = list(self._found.values())
-        self._found.clear()
-        return Plan(self._manifest, tuple(self._of_cases.cases), longest_chain_first(tasks), self._of_cases)
-
-    def _add(self, cases: list[CampaignCase]) -> None:
-        """More cases: their tasks, estimated and labelled; none of one that is refused."""
-        wanted = [self._wanted(case) for case in cases]
-        for case, its in zip(cases, wanted, strict=True) if self._tasks_wanted else ():
-            for each in its:
-                if each.task.key not in self._found:
-                    self._found[each.task.key] = self._planned(each, case)
-        for case, its in zip(cases, wanted, strict=True):
-            self._of_cases.add(case, {(each.task.kind, each.drive): each.task.key for each in its})
-
-    def _wanted(self, case: CampaignCase) -> list[Wanted]:
-        if case.case is None:
-            return []
-        return [wanted for kind in self._kinds for wanted in kind.tasks(case.case, self._manifest)]
-
-    def _planned(self, wanted: Wanted, campaign_case: CampaignCase) -> Task:
-        seconds, memory, disk = estimate(wanted.task)
-        cost = 0.0 if wanted.free else seconds
-        limit = self._manifest.task_seconds
-        limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
-        return wanted.task.planned(cost, memory, disk, limit, _label(wanted, campaign_case))
+def _planned(wanted: Wanted, case: CampaignCase, limit: float | None) -> Task:
+    """A task, estimated and labelled. limit: seconds that it may take; None: as estimated."""
+    seconds, memory, disk = estimate(wanted.task)
+    cost = 0.0 if wanted.free else seconds
+    limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
+    return wanted.task.planned(cost, memory, disk, limit, _label(wanted, case))
 
 
 def _label(wanted: Wanted, campaign_case: CampaignCase) -> Label:

@@ -36,7 +36,6 @@ from nanoslip.study.figures.points import SYMBOL, label
 from nanoslip.study.figures.shared import COLORS, image, scales_of
 from nanoslip.study.figures.view import Sort, View, csv_of, spread
 from nanoslip.study.figures.views import SORTS
-from nanoslip.study.garbage import all_kept
 from nanoslip.study.report.console import Table
 from nanoslip.study.report.summary import (
     MOST_ROWS,
@@ -346,9 +345,8 @@ class Picture:
 
 def picture(view: View) -> Picture:
     """Draw a view for a page."""
-    with all_kept():  # a figure is many thousand objects, which all go when it is drawn
-        figure = view.draw()
-        drawn = themed(image(figure, "svg").decode())
+    figure = view.draw()
+    drawn = themed(image(figure, "svg").decode())
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     data = address(csv_of(view.columns()), "text/csv")
     return Picture(view.name, view.caption, address(drawn, "image/svg+xml"), width, height, data, view.label)

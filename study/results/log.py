@@ -14,12 +14,11 @@ import secrets
 import sys
 import time
 import weakref
-from array import array
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import BinaryIO, Final, NamedTuple, TypeVar
+from typing import BinaryIO, Final, NamedTuple
 
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.entry import (
@@ -28,7 +27,6 @@ from nanoslip.study.results.entry import (
     NO_FILE,
     CorruptResultError,
     Head,
-    Meta,
     OtherFormatError,
     TornError,
     check,
@@ -183,93 +181,6 @@ def _next(file: BinaryIO, begin: int) -> int | None:
     return None
 
 
-# Where results are in logs, and what they say of themselves. Of millions of them little is kept: numbers, in columns.
-
-Value = TypeVar("Value", Meta, Path)
-Said = TypeVar("Said")
-
-
-class Places(Mapping[str, Place]):
-    """Key -> where its result is."""
-
-    def __init__(self) -> None:
-        self._rows: dict[str, int] = {}
-        self._metas: list[Meta] = []
-        self._paths: list[Path] = []
-        self._known: dict[int, int] = {}
-        self._meta, self._path, self._table, self._checksum, self._seal = (array("I") for _ in range(5))
-        self._numbers, self._length, self._begin = (array("Q") for _ in range(3))
-
-    def add(self, place: Place) -> None:
-        """Enter a result; of two with the same key the one that is entered later stays."""
-        head, path, begin = place
-        self._rows[head.key] = len(self._begin)
-        self._meta.append(self._number(head.meta, self._metas))
-        self._path.append(self._number(path, self._paths))
-        self._table.append(head.table)
-        self._numbers.append(head.numbers)
-        self._checksum.append(head.checksum)
-        self._seal.append(head.seal)
-        self._length.append(head.length)
-        self._begin.append(begin)
-
-    def forget(self, key: str) -> None:
-        """Leave out a result, where there is one."""
-        self._rows.pop(key, None)
-
-    def forget_all(self, path: Path) -> None:
-        """Leave out what is in this log."""
-        gone = {number for number, each in enumerate(self._paths) if each == path}
-        self._rows = {key: row for key, row in self._rows.items() if self._path[row] not in gone}
-
-    def path(self, key: str) -> Path:
-        """The log that a result is in."""
-        return self._paths[self._path[self._rows[key]]]
-
-    def meta(self, key: str) -> Meta:
-        """What a result says of itself."""
-        return self._metas[self._meta[self._rows[key]]]
-
-    def of_all(self, what: Callable[[Meta], Said]) -> dict[str, Said]:
-        """Something that every result says of itself."""
-        said = list(map(what, self._metas))
-        return {key: said[self._meta[row]] for key, row in self._rows.items()}
-
-    def seal(self, key: str) -> int:
-        """The seal of a result."""
-        return self._seal[self._rows[key]]
-
-    def __getitem__(self, key: str) -> Place:
-        row = self._rows[key]
-        head = Head(
-            key,
-            self._metas[self._meta[row]],
-            self._table[row],
-            self._numbers[row],
-            self._checksum[row],
-            self._seal[row],
-            self._length[row],
-        )
-        return Place(head, self._paths[self._path[row]], self._begin[row])
-
-    def __contains__(self, key: object) -> bool:
-        return key in self._rows
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._rows)
-
-    def __len__(self) -> int:
-        return len(self._rows)
-
-    def _number(self, value: Value, values: list[Value]) -> int:
-        """The number of one of few objects, which are told apart by where they are: their hash takes longer."""
-        number = self._known.get(id(value))
-        if number is None:
-            self._known[id(value)] = number = len(values)
-            values.append(value)
-        return number
-
-
 # All logs of a folder, as one: where each result is, found once and then only in what has been added since.
 
 _OPEN: Final = 64
@@ -294,8 +205,8 @@ class Logs:
         self._opened = lru_cache(_OPEN)(Opened)
         self._no_files: set[Path] = set()
         """What stands in the place of a log and was named."""
-        self.places = Places()
-        """As far as was looked."""
+        self.places: dict[str, Place] = {}
+        """Key -> where its result is, as far as was looked."""
 
     def look(self) -> None:
         """Look for what has been added; what is no result is named on stderr, a torn end is not: its writer may be at it."""
@@ -359,7 +270,7 @@ class Logs:
         end, faults = seen.end, []
         if state.st_ino != seen.inode or state.st_size <= seen.end:
             end = 0
-            self.places.forget_all(path)
+            self.places = {key: place for key, place in self.places.items() if place.path != path}
             self._opened.cache_clear()
         for found in _scanned(path, end, self._whole):
             if isinstance(found, Place):
@@ -375,9 +286,9 @@ class Logs:
 
     def _enter(self, place: Place) -> None:
         """Of two results of one task that of the later log counts: somebody had it computed again."""
-        key = place.head.key
-        if key not in self.places or self.places.path(key) <= place.path:
-            self.places.add(place)
+        known = self.places.get(place.head.key)
+        if known is None or known.path <= place.path:
+            self.places[place.head.key] = place
 
 
 def _scanned(path: Path, begin: int, whole: bool) -> Iterator[Place | Fault]:

@@ -7,7 +7,6 @@ without being found.
 """
 
 import hashlib
-import itertools
 import json
 import os
 import re
@@ -19,9 +18,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from operator import attrgetter
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Self, TypeVar
+from typing import Any, Final, NamedTuple, Self
 
 from nanoslip.solver.outcome import Outcome
 from nanoslip.study.origin import Origins, here
@@ -43,12 +41,11 @@ from nanoslip.study.results.entry import (
     scratch_beside,
     written_whole,
 )
-from nanoslip.study.results.log import Logs, LogWriter, Places, is_name, later
+from nanoslip.study.results.log import Logs, LogWriter, is_name, later
 from nanoslip.study.results.shard import FOLDER as SHARDS
 from nanoslip.study.results.shard import folders
 
 FOLDER: Final = "results"
-Said = TypeVar("Said")
 _KEY: Final = re.compile("[0-9a-f]{20}")
 
 
@@ -96,32 +93,24 @@ class Store:
 
     def inventory(self) -> dict[str, Origins]:
         """The finished results, as `finished` counts them, and the software that each stems from."""
-        return self._of_all(attrgetter("origins"))
+        return {key: meta.origins for key, meta in self.metas().items()}
 
     def outcomes(self) -> dict[str, Outcome]:
         """The finished results, as `finished` counts them, and how each ended."""
-        return self._of_all(attrgetter("outcome"))
+        return {key: meta.outcome for key, meta in self.metas().items()}
 
-    def metas(self) -> Mapping[str, Meta]:
-        """What every sound result says of itself. What has not changed since the last time is not checked again.
+    def metas(self) -> dict[str, Meta]:
+        """What every sound result says of itself. What has not changed since the last time is not checked again."""
+        return {key: head.meta for key, head in self._heads().items()}
 
-        Of millions of results nothing is copied: what is found later may be among them then.
-        """
-        self._look()
-        return _Metas(self._logs.places, {key: head.meta for key, head in self._own_heads().items()})
-
-    def _of_all(self, what: Callable[[Meta], Said]) -> dict[str, Said]:
-        self._look()
-        found = self._logs.places.of_all(what)
-        found.update((key, what(head.meta)) for key, head in self._own_heads().items())
-        return found
-
-    def seals(self) -> Iterator[tuple[str, int]]:
+    def seals(self) -> list[tuple[str, int]]:
         """The keys of the same, in order, and their seals: they change with what is in a result."""
+        return sorted((key, head.seal) for key, head in self._heads().items())
+
+    def _heads(self) -> dict[str, Head]:
+        """Of all sound results; one in a file of its own counts more than one in a log."""
         self._look()
-        places, own = self._logs.places, self._own_heads()
-        for key in sorted([*places, *(key for key in own if key not in places)]):
-            yield key, own[key].seal if key in own else places.seal(key)
+        return {**{key: place.head for key, place in self._logs.places.items()}, **self._own_heads()}
 
     @_refused()
     def _look(self) -> None:
@@ -160,7 +149,7 @@ class Store:
                 own.write(own.path_of(self.folder, result.key), entry)
                 return
             self._log.add(entry)
-            self._logs.places.forget(result.key)  # to be found anew
+            self._logs.places.pop(result.key, None)  # to be found anew
             file = f"{self.folder}/{result.key}{own.ENDING}"  # a path would take longer than the look
             if os.path.isfile(file):
                 Path(file).unlink(missing_ok=True)  # it would count more
@@ -215,25 +204,6 @@ class Store:
         """Results of an older nanoslip, which kept each in files of its own: this one does not read them."""
         files = self.folder.glob("*.np[yz]")
         return sorted(path for path in files if _KEY.fullmatch(path.stem))
-
-
-class _Metas(Mapping[str, Meta]):
-    """Key -> what its result says of itself: in a file of its own, else in a log."""
-
-    def __init__(self, places: Places, own: Mapping[str, Meta]) -> None:
-        self._places, self._own = places, own
-
-    def __getitem__(self, key: str) -> Meta:
-        return self._own[key] if key in self._own else self._places.meta(key)
-
-    def __contains__(self, key: object) -> bool:
-        return key in self._own or key in self._places
-
-    def __iter__(self) -> Iterator[str]:
-        return itertools.chain(self._own, (key for key in self._places if key not in self._own))
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
 
 
 def _say_unsound(error: CorruptResultError) -> None:

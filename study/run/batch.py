@@ -14,7 +14,7 @@ from jinja2.sandbox import SandboxedEnvironment
 from nanoslip.study import shipped
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.manifest.checker import ONE_LINE, ManifestError, one_line, path_shown, read_text, shown
-from nanoslip.study.plan.plan import Plan, TasksOfCases
+from nanoslip.study.plan.plan import Plan
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.run.launch import WARNING
 from nanoslip.study.toml_text import from_toml
@@ -38,11 +38,9 @@ def part(plan: Plan, shard: Shard) -> Plan:
     blocks = blocks_of(weights, shard.of)
     cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
     keys = {key for case in cases for key in needed[case.case_id]}
-    of_cases = TasksOfCases()
-    for case in cases:
-        of_cases.add(case, plan.case_tasks[case.case_id].keys)
+    case_tasks = {case.case_id: plan.case_tasks[case.case_id] for case in cases}
     tasks = tuple(task for task in plan.tasks if task.key in keys)
-    return replace(plan, cases=cases, tasks=tasks, case_tasks=of_cases)
+    return replace(plan, cases=cases, tasks=tasks, case_tasks=case_tasks)
 
 
 def blocks_of(weights: Sequence[float], count: int) -> list[int]:
