@@ -30,3 +30,14 @@ def test_a_long_message_keeps_its_beginning_and_its_end(letter: str) -> None:
 
 def test_lines_of_a_longer_text_stay() -> None:
     assert printable("first\n  \x1b second", 100) == "first\n  \\x1b second"
+
+
+@pytest.mark.parametrize("most", [20, 21, 1000])
+def test_a_text_too_long_keeps_as_much_of_its_beginning_as_of_its_end(most: int) -> None:
+    text = "".join(chr(ord("a") + number % 26) for number in range(most + 1))
+    assert printable(text[:most], most) == text[:most]
+    first, last = printable(text, most).split(" ... ")
+    assert text.startswith(first)
+    assert text.endswith(last)
+    assert len(first) + len(last) == most - 5
+    assert abs(len(first) - len(last)) <= 1
