@@ -305,8 +305,7 @@ def _described(name: str) -> Described:
         raise Refusal(error.args[0]) from None
 
 
-# `nanoslip accuracy`: error against processor time for every numerical setting, or for members and lengths of
-# records.
+# `nanoslip accuracy`: error against processor time for every numerical setting, or for members and lengths of records.
 
 
 def show_accuracy(campaign: Path | None, out: Path | None, quick: bool, digit: bool, save: Path | None) -> None:

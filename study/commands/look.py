@@ -263,8 +263,7 @@ def _row(each: Influence) -> tuple[str, ...]:
     )
 
 
-# `nanoslip explain`: one case before it is computed: its estimated time, the error of its grid, and what half of that
-# costs.
+# `nanoslip explain`: one case before it is computed: its estimated time, the error of its grid, and what half of that costs.
 
 
 def explain_case(campaign: Path, parameters: tuple[str, ...], show_effects: bool) -> None:

@@ -136,8 +136,7 @@ def _said(selection: Selection) -> str:
     return ", ".join(f"{name} = {value}" for name, value in selection.items()) or "no selection"
 
 
-# One case of a dataset by the values of its parameters, in a manifest's words: with all its drives, or with one of
-# them.
+# One case of a dataset by the values of its parameters, in a manifest's words: with all its drives, or with one of them.
 
 
 def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
@@ -335,8 +334,7 @@ def _concatenated(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
     return np.concatenate(parts) if parts else np.empty(0, np.int64)
 
 
-# A dataset as one flat table: a row for each case (and drive), or for each event or sample; parameters first, then
-# numbers.
+# A dataset as one flat table: a row for each case (and drive), or for each event or sample; parameters first, then numbers.
 
 
 @dataclass(frozen=True, slots=True)

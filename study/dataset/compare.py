@@ -1,4 +1,4 @@
-"""One variable computed twice: the same bits, the same within rounding, the same within its uncertainty, or different."""
+"""A dataset and the same one computed again, case by case: the same bits, within rounding or uncertainty, or different."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace

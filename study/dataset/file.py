@@ -1,4 +1,4 @@
-"""The dataset as a file: its name, the attributes that say what it is, reading and writing it whole."""
+"""The dataset as a file: its name, seal and format, its groups; written whole, and read."""
 
 import errno
 import hashlib
@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from nanoslip.study.results.entry import NO_FILE, is_no_file, written_whole
 from nanoslip.study.results.store import StoreError
 
-# The last line of a dataset's file: a checksum of all before it. netCDF ignores it; whoever changes the file removes
-# it.
+# The last line of a dataset's file: a checksum of all before it. netCDF ignores it; whoever changes the file removes it.
 
 _LINE: Final = re.compile(rb"\nsha256 ([0-9a-f]{64})\n")
 _LENGTH: Final = len("\nsha256 \n") + 64
@@ -107,11 +106,9 @@ def _cuts(length: int, chunk: int) -> list[slice]:
     return [slice(begin, min(begin + chunk, length)) for begin in range(0, length, max(chunk, 1))]
 
 
-# The groups of a dataset beside its root: records, event sizes, trajectories, contacts, the inside of the slab, the
-# software.
+# The groups of a dataset beside its root: records, event sizes, trajectories, contacts, the inside of the slab, the software.
 #
-# In a file they are groups of netCDF-4. In Python the root is an `xr.Dataset` of scalars over the cases that carries
-# the groups
+# In a file they are groups of netCDF-4. In Python the root is an `xr.Dataset` of scalars over the cases that carries the groups
 # with it, in its encoding and in that of `case_id`: selections keep the one, `where` the other.
 
 _KEY: Final = "nanoslip_groups"

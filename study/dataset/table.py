@@ -1,4 +1,4 @@
-"""The variables over the cases of a campaign, and over the drives where they vary: the same ones whatever the results."""
+"""Where cases and drives lie in a dataset, their coordinates, and the variables over them: the same ones whatever the results."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -42,8 +42,7 @@ from nanoslip.study.plan.outlook import flags_of
 from nanoslip.study.plan.plan import PENDING, Plan
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, Exclusion, TaskResult, without_effect
 
-# Where each case and drive of a campaign lies in its dataset: the dimensions, and the settings of drives along
-# theirs.
+# Where each case and drive of a campaign lies in its dataset: the dimensions, and the settings of drives along theirs.
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Name, meaning and unit of every variable of a dataset.
+"""Every variable of a dataset: name, meaning, unit; runs of different length as ragged groups; a page of all of them.
 
 Those of results are declared where the solver makes them (nanoslip.solver.parameter) and follow from the parts of the kinds of
 task; here are the few that belong to the dataset itself. Lengths are in L_x, stiffness in G·L_y, forces over the load W; what a
@@ -198,8 +198,7 @@ def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, f
     }
 
 
-# Every variable that a dataset can have, from the declarations: rows, one variable in full, and a page of all of
-# them.
+# Every variable that a dataset can have, from the declarations: rows, one variable in full, and a page of all of them.
 #
 # `python -m nanoslip.study.dataset.variables > campaigns/variables.md` writes the page.
 
@@ -392,8 +391,7 @@ def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Descr
         yield Described(each.name, group, dims, *facts)
 
 
-# Of how many members the numbers of a dataset are, as not all members of an ensemble have each; and what ± was
-# before.
+# Of how many members the numbers of a dataset are, as not all members of an ensemble have each; and what ± was before.
 
 EXPLAINED: Final = "behind a mean: as many members have this number, the others have none"
 

@@ -1,4 +1,4 @@
-"""Two datasets beside each other: which cases both have, whether their numbers agree, what made them differ."""
+"""Two datasets beside each other, what both have and whether it agrees; and a dataset computed again from itself alone."""
 
 import hashlib
 import itertools
@@ -376,12 +376,10 @@ def _keys_of_facts(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 # A dataset computed again from itself alone: its manifest -> plan -> tasks -> dataset, and both side by side.
 #
-# Each case is *bit-identical*, *within tolerance* or *different*. Within tolerance is every number within `ROUNDING`
-# of its
-# variable's scale, the largest magnitude that was recomputed; texts and whole numbers must be the same, but for the
-# advice of a
-# `message`. Two things are chains of decisions, which a last digit may turn: a record, seldom, and a drive over its
-# teeth, often.
+# Each case is *bit-identical*, *within tolerance* or *different*. Within tolerance is every number within `ROUNDING` of its
+# variable's scale, the largest magnitude that was recomputed; texts and whole numbers must be the same, but for the advice of a
+# `message`. Two things are chains of decisions, which a last digit may turn: a record, seldom, and a drive over its teeth,
+# often.
 #
 # - A record took another path where half or more of the case's numbers over it differ. What precedes sliding still
 # has to agree

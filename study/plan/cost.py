@@ -26,9 +26,8 @@ from nanoslip.study.plan.task import Task, case_of, drive_of
 
 # What one step of each computation takes: seconds on one core of an ordinary machine.
 #
-# A prediction is a number of steps (`counts`) times their rate, to a factor of three. What a machine and a campaign
-# really take is
-# measured: the first finished tasks of a campaign scale the predictions for the others, kind by kind
+# A prediction is a number of steps (`counts`) times their rate, to a factor of three. What a machine and a campaign really take
+# is measured: the first finished tasks of a campaign scale the predictions for the others, kind by kind
 # (nanoslip.study.run.progress).
 
 TASK: Final = 1e-3
@@ -59,11 +58,9 @@ FIT: Final = 1.2e-5
 
 # How many steps a computation takes, before it is done: nodes in contact, events, slips, teeth, solutions.
 #
-# Two scaling laws describe sliding. The presliding length μ_i W/K, by which the pin moves until all nodes have
-# slipped, takes
-# `EVENTS` events for each node in contact. On the way of the pin every node regains, against its own stiffness, the
-# shear that it
-# loses in slips. Both hold to a factor of three: cascades are chaotic.
+# Two scaling laws describe sliding. The presliding length μ_i W/K, by which the pin moves until all nodes have slipped, takes
+# `EVENTS` events for each node in contact. On the way of the pin every node regains, against its own stiffness, the shear that
+# it loses in slips. Both hold to a factor of three: cascades are chaotic.
 
 EVENTS = 6.0
 """Events in a presliding length for each node in contact, at residual_shear 0."""

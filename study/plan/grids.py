@@ -25,17 +25,13 @@ from nanoslip.study.manifest.checker import ManifestError, path_shown
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import Value
 
-# Processor time and error of each discretization of the slab, as `nanoslip accuracy` measured them and a file keeps
-# them.
+# Processor time and error of each discretization of the slab, as `nanoslip accuracy` measured them and a file keeps them.
 #
-# The error of a discretization on a slab under a contact is the largest relative error of the case's deterministic
-# observables: the compliance energies of elliptic normal and tangential loads, the lateral stiffness K, the approach,
-# and
-# the half-width and largest pressure of frictionless contact. Linear elasticity makes all of them functions of the
-# contact's
-# half-width alone, whatever load and radius gave it. Plateaus and friction coefficients are left out, as they are
-# chaotic.
-# Their uncertainty is estimated from block means, and is a variable of the dataset.
+# The error of a discretization on a slab under a contact is the largest relative error of the case's deterministic observables:
+# the compliance energies of elliptic normal and tangential loads, the lateral stiffness K, the approach, and the half-width and
+# largest pressure of frictionless contact. Linear elasticity makes all of them functions of the contact's half-width alone,
+# whatever load and radius gave it. Plateaus and friction coefficients are left out, as they are chaotic. Their uncertainty is
+# estimated from block means, and is a variable of the dataset.
 
 ALIKE = math.log(1.25)
 SHIPPED = "front.json"
@@ -224,8 +220,7 @@ def _short(value: float) -> float:
     return float(f"{value:.3g}")
 
 
-# The choice of a discretization for `accuracy = 0.01`: the fastest measured one whose error is at most that in every
-# case.
+# The choice of a discretization for `accuracy = 0.01`: the fastest measured one whose error is at most that in every case.
 
 SCHEME: Final = "galerkin"
 """The only scheme chosen from, as its errors converge to zero."""

@@ -231,8 +231,8 @@ CONTACT: Final = Kind(
 )
 
 
-# The friction record of a case, with its plateau and statistics. Where drives or statistics need a record that the campaign does
-# not keep, it is intermediate, and another task reads off its scalars.
+# The friction record of a case, with its plateau and statistics. Where drives or statistics need a record that the campaign
+# does not keep, it is intermediate, and another task reads off its scalars.
 
 
 def record_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:

@@ -1,4 +1,4 @@
-"""Forecast for a plan's cases before anything is computed: validity flags, and lengths of records."""
+"""What is known of a plan before anything is computed: validity flags, lengths of records, memory."""
 
 import functools
 import heapq
@@ -107,8 +107,7 @@ def span_line(outlook: Outlook) -> str:
     return f"each record slides the pin over about {span} node spacings (to a factor of 3); the surface repeats every spacing"
 
 
-# Whether tasks fit the memory of the machine that is to compute them: it depends on the machine, so it is no case's
-# outcome.
+# Whether tasks fit the memory of the machine that is to compute them: it depends on the machine, so it is no case's outcome.
 
 PROGRAM = 2e8
 """Bytes of a process that has computed nothing yet."""

@@ -103,11 +103,9 @@ _FIELDS: Final[Any] = fields(Attempt)
 
 # The journal of a folder: who computed there, where, when, with what else, and how that ended.
 #
-# It stands beside the dataset and never in it: the same results are the same bytes, whoever computed them, on however
-# many ranks.
-# A run adds a line when it begins to compute, one when it has ended, and a few on the way, at ever longer intervals.
-# Each says all
-# of it again; the last line of a run counts.
+# It stands beside the dataset and never in it: the same results are the same bytes, whoever computed them, on however many
+# ranks. A run adds a line when it begins to compute, one when it has ended, and a few on the way, at ever longer intervals.
+# Each says all of it again; the last line of a run counts.
 
 RUNS_FILE: Final = "runs.jsonl"
 MOST_PROCESSES: Final = 10**7

@@ -1,4 +1,4 @@
-"""A result as bytes, in a log or in a file of its own.
+"""A result as bytes, in a log or in a file of its own; files that appear whole or not at all.
 
 All of them count towards a checksum, so that none can change without being found.
 An entry is a head, what the result says of itself (JSON), a table of its numbers (JSON) and its arrays as they lie in memory,

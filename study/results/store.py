@@ -1,4 +1,4 @@
-"""Results on disk: whole or not there at all. The only writer of results.
+"""Results on disk: whole or not there at all. The only writer of results; the lease of a folder; shards merged.
 
 What other tasks read (a compliance, a record that is driven) is a file of its own, `results/<key>.result`. Everything else stands
 in logs, `results/*.log`, one of each process that computed: files grow with ranks and runs, not with tasks. Both hold entries
@@ -210,20 +210,15 @@ def _say_unsound(error: CorruptResultError) -> None:
     sys.stderr.write(f"{error}; it will be computed again\n")
 
 
-# One run at a time in a folder: two would compute everything twice, and the first would drop what the second still
-# reads.
+# One run at a time in a folder: two would compute everything twice, and the first would drop what the second still reads.
 #
-# Whoever runs keeps a file fresh that says who it is. It is stale when its process has ended, or when nobody has
-# touched it for
-# a minute, by the clock of the file system that holds it: the run was killed, on whatever host. One that was only
-# suspended
+# Whoever runs keeps a file fresh that says who it is. It is stale when its process has ended, or when nobody has touched it for
+# a minute, by the clock of the file system that holds it: the run was killed, on whatever host. One that was only suspended
 # finds its lease with another run when it wakes, or gone with the end of that run, and stops.
 #
-# No lock is needed. A lease appears by a hard link to a complete file, which one run alone can make. The heir of a
-# stale lease is
-# such a link too, under a name that belongs to that lease alone, and is renamed into its place. Files are opened to
-# be looked at:
-# network file systems remember times and contents for a minute, but not of what is opened anew.
+# No lock is needed. A lease appears by a hard link to a complete file, which one run alone can make. The heir of a stale lease
+# is such a link too, under a name that belongs to that lease alone, and is renamed into its place. Files are opened to be
+# looked at: network file systems remember times and contents for a minute, but not of what is opened anew.
 
 FILE: Final = "running.json"
 FRESH: Final = 60.0

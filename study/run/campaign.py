@@ -33,8 +33,7 @@ class ShortageError(MemoryError):
     """A task needs more memory than this machine has, or all processes together do."""
 
 
-# Tasks that were running when a whole run was killed: the next run computes them last. After a second time they have
-# failed.
+# Tasks that were running when a whole run was killed: the next run computes them last. After a second time they have failed.
 
 KILLED: Final = (
     "all processes of its run ended while it was computed: a defect or too little memory, its own or another task's"

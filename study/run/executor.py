@@ -81,8 +81,7 @@ def drop_intermediates(plan: Plan, store: Store) -> None:
             store.drop(key)
 
 
-# What a run does about tasks that fail: leaves out those that failed for good before, and writes down those that do
-# now.
+# What a run does about tasks that fail: leaves out those that failed for good before, and writes down those that do now.
 
 VISIBLE: Final = 90.0
 """Seconds after which a network file system shows what another machine has written: clients remember folders for 60 at most."""

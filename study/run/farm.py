@@ -1,4 +1,4 @@
-"""What all farms have in common, and the farm of this process alone."""
+"""What all farms have in common: of this process alone, of several on this machine."""
 
 import os
 import socket

@@ -1,4 +1,4 @@
-"""Rank, number of processes and end of the job from the environment of the launcher; number of threads. Imports no library."""
+"""What a process knows before it imports anything: rank, end of the job, threads, signals, and the program that it computes."""
 
 import math
 import os

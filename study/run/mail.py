@@ -14,8 +14,7 @@ from nanoslip.study.results import entry as lines
 from nanoslip.study.run.dispatch import Done
 from nanoslip.study.run.queue import Work
 
-# Tasks that a run has begun, on disk until it ends: where it is killed as a whole, by one of them perhaps, they say
-# which.
+# Tasks that a run has begun, on disk until it ends: where it is killed as a whole, by one of them perhaps, they say which.
 
 FILE: Final = "begun.txt"
 LONG: Final = 1.0

@@ -1,4 +1,4 @@
-"""Progress of a run: a bar with rate and remaining time on a terminal, else a plain line every few seconds."""
+"""How long tasks will take, as those that have ended did, and the progress of a run that shows it."""
 
 import heapq
 import math
@@ -13,8 +13,7 @@ from typing import Any, Final, Protocol, Self, TextIO
 from nanoslip.solver.outcome import Outcome
 from nanoslip.study.run.queue import TaskQueue, Work
 
-# How long tasks take on several ranks, from what each is predicted to cost and what others of its kind have cost so
-# far.
+# How long tasks take on several ranks, from what each is predicted to cost and what others of its kind have cost so far.
 
 LEAST: Final = 1e-3
 """Lower bound of a task's expected seconds: its files and messages, however little it computes."""
