@@ -109,7 +109,7 @@ MEMBERS = 8
 MOST = 96
 """Of one that gets members until it knows enough, where a campaign does not say."""
 MOST_CASES: Final = 10**6
-"""Of a campaign; as many drives of a case. A plan of a million takes 1.3 GB."""
+"""Of a campaign; as many drives of a case. A plan of a million takes 1.2 GB."""
 MOST_DRIVEN: Final = 4 * MOST_CASES
 """Cases times drives: a plan of so many takes 4 GB."""
 KNOWABLE: dict[str, Stage] = {
