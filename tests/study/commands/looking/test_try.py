@@ -96,7 +96,7 @@ def test_a_punch_is_named_by_its_half_width_and_no_radius(main):
     ("given", "reason"),
     [
         ((*PUNCH, "radius=30"), "radius changes nothing here: only a parabola has a radius"),
-        ((*QUICK, "half_width=0.1"), "half_width changes nothing here: only a punch has a half-width"),
+        ((*QUICK, "half_width=0.1"), "half_width changes nothing here: only a flat_punch has a half_width"),
         (("n_x=17", "--contact", "events=9"), "events changes nothing here: initial contact comes before any limit"),
     ],
 )

@@ -15,7 +15,7 @@ def test_a_campaign_that_is_fine_is_one_line(main, campaign):
 @pytest.mark.parametrize(
     ("given", "reason"),
     [
-        ('stages = ["contact"]\naxes.half_width = [0.2, 0.3]\n', "half_width changes nothing here: only a punch"),
+        ('stages = ["contact"]\naxes.half_width = [0.2, 0.3]\n', "half_width changes nothing here: only a flat_punch"),
         ('constants.pin = "flat_punch"\naxes.radius = [50, 100]\n', "radius changes nothing here: only a parabola"),
         ("heterogeneity.seed = 7\nlimits.events = 9\n", "seed changes nothing here: without a spread"),
     ],
