@@ -30,7 +30,7 @@ from tests.benchmarks import campaign
 from tests.benchmarks.ranks import found
 from tests.benchmarks.replay import Cost, Timed, replay
 from tests.benchmarks.table import Row, seconds, verdict
-from tests.study.execution.made_up import Work
+from tests.study.run.made_up import Work
 
 T = TypeVar("T")
 CASES = """\

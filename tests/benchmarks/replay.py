@@ -13,7 +13,7 @@ from nanoslip.study.run.dispatch import Dispatcher, Done, Ledger, lookahead
 from nanoslip.study.run.farm import take_in
 from nanoslip.study.run.mail import News, Outbox
 from nanoslip.study.run.progress import PlainProgress
-from tests.study.execution.made_up import Work
+from tests.study.run.made_up import Work
 
 T = TypeVar("T")
 

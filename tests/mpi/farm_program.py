@@ -11,7 +11,7 @@ from nanoslip.solver.outcome import COMPLETED, Outcome
 from nanoslip.study.run.dispatch import Execute
 from nanoslip.study.run.launch import Program
 from nanoslip.study.run.mpi import open_farm
-from tests.study.execution.made_up import Work
+from tests.study.run.made_up import Work
 
 UNHEARD: Final = 1000
 """Messages on their way to a rank that does not listen yet; MPICH takes 64 before it keeps the others at the sender."""

@@ -11,7 +11,7 @@ from nanoslip.study.results.store import Lease
 from nanoslip.study.run import executor
 from nanoslip.study.run.compute import run_task
 from tests.conftest import Main
-from tests.study.execution.defects import crashing, crashing_at
+from tests.study.run.defects import crashing, crashing_at
 
 
 def dataset(out: Path) -> bytes:

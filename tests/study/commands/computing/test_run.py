@@ -18,8 +18,8 @@ from nanoslip.study.run import executor
 from nanoslip.study.run import executor as failures
 from nanoslip.study.run.compute import run_task
 from tests.conftest import PARTLY_REFUSED, SMALL
-from tests.study.execution.defects import crashing_at
 from tests.study.results.results import as_clients, written
+from tests.study.run.defects import crashing_at
 
 
 def test_from_plan_to_report(main, campaign):

@@ -23,7 +23,7 @@ from nanoslip.study.run import executor as real
 from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import Execute
 from nanoslip.study.run.launch import Program
-from tests.study.execution.made_up import Work
+from tests.study.run.made_up import Work
 
 
 class Fault(NamedTuple):

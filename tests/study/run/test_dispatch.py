@@ -6,7 +6,7 @@ import pytest
 
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.study.run.dispatch import LOOKAHEAD, REFILL, STRANDED, Dispatcher, Done, Ledger
-from tests.study.execution.made_up import Work
+from tests.study.run.made_up import Work
 
 
 class Harness:

@@ -16,9 +16,9 @@ from nanoslip.study.run.farm import FarmError, ProcessFarm
 from nanoslip.study.run.launch import Program
 from nanoslip.study.run.mpi import open_farm
 from tests.conftest import longer
-from tests.study.execution.farms.faults import program
-from tests.study.execution.made_up import Work
 from tests.study.results.results import until_written, written
+from tests.study.run.farms.faults import program
+from tests.study.run.made_up import Work
 
 NOTHING = Program("builtins", "callable")
 

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from nanoslip.study.run.queue import TaskQueue
-from tests.study.execution.made_up import DIAMOND, Work
+from tests.study.run.made_up import DIAMOND, Work
 
 
 def test_the_queue_hands_out_needs_first_and_otherwise_in_the_order_given():

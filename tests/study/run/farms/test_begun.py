@@ -12,9 +12,9 @@ from nanoslip.study.results.store import Store
 from nanoslip.study.run.campaign import KILLED, blame
 from nanoslip.study.run.executor import left
 from nanoslip.study.run.mail import FILE, LONG, Begun, News
-from tests.study.execution.farms.test_coordinator import MadeUpRanks
-from tests.study.execution.made_up import DIAMOND, Work
 from tests.study.results.results import NO_FILES
+from tests.study.run.farms.test_coordinator import MadeUpRanks
+from tests.study.run.made_up import DIAMOND, Work
 
 
 def test_long_tasks_are_noted_and_those_of_which_nothing_is_known(tmp_path: Path) -> None:

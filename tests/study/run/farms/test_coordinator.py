@@ -10,7 +10,7 @@ from nanoslip.study.run.dispatch import Done, Tally
 from nanoslip.study.run.farm import Coordinator
 from nanoslip.study.run.launch import WARNING, Interruption
 from nanoslip.study.run.mail import News
-from tests.study.execution.made_up import DIAMOND, Diary, Work
+from tests.study.run.made_up import DIAMOND, Diary, Work
 
 
 class MadeUpRanks(Coordinator):

@@ -16,10 +16,10 @@ from nanoslip.study.run.dispatch import Done, Execute, Tally
 from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.launch import Program
 from nanoslip.study.run.warm_up import WarmUp
-from tests.study.execution.farms import faults
-from tests.study.execution.farms.faults import FAULTS
-from tests.study.execution.farms.matrix import PLACES
-from tests.study.execution.made_up import Work
+from tests.study.run.farms import faults
+from tests.study.run.farms.faults import FAULTS
+from tests.study.run.farms.matrix import PLACES
+from tests.study.run.made_up import Work
 
 
 class Unknown(str):

@@ -19,7 +19,7 @@ from nanoslip.study.run import journal as journal_module
 from nanoslip.study.run.dispatch import Tally
 from nanoslip.study.run.journal import Journal, measured_in
 from tests.conftest import Main
-from tests.study.execution.defects import crashing
+from tests.study.run.defects import crashing
 
 
 def test_a_run_has_a_line_when_it_begins_and_one_when_it_has_ended(tmp_path: Path) -> None:

@@ -18,11 +18,11 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.study.dataset import file
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from tests.conftest import clean_environment, launcher
-from tests.study.execution.farms.fault_program import CAMPAIGN, LOADS
-from tests.study.execution.farms.faults import FAULTS
+from tests.study.run.farms.fault_program import CAMPAIGN, LOADS
+from tests.study.run.farms.faults import FAULTS
 
 README: Final = Path(__file__).with_name("README.md")
-PROGRAM: Final = "tests.study.execution.farms.fault_program"
+PROGRAM: Final = "tests.study.run.farms.fault_program"
 SHARDS: Final = 2
 
 
@@ -134,7 +134,7 @@ def _cell(name: str, found: Found) -> str:
 
 HEAD: Final = """# What a task can do to its process
 
-All faults are in one run, each followed by a sound task; `python -m tests.study.execution.farms.matrix` writes this table. Cells
+All faults are in one run, each followed by a sound task; `python -m tests.study.run.farms.matrix` writes this table. Cells
 say how the faulty task ended, `completed` where the fault is no failure. Of two ranks one meets all faults, the other waits; a
 task whose process dies or may be harmed is tried once more, on any rank. A time limit of 2 s (12 s in a shard) stands in for the
 usual 100 times the estimate. The shards are two of a campaign of contacts, merged: its dataset says how the tasks ended.

@@ -13,7 +13,7 @@ from nanoslip.study.run.agent import Agent
 from nanoslip.study.run.dispatch import Done, Execute, Tally
 from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.launch import Program
-from tests.study.execution.made_up import Work
+from tests.study.run.made_up import Work
 
 KNOWN = Work("known", cost=1e-4)
 """Its duration is known before those of the others matter."""

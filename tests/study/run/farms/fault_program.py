@@ -13,9 +13,9 @@ from nanoslip.study.commands import cli, run
 from nanoslip.study.run.dispatch import Done
 from nanoslip.study.run.launch import Program, processes_started
 from nanoslip.study.run.mpi import open_farm
-from tests.study.execution.farms import faults
-from tests.study.execution.farms.faults import BLOCKER, FAULTS
-from tests.study.execution.made_up import Work
+from tests.study.run.farms import faults
+from tests.study.run.farms.faults import BLOCKER, FAULTS
+from tests.study.run.made_up import Work
 
 LOADS = dict(
     zip((round(1e-3 * (1.0 + 0.01 * number), 6) for number in range(2 * len(FAULTS))[::2]), FAULTS, strict=True)

@@ -7,7 +7,7 @@ import pytest
 
 from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
 from nanoslip.study.run.dispatch import LONGEST_TRACE, CannotGoOnError, Done, Ledger, Tally, attempt
-from tests.study.execution.made_up import DIAMOND, Diary, Work
+from tests.study.run.made_up import DIAMOND, Diary, Work
 
 
 def test_the_time_a_task_will_take_is_learnt_from_its_kind():

@@ -9,7 +9,7 @@ import pytest
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.study.run.dispatch import Tally
 from nanoslip.study.run.farm import SerialFarm
-from tests.study.execution.made_up import DIAMOND, Diary, Work
+from tests.study.run.made_up import DIAMOND, Diary, Work
 
 
 def test_serial_farm_computes_each_task_once_after_its_needs():
