@@ -52,6 +52,7 @@ check: .venv/installed  ## style and types
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m ruff format --check .
 	$(BIN)/python -m mypy
+	MYPYPATH=campaigns/figures:campaigns/maps $(BIN)/python -m mypy campaigns/figures/*.py campaigns/maps/*.py campaigns/schemes.py
 
 format: .venv/installed
 	$(BIN)/python -m ruff format .
