@@ -29,5 +29,10 @@ def test_parameters_keys_files_scales_and_software_are_told() -> None:
     }
 
 
+def test_switches_are_told_as_campaigns_have_them() -> None:
+    one, other = (xr.Dataset(coords={"friction": values}) for values in ([True], [True, False]))
+    assert [fact.values for fact in differing((one, other))] == [("true", "true, false")]
+
+
 def test_a_difference_in_the_last_digit_is_told() -> None:
     assert differing((made([0.1 + 0.2], ""), made([0.3], "")))[0].values == ("0.30000000000000004", "0.3")

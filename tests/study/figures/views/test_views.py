@@ -65,7 +65,11 @@ def test_a_driven_campaign_is_answered_and_shows_drives_and_records(driven: xr.D
 
 
 def test_a_pressed_campaign_shows_contacts_and_the_inside(pressed: xr.Dataset) -> None:
-    assert set(views(pressed)) == {
+    found = views(pressed)
+    assert {name for name, view in found.items() if view.place} == {
+        "contacts_1", "contacts_2", "interior_1", "interior_2",
+    }  # fmt: skip
+    assert set(found) == {
         "contact_half_width", "maximum_pressure", "approach",
         "contacts_together", "contacts_1", "contacts_2", "interior_1", "interior_2",
     }  # fmt: skip

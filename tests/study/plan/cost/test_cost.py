@@ -27,7 +27,16 @@ from nanoslip.solver.slab import Slab, Support
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan import cost as rates
-from nanoslip.study.plan.cost import TASK, condensation_seconds, estimate, events_of, lateral_stiffness, record_seconds
+from nanoslip.study.plan.cost import (
+    TASK,
+    condensation_seconds,
+    contact_nodes,
+    estimate,
+    events_of,
+    lateral_stiffness,
+    record_seconds,
+    touches_in_spots,
+)
 from nanoslip.study.plan.kinds import (
     compliance_task,
     contact_task,
@@ -53,6 +62,21 @@ def noise(rms: float) -> Heterogeneity:
     """Heights at 1001 points, each drawn for itself."""
     heights = rms * np.random.default_rng(3).standard_normal(1001)
     return Heterogeneity(roughness=tuple(zip(np.linspace(-0.6, 0.6, 1001).tolist(), heights.tolist(), strict=True)))
+
+
+@pytest.mark.parametrize("size", [0.5, 2.0])
+def test_a_rough_pin_touches_in_spots_where_its_flanks_are_steeper_than_the_mean_pressure(size: float) -> None:
+    """Rows of teeth whose flanks all have one slope; widths, heights and nodes scaled together are the same to the eye."""
+    case = Case(slab=Slab(257))
+    pressure = case.normal_load / (contact_nodes(case) * case.slab.spacing)
+
+    def toothed(slope: float) -> Case:
+        flank = 5.0 * size * case.slab.spacing
+        teeth = tuple((flank * (number - 20), flank * slope * (number % 2)) for number in range(41))
+        return replace(case, heterogeneity=Heterogeneity(roughness=teeth))
+
+    assert touches_in_spots(toothed(1.1 * pressure))
+    assert not touches_in_spots(toothed(0.9 * pressure))
 
 
 def compliance(**slab: object) -> Task:
