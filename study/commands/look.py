@@ -136,7 +136,8 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
     known = shipped_figures()
     chosen: dict[Path, list[CampaignFigure]] = {}
     for name in known if everything else names:
-        of_file = figures_of(Path(name)) if Path(name).suffix == ".toml" else ()
+        with refusals():
+            of_file = figures_of(Path(name)) if Path(name).suffix == ".toml" else ()
         if name not in known and not of_file:
             there = ", ".join(known)
             own = f"a campaign of your own needs --y, or a script {Path(name).stem}.py beside it"

@@ -7,11 +7,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
 from nanoslip.study.figures.shared import CampaignFigure, image, table
-from nanoslip.study.results.store import write_files
+from nanoslip.study.results.store import StoreError, write_files
 from nanoslip.study.shipped import campaigns
 
 SCRIPTS = "FIGURES"
@@ -30,17 +31,32 @@ def shipped_figures() -> dict[str, CampaignFigure]:
 def figures_of(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
     """The figures in the script beside a campaign file, which may import its neighbours; none where there is no script.
 
-    name: of the campaign; else its file's.
+    name: of the campaign; else its file's. Raises StoreError where the script fails or has none.
     """
     script = campaign.with_suffix(".py")
     if not script.is_file():
         return ()
+    try:
+        found = _executed(script).get(SCRIPTS)
+    except Exception as error:
+        raise StoreError(f"{script}: cannot be run: {type(error).__name__}: {error}") from error
+    if not (isinstance(found, tuple) and found and all(isinstance(each, CampaignFigure) for each in found)):
+        raise StoreError(f"{script}: {SCRIPTS}: needs a tuple of nanoslip.study.figures.shared.CampaignFigure")
+    return tuple(replace(each, campaign=name or campaign.stem) for each in found)
+
+
+def _executed(script: Path) -> dict[str, Any]:
+    """What a script defines. Its neighbours are known to it alone: those of another folder may have the same names."""
+    neighbours = {path.stem for path in script.parent.glob("*.py")}
+    others = {name: sys.modules.pop(name) for name in neighbours & sys.modules.keys()}
     sys.path.insert(0, str(script.parent))
     try:
-        found = runpy.run_path(str(script)).get(SCRIPTS, ())
+        return runpy.run_path(str(script))
     finally:
         sys.path.remove(str(script.parent))
-    return tuple(replace(each, campaign=name or campaign.stem) for each in found)
+        for name in neighbours:
+            sys.modules.pop(name, None)
+        sys.modules.update(others)
 
 
 def _number(figure: CampaignFigure) -> float:

@@ -65,6 +65,35 @@ def test_a_script_beside_a_campaign_has_its_figures_and_may_import_its_neighbour
     assert figures_of(tmp_path / "other.toml") == ()
 
 
+def test_neighbours_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
+    for folder in ("one", "other"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "paper.py").write_text(
+            f"TITLE = {folder!r}\n"
+        )  # shipped figures have such a neighbour, too
+        (tmp_path / folder / "mine.py").write_text(
+            "from paper import TITLE\nfrom nanoslip.study.figures.shared import CampaignFigure\n"
+            "FIGURES = (CampaignFigure('own', TITLE, '', None, None),)\n"
+        )
+        assert figures_of(tmp_path / folder / "mine.toml")[0].title == folder
+
+
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        ("x =", "cannot be run: SyntaxError"),
+        ("import no_such_neighbour", "cannot be run: ModuleNotFoundError"),
+        ("FIGURES = 3", "FIGURES: needs"),
+        ("FIGURES = ('fig5',)", "FIGURES: needs"),
+        ("", "FIGURES: needs"),
+    ],
+)
+def test_a_script_that_is_none_is_named_with_what_is_wrong(tmp_path: Path, script: str, said: str) -> None:
+    (tmp_path / "mine.py").write_text(script)
+    with pytest.raises(StoreError, match=f"mine.py: {said}"):
+        figures_of(tmp_path / "mine.toml")
+
+
 def test_a_folder_that_cannot_be_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", "utf-8")
     with pytest.raises(StoreError, match="cannot be written"):
