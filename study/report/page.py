@@ -25,6 +25,7 @@ from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.variables import (
     DISCRETIZATION_ERROR,
     OUTCOMES,
+    commonest,
     ends_of,
     means_of,
     members_of,
@@ -240,10 +241,10 @@ def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
 
 
 def regimes(dataset: xr.Dataset) -> str:
-    """Number of drives in each regime; empty where all have the same regime."""
+    """Number of drives in each regime, of an ensemble that of most members; empty where all have the same regime."""
     if "regime" not in dataset:
         return ""
-    counts = Counter(word for word in dataset["regime"].values.ravel().tolist() if word)
+    counts = Counter(commonest(text)[0] for text in dataset["regime"].values.ravel().tolist() if text)
     if len(counts) < 2:
         return ""
     return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())

@@ -24,6 +24,7 @@ from nanoslip.study.dataset.variables import (
     VALIDITY,
     all_groups,
     all_scalars,
+    commonest,
     fewer,
     in_short,
     joined,
@@ -346,11 +347,11 @@ def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) ->
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
-    """Number of drives by outcome and by regime; nothing where the table shows as few at a glance."""
+    """Number of drives by outcome and by regime, of an ensemble that of most members; nothing of few, as the table shows them."""
     endings = [name for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
     lines = []
     for name in endings:
-        counts = Counter(dataset[name].values.ravel().tolist())
+        counts = Counter(commonest(text)[0] for text in dataset[name].values.ravel().tolist())
         said = ", ".join(f"{count} {word}" for word, count in counts.most_common() if word)
         if said:
             lines.append(f"{name} of {dataset[name].size} drives: {said}")

@@ -7,6 +7,7 @@ import xarray as xr
 
 from nanoslip.study import api
 from nanoslip.study.report.console import table_lines
+from nanoslip.study.report.page import regimes
 from nanoslip.study.report.summary import (
     FEW,
     drive_summary,
@@ -50,6 +51,13 @@ def test_the_endings_and_regimes_of_many_drives_are_counted() -> None:
         "drive_outcome of 60 drives: 50 completed, 10 invalid",
         "regime of 60 drives: 30 slides, 10 sticks, 10 stick_slip",
     ]
+
+
+def test_a_drive_whose_members_differ_counts_as_most_of_them_did() -> None:
+    many = xr.concat([over_axes()] * 10, "pin_mass", data_vars="all")
+    mixed = many.assign(regime=many.regime.where(many.regime != "slides", "7 slides; 1 stick_slip"))
+    assert drive_summary(mixed) == drive_summary(many)
+    assert regimes(mixed) == regimes(many) == "30 slides, 10 sticks, 10 stick-slip"
 
 
 def test_a_few_drives_need_no_count() -> None:
