@@ -291,6 +291,10 @@ def _refuse_combinations(case: Case) -> None:
             f"spread = {case.heterogeneity.spread} with intrinsic_friction = {case.intrinsic_friction}: "
             "needs a mean that can be spread, finite and above 0"
         )
+    if case.effects.friction and not case.slab.scheme.held_sideways(case.slab):
+        raise InvalidInput(
+            "support = frictionless with scheme = strip and friction = true: nothing holds the slab; use friction = false"
+        )
     if case.max_events is None and case.max_presliding is None and math.isinf(case.farthest):
         *first, last = STOP_CONDITIONS
         raise InvalidInput(f"{', '.join(first)} and {last} are all missing: a record needs at least one limit")

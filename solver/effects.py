@@ -104,7 +104,7 @@ OF_CASES: Final[tuple[Effect[Case], ...]] = (
     ),
     Effect(
         "finite_slab",
-        lambda case: case.slab.scheme.continuum and not case.slab.scheme.endless,
+        lambda case: not case.slab.scheme.bottomless,
         lambda case: replace(case, slab=Slab(case.slab.n_x, poisson=case.slab.poisson, scheme="half_plane")),
         'numerics.scheme = "half_plane"',
     ),

@@ -29,7 +29,11 @@ class Scheme(ABC):
     reciprocal: ClassVar[bool] = True
     """Whether its operator is an elastic body's: symmetric, positive definite."""
     endless: ClassVar[bool] = False
-    """Whether the surface goes on beyond its end nodes: no sides, no bottom."""
+    """Whether the surface goes on beyond its end nodes: no sides."""
+    bottomless: ClassVar[bool] = False
+    """Whether nothing is below: a contact is as wide as on a half-plane."""
+    incompressible: ClassVar[bool] = False
+    """Whether it takes ν = 0.5."""
     equal_widths: ClassVar[bool] = False
     """Whether the end nodes have as much surface as all others."""
     continuum: ClassVar[bool] = True
@@ -66,6 +70,10 @@ class Scheme(ABC):
         """Stiffness per length of springs that are pressed down each for itself, in G/L_x; None of a continuum."""
         return None
 
+    def held_sideways(self, slab: "Slab") -> bool:
+        """Whether something keeps the slab from following the drag for ever."""
+        return True
+
     def __str__(self) -> str:
         return self.name
 
@@ -88,7 +96,7 @@ class Slab:
         1.0, table="constants", meaning="height of the slab over its width", symbol="L_z/L_x", least=1e-4, most=1e4
     )
     poisson: float = parameter(
-        1.0 / 3.0, table="constants", meaning="Poisson's ratio", symbol="ν", above=-1.0, below=0.5
+        1.0 / 3.0, table="constants", meaning="Poisson's ratio", symbol="ν", above=-1.0, most=0.5
     )
     support: Support = parameter("bonded", table="numerics", meaning="how the slab is held", unit="")
     scheme: Any = parameter("galerkin", table="numerics", meaning="discretization of the slab", unit="")
@@ -99,6 +107,8 @@ class Slab:
         if not isinstance(settings, Scheme):
             settings = SCHEMES.named(settings)()
         require("n_x", self.n_x, settings.takes(self.n_x), settings.sizes)
+        taken = settings.incompressible or self.poisson < 0.5
+        require("poisson", self.poisson, taken, "less than 0.5 with a grid; strip and half_plane take 0.5")
         object.__setattr__(self, "scheme", settings.completed(self))
 
     @classmethod

@@ -19,7 +19,7 @@ ORDER = {
     "nanoslip.solver": "compiled compiling last outcome parameter view slab case ensemble drive effects elasticity contact "
     "sliding dynamics simulate",
     "nanoslip.solver.elasticity": "fields grid condensation grid_scheme schemes interior compliance",
-    "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin half_plane chain",
+    "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane strip chain",
     "nanoslip.solver.contact": "kernels closed_forms pin state soundness normal convolved compiled_contact coulomb initial",
     "nanoslip.solver.contact.kernels": "state events",
     "nanoslip.solver.sliding": "kernels record plateau validity slide statistics power_law sizes",

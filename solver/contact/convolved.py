@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.normal import RESTING, Exchange, NormalContact
 from nanoslip.solver.contact.pin import Pin, expected_half_width, pin_of, surface_from_pin
-from nanoslip.solver.elasticity.schemes.half_plane import Convolution
+from nanoslip.solver.elasticity.schemes.endless import Convolution
 
 # Normal forces of a given contact set at a given load, by preconditioned conjugate gradients.
 #
@@ -103,7 +103,7 @@ def convolved_contact(case: Case, convolution: Convolution) -> NormalContact:
     heights, u = pin.face(x), np.zeros_like(x)
     contact = np.abs(x) <= max(expected_half_width(case), np.abs(x).min())
     force = np.where(contact, case.normal_load / contact.sum(), 0.0)
-    scale, precision, exchange = case.normal_load * float(convolution.along[0]), FIRST / len(x), Exchange(x)
+    scale, precision, exchange = case.normal_load * float(convolution.along_z[0]), FIRST / len(x), Exchange(x)
     for _ in range(MOST_ROUNDS):
         lowest = float(heights[contact].min())  # differences of heights are exact, large ones have fewer digits
         found = pressed(convolution, contact, heights - lowest, force, precision * scale)
@@ -138,7 +138,7 @@ def _sideways(case: Case, convolution: Convolution, force: Vector) -> Vector:
     """u (n,) under normal forces N (n,), at most what the load can cause: on the way to a contact nodes pull by any amount."""
     if not case.effects.coupling:
         return np.zeros_like(force)
-    most = abs(convolution.across) * case.normal_load
+    most = float(np.abs(convolution.across).max()) * case.normal_load
     return np.asarray(np.clip(convolution.u(-force), -most, most))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.elasticity.schemes.half_plane import Convolution, convolution_of
+from nanoslip.solver.elasticity.schemes.endless import Convolution, convolution_of
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.solver.slab import Slab, surface_x
 from nanoslip.solver.view import OneLine
@@ -87,7 +87,7 @@ class NormalCompliance(Compliance):
     slab: Slab
 
     def under_itself(self) -> NDArray[np.float64]:
-        return np.full(self.slab.n_x, self.convolution.along[0])
+        return np.full(self.slab.n_x, self.convolution.along_z[0])
 
     def as_matrix(self) -> SurfaceCompliance:
         return surface_compliance(self.slab)
@@ -95,7 +95,7 @@ class NormalCompliance(Compliance):
     def _facts(self) -> Iterator[str]:
         yield f"{self.slab.n_x} surface nodes"
         yield f"scheme {self.slab.scheme.name}"
-        yield f"w under a force {self.convolution.along[0]:.4g}"
+        yield f"w under a force {self.convolution.along_z[0]:.4g}"
 
 
 @lru_cache(maxsize=4)  # asked for every contact, and few campaigns have more grids at a time

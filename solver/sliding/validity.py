@@ -229,7 +229,7 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
 def _guess(case: Case) -> float:
     """Half-width of the contact before anything is computed: Hertz's, narrower on a film, a punch's own."""
     slab, expected = case.slab, expected_half_width(case)
-    if case.pin == "flat_punch" or slab.scheme.endless or not slab.scheme.continuum:
+    if case.pin == "flat_punch" or slab.scheme.bottomless:
         return expected
     return min(expected, film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio))
 

@@ -474,8 +474,8 @@ def effects(manifest: Manifest) -> tuple[Effect, ...]:
     ]
     schemes = manifest.axes.get("scheme", (manifest.fixed.get("scheme", Slab().scheme.name),))
     kinds = [SCHEMES[str(scheme)] for scheme in schemes]
-    finite = [_word(kind.continuum and not kind.endless) for kind in kinds]
-    without = "half_plane: closed form, no grid, no sides, no bottom; chain: blocks on springs, no slab at all"
+    finite = [_word(not kind.bottomless) for kind in kinds]
+    without = "strip: no sides; half_plane: no bottom either; chain: blocks on springs, no slab at all"
     found.append(Effect("finite slab (scheme)", _joint(finite), without))
     found.append(Effect("spread of μ_i", _spread(manifest), "one μ_i for all nodes, nothing is drawn"))
     rough = bool(manifest.fixed.get("roughness"))

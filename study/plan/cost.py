@@ -7,13 +7,12 @@ from functools import lru_cache
 from typing import Final, NamedTuple
 
 from nanoslip.solver.case import MOST_EVENTS, Case
-from nanoslip.solver.contact.closed_forms import winkler_half_width
+from nanoslip.solver.contact.closed_forms import film_half_width
 from nanoslip.solver.contact.kernels.state import margin
 from nanoslip.solver.contact.pin import LONGEST_STEP, expected_half_width
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.friction_limit import COARSE
 from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
-from nanoslip.solver.elasticity.grid import confined_modulus
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.elasticity.schemes.column import trunk
@@ -82,9 +81,9 @@ def grid_nodes(slab: Slab) -> int:
 def contact_nodes(case: Case) -> float:
     """Surface nodes under the pin, about: Hertz's, or fewer on a bonded layer that is thinner than the contact."""
     slab, hertz = case.slab, hertz_nodes(case)
-    if case.pin == "flat_punch" or slab.scheme.endless or not slab.scheme.continuum:
+    if case.pin == "flat_punch" or slab.scheme.bottomless:
         return hertz
-    half_width = winkler_half_width(case.normal_load, case.radius, confined_modulus(slab.poisson) / slab.aspect_ratio)
+    half_width = film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
     return min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
 
 

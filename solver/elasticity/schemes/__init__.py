@@ -7,5 +7,6 @@ from nanoslip.solver.elasticity.schemes.biquadratic import Biquadratic
 from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.elasticity.schemes.galerkin import Galerkin
 from nanoslip.solver.elasticity.schemes.half_plane import HalfPlane
+from nanoslip.solver.elasticity.schemes.strip import Strip
 
-__all__ = ["Biquadratic", "Chain", "Galerkin", "HalfPlane"]
+__all__ = ["Biquadratic", "Chain", "Galerkin", "HalfPlane", "Strip"]

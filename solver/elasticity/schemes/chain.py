@@ -45,6 +45,8 @@ class Chain(Scheme):
 
     name = "chain"
     continuum = False
+    bottomless = True
+    incompressible = True
     equal_widths = True
     leaf_stiffness: float = parameter(
         0.8,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.contact import convolved as conjugate_gradients
 from nanoslip.solver.contact.convolved import Pressed, pressed
-from nanoslip.solver.elasticity.schemes.half_plane import convolution_of
+from nanoslip.solver.elasticity.schemes.endless import convolution_of
 from nanoslip.solver.slab import Slab
 
 Nodes = NDArray[np.bool_]

@@ -14,7 +14,7 @@ from nanoslip.solver.contact.initial import compliance_for_contact, initial_cont
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import NormalCompliance, normal_compliance, surface_compliance
-from nanoslip.solver.elasticity.schemes.half_plane import convolution_of
+from nanoslip.solver.elasticity.schemes.endless import convolution_of
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.parameter import Roughness
 from nanoslip.solver.slab import Slab

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nanoslip.solver.elasticity.schemes.half_plane import convolution_of
+from nanoslip.solver.elasticity.schemes.endless import convolution_of
 from nanoslip.solver.slab import Slab
 
 
@@ -18,7 +18,7 @@ def test_displacements_are_those_of_the_matrix(slab: Slab) -> None:
     n, found = slab.n_x, convolution_of(slab)
     forces = np.random.default_rng(1).standard_normal(n)
     expected = slab.scheme.matrix(slab)[:, n:] @ forces
-    rounding = 1e-14 * np.abs(found.along).max() * np.abs(forces).sum()
+    rounding = 1e-14 * np.abs(found.along_z).max() * np.abs(forces).sum()
     np.testing.assert_allclose(found.u(forces), expected[:n], rtol=0.0, atol=rounding)
     np.testing.assert_allclose(found.w(forces), expected[n:], rtol=0.0, atol=rounding)
 

@@ -4,7 +4,7 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.elasticity.compliance import surface_compliance
-from nanoslip.solver.elasticity.schemes.half_plane import EndlessScheme, convolution_of
+from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, convolution_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide_to_state
@@ -12,7 +12,7 @@ from tests.physics import assert_contact_laws
 
 
 def test_being_endless_is_having_a_convolution() -> None:
-    assert {name for name, kind in SCHEMES.items() if kind.endless} == {"half_plane"}
+    assert {name for name, kind in SCHEMES.items() if kind.endless} == {"half_plane", "strip"}
     assert all(kind.endless == issubclass(kind, EndlessScheme) for kind in SCHEMES.values())
 
 

@@ -1,0 +1,118 @@
+"""Surfaces without ends that are the same everywhere: n numbers for each pair of directions in place of a matrix.
+
+A node's force is a hat of traction about it, the end nodes' too, as the surface goes on beyond them; displacements are taken
+at the nodes. All of it depends on distance alone: Toeplitz blocks, those along the force even and those across odd.
+"""
+
+from abc import abstractmethod
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Scheme, Slab
+
+Vector = NDArray[np.float64]
+Dense = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Convolution:
+    """Displacements of n evenly spaced nodes per nodal force, at 0, 1 … n-1 nodes from it; each (n,), in 1/G per unit depth.
+
+    along_x: u under f_x, either way. along_z: w under f_z, either way. across: u under f_z to its right, the opposite of w
+    under f_x there; to its left both have the other sign.
+    """
+
+    along_x: Vector
+    along_z: Vector
+    across: Vector
+    _symbol: Vector = field(init=False)
+    _inverse: Vector = field(init=False)
+
+    def __post_init__(self) -> None:
+        # On a circle of 2(n-1) nodes the way round the back is never shorter, and the even w meets itself at n-1.
+        symbol = scipy.fft.rfft(np.concatenate((self.along_z, self.along_z[-2:0:-1]))).real
+        inverse = 1.0 / np.abs(symbol)
+        inverse[0] = inverse[1]  # a half-plane's is a datum, which may have any sign
+        object.__setattr__(self, "_symbol", symbol)
+        object.__setattr__(self, "_inverse", inverse)
+
+    @property
+    def by_distance(self) -> Dense:
+        """[[u per f_x, u per f_z], [w per f_x, w per f_z]] at -(n-1) … n-1 nodes to the right of the force, (2, 2, 2n-1)."""
+        x, z = (np.concatenate((half[:0:-1], half)) for half in (self.along_x, self.along_z))
+        across = np.concatenate((-self.across[:0:-1], self.across))
+        return np.array([[x, across], [-across, z]])
+
+    def w(self, forces: Vector) -> Vector:
+        """w of all nodes, (n,), under normal forces f_z (n,)."""
+        return self._on_the_circle(self._symbol, forces)
+
+    def u(self, forces: Vector) -> Vector:
+        """u of all nodes, (n,), under normal forces f_z (n,)."""
+        return np.asarray(scipy.linalg.matmul_toeplitz((self.across, -self.across), forces))
+
+    def forces_about(self, w: Vector) -> Vector:
+        """Forces, (n,), that would cause these w on the circle: near those that cause them, and found without a solve."""
+        return self._on_the_circle(self._inverse, w)
+
+    def _on_the_circle(self, symbol: Vector, values: Vector) -> Vector:
+        around = 2 * (len(self.along_z) - 1)
+        return np.asarray(scipy.fft.irfft(symbol * scipy.fft.rfft(values, around), around)[: len(values)])
+
+
+class EndlessScheme(Scheme):
+    """A scheme without sides, hence without rows of nodes to be halved: its surface takes any odd n_x."""
+
+    endless = True
+    incompressible = True
+    equal_widths = True
+    sizes = f"an odd number from {FEWEST_NODES} to {MOST_NODES}"
+
+    @classmethod
+    def takes(cls, n_x: int) -> bool:
+        return FEWEST_NODES <= n_x <= MOST_NODES and n_x % 2 == 1
+
+    @abstractmethod
+    def convolution(self, slab: Slab) -> Convolution:
+        """Displacements per force by distance. Raises InvalidInput."""
+
+    def matrix(self, slab: Slab) -> Dense:
+        found, nodes = self.convolution(slab).by_distance, np.arange(slab.n_x)
+        blocks = found[:, :, slab.n_x - 1 + nodes[:, None] - nodes]
+        return np.asarray(blocks.transpose(0, 2, 1, 3).reshape(2 * slab.n_x, -1))
+
+
+def convolution_of(slab: Slab) -> Convolution:
+    """The slab's compliance by distance. Raises InvalidInput where its surface has ends."""
+    if isinstance(slab.scheme, EndlessScheme):
+        return slab.scheme.convolution(slab)
+    having = ", ".join(name for name, kind in SCHEMES.items() if issubclass(kind, EndlessScheme))
+    raise InvalidInput(f"scheme = {slab.scheme.name!r}: needs one whose surface has no ends: {having}")
+
+
+def mean_log(distance: NDArray[Any]) -> Vector:
+    """Mean of ln|z + s| over s in [-1, 1] weighted by the hat 1 - |s|, at complex distances z from the force, in spacings.
+
+    It is the second difference of z² ln z/2 - 3z²/4, here without its large terms; far away a series in 1/z².
+    """
+    found = np.empty(distance.shape)
+    far = np.abs(distance) >= FAR
+    z = distance[far]
+    found[far] = (np.log(z) - sum(2 / (m * (m + 1) * (m + 2)) / z**m for m in range(2, 17, 2))).real
+    z = distance[~far]
+    found[~far] = ((_square_log(z + 1) + _square_log(z - 1)) / 2 - _square_log(z)).real - 1.5
+    return found
+
+
+FAR = 8
+"""Distance in spacings from which eight terms of the series are exact to rounding."""
+
+
+def _square_log(z: NDArray[Any]) -> NDArray[Any]:
+    """z² ln z, 0 at 0."""
+    return np.asarray(z**2 * np.log(np.where(z == 0, 1.0, z)))

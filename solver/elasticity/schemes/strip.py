@@ -1,0 +1,98 @@
+"""An elastic layer without ends on a rigid base, in closed form at every wavenumber k: any ν up to 0.5, and that, too.
+
+A layer of height H under surface tractions that vary as exp(ikx): its displacements are sums of exp(±kz) and z exp(±kz), four
+amplitudes that follow from two tractions above and two conditions below. With ξ = kH and κ = 3 - 4ν, in units of 1/G, the
+surface moves per traction by
+
+    bonded:       along x, z   (1-ν)/k (2κ sinh 2ξ ± 4ξ)/D,    across   ±i/k (κ(κ-1)/2 (cosh 2ξ - 1) - 2ξ²)/D,
+                  D = 2κ cosh 2ξ + 4ξ² + 1 + κ²;
+    frictionless: along z      (1-ν)/k (cosh 2ξ - 1)/D,        across   ±i/(2k) ((1-2ν) sinh 2ξ - 2ξ)/D,
+                  D = sinh 2ξ + 2ξ; along x without bound as k -> 0, since nothing holds the layer there.
+
+Less the half-plane's, (1-ν)/k along and ±i(1-2ν)/(2k) across, all of it decays as exp(-2ξ). Along, the half-plane's is taken
+with the factor 1 - exp(-2ξ), the image of the force at the height 2H, as its own transform has no bound: what remains is
+smooth and integrated over k by Gauss's rule, with the hat's transform (sin(kh/2)/(kh/2))² as its factor.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.elasticity.schemes.endless import Convolution, EndlessScheme, mean_log
+from nanoslip.solver.parameter import require
+from nanoslip.solver.slab import SCHEMES, Slab
+
+Vector = NDArray[np.float64]
+
+
+@SCHEMES.register()
+@dataclass(frozen=True, slots=True)
+class Strip(EndlessScheme):
+    """The layer of height aspect_ratio·L_x, without settings."""
+
+    name = "strip"
+
+    def completed(self, slab: Slab) -> "Strip":
+        require("support", slab.support, slab.support != "right_side", "bonded or frictionless with scheme strip")
+        return self
+
+    def held_sideways(self, slab: Slab) -> bool:
+        return slab.support == "bonded"
+
+    def convolution(self, slab: Slab) -> Convolution:
+        height, spacing, soft = slab.aspect_ratio, slab.spacing, 1.0 - slab.poisson
+        nodes = min(slab.n_x, math.ceil(REACH * height / spacing) + 2)  # farther off the base holds all
+        places = np.arange(nodes)
+        image = soft / math.pi * (mean_log(places + 2j * height / spacing) - mean_log(places + 0j))
+        waves, weights = _gauss(height, (nodes + 1) * spacing)
+        rest = _rests(waves * height, slab)
+        weights = weights / (math.pi * waves) * np.sinc(waves * spacing / (2.0 * math.pi)) ** 2
+        turns = spacing * np.outer(places, waves)
+        found = np.zeros((3, slab.n_x))
+        found[:2, :nodes] = image + (weights * np.array(rest[:2])) @ np.cos(turns).T
+        found[2, :nodes] = (1.0 - 2.0 * slab.poisson) / 4.0 * np.sign(places) + np.sin(turns) @ (weights * rest.across)
+        found[2, nodes:] = found[2, nodes - 1]  # a layer that rests is the thinner for a push: it stays moved apart
+        return Convolution(*found)
+
+
+class _Rests(NamedTuple):
+    """k times what the transforms have beside the half-plane's and its image; each (waves,)."""
+
+    along_x: Vector
+    along_z: Vector
+    across: Vector
+
+
+def _rests(xi: Vector, slab: Slab) -> _Rests:
+    """From ξ = kH, with all exponentials as q = exp(-2ξ): none overflows, and nothing large cancels."""
+    nu, q = slab.poisson, np.exp(-2.0 * xi)
+    if slab.support == "frictionless":
+        under = (1.0 - q**2) / 2.0 + 2.0 * xi * q
+        along_z = (1.0 - nu) * q * (q - 1.0) * ((1.0 - q) / 2.0 + 2.0 * xi) / under
+        return _Rests(np.full_like(xi, np.nan), along_z, -2.0 * (1.0 - nu) * xi * q / under)
+    kappa = 3.0 - 4.0 * nu
+    square = 4.0 * xi**2 + 1.0 + kappa**2
+    under = (kappa * (1.0 + q**2) + square * q) / q
+    common = kappa - square + (square - 2.0 * kappa) * q + kappa * q**2
+    along_x, along_z = ((1.0 - nu) * (common + sign * 4.0 * xi) / under for sign in (1.0, -1.0))
+    return _Rests(along_x, along_z, -((kappa - 1.0) * (2.0 * kappa + square) / 4.0 + 2.0 * xi**2) / under)
+
+
+def _gauss(height: float, farthest: float) -> tuple[Vector, Vector]:
+    """Places and weights of a rule for smooth functions of kH times exp(-2kH) and waves up to `farthest` from the force."""
+    panels = max(PANELS, math.ceil(LAST * farthest / height / TURN))
+    places, weights = np.polynomial.legendre.leggauss(POINTS)
+    width = LAST / height / panels
+    return ((np.arange(panels)[:, None] + (places + 1.0) / 2.0) * width).ravel(), np.tile(weights * width / 2.0, panels)
+
+
+LAST = 18.0
+"""ξ where exp(-2ξ) is machine epsilon."""
+POINTS, PANELS, TURN = 16, 18, 8.0
+"""Of Gauss's rule in a panel; panels, a unit of ξ long, as the zeros of D are at 0.74i or farther (ν = 1/2) and the error in one
+is as small as (0.5/(0.74 + 0.9))^(2·16) of its values; and radians of a wave in a panel, whose error is smaller still."""
+REACH = 42.0
+"""Distance in heights where nothing is left: the slowest decay is exp(-0.739 x/H), at ν = 1/2 (cos b = b for the zero of D)."""

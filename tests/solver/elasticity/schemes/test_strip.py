@@ -1,0 +1,160 @@
+"""A layer without ends against its own waves, solved by four equations or by the exponential of the equations' matrix."""
+
+import mpmath
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.contact.closed_forms import film_half_width, hertz
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import normal_compliance, surface_compliance
+from nanoslip.solver.elasticity.schemes.endless import convolution_of
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.slab import Slab, Support
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.slide import slide_to_state
+from nanoslip.solver.sliding.validity import contact_half_width
+from tests.physics import assert_contact_laws
+from tests.verification.layer import wave_compliance
+
+Dense = NDArray[np.float64]
+
+
+def by_exponential(k: float, height: float, poisson: float, support: Support) -> Dense:
+    """[u; w] per [f_x; f_z] of a wave, w and f_z a quarter of it behind, (2, 2): the layer as an initial value problem in z,
+
+    u' = τ + kw, w' = bσ - kau, τ' = k²cu + kaσ, σ' = -kτ, with a = ν/(1-ν), b = (1-2ν)/(2-2ν), c = 2/(1-ν), to 50 digits,
+    which bears any ν up to 1/2, and kH as large as 100.
+    """
+    nu = mpmath.mpf(poisson)
+    a, b, c = nu / (1 - nu), (1 - 2 * nu) / (2 - 2 * nu), 2 / (1 - nu)
+    with mpmath.workdps(50 + int(k * height)):
+        through = mpmath.expm(mpmath.matrix([[0, 1, 1, 0], [-a, 0, 0, b], [c, 0, 0, a], [0, 0, -1, 0]]) * k * height)
+        base = (2, 3) if support == "bonded" else (0, 3)
+        moved, pulled = (mpmath.matrix([[through[i, j] for j in base] for i in rows]) for rows in ((0, 1), (2, 3)))
+        return np.array((moved * pulled**-1 / k).tolist(), float)
+
+
+def sampled(k: float, slab: Slab) -> Dense:
+    """The same for forces cos(k x_j) on nodes under hats: all waves that the nodes cannot tell apart; a half-plane's if short."""
+    h, nu = slab.spacing, slab.poisson
+    waves = k + 2 * np.pi * np.arange(-5000, 5001) / h
+    share, size, side = np.sinc(waves * h / 2 / np.pi) ** 2 / h, np.abs(waves), np.sign(waves)
+    deep = np.array([[1 - nu, 0.5 - nu], [0.5 - nu, 1 - nu]])[:, :, None] / size
+    near = np.flatnonzero(size * slab.aspect_ratio < 20.0)
+    for i in near:
+        deep[:, :, i] = by_exponential(float(size[i]), slab.aspect_ratio, nu, slab.support)
+    deep[[0, 1], [1, 0]] *= side
+    return np.asarray((deep * share).sum(axis=-1))
+
+
+@pytest.mark.parametrize("support", ["bonded", "frictionless"])
+def test_both_oracles_agree_below_one_half(support: Support) -> None:
+    for k, height, poisson in ((3.0, 0.5, 0.3), (1.0, 2.0, -0.4), (20.0, 0.1, 0.49)):
+        four = wave_compliance(k, height, poisson, support)
+        np.testing.assert_allclose(np.abs(by_exponential(k, height, poisson, support)), np.abs(four), rtol=1e-9)
+
+
+@pytest.mark.parametrize("poisson", [-0.9, 0.0, 1 / 3, 0.49, 0.5])
+@pytest.mark.parametrize(("n_x", "height"), [(129, 0.01), (257, 0.02), (65, 0.002)])
+def test_entries_sum_to_the_layers_response_to_every_wave(n_x: int, height: float, poisson: float) -> None:
+    """To a hundredth of the millionth that is promised: what 10001 aliases leave out is 1e-8 of the whole."""
+    slab = Slab(n_x, height, poisson, scheme="strip")
+    found, distance = convolution_of(slab), np.arange(1, n_x) * slab.spacing
+    for k in (0.3 / height, 1.0 / height, 2.5 / height):
+        expected = sampled(k, slab)
+        even = (half[0] + 2 * half[1:] @ np.cos(k * distance) for half in (found.along_x, found.along_z))
+        odd = 2 * found.across[1:] @ np.sin(k * distance)
+        tolerance = 2e-8 * np.abs(expected).max()
+        np.testing.assert_allclose([*even, odd], [expected[0, 0], expected[1, 1], expected[0, 1]], atol=tolerance)
+
+
+@pytest.mark.parametrize("poisson", [-0.5, 0.0, 0.3, 0.5])
+def test_a_layer_that_rests_answers_pressure_as_its_waves_do(poisson: float) -> None:
+    """Across it stays moved apart, by ν/2 of the force far off: what pressure takes of its height it gains in length."""
+    slab = Slab(257, 0.02, poisson, "frictionless", scheme="strip")
+    found, distance = convolution_of(slab), np.arange(1, slab.n_x) * slab.spacing
+    for k in (15.0, 50.0, 125.0):
+        expected = sampled(k, slab)[1, 1]
+        assert found.along_z[0] + 2 * found.along_z[1:] @ np.cos(k * distance) == pytest.approx(expected, rel=2e-7)
+    np.testing.assert_allclose(found.across[150:], -poisson / 4, atol=1e-9)
+
+
+def test_a_tall_layer_is_a_half_plane_as_the_square_of_distance_over_height() -> None:
+    """Displacements relative to the node under the force; what the base adds is smooth there."""
+    for poisson in (0.0, 1 / 3, 0.5):
+        deep = convolution_of(Slab(33, 1.0, poisson, scheme="half_plane"))
+        differences = []
+        for height in (8.0, 16.0, 32.0):
+            found = convolution_of(Slab(33, height, poisson, scheme="strip"))
+            alike = ((found.along_x, deep.along_x), (found.along_z, deep.along_z))
+            differences.append([np.abs((one - one[0]) - (other - other[0])).max() for one, other in alike])
+        orders = np.log2(np.divide(differences[:-1], differences[1:]))
+        np.testing.assert_allclose(orders, 2.0, atol=0.05)
+
+
+@pytest.mark.parametrize("height", [1e-3, 0.1, 1.0])
+@pytest.mark.parametrize("poisson", [-0.9, 1 / 3, 0.5])
+def test_reciprocal_and_positive_definite_to_many_nodes(height: float, poisson: float) -> None:
+    matrix = surface_compliance(Slab(1025, height, poisson, scheme="strip")).matrix
+    np.testing.assert_array_equal(matrix, matrix.T)
+    np.linalg.cholesky(matrix)
+
+
+def pressed(slab: Slab, normal_load: float, radius: float = 1e6) -> ContactState:
+    case = Case(slab=slab, radius=radius, normal_load=normal_load, effects=Effects(friction=False))
+    state = initial_contact(case, surface_compliance(slab))
+    assert state.outcome.ok
+    return state
+
+
+def test_thin_films_are_winklers_and_where_nothing_gives_way_they_flow() -> None:
+    """The load goes as a³ on a thin bonded film, as a⁵ at ν = 1/2 (Johnson, Contact Mechanics, §5.8)."""
+    for poisson, power, height, radius in ((0.3, 3.0, 2e-3, 1e4), (0.5, 5.0, 5e-3, 1e6)):
+        slab, wide = Slab(513, height, poisson, scheme="strip"), []
+        for normal_load in (1e-3, 2e-3):
+            wide.append(contact_half_width(pressed(slab, normal_load, radius)))
+            assert wide[-1] == pytest.approx(film_half_width(normal_load, radius, poisson, height), rel=0.04)
+        assert 1.0 / np.log2(wide[1] / wide[0]) == pytest.approx(power, rel=0.05)  # edges are a height wide: 3 % seen
+
+
+def test_a_contact_on_a_tall_layer_is_hertzs() -> None:
+    theory = hertz(1e-7, 1e6, 0.5)
+    assert contact_half_width(pressed(Slab(257, 20.0, 0.5, scheme="strip"), 1e-7)) == pytest.approx(
+        theory.half_width, rel=5e-3
+    )
+
+
+@pytest.mark.parametrize("support", ["bonded", "frictionless"])
+def test_contact_without_a_matrix_is_that_of_the_matrix(support: Support) -> None:
+    slab = Slab(129, 0.3, 0.5, support, scheme="strip")
+    case = Case(slab=slab, effects=Effects(friction=False))
+    one, other = (initial_contact(case, compliance(slab)) for compliance in (normal_compliance, surface_compliance))
+    assert one.outcome.ok
+    np.testing.assert_array_equal(one.contact, other.contact)
+    np.testing.assert_allclose(one.pressure, other.pressure, atol=1e-8 * other.pressure.max())
+    np.testing.assert_allclose(one.u, other.u, atol=1e-9 * case.normal_load)
+
+
+def test_an_incompressible_layer_slides_as_the_half_plane_does() -> None:
+    """Plateaus over six spacings, of a layer 4 times as high as the contact's slab is wide: 1 % asked for, 0.2 % seen."""
+    plateaus = []
+    for scheme, height in (("strip", 4.0), ("half_plane", 1.0)):
+        slab = Slab(129, height, 0.5, scheme=scheme)
+        case = Case(slab=slab, normal_load=5e-4, max_events=None, max_spacings=6.0)
+        compliance = surface_compliance(slab)
+        record, end = slide_to_state(case, compliance)
+        assert_contact_laws(end, case, compliance)
+        plateaus.append(plateau_of(record).mean)
+    assert plateaus[0] == pytest.approx(plateaus[1], rel=0.01)
+
+
+def test_what_no_layer_can_do_is_refused_by_name() -> None:
+    with pytest.raises(InvalidInput, match=r"poisson = 0\.5: needs less than 0\.5 with a grid; strip and half_plane"):
+        Slab(poisson=0.5)
+    with pytest.raises(InvalidInput, match="support = 'right_side': needs bonded or frictionless with scheme strip"):
+        Slab(support="right_side", scheme="strip")
+    with pytest.raises(InvalidInput, match="nothing holds the slab; use friction = false"):
+        Case(slab=Slab(support="frictionless", scheme="strip"))
