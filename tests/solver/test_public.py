@@ -37,7 +37,7 @@ def test_a_name_that_is_not_there_is_an_attribute_error():
 )
 def test_every_scheme_can_be_chosen_by_its_name_whatever_is_imported(environment, program):
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["biquadratic", "chain", "galerkin", "half_plane"]
+    assert done.stdout.split() == ["biquadratic", "chain", "galerkin", "half_plane", "strip"]
 
 
 def test_every_integrator_can_be_chosen_by_its_name_whatever_is_imported(environment):

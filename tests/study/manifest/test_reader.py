@@ -268,7 +268,11 @@ WRONG = {
         'numerics.scheme = "half_plane"\naxes.n_x = [101, 100]',
         "axes.n_x[1] = 100: needs an odd number from 5 to 1048577",
     ),
-    "incompressible slab": ("constants.poisson = 0.5", "constants.poisson = 0.5: needs -1 < poisson < 0.5"),
+    "more than incompressible": ("constants.poisson = 0.51", "constants.poisson = 0.51: needs -1 < poisson ≤ 0.5"),
+    "incompressible grid": (
+        "constants.poisson = 0.5",
+        "constants.poisson = 0.5: needs less than 0.5 with a grid; strip and half_plane take 0.5",
+    ),
     "unknown support": (
         'numerics.support = "glued"',
         'numerics.support = "glued": needs one of bonded, frictionless, right_side',
