@@ -12,7 +12,7 @@ from nanoslip.solver import Case, Drive, DynamicsResult, FrictionRecord, Scales,
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from nanoslip.solver.dynamics.integrators import RK4, integrate
 from tests.benchmarks.table import Row, best, seconds, verdict
-from tests.solver.dynamics.drives import PROBLEMS, K, reference
+from tests.solver.drives import PROBLEMS, K, reference
 
 SCALES: Final = Scales()
 UNIT: Final = SCALES.time(pin_mass=0.5)

@@ -8,7 +8,9 @@ from scipy.integrate import solve_ivp
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
-from tests.synthetic import constant_profile, profile_through
+from nanoslip.solver.dynamics.integrators import integrate
+from nanoslip.solver.dynamics.result import DynamicsResult
+from tests.synthetic import profile_through
 
 K = 5.0
 
@@ -22,9 +24,11 @@ class Problem(NamedTuple):
     duration: float
 
     def drive(self, **changed) -> Drive:
-        return Drive(
-            1.0, self.damping_ratio, self.stage_velocity, **{"duration": self.duration, "samples": 100, **changed}
-        )
+        given = {"duration": self.duration, "samples": 100, **changed}
+        return Drive(1.0, self.damping_ratio, self.stage_velocity, **given)
+
+    def driven(self, contact=K, **changed) -> DynamicsResult:
+        return integrate(self.profile, self.drive(**changed), contact)
 
 
 # Rises to a static peak of 3 almost as steeply as the contact, then steady teeth about 0.5.
@@ -74,6 +78,11 @@ def tooth_of(profile: FrictionLimit, index: int) -> tuple[float, float, float, f
     return profile.edges[j] + shift, profile.edges[j + 1] + shift, profile.force[j], profile.slope[j]
 
 
+def _event(function, direction):
+    function.terminal, function.direction = True, direction
+    return function
+
+
 def reference(problem: Problem, end: float) -> np.ndarray:
     """Position, velocity, friction at `end` by an adaptive method of order 8 with event location (scipy's DOP853)."""
     damping, V = 2.0 * problem.damping_ratio, problem.stage_velocity
@@ -95,47 +104,24 @@ def reference(problem: Problem, end: float) -> np.ndarray:
         def motion(t, y, rate=rate):
             return [y[1], V * t - y[0] + damping * (V - y[1]) - y[2], rate * y[1]]
 
-        def to_right(t, y, right=right):
-            return y[0] - right
+        def at_limit(y, left=left, base=base, slope=slope):
+            return base + slope * (y[0] - left)
 
-        def to_left(t, y, left=left):
-            return y[0] - left
-
-        def stop(t, y):
-            return y[1]
-
-        def to_limit(t, y, left=left, base=base, slope=slope):
-            return base + slope * (y[0] - left) - y[2]
-
-        def to_negative_limit(t, y, left=left, base=base, slope=slope):
-            return base + slope * (y[0] - left) + y[2]
-
-        to_right.direction, to_left.direction = 1, -1
-        events = [to_right, to_left]
+        events = [_event(lambda t, y, to=right: y[0] - to, 1), _event(lambda t, y, to=left: y[0] - to, -1)]
         if rate == K:
-            to_limit.direction = to_negative_limit.direction = -1
-            events += [to_limit, to_negative_limit]
+            events += [_event(lambda t, y, at=at_limit, way=way: at(y) - way * y[2], -1) for way in (1.0, -1.0)]
         else:
-            stop.direction = -way
-            events += [stop]
-        for event in events:
-            event.terminal = True
-        piece = solve_ivp(
-            motion, (t, end), [x, v, friction], method="DOP853", rtol=1e-12, atol=1e-14, events=events, max_step=0.02
-        )
+            events += [_event(lambda t, y: y[1], -way)]
+        exactly = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14, "max_step": 0.02}
+        piece = solve_ivp(motion, (t, end), [x, v, friction], events=events, **exactly)
         t, state = piece.t[-1], piece.y[:, -1]
         happened = [len(times) > 0 for times in piece.t_events]
         if happened[0]:
             index, state[0] = index + 1, right
         elif happened[1]:
             index, state[0] = index - 1, left
-        elif rate == K and happened[2]:
-            state[2] = base + slope * (state[0] - left)
-        elif rate == K and happened[3]:
-            state[2] = -(base + slope * (state[0] - left))
         elif rate != K and happened[2]:
             state[1] = 0.0
+        elif any(happened):
+            state[2] = at_limit(state) if happened[2] else -at_limit(state)
     return state
-
-
-__all__ = ["PROBLEMS", "SMALL_TEETH", "K", "Problem", "constant_profile", "reference", "tooth_of"]

@@ -14,7 +14,6 @@ from nanoslip.solver.dynamics.stick_slip import (
     MOST_SAMPLES,
     MOST_SLIPS,
     Oscillator,
-    StickSlip,
     fit_stick_slip,
     stick_slip,
 )
@@ -22,6 +21,11 @@ from tests.synthetic import constant_profile, profile_through
 
 DRIVE = Drive(1.0, 0.1, 0.2, duration=60.0)
 TIME = np.linspace(0.0, 60.0, 6001)
+STIFF = 1e6
+PEAK = profile_through([0.0, 2.0 / STIFF, 1.0], [0.0, 0.5], [2.0, 0.5], periodic_from=1)
+"""A static peak of 2, then 0.5, on a contact 10^6 times as stiff as the spring."""
+WORN = replace(DRIVE, damping_ratio=0.02)
+"""With a static force of 2 it sticks and slips for ever: a cycle takes 18."""
 
 
 @pytest.mark.parametrize("damping_ratio", [0.0, 0.1, 0.999999, 1.0, 1.000001, 4.0])
@@ -69,10 +73,6 @@ def test_slips_start_at_the_static_friction_force_and_stop_at_rest():
     assert np.array_equal(motion.spring_force, 0.2 * motion.time - motion.position)
 
 
-def velocity_at(time: float, pin: Oscillator) -> float:
-    return float(pin.motion(np.asarray(time))[1])
-
-
 def test_a_pin_stops_where_a_bracket_says_so_too():
     """Newton's steps against a search that knows no derivative; what is left is the rounding of the velocity."""
     chance, stops = np.random.default_rng(3), 0
@@ -89,11 +89,10 @@ def test_a_pin_stops_where_a_bracket_says_so_too():
             continue
         stops += 1
         stopped = fastest + int(np.argmax(velocities[fastest:] < 0.0))
-        bracketed = brentq(velocity_at, times[stopped - 1], times[stopped], args=(pin,), xtol=1e-300)
-        slope = (velocities[stopped - 1] - velocities[stopped]) / (times[1] - began)
-        assert pin.first_stop(math.inf) == pytest.approx(
-            bracketed, rel=1e-14, abs=1e-13 * float(velocities[fastest]) / slope
-        )
+        bracket = times[stopped - 1], times[stopped]
+        bracketed = brentq(lambda time, pin=pin: float(pin.motion(np.asarray(time))[1]), *bracket, xtol=1e-300)
+        rounding = 1e-13 * velocities[fastest] * (times[1] - began) / (velocities[stopped - 1] - velocities[stopped])
+        assert pin.first_stop(math.inf) == pytest.approx(bracketed, rel=1e-14, abs=rounding)
     assert stops > 200
 
 
@@ -111,27 +110,22 @@ def test_equal_static_and_kinetic_friction_never_sticks_again():
 
 
 def test_the_integrator_reproduces_it_over_a_high_first_tooth():
-    """Static peak 2, kinetic 0.5, on a contact 10^6 times as stiff as the spring."""
-    stiff = 1e6
-    profile = profile_through([0.0, 2.0 / stiff, 1.0], [0.0, 0.5], [2.0, 0.5], periodic_from=1)
-    result = integrate(profile, replace(DRIVE, samples=6000, duration=15.0), stiff)
+    result = integrate(PEAK, replace(DRIVE, samples=6000, duration=15.0), STIFF)
     motion = stick_slip(result.time, DRIVE, kinetic=0.5, static=2.0, later_static=0.5)
     # The stage's sudden start leaves the contact swinging with a force of c V exp(-ζ t), which lets it go that early.
     swing = 0.04 * math.exp(-0.1 * result.slip_time[0])
     assert motion.slip_time[0] - 1.01 * swing / 0.2 < result.slip_time[0] < motion.slip_time[0]
     released = stick_slip(result.time, DRIVE, kinetic=0.5, static=0.2 * result.slip_time[0] + 0.04, later_static=0.5)
     # The release falls somewhere into a swing of period 2π/√K, and the pin then gains up to 2.5 in velocity, 1.5 per time.
-    period = 2.0 * math.pi / math.sqrt(stiff)
+    period = 2.0 * math.pi / math.sqrt(STIFF)
     assert np.abs(result.velocity - released.velocity).max() < 1.5 * period
     assert np.abs(result.position - released.position).max() < 2.5 * period
 
 
 def test_the_fit_finds_the_forces_behind_a_spring_force():
-    """Made by the integrator with a small first tooth of 2 and constant friction 0.5 after it, load 4."""
-    stiff = 1e6
-    profile = profile_through([0.0, 2.0 / stiff, 1.0], [0.0, 0.5], [2.0, 0.5], periodic_from=1)
+    """Made by the integrator, load 4."""
     drive = replace(DRIVE, samples=1000, duration=40.0)
-    fit = fit_stick_slip(integrate(profile, drive, stiff), drive, normal_load=4.0)
+    fit = fit_stick_slip(integrate(PEAK, drive, STIFF), drive, normal_load=4.0)
     assert fit.kinetic_friction == pytest.approx(0.5 / 4.0, abs=1e-3)
     swing = 0.04 * math.exp(-0.1 * 9.7)  # by which the contact lets go early, see above
     assert fit.static_friction == pytest.approx((2.0 - swing) / 4.0, abs=1e-3)
@@ -146,11 +140,11 @@ def test_without_a_slip_there_is_nothing_to_fit():
 
 
 @pytest.fixture
-def trials(monkeypatch) -> list[StickSlip]:
+def trials(monkeypatch):
     """Every closed form that a fit computes."""
-    found: list[StickSlip] = []
+    found = []
 
-    def noted(*arguments, **names) -> StickSlip:
+    def noted(*arguments, **names):
         found.append(stick_slip(*arguments, **names))
         return found[-1]
 
@@ -158,38 +152,31 @@ def trials(monkeypatch) -> list[StickSlip]:
     return found
 
 
-def worn(duration: float, samples: int = 1000) -> tuple[Drive, float]:
-    """A drive, and a static force, that stick and slip for ever: a cycle takes 18."""
-    return replace(DRIVE, duration=duration, samples=samples, damping_ratio=0.02), 2.0
-
-
 @pytest.mark.parametrize("duration", [300.0, 3000.0, 30_000.0])
 def test_a_fit_takes_no_longer_the_more_slips_there_are(trials, duration):
     """Of the closed form, 30 000 hold 1700 slips; what takes the time is slips times trials."""
-    drive, static = worn(duration)
-    plain = integrate(constant_profile(0.5), replace(drive, surface_compliance=False), 1e6)
-    result = replace(plain, slip_force=np.array([static]))
-    assert len(stick_slip(result.time, drive, 0.5, static).slip_time) > 0.05 * duration
+    drive = replace(WORN, duration=duration, samples=1000)
+    plain = integrate(constant_profile(0.5), replace(drive, surface_compliance=False), STIFF)
+    result = replace(plain, slip_force=np.array([2.0]))
+    assert len(stick_slip(result.time, drive, 0.5, 2.0).slip_time) > 0.05 * duration
     fit_stick_slip(result, drive, normal_load=4.0)
     assert len(trials) <= 330
     assert max(len(model.slip_time) for model in trials) <= MOST_SLIPS
 
 
-def test_a_motion_of_too_many_slips_is_not_fitted(trials):
-    drive, static = worn(6000.0)
-    motion = stick_slip(np.linspace(0.0, 6000.0, 1001), drive, 0.5, static)
-    assert len(motion.slip_time) > MOST_SLIPS
-    plain = integrate(constant_profile(1e3), drive, 5.0)
-    result = replace(plain, spring_force=motion.spring_force, slip_force=np.full(len(motion.slip_time), static))
-    assert math.isnan(fit_stick_slip(result, drive, normal_load=4.0).residual)
-    result = replace(result, slip_force=np.array([static]))  # or its closed form's, from every start
-    assert math.isnan(fit_stick_slip(result, drive, normal_load=4.0).residual)
+def test_a_motion_of_too_many_slips_is_not_fitted():
+    drive = replace(WORN, duration=6000.0, samples=1000)
+    motion = stick_slip(np.linspace(0.0, 6000.0, 1001), drive, 0.5, 2.0)
+    slips = len(motion.slip_time)
+    assert slips > MOST_SLIPS
+    plain = replace(integrate(constant_profile(1e3), drive, 5.0), spring_force=motion.spring_force)
+    for seen in (slips, 1):  # or its closed form's, from every start
+        result = replace(plain, slip_force=np.full(seen, 2.0))
+        assert math.isnan(fit_stick_slip(result, drive, normal_load=4.0).residual)
 
 
 def test_a_closed_form_cut_short_is_the_same_up_to_there():
-    drive, static = worn(300.0)
-    whole = stick_slip(TIME * 5.0, drive, 0.5, static)
-    cut = stick_slip(TIME * 5.0, drive, 0.5, static, most_slips=3)
+    whole, cut = (stick_slip(TIME * 5.0, WORN, 0.5, 2.0, most_slips=most) for most in (10**6, 3))
     assert np.array_equal(cut.slip_time, whole.slip_time[:3])
     before = whole.time < whole.slip_time[3]
     assert np.array_equal(cut.position[before], whole.position[before])
@@ -198,10 +185,8 @@ def test_a_closed_form_cut_short_is_the_same_up_to_there():
 
 def test_a_fit_looks_at_so_many_samples_and_finds_the_same(trials):
     """Ten or a hundred thousand samples of one motion: the latter at every tenth, which are the former."""
-    stiff = 1e6
-    profile = profile_through([0.0, 2.0 / stiff, 1.0], [0.0, 0.5], [2.0, 0.5], periodic_from=1)
     drives = [replace(DRIVE, samples=samples, duration=40.0) for samples in (MOST_SAMPLES, 100_000)]
-    few, many = (fit_stick_slip(integrate(profile, drive, stiff), drive, normal_load=4.0) for drive in drives)
+    few, many = (fit_stick_slip(integrate(PEAK, drive, STIFF), drive, normal_load=4.0) for drive in drives)
     assert {len(model.time) for model in trials} == {MOST_SAMPLES + 1}
     for name in ("kinetic_friction", "static_friction", "later_static_friction"):
         assert getattr(many, name) == pytest.approx(getattr(few, name), abs=1e-9)

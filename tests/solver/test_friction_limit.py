@@ -1,5 +1,7 @@
 """The friction limit takes both sides of every drop from the record, then repeats its steady part for ever."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -21,7 +23,7 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import Teeth, plateau_of
 from nanoslip.solver.sliding.slide import slide
-from tests.synthetic import LOAD, noisy_record, profile_through, record_from
+from tests.synthetic import LOAD, SPACING, modulated_record, noisy_record, profile_through, record_from
 
 RECORD = noisy_record()
 PLATEAU = plateau_of(RECORD)
@@ -36,6 +38,7 @@ def test_the_sawtooth_has_the_records_force_on_both_sides_of_every_event():
     assert np.array_equal(profile.edges[1:], x)
     assert np.allclose(profile.force + profile.slope * width, RECORD.force_before[UP_TO_END], rtol=0, atol=ROUNDING)
     assert np.allclose(profile.limit(x[:-1]), RECORD.force_after[UP_TO_END][:-1], rtol=0, atol=ROUNDING)
+    assert profile.steady_force == pytest.approx(PLATEAU.mean * LOAD, rel=1e-12)
 
 
 def test_the_linear_profile_joins_the_forces_after_events():
@@ -56,10 +59,6 @@ def test_the_steady_part_repeats_and_the_past_is_mirrored(shape):
     assert np.array_equal(profile.limit(-x), profile.limit(x))
 
 
-def test_the_steady_force_is_the_plateaus_mean():
-    assert sawtooth(RECORD, PLATEAU).steady_force == pytest.approx(PLATEAU.mean * LOAD, rel=1e-12)
-
-
 def test_a_negative_force_after_first_touch_is_taken_as_none():
     record = record_from(np.full(900, 2e-6), np.append(np.zeros(100), np.full(800, 9e-7)), initial_force=-1e-6)
     profile = sawtooth(record, plateau_of(record))
@@ -67,10 +66,23 @@ def test_a_negative_force_after_first_touch_is_taken_as_none():
     assert profile.limit(np.linspace(0.0, 1e-3, 501)).min() == 0.0
 
 
-def test_without_a_plateau_there_is_nothing_to_repeat():
+@pytest.mark.parametrize("shape", ["sawtooth", "mean"])
+def test_without_a_plateau_there_is_nothing_to_repeat(shape):
     record = record_from(np.full(100, 1e-5), np.zeros(100))
     with pytest.raises(NoPlateauError, match=r"limits\.events"):
-        sawtooth(record, plateau_of(record))
+        friction_limit_of(record, plateau_of(record), shape)
+
+
+@pytest.mark.parametrize("shape", ["sawtooth", "linear"])
+def test_a_profile_repeats_whole_spacings(shape):
+    """A pin that goes on for ever keeps in step with the nodes: within the step between two events."""
+    record = modulated_record(2.4, 0.3)
+    profile = friction_limit_of(record, plateau_of(record), shape)
+    assert profile.period == pytest.approx(2.0 * SPACING, abs=1.01 * record.displacement[0])
+    # Half a spacing out of step the limit would be off by twice the modulation, 5 % of a mean of 0.27.
+    x = np.linspace(0.0, profile.period, 1001)[:-1] + record.displacement[-1]
+    expected = 0.27 * LOAD * (1.0 + 0.05 * np.sin(2.0 * np.pi * (x / SPACING + 0.3)))
+    assert np.abs(profile.limit(x + 3.0 * profile.period) - expected).max() < 0.1 * 0.27 * 0.05 * LOAD
 
 
 @pytest.mark.parametrize(
@@ -102,12 +114,6 @@ def test_the_mean_profile_is_the_plateaus_mean_everywhere():
     assert profile.steady_force == PLATEAU.mean * LOAD
 
 
-def test_the_mean_profile_needs_a_plateau():
-    record = record_from(np.full(100, 1e-5), np.zeros(100))
-    with pytest.raises(NoPlateauError, match=r"limits\.events"):
-        friction_limit_of(record, plateau_of(record), "mean")
-
-
 @pytest.mark.parametrize("compliant", [True, False])
 def test_ever_finer_teeth_tend_to_the_mean(compliant):
     """Teeth of the contact's own slope over shorter and shorter periods p, about the same mean: off by less than p."""
@@ -117,9 +123,8 @@ def test_ever_finer_teeth_tend_to_the_mean(compliant):
     for period in (1e-2, 1e-3, 1e-4):
         half = 0.5 * contact * period
         fine = integrate(profile_through([0.0, period], [level - half], [level + half]), drive, contact)
-        assert (
-            np.abs(fine.position - mean.position).max() < 10.0 * period
-        )  # a rise of K·p delays the first slip by 5 p/V·V
+        # A rise of K·p delays the first slip by 5 p/V·V.
+        assert np.abs(fine.position - mean.position).max() < 10.0 * period
 
 
 def random_teeth(seed: int, count: int = 500) -> Teeth:
@@ -132,7 +137,7 @@ def random_teeth(seed: int, count: int = 500) -> Teeth:
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("shortest", [0.1, 7.0, 1e5])
-def test_mean_and_highest_force_of_each_stretch_stay(seed: int, shortest: float) -> None:
+def test_mean_and_highest_force_of_each_stretch_stay(seed: int, shortest: float):
     """By the integral of the old teeth over each new one; forces here are too high for a tooth to begin below zero."""
     old, stays = random_teeth(seed), 123
     new, place = taken_together(old, stays, shortest)
@@ -149,15 +154,15 @@ def test_mean_and_highest_force_of_each_stretch_stay(seed: int, shortest: float)
     assert len(new.start) <= stretches
 
 
-def test_a_tooth_by_itself_stays_as_it_is() -> None:
+def test_a_tooth_by_itself_stays_as_it_is():
     old = random_teeth(9)
     new, place = taken_together(old, 123, 1e-9)
     assert place == 123
-    for found, given in zip((new.edges, new.start, new.end), (old.edges, old.start, old.end), strict=True):
-        assert np.array_equal(found, given)
+    for name in ("edges", "start", "end"):
+        assert np.array_equal(getattr(new, name), getattr(old, name))
 
 
-def test_no_tooth_begins_below_zero() -> None:
+def test_no_tooth_begins_below_zero():
     """A single high tooth among low ones: the mean is kept, its height is not."""
     old = Teeth(np.arange(101.0), np.zeros(100), np.where(np.arange(100) == 50, 1.0, 0.01))
     new, _ = taken_together(old, 50, 1000.0)
@@ -165,7 +170,7 @@ def test_no_tooth_begins_below_zero() -> None:
     assert np.sum(np.diff(new.edges) * (new.start + new.end)) == pytest.approx(np.sum(old.end), rel=1e-13)
 
 
-def test_a_records_coarse_teeth_are_few_and_as_strong() -> None:
+def test_a_records_coarse_teeth_are_few_and_as_strong():
     """Their steady force is the sawtooth's, and so is the force that a stiff spring has to reach."""
     fine, few = sawtooth(RECORD, PLATEAU), coarse(RECORD, PLATEAU)
     most = (fine.edges[-1] - fine.edges[0]) / RECORD.spacing * COARSE + 2.0
@@ -177,14 +182,12 @@ def test_a_records_coarse_teeth_are_few_and_as_strong() -> None:
 
 @pytest.mark.parametrize("compliant", [True, False])
 @pytest.mark.parametrize("speed", [5e-4, 1e-2])
-def test_coarse_teeth_hold_and_drag_a_pin_as_the_records_do(speed: float, compliant: bool) -> None:
+def test_coarse_teeth_hold_and_drag_a_pin_as_the_records_do(speed: float, compliant: bool):
     """By a spring of a hundredth of the slab's stiffness, which gives way by hundreds of teeth: 6e-3 seen of μ_s, 2e-3 of μ_k."""
     case = Case(slab=Slab(n_x=65), max_events=None, max_spacings=2.0)
     record = slide(case, surface_compliance(case.slab))
     plateau = plateau_of(record)
-    found = {}
-    for shape in ("sawtooth", "coarse"):
-        drive = Drive.from_si(profile=shape, stage_velocity=speed, surface_compliance=compliant, duration=1.0)
-        found[shape] = measured(record, plateau, drive)[1]
-    assert found["coarse"].static_friction == pytest.approx(found["sawtooth"].static_friction, rel=1e-2)
-    assert found["coarse"].kinetic_friction == pytest.approx(found["sawtooth"].kinetic_friction, rel=3e-3)
+    drive = Drive.from_si(stage_velocity=speed, surface_compliance=compliant, duration=1.0)
+    fine, few = (measured(record, plateau, replace(drive, profile=shape))[1] for shape in ("sawtooth", "coarse"))
+    assert few.static_friction == pytest.approx(fine.static_friction, rel=1e-2)
+    assert few.kinetic_friction == pytest.approx(fine.kinetic_friction, rel=3e-3)
