@@ -14,7 +14,7 @@ from nanoslip.solver.contact.closed_forms import (
 )
 
 
-def test_hertz_carries_its_load_and_closes_without_a_step() -> None:
+def test_hertz_carries_its_load_and_closes_without_a_step():
     contact = hertz(normal_load=1e-3, radius=200.0, poisson=1 / 3)
     a = contact.half_width
     carried, _ = quad(lambda x: float(contact.pressure(np.array(x))), -a, a)
@@ -24,7 +24,7 @@ def test_hertz_carries_its_load_and_closes_without_a_step() -> None:
     assert a == pytest.approx(0.2913, abs=1e-4)
 
 
-def test_hertz_surface_is_the_parabola() -> None:
+def test_hertz_surface_is_the_parabola():
     """The slope of the half-plane under p, (1 - ν)/π ∫ p(s)/(x - s) ds per G, is x/R inside the contact."""
     radius, poisson = 3.0, 0.3
     contact = hertz(normal_load=0.02, radius=radius, poisson=poisson)
@@ -35,7 +35,7 @@ def test_hertz_surface_is_the_parabola() -> None:
     assert -(1 - poisson) / np.pi * principal == pytest.approx(x / radius, rel=1e-6)
 
 
-def test_a_flat_punch_carries_its_load() -> None:
+def test_a_flat_punch_carries_its_load():
     carried, _ = quad(
         lambda t: float(flat_punch_pressure(np.sin(t) * 0.25, 0.25, 2.0)) * 0.25 * np.cos(t), -np.pi / 2, np.pi / 2
     )
@@ -43,7 +43,7 @@ def test_a_flat_punch_carries_its_load() -> None:
 
 
 @pytest.mark.parametrize("ratio", [0.0, 0.3, 1.0])
-def test_partial_slip_carries_its_friction_force(ratio: float) -> None:
+def test_partial_slip_carries_its_friction_force(ratio: float):
     contact = hertz(normal_load=1e-3, radius=200.0, poisson=1 / 3)
     a = contact.half_width
     x = np.linspace(-a, a, 200001)
@@ -75,7 +75,7 @@ def slope_under(contact: SlidingContact, friction: float, poisson: float, x: flo
 
 
 @pytest.mark.parametrize("place", [-0.5, 0.1, 0.7])
-def test_the_surface_under_a_sliding_contact_is_the_pin(place: float) -> None:
+def test_the_surface_under_a_sliding_contact_is_the_pin(place: float):
     friction, poisson, radius = 0.8, 0.1, 3.0
     parabola = sliding_parabola(0.02, radius, friction, poisson)
     x = parabola.centre + place * parabola.half_width
@@ -85,7 +85,7 @@ def test_the_surface_under_a_sliding_contact_is_the_pin(place: float) -> None:
     assert slope_under(punch, friction, poisson, 0.3 * place) == pytest.approx(0.0, abs=1e-8 * pressed)
 
 
-def test_sliding_contacts_carry_their_load_further_back() -> None:
+def test_sliding_contacts_carry_their_load_further_back():
     for contact in (sliding_parabola(0.02, 3.0, 0.8, 0.1), sliding_punch(0.02, 0.3, 0.8, 0.1)):
         x = contact.centre + contact.half_width * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 20002))
         middle = (x[1:] + x[:-1]) / 2
@@ -99,7 +99,7 @@ def test_sliding_contacts_carry_their_load_further_back() -> None:
         assert contact.centroid < 0.0
 
 
-def test_sliding_without_friction_is_hertz_and_the_flat_punch() -> None:
+def test_sliding_without_friction_is_hertz_and_the_flat_punch():
     x = np.linspace(-0.2, 0.2, 9)
     theory = hertz(0.02, 3.0, 0.1)
     np.testing.assert_allclose(

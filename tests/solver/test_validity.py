@@ -10,12 +10,11 @@ import pytest
 
 from nanoslip.solver.case import Case, Effects
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.state import ContactState, contact_width
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.contact.state import contact_width
+from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.solver.parameter import attributes, quantities
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.validity import (
     BEYOND_CONTACT,
@@ -25,7 +24,6 @@ from nanoslip.solver.sliding.validity import (
     NEAR_ENDS,
     OUTGROWN,
     WHOLE_SLAB,
-    Flag,
     Validity,
     advice_on,
     contact_flags,
@@ -43,21 +41,19 @@ MAP = list(product(np.geomspace(10.0, 1e4, 10).tolist(), np.geomspace(1e-5, 1e-1
 """Radius and load."""
 
 
-@cache
-def compliance_of(slab: Slab) -> SurfaceCompliance:
-    return surface_compliance(slab)
+compliance_of = cache(surface_compliance)
 
 
-def touched(case: Case) -> ContactState:
+def touched(case):
     return initial_contact(case, compliance_of(case.slab))
 
 
-def slid(case: Case) -> tuple[ContactState, FrictionRecord, ContactState]:
+def slid(case):
     start = touched(case)
     return start, *slide_to_state(case, compliance_of(case.slab), start)
 
 
-def punch(nodes: int, normal_load: float = 1e-3) -> Case:
+def punch(nodes, normal_load=1e-3):
     """A flat punch over an odd number of nodes."""
     return Case(pin="flat_punch", half_width=(nodes - 1) / 2 * H, normal_load=normal_load, slab=Slab(N))
 
@@ -73,14 +69,14 @@ TOUCHING = {
 
 
 @pytest.mark.parametrize(("raising", "beside", "flag"), TOUCHING.values(), ids=TOUCHING)
-def test_a_flag_of_first_touch_is_raised_and_not_beside(raising: Case, beside: Case, flag: Flag) -> None:
+def test_a_flag_of_first_touch_is_raised_and_not_beside(raising, beside, flag):
     assert flag in expected_flags(raising)
     assert flag in contact_flags(raising, touched(raising))
     assert flag not in expected_flags(beside)
     assert flag not in contact_flags(beside, touched(beside))
 
 
-SMALL_PIN = Case(radius=10.0, normal_load=1e-3, slab=Slab(N), max_events=None, max_displacement=0.1)
+SMALL_PIN = Case(0.1, 10.0, 5.2e-4, slab=Slab(N), max_events=None, max_displacement=0.1)
 SLIDING = {
     # Hertz's contact of 3 nodes and 1.5 spacings, on this grid to half a spacing: the pin goes farther than both, or less far.
     "beyond the contact": (2.1 * H, 1.425 * H, BEYOND_CONTACT),
@@ -90,16 +86,16 @@ SLIDING = {
 
 
 @pytest.mark.parametrize(("far", "near", "flag"), SLIDING.values(), ids=SLIDING)
-def test_a_flag_of_sliding_is_raised_and_not_beside(far: float, near: float, flag: Flag) -> None:
+def test_a_flag_of_sliding_is_raised_and_not_beside(far, near, flag):
     for displacement, raised in ((far, True), (near, False)):
-        case = replace(SMALL_PIN, max_displacement=displacement, normal_load=5.2e-4, intrinsic_friction=0.1)
+        case = replace(SMALL_PIN, max_displacement=displacement)
         start, record, end = slid(case)
         assert (record.outcome.ok, start.contact.sum()) == (True, 3)
         assert (flag in record_flags(case, start, record, end)) == raised
         assert (flag in expected_flags(case, displacement)) == raised
 
 
-def test_a_record_is_flagged_for_what_was_so_at_any_time_of_it() -> None:
+def test_a_record_is_flagged_for_what_was_so_at_any_time_of_it():
     """Made-up records of 3 events, alike but for one number: sizes, nodes of events or slips and the end are all looked at."""
     case = punch(13)
     start = touched(case)
@@ -125,7 +121,7 @@ def test_a_record_is_flagged_for_what_was_so_at_any_time_of_it() -> None:
     assert record_flags(case, everywhere, plain, start) == (WHOLE_SLAB,)
 
 
-def test_a_contact_has_one_place_the_nearest_that_it_came_to() -> None:
+def test_a_contact_has_one_place_the_nearest_that_it_came_to():
     """The whole slab at initial contact, fewer nodes later: the record is that of a whole slab."""
     case = Case(radius=1e3, normal_load=1e-2, slab=Slab(N), max_events=100)
     start, record, end = slid(case)
@@ -135,14 +131,14 @@ def test_a_contact_has_one_place_the_nearest_that_it_came_to() -> None:
     assert contact_flags(case, end) != (WHOLE_SLAB,)
 
 
-def test_a_half_plane_has_no_ends_to_be_near_but_its_grid_has() -> None:
+def test_a_half_plane_has_no_ends_to_be_near_but_its_grid_has():
     case = replace(punch(25), slab=Slab(N, scheme="half_plane"))
     assert expected_flags(case) == contact_flags(case, touched(case)) == ()
     all_nodes = replace(case, half_width=0.5)
     assert expected_flags(all_nodes) == contact_flags(all_nodes, touched(all_nodes)) == (WHOLE_SLAB,)
 
 
-def test_nodes_that_are_too_few_do_not_hide_a_large_strain() -> None:
+def test_nodes_that_are_too_few_do_not_hide_a_large_strain():
     """One node spreads the load over a spacing; Hertz's contact, a quarter as wide, bears more than G/10."""
     case = Case(radius=0.1, normal_load=2e-3, slab=Slab(N))
     assert touched(case).contact.sum() == 1
@@ -150,7 +146,7 @@ def test_nodes_that_are_too_few_do_not_hide_a_large_strain() -> None:
     assert contact_flags(case, touched(case)) == expected_flags(case) == (FEW_NODES, LARGE_STRAIN)
 
 
-def test_what_was_not_reached_has_no_flags_and_no_width() -> None:
+def test_what_was_not_reached_has_no_flags_and_no_width():
     case = punch(11)
     broken = replace(touched(case), outcome=Outcome(Ending.SINGULAR_OPERATOR, "no"))
     assert contact_flags(case, broken) == ()
@@ -164,9 +160,7 @@ def test_what_was_not_reached_has_no_flags_and_no_width() -> None:
     [(0.05, 0.5, 0.5, False), (0.05, 0.1, 0.5, False), (5.0, 0.1, 0.05, False), (0.5, 1e-2, 0.05, True)],
     ids=["in contact", "at once", "at once, near the ends", "later"],
 )
-def test_no_flag_of_a_pin_too_steep_to_slide_advises_against_its_outcome(
-    radius: float, load: float, friction: float, slides: bool
-) -> None:
+def test_no_flag_of_a_pin_too_steep_to_slide_advises_against_its_outcome(radius, load, friction, slides):
     """Its outcome says to raise the radius and to lower the load; a longer record would fail, too."""
     case = Case(friction, radius, load, slab=Slab(N))
     start, record, end = slid(case)
@@ -179,7 +173,7 @@ def test_no_flag_of_a_pin_too_steep_to_slide_advises_against_its_outcome(
 
 
 @pytest.mark.parametrize("scheme", ["half_plane", "galerkin"])
-def test_a_contacts_half_width_is_hertzs_to_a_third_of_a_spacing(scheme: str) -> None:
+def test_a_contacts_half_width_is_hertzs_to_a_third_of_a_spacing(scheme):
     """Without friction, wherever between two nodes the pin comes down, from 7 to 27 nodes, up to which the slab's ends matter
     less than 1 %; of 3 nodes, to half a spacing. A count of nodes would be off by up to 0.8."""
     slab = Slab(129, scheme=scheme)
@@ -190,29 +184,24 @@ def test_a_contacts_half_width_is_hertzs_to_a_third_of_a_spacing(scheme: str) ->
         assert abs(off) < (0.3 if half_width > 3.5 * slab.spacing else 0.5)
 
 
-def test_a_contacts_width_leaves_out_its_gaps_and_ends_with_the_surface() -> None:
+def test_a_contacts_width_leaves_out_its_gaps_and_ends_with_the_surface():
     """Pressure 3, 4 falls to zero at 16/(16 - 9) spacings, but before the next node; a lone node has half a spacing each side."""
-    state = touched(punch(11))
-    contact = np.array([1, 1, 0, 0, 1, 0, 0, 1, 1, 1, 0], bool)
     pressure = np.array([1.0, 1, 0, 0, 9, 0, 0, 3, 4, 2, 0])
-    found = contact_width(replace(state, contact=contact, pressure=pressure))
+    found = contact_width(replace(touched(punch(11)), contact=pressure > 0.0, pressure=pressure))
     # 0 to 1 and half a spacing; 1; half a spacing as 3 < 4 falls outwards by 9/7, at most 1; 2 and 4/12 behind it
     assert found == pytest.approx((1.5 + 1.0 + 1.0 + 2.0 + 4.0 / 12.0) / 10.0)
-
-
-def test_no_contact_is_wider_than_its_slab() -> None:
-    assert contact_half_width(touched(punch(33))) == 0.5
+    assert contact_half_width(touched(punch(33))) == 0.5  # no contact is wider than its slab
 
 
 @pytest.mark.parametrize("friction", [0.25, 0.5])
 @pytest.mark.parametrize("radius", [50.0, 200.0])
-def test_the_papers_records_carry_no_flag(radius: float, friction: float) -> None:
+def test_the_papers_records_carry_no_flag(radius, friction):
     case = Case(intrinsic_friction=friction, radius=radius, slab=Slab(129, scheme="biquadratic"))
     start, record, end = slid(case)
     assert expected_flags(case, record.final_displacement) == record_flags(case, start, record, end) == ()
 
 
-def test_on_a_map_of_radius_and_load_no_contact_without_meaning_goes_unflagged() -> None:
+def test_on_a_map_of_radius_and_load_no_contact_without_meaning_goes_unflagged():
     """Every record of a whole slab or of fewer than 12 nodes says so, and initial contact alone agrees with it.
 
     Found equals expected in 89 of 100: Hertz's contact is too wide near the ends, where sliding also brings a contact that
@@ -234,7 +223,7 @@ def test_on_a_map_of_radius_and_load_no_contact_without_meaning_goes_unflagged()
 
 @pytest.mark.parametrize("start", [0.0, 0.25, 0.5, 0.75])
 @pytest.mark.parametrize("spacings", [4.9, 5.2, 6.05, 6.6])
-def test_few_nodes_are_expected_where_they_are_found(start: float, spacings: float) -> None:
+def test_few_nodes_are_expected_where_they_are_found(start, spacings):
     """Half-widths of 5 to 7 spacings: nodes in contact follow the start, and while the pin crosses a spacing, all places."""
     slab = Slab(65)
     radius = (spacings * slab.spacing) ** 2 * math.pi / (2 * 1e-4 * (1 - slab.poisson))
@@ -245,7 +234,7 @@ def test_few_nodes_are_expected_where_they_are_found(start: float, spacings: flo
     assert found == (FEW_NODES in expected_flags(case, record.final_displacement)) == (spacings < 6.0)
 
 
-def test_the_papers_pin_under_a_light_load_has_twelve_nodes_and_is_not_expected_to_have_fewer() -> None:
+def test_the_papers_pin_under_a_light_load_has_twelve_nodes_and_is_not_expected_to_have_fewer():
     """Hertz's contact is 11.8 spacings wide: the plan of such cases said few nodes, and none had them."""
     case = Case(0.1, 200.0, normal_load=1e-4, slab=Slab(65), max_events=None, max_spacings=1.0)
     begun, record, _ = slid(case)
@@ -253,7 +242,7 @@ def test_the_papers_pin_under_a_light_load_has_twelve_nodes_and_is_not_expected_
     assert expected_flags(case, record.final_displacement) == expected_flags(case) == ()
 
 
-def test_flags_are_bits_of_one_number() -> None:
+def test_flags_are_bits_of_one_number():
     """A bit keeps its meaning in datasets that are there; 64 was that of a flag that is no more."""
     masks = [flag.mask for flag in FLAGS]
     assert masks == [1 << position for position in range(len(FLAGS) + 1) if 1 << position != 64]
