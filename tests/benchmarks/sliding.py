@@ -141,7 +141,8 @@ def rows() -> list[Row]:
         versus("a slip, n_x = 129", record / slips, dense, name, ratio=ratio),
         _drift_row(replace(paper, max_events=None, max_displacement=0.022), compliance, 129),
     ]
-    fine = replace(paper, slab=replace(paper.slab, n_x=1025), max_events=None, max_displacement=STEADY)
+    slab = Slab(n_x=1025, scheme="biquadratic")
+    fine = replace(paper, slab=slab, max_events=None, max_displacement=STEADY)
     compliance = surface_compliance(fine.slab)
     large = slip_cost(fine, compliance, _steady(fine, compliance), events=500)
     table += _slip_rows(large, 1025, 4.0)

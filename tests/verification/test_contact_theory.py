@@ -130,11 +130,9 @@ def test_shear_and_stick_zone_are_cattaneos_and_mindlins(residual_shear, displac
     stuck = compliance.x[state.contact & (state.slip == 0.0)]
     stick = theory.half_width * np.sqrt(1 - ratio)
     borders = np.array([-stuck.min(), stuck.max()])
-    line = seen(
-        f"partial slip, F/μW = {ratio:.2f}, residual {residual_shear}", "Cattaneo 1938, Mindlin 1949; Johnson, §7.2",
-        f"n_x = 129: shear off by {100 * error:.1f} % of its peak, stick zone's ends by "
-        f"{np.abs(borders - stick).max() / slab.spacing:.1f} nodes",
-    )  # fmt: skip
+    law = f"partial slip, F/μW = {ratio:.2f}, residual {residual_shear}, n_x = 129"
+    off = f"shear off by {error:.1%} of its peak, stick zone's ends by {np.abs(borders - stick).max() / slab.spacing:.1f} nodes"
+    line = seen(law, "Cattaneo 1938, Mindlin 1949; Johnson, §7.2", off)
     assert error <= shear_error, line
     # The border lies between the last stuck node and the next one.
     assert np.abs(borders - stick).max() <= slab.spacing, line
@@ -194,11 +192,10 @@ def test_the_stick_zone_grows_with_the_contact(friction, poisson, coupled):
     theory = stick_zone(friction, poisson, coupled=coupled)
     ratio = float(stick.sum() / contact.sum())
     shear = float(outward[-1] / theory.half_shear - 1)
-    line = seen(
-        f"stick zone of a growing contact, μ = {friction}, ν = {poisson:.2f}", SPENCE,
-        f"c/a = {ratio:.3f} ({theory.ratio:.4f}), constant within {np.abs(stick - ratio * contact).max() / slab.spacing:.1f} "
-        f"nodes; shear force of one half off by {100 * shear:.2f} %",
-    )  # fmt: skip
+    law = f"stick zone of a growing contact, μ = {friction}, ν = {poisson:.2f}"
+    constant = f"constant within {np.abs(stick - ratio * contact).max() / slab.spacing:.1f} nodes"
+    figures = f"c/a = {ratio:.3f} ({theory.ratio:.4f}), {constant}; shear force of one half off by {shear:.2%}"
+    line = seen(law, SPENCE, figures)
     assert np.all(np.abs(stick - theory.ratio * contact) <= slab.spacing), line
     # Four loads with nodes that fall anywhere.
     assert ratio == pytest.approx(theory.ratio, abs=0.015), line
@@ -294,10 +291,8 @@ def test_sliding_with_coupling_on_a_slab_as_the_contact_gets_small(pin, poisson)
             slid(*each) for each in ((slabs[0], pin, 0.5, 0.04), (slabs[1], pin, 0.5, 0.02))
         )
         errors[scheme] = (2 * half - wide) * theory.half_width / theory.centroid - 1
-    line = seen(
-        f"sliding {pin}, small on a slab, ν = {poisson:.2f}", SOURCES[pin],
-        "eccentricity off by " + ", ".join(f"{100 * error:.1f} % ({scheme})" for scheme, error in errors.items()),
-    )  # fmt: skip
+    figures = ", ".join(f"{error:.1%} ({scheme})" for scheme, error in errors.items())
+    line = seen(f"sliding {pin}, small on a slab, ν = {poisson:.2f}", SOURCES[pin], f"eccentricity off by {figures}")
     assert abs(errors["galerkin"]) <= 0.02, line
 
 
