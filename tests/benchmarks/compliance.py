@@ -1,8 +1,6 @@
 """Surface compliance: by nested dissection at the surface alone, against a sparse factorization of the whole stiffness."""
 
 import itertools
-import json
-import sys
 from functools import partial
 from unittest.mock import patch
 
@@ -15,7 +13,7 @@ from nanoslip.solver.elasticity import condensation as dissection
 from nanoslip.solver.elasticity.condensation import Eliminated, definitely_eliminated
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, stiffness
 from nanoslip.solver.slab import SCHEMES
-from tests.benchmarks.ranks import found
+from tests.benchmarks.apart import alone
 from tests.benchmarks.table import Row, at_most, best, peak_memory, seconds, verdict, versus
 
 Dense = NDArray[np.float64]
@@ -59,24 +57,24 @@ def rows() -> list[Row]:
 
 def _finest_rows() -> list[Row]:
     """The finest slab in a process of its own, whose peak memory is then its alone."""
-    duration, gigabytes, operations, rate, touching = found(0, __name__, FINEST)
+    duration, gigabytes, operations, rate, touching = alone(_measure, FINEST)
     arithmetic, limit = operations / rate, FINEST_GIGABYTES
     name = (
         f"at the rate of a matrix product, {rate / 1e9:.0f} Gflop/s; its memory touched once: {seconds(touching)} more"
     )
     target = verdict(f"≤ {NEAR:g} × arithmetic", duration <= NEAR * arithmetic)
-    what, alone = f"compliance, n_x = {FINEST}", f"the matrix alone: {(2 * FINEST) ** 2 * 8 / 1e9:.2f} GB"
+    what, whole = f"compliance, n_x = {FINEST}", f"the matrix alone: {(2 * FINEST) ** 2 * 8 / 1e9:.2f} GB"
     least = verdict(f"≤ {limit:g} GB", gigabytes <= limit)
     return [
         versus(f"{what}: {operations / 1e9:.0f} Gflop as run", duration, arithmetic, name, target),
         Row(
-            f"{what}: peak memory", f"{gigabytes:.2f} GB", f"{limit:g} GB ({alone})", f"{gigabytes / limit:.2f}", least
+            f"{what}: peak memory", f"{gigabytes:.2f} GB", f"{limit:g} GB ({whole})", f"{gigabytes / limit:.2f}", least
         ),
     ]
 
 
-def _measure(n_x: int) -> None:
-    """Print processor seconds and peak memory in GB of one compliance; its operations, their rate in a matrix product, and
+def _measure(n_x: int) -> tuple[float, ...]:
+    """Processor seconds and peak memory in GB of one compliance; its operations, their rate in a matrix product, and
     the seconds of writing a matrix of its size for the first time."""
     slab = Slab(n_x=n_x)
     duration = best(lambda: surface_compliance(slab), repeats=3)
@@ -84,7 +82,7 @@ def _measure(n_x: int) -> None:
     square = np.ones((2000, 2000))
     rate = 2.0 * len(square) ** 3 / best(lambda: square @ square)
     touching = best(lambda: np.ones((2 * n_x, 2 * n_x)))
-    print(json.dumps([duration, gigabytes, _operations(slab), rate, touching]))
+    return duration, gigabytes, _operations(slab), rate, touching
 
 
 def _operations(slab: Slab) -> float:
@@ -99,7 +97,3 @@ def _operations(slab: Slab) -> float:
     with patch.object(dissection, "definitely_eliminated", counting):
         surface_compliance(slab)
     return float(sum(counted))
-
-
-if __name__ == "__main__":
-    _measure(int(sys.argv[1]))

@@ -1,15 +1,12 @@
 """Cost against n_x, by stage: compliance, initial contact, sliding to a fixed displacement; time, memory, and what breaks first.
 
-Each size is a process of its own, whose peak of memory is read after each stage. Started with arguments this module is such a
-process: `SCHEME N_X DISPLACEMENT`.
+Each size is a process of its own, whose peak of memory is read after each stage.
 """
 
-import json
 import math
-import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Final, NamedTuple
+from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -17,7 +14,7 @@ from nanoslip.solver import Case, Slab, contact_state, friction_record, surface_
 from nanoslip.solver.contact.kernels.state import margin
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.plan.outlook import machine_memory
-from tests.benchmarks.ranks import found as told
+from tests.benchmarks.apart import alone
 from tests.benchmarks.table import Row, peak_memory, seconds, timed
 
 
@@ -94,17 +91,12 @@ def rows() -> list[Row]:
     """Of each series a row for each size and one of exponents; and what breaks first."""
     found = []
     for series in (STEADY, *SHORT):
-        costs = [_apart(series, n_x) for n_x in series.sizes]
+        costs = [alone(cost, series.scheme, n_x, series.displacement) for n_x in series.sizes]
         found += [_row(series, before, now) for before, now in zip((None, *costs), costs, strict=False)]
         found.append(_exponents(series, costs[-FITTED:]))
         if series in SHORT:
             found.append(_breaks(series, costs[-FITTED:]))
     return found
-
-
-def _apart(series: Series, n_x: int) -> Cost:
-    """The same in a process of its own."""
-    return Cost(**told(0, "tests.benchmarks.growth", series.scheme, n_x, series.displacement, timeout=3600))
 
 
 def _row(series: Series, before: Cost | None, now: Cost) -> Row:
@@ -132,7 +124,8 @@ def _breaks(series: Series, costs: Sequence[Cost]) -> Row:
     while largest.sliding_memory * (n_x / largest.n_x) ** power <= memory:
         n_x = 2 * n_x - 1
     grown = n_x / largest.n_x
-    times = (f"{stage.replace('_', ' ')} {_long(largest, costs, stage, grown)}" for stage in STAGES)
+    longer = {stage: getattr(largest, stage) * grown ** _exponent(costs, stage) for stage in STAGES}
+    times = (f"{stage.replace('_', ' ')} {seconds(value)}" for stage, value in longer.items())
     return Row(
         f"{series.scheme}: what breaks first is memory, at n_x = {n_x}; by the exponents it would take {', '.join(times)} there",
         f"{largest.sliding_memory * grown**power / 1e9:.0f} GB",
@@ -140,21 +133,7 @@ def _breaks(series: Series, costs: Sequence[Cost]) -> Row:
     )
 
 
-def _long(largest: Cost, costs: Sequence[Cost], stage: str, grown: float) -> str:
-    return seconds(float(getattr(largest, stage) * grown ** _exponent(costs, stage)))
-
-
 def _exponent(costs: Sequence[Cost], name: str) -> float:
     """Slope of a figure over n_x, both as logarithms."""
     values = [math.log(max(getattr(each, name), 1e-9)) for each in costs]
     return float(np.polyfit([math.log(each.n_x) for each in costs], values, 1)[0])
-
-
-def main(scheme: str, n_x: str, displacement: str) -> None:
-    """Measure one size and print it."""
-    found: dict[str, Any] = asdict(cost(scheme, int(n_x), float(displacement)))
-    print(json.dumps(found))
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])

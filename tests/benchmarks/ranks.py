@@ -15,18 +15,16 @@ def launcher(ranks: int) -> list[str]:
     return [str(beside if beside.exists() else shutil.which("mpiexec") or "mpiexec"), "-n", str(ranks)] if ranks else []
 
 
-def started(ranks: int, module: str, *arguments: object, timeout: float = 300.0, **changes: str) -> str:
+def started(ranks: int, module: str, *arguments: object, **changes: str) -> str:
     """Standard output of `python -m module arguments` on so many ranks. Raises RuntimeError with what went wrong."""
     words = [*launcher(ranks), sys.executable, "-m", module, *map(str, arguments)]
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PMI", "OMPI", "SLURM"))}
-    done = subprocess.run(
-        words, env=environment | changes, capture_output=True, text=True, timeout=timeout, check=False
-    )
+    done = subprocess.run(words, env=environment | changes, capture_output=True, text=True, timeout=300, check=False)
     if done.returncode:
         raise RuntimeError(f"{' '.join(words)}: exit code {done.returncode}\n{done.stderr}")
     return done.stdout
 
 
-def found(ranks: int, module: str, *arguments: object, **given: Any) -> Any:
+def found(ranks: int, module: str, *arguments: object, **changes: str) -> Any:
     """The JSON that the root prints last."""
-    return json.loads(started(ranks, module, *arguments, **given).splitlines()[-1])
+    return json.loads(started(ranks, module, *arguments, **changes).splitlines()[-1])

@@ -7,9 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,6 +17,7 @@ from nanoslip.study.commands.plans import planned
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.compute import run_task
+from tests.benchmarks.apart import alone
 from tests.benchmarks.table import Row, as_markdown, at_most, seconds
 
 SIZES = (10_000, 100_000)
@@ -77,9 +76,8 @@ def rows(sizes: tuple[int, ...] = SIZES) -> list[Row]:
     with TemporaryDirectory() as folder:
         made = {count: campaign_of(count, Path(folder)) for count in (1, *sizes)}
         found = [_row(command, count, made) for command in COMMANDS if not command.finished for count in sizes]
-        # What this process holds would count as a command's.
-        with ProcessPoolExecutor(1, get_context("spawn")) as apart:
-            list(apart.map(_finish, made.values()))
+        for path in made.values():  # what this process holds would count as a command's
+            alone(_finish, path)
         return found + [_row(command, count, made) for command in COMMANDS if command.finished for count in sizes]
 
 

@@ -7,24 +7,12 @@ from typing import Literal
 
 import pytest
 
+from nanoslip.solver import parameter as of
 from nanoslip.solver.case import Case, Heterogeneity, SlipRule
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.elasticity.schemes import Biquadratic, Galerkin
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import (
-    SCALED,
-    Family,
-    Quantity,
-    Roughness,
-    check,
-    choices_of,
-    companion,
-    declared,
-    parameter,
-    quantities,
-    quantity,
-    settings_of,
-)
+from nanoslip.solver.parameter import Family, Quantity, Roughness, check, parameter, quantities, quantity
 from nanoslip.solver.slab import Slab
 
 
@@ -75,7 +63,7 @@ class Fruit(Sweet):
 class Made:
     plain: float = field(metadata=quantity("a number"))
     called: float = field(metadata=quantity("another", "its_own_name", "m", per="length", ensemble=True))
-    with_twin: float = field(metadata=quantity("a length, in L_x", si=companion("a length", "m", "length")))
+    with_twin: float = field(metadata=quantity("a length, in L_x", si=of.companion("a length", "m", "length")))
     undeclared: float
 
 
@@ -169,10 +157,10 @@ def test_what_is_not_allowed_is_refused_by_name_and_value_and_with_what_is(kind,
 
 
 def test_declarations_are_found_by_type():
-    assert list(declared(Toy)) == ["whole", "share", "length", "far", "word", "on", "points"]
-    assert settings_of(Toy, Other)["share"] == (Toy, Other)
-    assert choices_of(Literal["x", "y"] | None) == ("x", "y")
-    assert choices_of(float) == ()
+    assert list(of.declared(Toy)) == ["whole", "share", "length", "far", "word", "on", "points"]
+    assert of.settings_of(Toy, Other)["share"] == (Toy, Other)
+    assert of.choices_of(Literal["x", "y"] | None) == ("x", "y")
+    assert of.choices_of(float) == ()
 
 
 def test_a_member_of_a_family_is_made_of_flat_parameters_and_is_flat_again():
@@ -213,7 +201,7 @@ def test_a_quantity_is_called_after_its_field_unless_it_has_a_name_and_its_twin_
 def test_a_scale_that_no_dataset_knows_is_refused_where_it_is_declared():
     with pytest.raises(ValueError, match=r"per = 'load' of force: needs one of \('', 'normal_load'"):
         quantity("a force", "force", per="load")
-    assert all(quantity("a number", per=scale) for scale in SCALED)
+    assert all(quantity("a number", per=scale) for scale in of.SCALED)
 
 
 @pytest.mark.parametrize("n_x", [5, 33, 4097])

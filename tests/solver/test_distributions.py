@@ -17,17 +17,7 @@ from nanoslip.solver.parameter import quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import power_law, sizes
 from nanoslip.solver.sliding.plateau import plateau_of
-from nanoslip.solver.sliding.power_law import (
-    Comparison,
-    PowerLaw,
-    Sizes,
-    comparisons,
-    fitted_power_law,
-    logarithmic_histogram,
-    power_law_sizes,
-    sorted_sizes,
-    survival,
-)
+from nanoslip.solver.sliding.power_law import Sizes, fitted_power_law, power_law_sizes, sorted_sizes
 from nanoslip.solver.sliding.sizes import event_distributions, event_sizes, pooled, rank_correlation, size_distribution
 from nanoslip.solver.sliding.slide import slide
 from tests.synthetic import LOAD, noisy_record, record_from
@@ -125,7 +115,7 @@ def test_ratios_agree_with_the_package_powerlaw(discrete):
     """A tail thin enough for its densities not to underflow; to what its optimizers leave."""
     drawn = sample(discrete, 3.0, 1.0, 1500, 2)
     law = fitted_power_law(drawn)
-    for rival in comparisons(drawn, law):
+    for rival in power_law.comparisons(drawn, law):
         ratio, chance = peer(drawn, law).distribution_compare("power_law", rival.name, normalized_ratio=False)
         assert rival.ratio == pytest.approx(ratio, abs=0.1)  # of a log-likelihood: chance moves by a few percent
         assert rival.chance == pytest.approx(chance, abs=0.1)
@@ -135,7 +125,7 @@ def test_the_discrete_exponent_is_the_likeliest():
     values = sample(True, 1.8, 2.0, 3000, 5).values
     found = float(power_law.discrete_exponents(np.array([np.log(values / 2.0).mean()]), np.array([2.0]))[0])
     low, best, high = (
-        np.log(survival(values, each, 2.0, True) - survival(values + 1.0, each, 2.0, True)).sum()
+        np.log(power_law.survival(values, each, 2.0, True) - power_law.survival(values + 1.0, each, 2.0, True)).sum()
         for each in (found - 1e-3, found, found + 1e-3)
     )
     assert best > max(low, high)
@@ -161,7 +151,7 @@ def test_drawn_whole_sizes_have_the_laws_shares(exponent, cutoff):
     """Also beyond the numbers whose shares are tabled: of 2e5 sizes, shares to four standard deviations."""
     drawn = power_law_sizes(np.random.default_rng(8), 200_000, exponent, cutoff, True)
     at = cutoff + np.array([1.0, 2.0, 10.0, 900.0, 5000.0, 1e5])
-    expected = survival(at, exponent, cutoff, True)
+    expected = power_law.survival(at, exponent, cutoff, True)
     off = (drawn >= at[:, None]).mean(axis=1) - expected
     assert (np.abs(off) <= 4.0 * np.sqrt(expected / len(drawn)) + 1e-5).all()
     assert drawn.min() == cutoff
@@ -174,7 +164,7 @@ def test_densities_are_what_the_shares_above_fall_by(discrete):
     values = np.array([3.0, 4.0, 9.0, 200.0])
     wide = np.ones(4) if discrete else 1e-4 * values
     low = values if discrete else values - wide / 2.0
-    fallen = survival(low, 1.7, 3.0, discrete) - survival(low + wide, 1.7, 3.0, discrete)
+    fallen = power_law.survival(low, 1.7, 3.0, discrete) - power_law.survival(low + wide, 1.7, 3.0, discrete)
     np.testing.assert_allclose(power_law.density(values, 1.7, 3.0, discrete), fallen / wide, rtol=1e-7)
 
 
@@ -205,29 +195,31 @@ def test_the_same_sizes_have_the_same_goodness():
 @pytest.mark.parametrize("cutoff", [1.0, 4.0])
 def test_every_size_is_in_one_bin_and_densities_are_the_laws(discrete, cutoff):
     drawn = power_law_sizes(np.random.default_rng(7), 50_000, 2.0, cutoff, discrete)
-    found = logarithmic_histogram(np.append(drawn, [0.0, np.nan]), discrete=discrete)
+    found = power_law.logarithmic_histogram(np.append(drawn, [0.0, np.nan]), discrete=discrete)
     assert found.counts.sum() == len(drawn)
     assert found.density @ np.diff(found.edges) == pytest.approx(1.0)
     ends = np.maximum(np.ceil(found.edges) if discrete else found.edges, cutoff)
-    expected = -len(drawn) * np.diff(survival(ends, 2.0, cutoff, discrete))
+    expected = -len(drawn) * np.diff(power_law.survival(ends, 2.0, cutoff, discrete))
     assert (
         np.abs(found.counts - expected) < 5.0 * np.sqrt(expected) + 5.0
     ).all()  # five standard deviations of a count
 
 
 def test_bins_of_equal_ratio_are_the_same_for_all_samples():
-    one, other = (logarithmic_histogram(np.array(each), discrete=False) for each in ([1.1, 80.0], [12.0, 13.0]))
+    one, other = (
+        power_law.logarithmic_histogram(np.array(each), discrete=False) for each in ([1.1, 80.0], [12.0, 13.0])
+    )
     assert {round(edge, 9) for edge in other.edges} <= {round(edge, 9) for edge in one.edges}
     np.testing.assert_allclose(one.middles**2, one.edges[1:] * one.edges[:-1])
 
 
 def test_middles_of_whole_numbers_lie_among_them_and_without_sizes_there_are_no_bins():
     """A bin of one number has its middle there, one of 10 to 12 at √120."""
-    found = logarithmic_histogram(np.array([1, 2, 3, 11]), discrete=True)
+    found = power_law.logarithmic_histogram(np.array([1, 2, 3, 11]), discrete=True)
     np.testing.assert_allclose(found.middles[:3], [1.0, 2.0, 3.0])
     last = int(np.searchsorted(found.edges, 11.0)) - 1
     assert found.middles[last] == pytest.approx(np.sqrt((found.edges[last] + 0.5) * (found.edges[last + 1] - 0.5)))
-    assert len(logarithmic_histogram(np.zeros(5), discrete=True).counts) == 0
+    assert len(power_law.logarithmic_histogram(np.zeros(5), discrete=True).counts) == 0
 
 
 LEAST, MOST = 5e-324, np.finfo(float).max
@@ -246,7 +238,7 @@ EXTREME = [
 @pytest.mark.parametrize("values", EXTREME)
 def test_the_smallest_and_the_largest_numbers_are_counted_without_complaint(values, per_decade):
     for discrete in (False, True) if min(values) >= 1.0 else (False,):
-        found = logarithmic_histogram(np.array(values), discrete=discrete, per_decade=per_decade)
+        found = power_law.logarithmic_histogram(np.array(values), discrete=discrete, per_decade=per_decade)
         assert found.counts.sum() == len(values)
         assert (np.diff(found.edges) > 0.0).all()
         assert (found.edges > 0.0).all()
@@ -275,8 +267,10 @@ def test_the_law_that_drew_the_sizes_is_preferred(name, discrete):
     drawn = drawn_of(name, discrete)
     law, tail = fitted_power_law(drawn), drawn.values[drawn.values >= 2.0]
     if name != "power_law":
-        law = PowerLaw(1.0 + len(tail) / float(np.log(tail / (2.0 - 0.5 * discrete)).sum()), 2.0, len(tail), 0.0)
-    found, chance = power_law.preferred(comparisons(drawn, law))
+        law = power_law.PowerLaw(
+            1.0 + len(tail) / float(np.log(tail / (2.0 - 0.5 * discrete)).sum()), 2.0, len(tail), 0.0
+        )
+    found, chance = power_law.preferred(power_law.comparisons(drawn, law))
     assert found == name
     assert (chance > 0.1) == (name == "power_law")
 
@@ -296,9 +290,9 @@ def test_laws_of_whole_numbers_sum_up_to_one(name, cutoff):
 
 
 def test_without_a_better_rival_the_power_law_stays():
-    near = (Comparison("exponential", 50.0, 1e-9), Comparison("lognormal", -0.4, 0.3))
+    near = (power_law.Comparison("exponential", 50.0, 1e-9), power_law.Comparison("lognormal", -0.4, 0.3))
     assert power_law.preferred(near) == ("power_law", 0.3)
-    better = (*near, Comparison("truncated_power_law", -9.0, 1e-4))
+    better = (*near, power_law.Comparison("truncated_power_law", -9.0, 1e-4))
     assert power_law.preferred(better) == ("truncated_power_law", 1e-4)
 
 

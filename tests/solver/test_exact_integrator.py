@@ -14,20 +14,14 @@ from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics import integrators
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
 from nanoslip.solver.dynamics.integrators import RK4, integrate
+from nanoslip.solver.dynamics.kernels import motion as kernel
 from nanoslip.solver.dynamics.kernels.motion import (
-    POSITION,
-    VELOCITY,
     Motion,
     Pin,
     Slip,
     Tally,
     Teeth,
-    brief_responses,
-    driving_force,
-    offset_from_level,
-    root,
     segment_from,
-    series,
     tooth_at,
     tooth_holding,
 )
@@ -394,7 +388,7 @@ def test_the_largest_phase_allowed_is_crossed_to_rounding_and_none_beyond(slope,
         low, high = (width, high) if crossed else (low, width)
     _, end, _, tally = cruise(one_tooth(slope, low), start, drive, limit=1)
     rate, tau = min(slope, K), end.time - start.time
-    y, v, area = series(segment_from(drive, start, rate), tau)
+    y, v, area = kernel.series(segment_from(drive, start, rate), tau)
     assert 0.02 < tau * math.sqrt(SPRING + K) < 0.2  # or the bounds would exclude what they need not
     assert y == pytest.approx(low, rel=1e-13)  # time is rounded at 2, τ at 0.01
     assert v == pytest.approx(end.velocity, rel=2e-14)
@@ -413,7 +407,7 @@ def test_a_possible_extremum_of_the_driving_force_is_left_to_the_long_way():
     """While climbing the highest driving force counts; at the stage's own velocity its rate passes 0."""
     _, pin, slip, tally = cruise(one_tooth(1.0, 1e-3), Pin(2.0, 0.0, 0.5 * STAGE, 0.6), climbing=True, limit=1)
     assert (tally.steps, slip.climbing) == (1, True)
-    assert slip.peak == pytest.approx(driving_force(motion(), pin), rel=1e-14)
+    assert slip.peak == pytest.approx(kernel.driving_force(motion(), pin), rel=1e-14)
     balanced = 0.6 / SPRING / STAGE  # the time at which the forces balance at v = V
     assert cruise(one_tooth(1.0, 1e-3), Pin(balanced, 0.0, STAGE, 0.6), climbing=True, limit=1)[3].steps == 0
 
@@ -444,7 +438,7 @@ def test_brief_responses_are_their_series_in_exact_arithmetic(stiffness, damping
         terms.append(-Fraction(damping) * terms[-1] - Fraction(stiffness) * terms[-2])
     # h', h, ∫h, ∬h, ∭h
     found = zip(
-        range(-1, 4), brief_responses(damping, stiffness, tau), (2e-15, 2e-15, 2e-15, 2e-12, 5e-11), strict=True
+        range(-1, 4), kernel.brief_responses(damping, stiffness, tau), (2e-15, 2e-15, 2e-15, 2e-12, 5e-11), strict=True
     )
     for depth, value, off in found:
         powers = [(n + depth, term) for n, term in enumerate(terms) if n + depth >= 0]
@@ -452,7 +446,7 @@ def test_brief_responses_are_their_series_in_exact_arithmetic(stiffness, damping
         assert value == pytest.approx(float(exact), rel=off)
 
 
-@pytest.mark.parametrize("quantity", [POSITION, VELOCITY])
+@pytest.mark.parametrize("quantity", [kernel.POSITION, kernel.VELOCITY])
 @pytest.mark.parametrize("seed", range(10))
 def test_a_root_leaves_nothing_but_rounding(quantity, seed):
     """Wherever the quantity is monotone, and however close the root is to either end, where a rate may vanish."""
@@ -460,13 +454,15 @@ def test_a_root_leaves_nothing_but_rounding(quantity, seed):
     drive = motion(damping=float(rng.choice([0.0, 0.2, 5.0])))
     segment = segment_from(drive, Pin(rng.uniform(0.0, 5.0), 0.0, rng.uniform(0.0, 0.5), rng.uniform(-1.0, 1.0)), K)
     end = monotone_end(segment, drive, False, 10.0)
-    end = min(end, 0.1) if quantity == POSITION else end  # short enough for the velocity to keep its sign
-    first, last = (offset_from_level(segment, drive, quantity, 0.0, tau)[0] for tau in (0.0, end))
+    end = min(end, 0.1) if quantity == kernel.POSITION else end  # short enough for the velocity to keep its sign
+    first, last = (kernel.offset_from_level(segment, drive, quantity, 0.0, tau)[0] for tau in (0.0, end))
     for share in (1e-9, 1e-4, 0.01, 0.1, 0.3, 0.5, 0.8, 0.99, 1.0 - 1e-9):
         level = first + share * (last - first)
-        tau = root(segment, drive, quantity, level, end, last > first)
+        tau = kernel.root(segment, drive, quantity, level, end, last > first)
         assert 0.0 < tau <= end
-        assert abs(offset_from_level(segment, drive, quantity, level, tau)[0]) < 2e-15  # of velocities of order 1
+        assert (
+            abs(kernel.offset_from_level(segment, drive, quantity, level, tau)[0]) < 2e-15
+        )  # of velocities of order 1
 
 
 def errors(problem, steps):

@@ -1,4 +1,4 @@
-"""The plateau is what follows run-in, its moments exact integrals; counts are of triggers and whole cascades; cycles are found."""
+"""The plateau is what follows run-in, its moments exact integrals; counts are of triggers and whole cascades, cycles found."""
 
 import time
 from dataclasses import replace
