@@ -5,11 +5,20 @@ A process counts the memory of the one that started it, up to then, as its own.
 
 import importlib
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from typing import TypeVar
 
 from tests.benchmarks.table import Row
+
+T = TypeVar("T")
+
+
+def alone(work: Callable[..., T], *given: object) -> T:
+    """What this returns in a process of its own."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as apart:
+        return apart.submit(work, *given).result()
 
 
 def rows_of(names: Iterable[str]) -> Iterator[Row]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -29,10 +29,9 @@ from nanoslip.study.run.warm_up import miniatures, warm_up
 from tests.benchmarks import campaign
 from tests.benchmarks.ranks import found
 from tests.benchmarks.replay import Cost, Timed, replay
-from tests.benchmarks.table import Row, seconds, verdict
+from tests.benchmarks.table import Row, seconds, timed, verdict, versus
 from tests.study.run.made_up import Work
 
-T = TypeVar("T")
 CASES = """\
 title = "{count} cases at 129 nodes, 2000 events each"
 stages = {stages}
@@ -70,16 +69,10 @@ def _trivial(folder: Path) -> list[Row]:
     alone = _run("written", folder / "alone", TRIVIAL // 4, 0) / (TRIVIAL // 4)
     written = min(_run("written", folder / f"pair{attempt}", TRIVIAL, 2) for attempt in range(2)) / TRIVIAL
     what = f"{TRIVIAL} trivial tasks, 2 ranks, each"
-    against = f"{seconds(alone)}: one process, files alike (most of it fsync)"
+    files, name = f"{what}, result file written and synced", "one process, files alike (most of it fsync)"
     return [
         Row(f"{what}, no files", seconds(bare), "0.5 ms", f"{bare / 5e-4:.2g}", verdict(target, bare <= 5e-4)),
-        Row(
-            f"{what}, result file written and synced",
-            seconds(written),
-            against,
-            f"{written / alone:.2f}",
-            verdict(target, written <= 5e-4),
-        ),
+        versus(files, written, alone, name, verdict(target, written <= 5e-4)),
     ]
 
 
@@ -94,28 +87,26 @@ def _shared(folder: Path) -> list[Row]:
     peer = _run("futures", folder, "peer", 2)
     (alone, _, used_alone), (ours, share, used_by_both) = min(serial), min(pair)
     wall, undisturbed = alone / ours, 2 * share * used_alone / used_by_both
+    both = f"both ranks compute {share:.1%} of the wall clock; what else is lost, the tasks themselves take more"
+    rows = (
+        (
+            "n_x = 129, 2 ranks, kernels loaded, wall clock (what else runs on the 2 cores counts against us)",
+            ours,
+            alone,
+        ),
+        (f"n_x = 129, in processor time: {both} where two cores share caches and memory", used_by_both, used_alone),
+    )
     return [
-        Row(
-            "200 cases at n_x = 129, 2 ranks, kernels loaded, wall clock (what else runs on the 2 cores counts against us)",
-            seconds(ours),
-            f"{seconds(alone)}: one process",
-            f"{wall:.2f} × as fast",
-            verdict("≥ 1.9 × serial", wall >= 1.9),
+        *(
+            versus(
+                f"200 cases at {what}",
+                *(mine, one, "one process", verdict("≥ 1.9 × serial", gain >= 1.9)),
+                ratio=f"{gain:.2f} × as fast",
+            )
+            for (what, mine, one), gain in zip(rows, (wall, undisturbed), strict=True)
         ),
-        Row(
-            f"the same in processor time: both ranks compute {share:.1%} of the wall clock; what else is lost, the tasks "
-            "themselves take more where two cores share caches and memory",
-            seconds(used_by_both),
-            f"{seconds(used_alone)}: one process",
-            f"{undisturbed:.2f} × as fast",
-            verdict("≥ 1.9 × serial", undisturbed >= 1.9),
-        ),
-        Row(
-            "the same",
-            seconds(ours),
-            f"{seconds(peer)}: MPICommExecutor of mpi4py.futures, 2 ranks",
-            f"{peer / ours:.2f} × as fast",
-            "",
+        versus(
+            "the same", ours, peer, "MPICommExecutor of mpi4py.futures, 2 ranks", ratio=f"{peer / ours:.2f} × as fast"
         ),
     ]
 
@@ -143,13 +134,10 @@ def _cost(driven: Path, tasks: list[Timed]) -> Cost:
 def _replay_row(tasks: list[Timed], ranks: int, cost: Cost) -> Row:
     seen = replay(tasks, ranks, cost)
     bound = max(sum(task.seconds for task in tasks) / ranks, *(task.seconds for task in tasks))
-    return Row(
+    return versus(
         f"replay: {len(tasks)} tasks on {ranks} ranks; coordinator at work {seen.coordinating / seen.makespan:.0%}, "
         f"{len(tasks) / seen.makespan:.2g} result files per s",
-        seconds(seen.makespan),
-        f"{seconds(bound)}: max(total/ranks, longest)",
-        f"{seen.makespan / bound:.2f}",
-        "",
+        *(seen.makespan, bound, "max(total/ranks, longest)"),
     )
 
 
@@ -165,8 +153,6 @@ def _limits(tasks: list[Timed], cost: Cost, alone: Mapping[str, float]) -> list[
             f"a message; {RANKS[-1]} ranks need tasks of {seconds(RANKS[-1] * cost.task / share)}",
             f"feeds {mean * share / cost.task:.0f} ranks",
             f"tasks of {seconds(mean)} on average, as measured",
-            "",
-            "",
         ),
         Row(
             f"what breaks first, around it: the root alone plans ({seconds(alone['plan'])} a task), checks what is there "
@@ -174,7 +160,6 @@ def _limits(tasks: list[Timed], cost: Cost, alone: Mapping[str, float]) -> list[
             f"{seconds(root * len(tasks))} for {len(tasks)} tasks",
             "the tasks themselves",
             f"as long on {mean / root:.0f} ranks",
-            "",
         ),
     ]
 
@@ -186,17 +171,12 @@ def _resampled(durations: Mapping[str, list[float]]) -> list[Timed]:
     drives = generator.choice(durations["drive"], REPLAYED)
     mean = {kind: float(np.mean(values)) for kind, values in durations.items()}
     first = Timed("compliance", (), mean["compliance"], "compliance", seconds=mean["compliance"])
-    return [
-        first,
-        *(
-            Timed(f"f{case}", ("compliance",), mean["record"], "record", seconds=float(took))
-            for case, took in enumerate(records)
-        ),
-        *(
-            Timed(f"d{case}", (f"f{case}",), mean["drive"], "drive", seconds=float(took))
-            for case, took in enumerate(drives)
-        ),
-    ]
+    tasks = [first]
+    for case, took in enumerate(records):
+        tasks.append(Timed(f"f{case}", ("compliance",), mean["record"], "record", seconds=float(took)))
+    for case, took in enumerate(drives):
+        tasks.append(Timed(f"d{case}", (f"f{case}",), mean["drive"], "drive", seconds=float(took)))
+    return tasks
 
 
 def _run(mode: str, folder: Path, what: object, ranks: int) -> float:
@@ -232,7 +212,7 @@ def _program(mode: str, folder: Path, what: str) -> None:
             Store(folder).prepare()
             tasks = [Work(f"{number:020x}") for number in range(int(what))]
             _begin(farm)
-            _, finding = _timed(lambda: farm.run(tasks, lambda *_: None))
+            _, finding = timed(lambda: farm.run(tasks, lambda *_: None), time.perf_counter)
         else:
             finding = _campaign(farm, mode, folder, folder / what)
         print(json.dumps(finding), flush=True)
@@ -264,11 +244,6 @@ def _processor_seconds(farm: Farm) -> float:
     return sum(os.times()[:4])
 
 
-def _timed(work: Callable[[], T]) -> tuple[T, float]:
-    start = time.perf_counter()
-    return work(), time.perf_counter() - start
-
-
 def _campaign(farm: Farm, mode: str, folder: Path, out: Path) -> Any:
     """Seconds of the task phase, of computing on all ranks, of this rank's processor from its start; or of each task by kind."""
     plan = _plan(folder)
@@ -280,7 +255,7 @@ def _campaign(farm: Farm, mode: str, folder: Path, out: Path) -> Any:
         for task, took in zip(tasks, seconds, strict=True):
             durations.setdefault(task.kind, []).append(took)
 
-    _, took = _timed(lambda: farm.run(plan.tasks, report))
+    _, took = timed(lambda: farm.run(plan.tasks, report), time.perf_counter)
     used = _processor_seconds(farm)
     return durations if mode == "durations" else (took, sum(map(sum, durations.values())), used)
 
@@ -295,14 +270,12 @@ def _alone(folder: Path, out: Path) -> dict[str, float]:
     def collected() -> None:
         file.write(collect(plan, store), out / file.FILE)
 
-    plan, planning = _timed(lambda: _plan(folder))
-    _, checking = _timed(store.finished)
+    plan, planning = timed(lambda: _plan(folder), time.perf_counter)
+    _, checking = timed(store.finished, time.perf_counter)
     collected()
-    _, collecting = _timed(collected)
-    return {
-        name: took / len(plan.tasks)
-        for name, took in (("plan", planning), ("check", checking), ("collect", collecting))
-    }
+    _, collecting = timed(collected, time.perf_counter)
+    took = {"plan": planning, "check": checking, "collect": collecting}
+    return {name: value / len(plan.tasks) for name, value in took.items()}
 
 
 def _plan(folder: Path) -> Plan:

@@ -1,9 +1,6 @@
 """Surface compliance: by nested dissection at the surface alone, against a sparse factorization of the whole stiffness."""
 
 import itertools
-import resource
-import subprocess
-import sys
 from functools import partial
 from unittest.mock import patch
 
@@ -16,7 +13,8 @@ from nanoslip.solver.elasticity import condensation as dissection
 from nanoslip.solver.elasticity.condensation import Eliminated, definitely_eliminated
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, stiffness
 from nanoslip.solver.slab import SCHEMES
-from tests.benchmarks.table import Row, best, seconds, verdict
+from tests.benchmarks.apart import alone
+from tests.benchmarks.table import Row, at_most, best, peak_memory, seconds, verdict, versus
 
 Dense = NDArray[np.float64]
 
@@ -48,60 +46,43 @@ def rows() -> list[Row]:
         peer = best(partial(sparse_compliance, slab), repeats)
         theirs = sparse_compliance(slab)
         error = np.abs(surface_compliance(slab).matrix - theirs).max() / np.abs(theirs).max()
+        what = f"compliance, {scheme}, n_x = {n_x}"
+        off, near = f"{error:.1e} of the largest entry", verdict("≤ 1e-9", error <= 1e-9)
         table += [
-            Row(
-                f"compliance, {scheme}, n_x = {n_x}",
-                seconds(ours),
-                f"{seconds(peer)} (scipy splu, same right sides)",
-                f"{ours / peer:.2f}",
-                verdict(f"≤ {limit:g} s", ours <= limit),
-            ),
-            Row(
-                f"compliance, {scheme}, n_x = {n_x}: largest difference",
-                f"{error:.1e} of the largest entry",
-                "scipy splu",
-                "",
-                verdict("≤ 1e-9", error <= 1e-9),
-            ),
+            versus(what, ours, peer, "scipy splu, same right sides", at_most(ours, limit)),
+            Row(f"{what}: largest difference", off, "scipy splu", target=near),
         ]
     return [*table, *_finest_rows()]
 
 
 def _finest_rows() -> list[Row]:
     """The finest slab in a process of its own, whose peak memory is then its alone."""
-    module = [sys.executable, "-m", __name__, str(FINEST)]
-    output = subprocess.run(module, check=True, capture_output=True, text=True).stdout
-    duration, gigabytes, operations, rate, touching = map(float, output.split())
-    arithmetic = operations / rate
+    duration, gigabytes, operations, rate, touching = alone(_measure, FINEST)
+    arithmetic, limit = operations / rate, FINEST_GIGABYTES
+    name = (
+        f"at the rate of a matrix product, {rate / 1e9:.0f} Gflop/s; its memory touched once: {seconds(touching)} more"
+    )
+    target = verdict(f"≤ {NEAR:g} × arithmetic", duration <= NEAR * arithmetic)
+    what, whole = f"compliance, n_x = {FINEST}", f"the matrix alone: {(2 * FINEST) ** 2 * 8 / 1e9:.2f} GB"
+    least = verdict(f"≤ {limit:g} GB", gigabytes <= limit)
     return [
+        versus(f"{what}: {operations / 1e9:.0f} Gflop as run", duration, arithmetic, name, target),
         Row(
-            f"compliance, n_x = {FINEST}: {operations / 1e9:.0f} Gflop as run",
-            seconds(duration),
-            f"{seconds(arithmetic)} at the rate of a matrix product, {rate / 1e9:.0f} Gflop/s; the result's memory touched "
-            f"once: {seconds(touching)} more",
-            f"{duration / arithmetic:.1f}",
-            verdict(f"≤ {NEAR:g} × arithmetic", duration <= NEAR * arithmetic),
-        ),
-        Row(
-            f"compliance, n_x = {FINEST}: peak memory of the process",
-            f"{gigabytes:.2f} GB",
-            f"limit {FINEST_GIGABYTES:g} GB (the matrix alone: {(2 * FINEST) ** 2 * 8 / 1e9:.2f} GB)",
-            f"{gigabytes / FINEST_GIGABYTES:.2f}",
-            verdict(f"≤ {FINEST_GIGABYTES:g} GB", gigabytes <= FINEST_GIGABYTES),
+            f"{what}: peak memory", f"{gigabytes:.2f} GB", f"{limit:g} GB ({whole})", f"{gigabytes / limit:.2f}", least
         ),
     ]
 
 
-def _measure(n_x: int) -> None:
-    """Print processor seconds and peak memory in GB of one compliance; its operations, their rate in a matrix product, and
+def _measure(n_x: int) -> tuple[float, ...]:
+    """Processor seconds and peak memory in GB of one compliance; its operations, their rate in a matrix product, and
     the seconds of writing a matrix of its size for the first time."""
     slab = Slab(n_x=n_x)
     duration = best(lambda: surface_compliance(slab), repeats=3)
-    gigabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9
+    gigabytes = peak_memory() / 1e9
     square = np.ones((2000, 2000))
     rate = 2.0 * len(square) ** 3 / best(lambda: square @ square)
     touching = best(lambda: np.ones((2 * n_x, 2 * n_x)))
-    print(duration, gigabytes, _operations(slab), rate, touching)
+    return duration, gigabytes, _operations(slab), rate, touching
 
 
 def _operations(slab: Slab) -> float:
@@ -116,7 +97,3 @@ def _operations(slab: Slab) -> float:
     with patch.object(dissection, "definitely_eliminated", counting):
         surface_compliance(slab)
     return float(sum(counted))
-
-
-if __name__ == "__main__":
-    _measure(int(sys.argv[1]))

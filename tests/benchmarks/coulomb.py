@@ -11,7 +11,7 @@ from skfem.helpers import ddot, eye, sym_grad, trace
 
 from nanoslip.solver import Case, Slab, SlipRule, contact_state, friction_record, surface_compliance
 from nanoslip.solver.sliding.slide import slide
-from tests.benchmarks.table import Row, best, seconds, verdict
+from tests.benchmarks.table import Row, best, verdict, versus
 
 Vector = NDArray[np.float64]
 
@@ -60,12 +60,8 @@ class FiniteElementSlab:
 
     def rest(self) -> Contact:
         """The contact initial contact begins with: the middle third of the surface, stuck where it is."""
-        return Contact(
-            np.zeros(len(self.surface) + self.stiffness.shape[0] + 1),
-            np.abs(self.x) < 1 / 6,
-            np.zeros(self.n),
-            np.zeros(self.n),
-        )
+        unknowns, none = np.zeros(len(self.surface) + self.stiffness.shape[0] + 1), np.zeros(self.n)
+        return Contact(unknowns, np.abs(self.x) < 1 / 6, none, none)
 
     def increment(self, start: Contact, push: float, pin: float) -> Contact:
         """Move the pin by `push` to `pin`: all roles change at once until none does and the pin's height is met."""
@@ -100,20 +96,16 @@ class FiniteElementSlab:
         stick, slide, touch = (sp.diags_array(1.0 * each) for each in (sticks, now.sliding, now.touching))
         one = sp.eye_array(n)
         every = sp.csr_array(np.ones((1, n)))
-        bordered = sp.block_array(
-            [
-                [self.stiffness, -self.along.T, -self.down.T, None],
-                [stick @ self.along, one - stick, mu * slide, None],
-                [touch @ self.down - sp.diags_array(slope) @ self.along, None, one - touch, touch @ every.T],
-                [None, None, every, None],
-            ],
-            format="csc",
-        )
+        blocks = [
+            [self.stiffness, -self.along.T, -self.down.T, None],
+            [stick @ self.along, one - stick, mu * slide, None],
+            [touch @ self.down - sp.diags_array(slope) @ self.along, None, one - touch, touch @ every.T],
+            [None, None, every, None],
+        ]
         height = np.where(now.touching, curvature * xi**2 / 2 - slope * u, 0.0)
-        right = np.concatenate(
-            (np.zeros(self.stiffness.shape[0]), np.where(sticks, u, 0.0), height, [-self.case.normal_load])
-        )
-        return replace(now, unknowns=splu(bordered, permc_spec="MMD_AT_PLUS_A").solve(right))
+        inside, held = np.zeros(self.stiffness.shape[0]), np.where(sticks, u, 0.0)
+        factors = splu(sp.block_array(blocks, format="csc"), permc_spec="MMD_AT_PLUS_A")
+        return replace(now, unknowns=factors.solve(np.concatenate((inside, held, height, [-self.case.normal_load]))))
 
     def _roles(self, now: Contact, push: float, pin: float) -> Contact:
         n, least = self.n, 1e-12 * self.case.normal_load
@@ -123,9 +115,8 @@ class FiniteElementSlab:
         touching = np.where(now.touching, normal < least, gap < -least)
         exceeds = np.abs(shear) > -self.case.intrinsic_friction * normal + least
         drags = now.sliding * (u - now.held - push) > least
-        sliding = np.where(
-            now.sliding == 0.0, np.where(exceeds, np.sign(shear), 0.0), np.where(drags, 0.0, now.sliding)
-        )
+        begun, kept = np.where(exceeds, np.sign(shear), 0.0), np.where(drags, 0.0, now.sliding)
+        sliding = np.where(now.sliding == 0.0, begun, kept)
         held = np.where(now.touching, now.held, u - push)
         return replace(now, touching=touching, sliding=np.where(touching & now.touching, sliding, 0.0), held=held)
 
@@ -144,15 +135,12 @@ def rows() -> list[Row]:
     here, there = record.final_force / case.normal_load, slab.friction(moved)
     paper = Case(slab=case.slab, max_events=2000)
     event = best(lambda: friction_record(paper, compliance), repeats=3) / 2000
-    against = f"{seconds(peer)} (scikit-fem, 129 × 129 bilinear quadrilaterals, {moved.rounds} rounds of an active set by splu)"
+    name = f"scikit-fem, 129 × 129 bilinear quadrilaterals, {moved.rounds} rounds of an active set by splu"
+    what = (
+        f"a Coulomb increment of {INCREMENT:g} L_x from initial contact, n_x = 129: {len(record.kind)} changes of role"
+    )
+    near, event_ratio = verdict(f"F/W within {SAME:.0%}", abs(here - there) <= SAME * there), f"1/{peer / event:.0f}"
     return [
-        Row(
-            f"a Coulomb increment of {INCREMENT:g} L_x from initial contact, n_x = 129: {len(record.kind)} changes of role, "
-            f"F/W = {here:.4f} against {there:.4f}",
-            seconds(ours),
-            against,
-            f"1/{peer / ours:.0f}",
-            verdict(f"F/W within {SAME:.0%}", abs(here - there) <= SAME * there),
-        ),
-        Row("an event of the stress-drop rule, n_x = 129", seconds(event), against, f"1/{peer / event:.0f}", ""),
+        versus(f"{what}, F/W = {here:.4f} against {there:.4f}", ours, peer, name, near, ratio=f"1/{peer / ours:.0f}"),
+        versus("an event of the stress-drop rule, n_x = 129", event, peer, name, ratio=event_ratio),
     ]

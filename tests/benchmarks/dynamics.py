@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from nanoslip.solver import Case, Drive, DynamicsResult, FrictionRecord, Scales, Slab, friction_record, plateau_of
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from nanoslip.solver.dynamics.integrators import RK4, integrate
-from tests.benchmarks.table import Row, best, seconds, verdict
-from tests.solver.dynamics.drives import PROBLEMS, K, reference
+from tests.benchmarks.table import Row, best, seconds, verdict, versus
+from tests.solver.drives import PROBLEMS, reference
 
 SCALES: Final = Scales()
 UNIT: Final = SCALES.time(pin_mass=0.5)
@@ -47,30 +47,16 @@ def rows() -> list[Row]:
     several = best(lambda: _several(record), repeats=3)
     drives = [replace(PAPER, stage_velocity=velocity) for velocity in VELOCITIES]
     alone = sum(best(partial(integrate, profile, drive, contact), repeats=3) for drive in drives)
+    what, same = "0.2 s of the paper's drive, exact", f"({segments} segments, {seconds(exact / segments)} each)"
+    scipys = f"scipy solve_ivp, RK45 to 1e-8, scaled up from {share:.1%} of the segments; jumps are clipped only, "
+    by_steps = f"compiled RK4 at 100 ns, {seconds(rk4 / steps)} per step"
+    aims = verdict("≥ 8 × faster", rk4 >= 8.0 * exact), verdict("read once: ≤ 1.1", several <= 1.1 * alone)
+    several_what = f"{len(drives)} drives of a record in memory, its profile made once"
     return [
-        Row(
-            f"0.2 s of the paper's drive, exact ({segments} segments, {seconds(exact / segments)} each)",
-            seconds(exact),
-            f"{seconds(rk4)} (compiled RK4 at 100 ns, {seconds(rk4 / steps)} per step)",
-            f"1/{rk4 / exact:.1f}",
-            verdict("≥ 8 × faster", rk4 >= 8.0 * exact),
-        ),
-        Row(
-            "0.2 s of the paper's drive, exact",
-            seconds(exact),
-            f"{seconds(adaptive)} (scipy solve_ivp, RK45 to 1e-8, scaled up from {share:.1%} of the segments; "
-            f"jumps are clipped only, velocity {off:.0e} off)",
-            f"1/{adaptive / exact:.0f}",
-            "",
-        ),
-        Row(
-            f"{len(drives)} drives of a record in memory, its profile made once",
-            seconds(several),
-            f"{seconds(alone)} (the same integrations alone)",
-            f"{several / alone:.2f}",
-            verdict("no drive reads the record again: ≤ 1.1", several <= 1.1 * alone),
-        ),
-        *_error_rows(),
+        versus(f"{what} {same}", exact, rk4, by_steps, aims[0], ratio=f"1/{rk4 / exact:.1f}"),
+        versus(what, exact, adaptive, f"{scipys}velocity {off:.0e} off", ratio=f"1/{adaptive / exact:.0f}"),
+        versus(several_what, several, alone, "the same integrations alone", aims[1]),
+        _error_row(),
     ]
 
 
@@ -116,21 +102,15 @@ def _several(record: FrictionRecord) -> list[DynamicsResult]:
     return [integrate(profile, drive, record.initial_stiffness) for drive in drives]
 
 
-def _error_rows() -> list[Row]:
+def _error_row() -> Row:
     """Largest error of position, velocity and friction at the end of each hand-made drive, per largest value of each."""
     errors = {}
     for name, problem in PROBLEMS.items():
-        result = integrate(problem.profile, problem.drive(), K)
+        result = problem.driven()
         course = np.array([result.position, result.velocity, result.friction_force])
         error = np.abs(course[:, -1] - reference(problem, problem.duration))
         errors[name] = float((error / np.abs(course).max(axis=1)).max())
     worst = max(errors, key=errors.__getitem__)
-    return [
-        Row(
-            f"error at the end of {len(errors)} hand-made drives, largest in: {worst}",
-            f"{errors[worst]:.1e} of the amplitude",
-            "DOP853 with event location, to 1e-12",
-            "",
-            verdict("≤ 1e-9", errors[worst] <= 1e-9),
-        )
-    ]
+    what = f"error at the end of {len(errors)} hand-made drives, largest in: {worst}"
+    target, peer = verdict("≤ 1e-9", errors[worst] <= 1e-9), "DOP853 with event location, to 1e-12"
+    return Row(what, f"{errors[worst]:.1e} of the amplitude", peer, target=target)

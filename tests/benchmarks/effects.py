@@ -3,7 +3,6 @@
 Peak memory is that of arrays made while it runs (`tracemalloc`), beside the compliance and the program.
 """
 
-import tracemalloc
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -26,7 +25,7 @@ from nanoslip.study.results.entry import packed
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.compute import run_task
 from tests.benchmarks.dynamics import PAPER, STEP, UNIT
-from tests.benchmarks.table import Row, best, seconds, verdict
+from tests.benchmarks.table import Row, arrays_of, best, seconds, verdict
 
 WITHOUT = {
     "surface compliance (and hysteresis)": {"surface_compliance": False},
@@ -44,15 +43,10 @@ def rows() -> list[Row]:
     compliance = surface_compliance(CASE.slab)
     record = slide(CASE, compliance)
     stepping = replace(PAPER, integrator=RK4(STEP / UNIT))
-    found = [
-        *_operators(),
-        *_contact(compliance),
-        *_sliding(compliance),
-        *_outputs(compliance),
-        _stages(compliance, record),
-    ]
-    found += [_row(record, PAPER, name, effect) for name, effect in WITHOUT.items()]
-    return [*found, _row(record, stepping, "reverse motion, by RK4 at 100 ns", WITHOUT["reverse motion"])]
+    drives = [_row(record, PAPER, name, effect) for name, effect in WITHOUT.items()]
+    drives += [_row(record, stepping, "reverse motion, by RK4 at 100 ns", WITHOUT["reverse motion"])]
+    parts = (_contact, _sliding, _outputs)
+    return [_operators(), *(row for part in parts for row in part(compliance)), _stages(compliance, record), *drives]
 
 
 def _contact(compliance: SurfaceCompliance) -> list[Row]:
@@ -77,14 +71,14 @@ def _sliding(compliance: SurfaceCompliance) -> list[Row]:
         "with frozen pressures (pin_translation off)": Effects(pin_translation=False),
         "without both": Effects(coupling=False, pin_translation=False),
     }
-    found = []
-    for name, effects in reduced.items():
-        target = ("" if effects.pin_translation else "≤ 1/2", 0.5)
-        found.append(_against(f"a slip {name}", each_slip(replace(CASE, effects=effects)), whole, *target))
-    found.append(_against("a slip with one μ_i for all nodes", whole, spread))
     rough = each_slip(replace(CASE, heterogeneity=_roughness(1e-5)))
+    aims = {name: "" if effects.pin_translation else "≤ 1/2" for name, effects in reduced.items()}
     return [
-        *found,
+        *(
+            _against(f"a slip {name}", each_slip(replace(CASE, effects=effects)), whole, aims[name], 0.5)
+            for name, effects in reduced.items()
+        ),
+        _against("a slip with one μ_i for all nodes", whole, spread),
         _against("a slip (events and touches included) of a smooth pin, for one of 1001 points", whole, rough),
         _fine(),
     ]
@@ -111,19 +105,17 @@ def _each_slip(compliance: SurfaceCompliance, case: Case) -> tuple[float, float]
     return duration / int(run().slips.sum()), memory
 
 
-def _operators() -> list[Row]:
+def _operators() -> Row:
     """The compliance of the slab and of the half-plane."""
-    finite, infinite = (
-        _time_and_memory(partial(surface_compliance, slab), 5) for slab in (Slab(), Slab(scheme="half_plane"))
-    )
-    return [_against("compliance of a half-plane, for that of the finite slab", infinite, finite)]
+    slabs = (Slab(), Slab(scheme="half_plane"))
+    finite, infinite = (_time_and_memory(partial(surface_compliance, slab), 5) for slab in slabs)
+    return _against("compliance of a half-plane, for that of the finite slab", infinite, finite)
 
 
 def _stages(compliance: SurfaceCompliance, record: FrictionRecord) -> Row:
     """The paper's drive ten times as long at a tenth of its speed, in steps of 100 ns: there dynamics takes the time."""
-    slow = replace(
-        PAPER, integrator=RK4(STEP / UNIT), stage_velocity=PAPER.stage_velocity / 10, duration=10 * PAPER.duration
-    )
+    stage = {"stage_velocity": PAPER.stage_velocity / 10, "duration": 10 * PAPER.duration}
+    slow = replace(PAPER, integrator=RK4(STEP / UNIT), **stage)
     profile = friction_limit_of(record, plateau_of(record), slow.profile)
     plateau = _time_and_memory(lambda: plateau_of(friction_record(CASE, compliance)), 5)
     motion = _time_and_memory(lambda: integrate(profile, slow, record.initial_stiffness), 2)
@@ -138,7 +130,7 @@ def _outputs(compliance: SurfaceCompliance) -> list[Row]:
     inside = _time_and_memory(partial(interior_fields, CASE.slab, force), 5)
     return [
         _against("2000 events, without tractions kept at 0, 1000 and 2000", record, at),
-        Row("inside of the slab, once (nothing when off)", "0 s, 0 MB", _shown(inside), "0", ""),
+        Row("inside of the slab, once (nothing when off)", "0 s, 0 MB", _shown(inside), "0"),
         *_files(),
     ]
 
@@ -156,15 +148,9 @@ def _files() -> list[Row]:
                 task = make(CASE, scalars_only=only)
                 store.write(run_task(task, {compliance.key: compliance}))
                 size[only] = len(packed(store.read(task.key))) / 1e3
-            found.append(
-                Row(
-                    f"file of {name}, scalars only",
-                    f"{size[True]:.1f} kB",
-                    f"{size[False]:.1f} kB (with arrays)",
-                    f"{size[True] / size[False]:.2f}",
-                    verdict("≤ 10 kB", size[True] <= 10.0),
-                )
-            )
+            scalars, whole = (f"{size[only]:.1f} kB" for only in (True, False))
+            ratio, target = f"{size[True] / size[False]:.2f}", verdict("≤ 10 kB", size[True] <= 10.0)
+            found.append(Row(f"file of {name}, scalars only", scalars, f"{whole} (with arrays)", ratio, target))
     return found
 
 
@@ -179,19 +165,13 @@ def _shown(cost: Sequence[float]) -> str:
 
 def _time_and_memory(run: Callable[[], object], repeats: int) -> tuple[float, float]:
     """Processor seconds, best of several, and peak bytes of arrays."""
-    duration = best(run, repeats)
-    tracemalloc.start()
-    run()
-    memory = float(tracemalloc.get_traced_memory()[1])
-    tracemalloc.stop()
-    return duration, memory
+    return best(run, repeats), arrays_of(run)
 
 
 def _row(record: FrictionRecord, drive: Drive, name: str, effect: dict[str, object]) -> Row:
     (on, on_steps), (off, off_steps) = (_cost(record, each) for each in (drive, replace(drive, **effect)))
-    return _against(
-        f"0.2 s of the paper's drive without {name} ({off_steps} for {on_steps} segments or steps)", off, on
-    )
+    steps = f"({off_steps} for {on_steps} segments or steps)"
+    return _against(f"0.2 s of the paper's drive without {name} {steps}", off, on)
 
 
 def _cost(record: FrictionRecord, drive: Drive) -> tuple[tuple[float, float], int]:

@@ -18,7 +18,7 @@ from nanoslip.study.commands.plans import planned
 from nanoslip.study.plan.kinds import RECORD, record_task
 from nanoslip.study.run.compute import computed_members, computed_record, numbers, run_task
 from tests.benchmarks.scale import campaign_of
-from tests.benchmarks.table import Row, best, seconds, verdict
+from tests.benchmarks.table import Row, at_most, best, seconds, verdict, versus
 
 EVENTS = 2000
 LONG_EVENT = 0.7e-6
@@ -35,21 +35,11 @@ def rows() -> list[Row]:
     """An event of 30 nodes in contact, and a task of the campaigns of very many cases."""
     event, slip = _event_and_slip()
     task = _task()
+    small = "a record of 50 events as a task, n_x = 33, scalars only: contact, record, plateau, statistics"
+    what, ratio = "an event without its slips, 30 nodes in contact", f"{event / slip:.1f}"
     return [
-        Row(
-            "an event without its slips, 30 nodes in contact",
-            seconds(event),
-            f"{seconds(slip)} (a slip)",
-            f"{event / slip:.1f}",
-            verdict(f"≤ {seconds(LONG_EVENT)}", event <= LONG_EVENT),
-        ),
-        Row(
-            "a record of 50 events as a task, n_x = 33, scalars only: contact, record, plateau, statistics",
-            seconds(task),
-            "",
-            "",
-            verdict(f"≤ {seconds(LONG_TASK)}", task <= LONG_TASK),
-        ),
+        versus(what, event, slip, "a slip", at_most(event, LONG_EVENT), ratio=ratio),
+        Row(small, seconds(task), target=at_most(task, LONG_TASK)),
         *(_member(n_x, events) for n_x, events in ((33, 50), (65, EVENTS), (129, EVENTS))),
     ]
 
@@ -58,9 +48,8 @@ def _member(n_x: int, events: int) -> Row:
     """A member of a case, and how much of its time is the compiled loop over events, in the same runs."""
     case, ensemble = Case(slab=Slab(n_x=n_x), max_events=events), Ensemble(8)
     compliance = surface_compliance(case.slab)
-    tasks = [
-        record_task(replace(case, intrinsic_friction=friction), ensemble, scalars_only=True) for friction in (0.25, 0.5)
-    ]
+    cases = (replace(case, intrinsic_friction=friction) for friction in (0.25, 0.5))
+    tasks = [record_task(each, ensemble, scalars_only=True) for each in cases]
     spent, inside = 0.0, full_contact.slide_events
 
     def timed(*arguments: Any) -> Any:
@@ -72,11 +61,8 @@ def _member(n_x: int, events: int) -> Row:
 
     def run() -> None:
         for task in tasks:
-            numbers(
-                RECORD,
-                computed_members(RECORD, task, lambda case, _: computed_record(case, compliance)),
-                scalars_only=True,
-            )
+            members = computed_members(RECORD, task, lambda case, _: computed_record(case, compliance))
+            numbers(RECORD, members, scalars_only=True)
 
     runs = []
     with patch.object(full_contact, "slide_events", timed):
@@ -86,14 +72,10 @@ def _member(n_x: int, events: int) -> Row:
             runs.append((time.process_time() - start, spent))
     whole, events_alone = (taken / (len(tasks) * ensemble.members) for taken in min(runs))
     beside = 1.0 - events_alone / whole
-    small = verdict(f"≤ {seconds(MEMBER)}", whole <= MEMBER)
-    return Row(
-        f"a member of a case of 8, n_x = {n_x}, {events} events, scalars only",
-        seconds(whole),
-        f"{seconds(events_alone)} (its loop over events)",
-        f"{beside:.1%} beside it",
-        verdict(f"≤ {BESIDE:.0%} beside it", beside <= BESIDE) if events == EVENTS else small,
-    )
+    little = verdict(f"≤ {BESIDE:.0%} beside it", beside <= BESIDE)
+    target = little if events == EVENTS else at_most(whole, MEMBER)
+    what = f"a member of a case of 8, n_x = {n_x}, {events} events, scalars only"
+    return versus(what, whole, events_alone, "its loop over events", target, ratio=f"{beside:.1%} beside it")
 
 
 def _event_and_slip() -> tuple[float, float]:

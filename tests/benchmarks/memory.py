@@ -52,15 +52,11 @@ def _shared(folder: Path) -> list[Row]:
     for ranks in (1, 4):
         each = _ranks(ranks, folder, task.key)
         mapped = sum(rank["mapped"] for rank in each)
-        found.append(
-            Row(
-                f"{ranks} of a node's ranks with one mapped compliance of n_x = 1025: its pages in all of them",
-                f"{mapped:.1f} MB; a rank: {_mean(each, 'Rss'):.0f} MB resident, {_mean(each, 'Pss'):.0f} MB proportional",
-                f"{size:.1f} MB: one copy",
-                f"{mapped / size:.2f}",
-                verdict("one copy", mapped <= 1.01 * size),  # a page more at either end
-            )
-        )
+        what = f"{ranks} of a node's ranks with one mapped compliance of n_x = 1025: its pages in all of them"
+        resident, proportional = (sum(rank[name] for rank in each) / ranks for name in ("Rss", "Pss"))
+        ours = f"{mapped:.1f} MB; a rank: {resident:.0f} MB resident, {proportional:.0f} MB proportional"
+        target = verdict("one copy", mapped <= 1.01 * size)  # a page more at either end
+        found.append(Row(what, ours, f"{size:.1f} MB (one copy)", f"{mapped / size:.2f}", target))
     return found
 
 
@@ -69,13 +65,8 @@ def _computed_once(folder: Path) -> Row:
     path.write_text(ONE_SLAB, "utf-8")
     plan = make_plan(load_manifest(path))
     count = sum(task.kind == "compliance" for task in plan.tasks)
-    return Row(
-        f"compliances computed for {len(plan.cases)} cases (4 μ_i, 3 R) of one slab, {len(plan.tasks)} tasks",
-        str(count),
-        "1",
-        f"{count:g}",
-        verdict("1", count == 1),
-    )
+    what = f"compliances computed for {len(plan.cases)} cases (4 μ_i, 3 R) of one slab, {len(plan.tasks)} tasks"
+    return Row(what, str(count), "1", f"{count:g}", verdict("1", count == 1))
 
 
 def _ranks(count: int, folder: Path, key: str) -> list[dict[str, float]]:
@@ -105,10 +96,6 @@ def _tell(rank: "subprocess.Popen[str]") -> None:
     assert rank.stdin is not None
     rank.stdin.write("\n")
     rank.stdin.flush()
-
-
-def _mean(each: list[dict[str, float]], name: str) -> float:
-    return sum(rank[name] for rank in each) / len(each)
 
 
 def _program(folder: Path, key: str) -> None:

@@ -19,8 +19,8 @@ from nanoslip.solver import (
 from nanoslip.solver.contact.kernels.events import pivot
 from nanoslip.solver.contact.kernels.state import KernelState
 from nanoslip.solver.sliding.slide import compiled_at, slide, slide_to_state
-from tests.benchmarks.table import Row, best, seconds, verdict
-from tests.benchmarks.tamaas_peer import tamaas_solve
+from tests.benchmarks.table import Row, best, seconds, verdict, versus
+from tests.benchmarks.tamaas_peer import beside_tamaas
 
 Vector = NDArray[np.float64]
 
@@ -133,31 +133,16 @@ def rows() -> list[Row]:
     start = _steady(paper, compliance)
     small = slip_cost(paper, compliance, start, events=1000)
     dense = best(lambda: dense_slips(paper, compliance, start, PEER_SLIPS), repeats=3) / PEER_SLIPS
+    limit, what = verdict("≤ 0.05 s", record <= 0.05), f"sliding, n_x = 129: contact and 2000 events ({slips} slips)"
+    name, ratio = "numpy.linalg.solve of the contact for every slip", f"1/{dense / (record / slips):.0f}"
     table = [
-        Row(
-            f"sliding, n_x = 129: contact and 2000 events ({slips} slips)",
-            seconds(record),
-            "limit 50 ms",
-            f"{record / 0.05:.2f}",
-            verdict("≤ 0.05 s", record <= 0.05),
-        ),
+        Row(what, seconds(record), "limit 50 ms", f"{record / 0.05:.2f}", limit),
         *_slip_rows(small, 129, 6.5),
-        Row(
-            "a slip, n_x = 129",
-            seconds(record / slips),
-            f"{seconds(dense)} (numpy.linalg.solve of the contact for every slip)",
-            f"1/{dense / (record / slips):.0f}",
-            "",
-        ),
+        versus("a slip, n_x = 129", record / slips, dense, name, ratio=ratio),
         _drift_row(replace(paper, max_events=None, max_displacement=0.022), compliance, 129),
     ]
-    fine = Case(
-        intrinsic_friction=0.5,
-        radius=200.0,
-        slab=Slab(n_x=1025, scheme="biquadratic"),
-        max_events=None,
-        max_displacement=STEADY,
-    )
+    slab = Slab(n_x=1025, scheme="biquadratic")
+    fine = replace(paper, slab=slab, max_events=None, max_displacement=STEADY)
     compliance = surface_compliance(fine.slab)
     large = slip_cost(fine, compliance, _steady(fine, compliance), events=500)
     table += _slip_rows(large, 1025, 4.0)
@@ -169,50 +154,25 @@ def _steady(case: Case, compliance: SurfaceCompliance) -> ContactState:
 
 
 def _slip_rows(cost: SlipCost, n_x: int, most: float) -> list[Row]:
-    ratio = cost.slip / cost.axpy
-    bare = f"{seconds(cost.axpy)} (axpy of {cost.entries}, rows in random order)"
-    share = cost.changes * cost.pivot / cost.whole
+    ratio, each, name = cost.slip / cost.axpy, cost.whole / cost.slips, f"axpy of {cost.entries}, rows in random order"
+    share = f"at {seconds(cost.pivot)} ({cost.changes * cost.pivot / cost.whole:.0%} of the time)"
+    aim, what = verdict(f"≤ {most:g} × axpy", ratio <= most), f"a slip with its share of all else, n_x = {n_x}"
+    all_else = f"{what}: {cost.slips} slips, {cost.changes} changes of the contact {share}"
     return [
-        Row(
-            f"a slip alone, n_x = {n_x}",
-            seconds(cost.slip),
-            bare,
-            f"{ratio:.1f}",
-            verdict(f"≤ {most:g} × axpy", ratio <= most),
-        ),
-        Row(
-            f"a slip with its share of all else, n_x = {n_x}: {cost.slips} slips, {cost.changes} changes of the contact "
-            f"at {seconds(cost.pivot)} ({share:.0%} of the time)",
-            seconds(cost.whole / cost.slips),
-            bare,
-            f"{cost.whole / cost.slips / cost.axpy:.1f}",
-            "",
-        ),
+        versus(f"a slip alone, n_x = {n_x}", cost.slip, cost.axpy, name, aim, ratio=f"{ratio:.1f}"),
+        versus(all_else, each, cost.axpy, name, ratio=f"{each / cost.axpy:.1f}"),
     ]
 
 
 def _drift_row(case: Case, compliance: SurfaceCompliance, n_x: int) -> Row:
     slips, error = drift(case, compliance)
-    return Row(
-        f"rounding of a nodal force after {slips} slips, n_x = {n_x}",
-        f"{error:.1e} W",
-        "forces solved for from the compliance",
-        "",
-        verdict("≤ 1e-10 W over 1e6 slips", error <= 1e-10 and slips >= 1_000_000),
-    )
+    target = verdict("≤ 1e-10 W over 1e6 slips", error <= 1e-10 and slips >= 1_000_000)
+    what = f"rounding of a nodal force after {slips} slips, n_x = {n_x}"
+    return Row(what, f"{error:.1e} W", "forces solved for from the compliance", target=target)
 
 
 def _normal_contact_row(n_x: int, most: float) -> Row:
     """Frictionless contact against tamaas, whose slab is a periodic half-plane: the same work, not the same answer."""
     case = Case(intrinsic_friction=math.inf, slab=Slab(n_x=n_x), initial_contact="frictionless", max_events=1)
     compliance = surface_compliance(case.slab)
-    ours = best(lambda: contact_state(case, compliance))
-    solve = tamaas_solve(case)
-    peer = best(solve) if solve else math.nan
-    return Row(
-        f"normal contact, n_x = {n_x}",
-        seconds(ours),
-        f"{seconds(peer)} (tamaas, Polonsky-Keer, periodic)" if solve else "tamaas: not installed",
-        f"{ours / peer:.2f}" if solve else "",
-        verdict(f"≤ {most:g} × tamaas", ours <= most * peer) if solve else "",
-    )
+    return beside_tamaas(f"normal contact, n_x = {n_x}", best(lambda: contact_state(case, compliance)), case, most)

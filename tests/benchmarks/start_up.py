@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tests.benchmarks.ranks import started
-from tests.benchmarks.table import Row, best, seconds, verdict
+from tests.benchmarks.table import Row, at_most, best, seconds, timed, verdict, versus
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "smoke.toml"
 HEAVY = ("xarray", "pandas", "matplotlib", "pydantic", "rich")
@@ -49,11 +49,8 @@ def _looks(folder: Path) -> list[Row]:
     bytecode.pop("PYTHONDONTWRITEBYTECODE", None)
     finished = (str(CAMPAIGN), "--out", str(folder / "out"))
     started(0, "nanoslip", "run", *finished)
-    limits = {"--help": 0.4, "status": 0.3, "plan": 0.5, "report": 1.2}
-    return [
-        _command(name, *(finished if name != "--help" else ()), limit=limit, environment=bytecode)
-        for name, limit in limits.items()
-    ]
+    commands = {("--help",): 0.4, ("status", *finished): 0.3, ("plan", *finished): 0.5, ("report", *finished): 1.2}
+    return [_command(*words, limit=limit, environment=bytecode) for words, limit in commands.items()]
 
 
 def _command(*arguments: str, limit: float, environment: dict[str, str]) -> Row:
@@ -61,22 +58,16 @@ def _command(*arguments: str, limit: float, environment: dict[str, str]) -> Row:
     words = [str(script)] if script.exists() else [sys.executable, "-m", "nanoslip"]
     took = best(_quiet([*words, *arguments], environment), clock=_children)
     python = best(_quiet([sys.executable, "-c", "pass"], environment), clock=_children)
-    against = f"{seconds(python)}: Python alone"
-    target = verdict(f"≤ {limit} s", took <= limit)
-    return Row(f"nanoslip {arguments[0]}: processor time", seconds(took), against, f"{took / python:.1f}", target)
+    what, ratio = f"nanoslip {arguments[0]}: processor time", f"{took / python:.1f}"
+    return versus(what, took, python, "Python alone", at_most(took, limit), ratio=ratio)
 
 
 def _imports() -> Row:
     loaded = subprocess.run([sys.executable, "-c", RANK], capture_output=True, text=True, check=True).stdout.split()
     took = best(_quiet([sys.executable, "-c", RANK]), repeats=3, clock=time.perf_counter)
     solver = best(_quiet([sys.executable, "-c", "import numpy, numba, scipy.optimize"]), 3, time.perf_counter)
-    return Row(
-        f"a rank ready to compute; of {', '.join(HEAVY)} it has loaded: {', '.join(loaded) or 'none'}",
-        seconds(took),
-        f"{seconds(solver)}: numpy, numba and scipy.optimize alone",
-        f"{took / solver:.2f}",
-        verdict("none", not loaded),
-    )
+    what = f"a rank ready to compute; of {', '.join(HEAVY)} it has loaded: {', '.join(loaded) or 'none'}"
+    return versus(what, took, solver, "numpy, numba and scipy.optimize alone", verdict("none", not loaded))
 
 
 def _kernels() -> list[Row]:
@@ -87,27 +78,26 @@ def _kernels() -> list[Row]:
     compiling = cold.processor - warm.processor
     times = (together.processor - again.processor) / compiling
     same = again.kernels == together.kernels and len(together.kernels) == len(cold.kernels)
+    fewer = f"{cold.wall / warm.wall:.1f} × as fast"
+    second, left = _compiled(cold, warm), f"{len(together.kernels)}, {_compiled(together, again)}"
+    four = "4 ranks, empty cache"
     return [
         Row(
             f"second run, {len(cold.kernels)} kernels in the cache: how many it compiled",
-            f"{_compiled(cold, warm)}, in {seconds(warm.wall)}",
-            f"{seconds(cold.wall)}: first run",
-            f"{cold.wall / warm.wall:.1f} × as fast",
-            verdict("0", _compiled(cold, warm) == 0),
+            *(
+                f"{second}, in {seconds(warm.wall)}",
+                f"{seconds(cold.wall)} (first run)",
+                fewer,
+                verdict("0", second == 0),
+            ),
+        ),
+        versus(
+            f"{four}: processor time for compiling",
+            *(times * compiling, compiling, "one process", verdict("once, not four times", times < 1.5)),
         ),
         Row(
-            "4 ranks, empty cache: processor time for compiling",
-            seconds(together.processor - again.processor),
-            f"{seconds(compiling)}: one process",
-            f"{times:.2f}",
-            verdict("once, not four times", times < 1.5),
-        ),
-        Row(
-            "4 ranks, empty cache: kernels they leave, and how many the next run compiles",
-            f"{len(together.kernels)}, {_compiled(together, again)}",
-            f"{len(cold.kernels)}, {_compiled(cold, warm)}: one process",
-            "",
-            verdict("the same", same),
+            f"{four}: kernels they leave, and how many the next run compiles",
+            *(left, f"{len(cold.kernels)}, {second} (one process)", "", verdict("the same", same)),
         ),
     ]
 
@@ -118,10 +108,9 @@ def _compiled(before: Run, after: Run) -> int:
 
 
 def _run(ranks: int, cache: str, out: str) -> Run:
-    begun, used = time.perf_counter(), _children()
-    folder = Path(cache) / out
-    started(ranks, "nanoslip", "run", CAMPAIGN, "--out", folder, NUMBA_CACHE_DIR=str(Path(cache) / "kernels"))
-    wall, processor = time.perf_counter() - begun, _children() - used
+    used, words = _children(), (ranks, "nanoslip", "run", CAMPAIGN, "--out", Path(cache) / out)
+    _, wall = timed(lambda: started(*words, NUMBA_CACHE_DIR=str(Path(cache) / "kernels")), time.perf_counter)
+    processor = _children() - used
     kernels = {str(path): path.stat().st_mtime_ns for path in Path(cache).rglob("*.nbc")}
     return Run(wall, processor, kernels)
 

@@ -1,8 +1,13 @@
-"""A row of the benchmark table, and how it is timed and written."""
+"""A row of the benchmark table, how it is timed, and how it is written."""
 
+import resource
 import time
+import tracemalloc
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -11,22 +16,43 @@ class Row:
 
     what: str
     ours: str
-    against: str
+    against: str = ""
     """The peer or the limit, measured in the same run, with its name; empty where there is none."""
-    ratio: str
-    target: str
+    ratio: str = ""
+    target: str = ""
     """What was aimed at, and `met` or `missed`."""
+
+
+def versus(what: str, ours: float, peer: float, name: str, target: str = "", *, ratio: str = "") -> Row:
+    """A row of seconds: ours over the peer's of this name, unless the ratio is said otherwise."""
+    return Row(what, seconds(ours), f"{seconds(peer)} ({name})", ratio or f"{ours / peer:.2f}", target)
 
 
 def best(run: Callable[[], object], repeats: int = 5, clock: Callable[[], float] = time.process_time) -> float:
     """Shortest of several timings, in s; the first call warms up and does not count."""
     run()
-    durations = []
-    for _ in range(repeats):
-        start = clock()
-        run()
-        durations.append(clock() - start)
-    return min(durations)
+    return min(timed(run, clock)[1] for _ in range(repeats))
+
+
+def timed(run: Callable[[], T], clock: Callable[[], float] = time.process_time) -> tuple[T, float]:
+    """A result, and the seconds that it took once."""
+    start = clock()
+    found = run()
+    return found, clock() - start
+
+
+def arrays_of(run: Callable[[], object]) -> float:
+    """Peak bytes of arrays made while it runs, beside what was there."""
+    tracemalloc.start()
+    run()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return float(peak)
+
+
+def peak_memory() -> float:
+    """Bytes that this process has had at most."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
 
 
 def seconds(value: float) -> str:
@@ -40,6 +66,11 @@ def seconds(value: float) -> str:
 def verdict(target: str, met: bool) -> str:
     """The target and whether it was met."""
     return f"{target}: {'met' if met else 'missed'}"
+
+
+def at_most(value: float, most: float) -> str:
+    """The same of seconds that may be so many."""
+    return verdict(f"≤ {seconds(most)}", value <= most)
 
 
 def as_markdown(rows: list[Row]) -> str:

@@ -5,6 +5,17 @@ from collections.abc import Callable
 import numpy as np
 
 from nanoslip.solver.case import Case
+from tests.benchmarks.table import Row, best, seconds, verdict, versus
+
+
+def beside_tamaas(what: str, ours: float, case: Case, most: float, limit: float = np.inf) -> Row:
+    """A row of a contact that took so long: at most so many times tamaas, where it is there, and so many seconds."""
+    solve, asked = tamaas_solve(case), "" if limit == np.inf else f"≤ {limit} s, "
+    if not solve:
+        return Row(what, seconds(ours), "tamaas: not installed", target=asked and verdict(asked[:-2], ours <= limit))
+    peer = best(solve)
+    target = verdict(f"{asked}≤ {most:g} × tamaas", ours <= min(limit, most * peer))
+    return versus(what, ours, peer, "tamaas, Polonsky-Keer, periodic", target, ratio=f"{ours / peer:.3g}")
 
 
 def tamaas_solve(case: Case) -> Callable[[], object] | None:

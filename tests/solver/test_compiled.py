@@ -11,7 +11,7 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import get_args, get_origin, get_type_hints
 
 import numba
 import numpy as np
@@ -20,112 +20,95 @@ import pytest
 from nanoslip import solver
 from nanoslip.solver.compiled import Kernel, compiled, reporting_compilation
 from nanoslip.solver.compiling import KERNEL_FILES
+from nanoslip.solver.last import of_the_last
 
 PACKAGE = Path(solver.__file__).parent
 WATCHED = sorted(path for files in KERNEL_FILES for path in PACKAGE.glob(files))
 
 
-class Change(NamedTuple):
-    """A kernel that is called, and a change of another file that changes what it returns."""
-
-    program: str
-    file: str
-    old: str
-    new: str
-
-
-CHANGES = {
-    "callee in another file": Change(
+# A kernel that is called, and a change of another file that changes what it returns: program, file, old and new text.
+CALLEE, CONSTANT = (
+    (
         """
 from nanoslip.solver.dynamics.kernels.motion import segment_from as kernel
 from nanoslip.solver.dynamics.kernels.motion import Motion, Pin
 value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0, 0.5, 0.1, 0.2), 0.3).q
 """,
-        "dynamics/kernels/motion.py",
-        "motion.spring * stretch",
-        "7.0 * motion.spring * stretch",
+        *("dynamics/kernels/motion.py", "motion.spring * stretch", "7.0 * motion.spring * stretch"),
     ),
     # Ratios that differ by 1e-9 are ties, of which the node further right is taken, only if more bits are left out.
-    "constant in another file": Change(
+    (
         """
 import numpy as np
 from nanoslip.solver.sliding.kernels.slide import _worst_violation as kernel
 value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, -1.0)
 """,
-        "contact/kernels/events.py",
-        "PLACE = 0xFFFF\n",
-        "PLACE = 0xFFFFFFFF\n",
+        *("contact/kernels/events.py", "PLACE = 0xFFFF\n", "PLACE = 0xFFFFFFFF\n"),
     ),
-}
+)
 
 
 @pytest.fixture
-def copy(tmp_path: Path) -> Path:
+def copy(tmp_path):
     target = tmp_path / "copy" / "nanoslip" / "solver"
     shutil.copytree(PACKAGE, target, ignore=shutil.ignore_patterns("__pycache__"))
     (target.parent / "__init__.py").touch()  # without the study, which the door imports
     return target
 
 
-def called(change: Change, copy: Path, **environment: str) -> tuple[str, int]:
+def called(program, copy, **environment):
     """What the kernel returns in a fresh process, and how many functions that process compiled for the call."""
-    program = change.program + "print(repr(value), sum(kernel.dispatcher.stats.cache_misses.values()))"
-    known = {
-        **os.environ,
-        "PYTHONPATH": str(copy.parents[1]),
-        "NUMBA_CACHE_DIR": str(copy.parents[1] / "cache"),
-        **environment,
-    }
+    program += "print(repr(value), sum(kernel.dispatcher.stats.cache_misses.values()))"
+    root = copy.parents[1]
+    known = os.environ | {"PYTHONPATH": str(root), "NUMBA_CACHE_DIR": str(root / "cache")} | environment
     done = subprocess.run(
-        [sys.executable, "-c", program], env=known, cwd=copy.parents[1], capture_output=True, text=True, check=True
+        [sys.executable, "-c", program], env=known, cwd=root, capture_output=True, text=True, check=True
     )
     value, compiled = done.stdout.split()
     return value, int(compiled)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
-def test_a_change_of_another_file_is_seen_and_nothing_is_compiled_twice(change: Change, copy: Path) -> None:
+@pytest.mark.parametrize(
+    ("program", "file", "old", "new"), [CALLEE, CONSTANT], ids=["callee in another file", "constant in another file"]
+)
+def test_a_change_of_another_file_is_seen_and_nothing_is_compiled_twice(program, file, old, new, copy):
     """With numba's own cache the last line fails: it watches only the file of the function that was called."""
-    value, compiled = called(change, copy)
+    value, compiled = called(program, copy)
     assert compiled == 1
-    assert called(change, copy) == (value, 0)
-    file = copy / change.file
-    text = file.read_text("utf-8")
-    assert text.count(change.old) == 1
-    file.write_text(text.replace(change.old, change.new), "utf-8")
-    assert called(change, copy)[0] != value
+    assert called(program, copy) == (value, 0)
+    text = (copy / file).read_text("utf-8")
+    assert text.count(old) == 1
+    (copy / file).write_text(text.replace(old, new), "utf-8")
+    assert called(program, copy)[0] != value
 
 
 @pytest.mark.slow
-def test_what_was_kept_of_types_that_have_moved_is_compiled_anew(copy: Path) -> None:
+def test_what_was_kept_of_types_that_have_moved_is_compiled_anew(copy):
     """As after an update in place of sources whose modules have other names now."""
-    change = CHANGES["callee in another file"]
-    value, _ = called(change, copy)
+    value, _ = called(CALLEE[0], copy)
     old, new = b"nanoslip.solver.dynamics.kernels.motion", b"nanoslip.solver.dynamics.kernels.notion"
     kept = [path for path in (copy.parents[1] / "cache").rglob("*.nbi") if old in path.read_bytes()]
     assert kept
     for path in kept:
         path.write_bytes(path.read_bytes().replace(old, new))
-    assert called(change, copy) == (value, 1)
-    assert called(change, copy) == (value, 0)
+    assert called(CALLEE[0], copy) == (value, 1)
+    assert called(CALLEE[0], copy) == (value, 0)
 
 
 @pytest.mark.slow
-def test_where_nothing_can_be_written_a_kernel_is_compiled_and_right(copy: Path, tmp_path: Path) -> None:
-    change = CHANGES["callee in another file"]
-    value, _ = called(change, copy)
-    blocked = tmp_path / "file"
-    blocked.touch()
+def test_where_nothing_can_be_written_a_kernel_is_compiled_and_right(copy, tmp_path):
+    value, _ = called(CALLEE[0], copy)
+    (tmp_path / "file").touch()
     for folder in copy.rglob("kernels"):
         shutil.rmtree(folder / "__pycache__", ignore_errors=True)
         (folder / "__pycache__").touch()
-    nowhere = str(blocked / "below")
-    assert called(change, copy, NUMBA_CACHE_DIR=nowhere, HOME=nowhere, XDG_CACHE_HOME=nowhere)[0] == value
+    nowhere = dict.fromkeys(("NUMBA_CACHE_DIR", "HOME", "XDG_CACHE_HOME"), str(tmp_path / "file" / "below"))
+    assert called(CALLEE[0], copy, **nowhere)[0] == value
 
 
 @pytest.mark.parametrize("file", WATCHED, ids=lambda file: str(file.relative_to(PACKAGE)))
-def test_all_that_a_kernel_reads_is_in_files_that_are_watched(file: Path) -> None:
+def test_all_that_a_kernel_reads_is_in_files_that_are_watched(file):
     """Functions and constants that kernels import from this package are kernel files' own."""
     watched = {path.relative_to(PACKAGE.parents[1]).with_suffix("") for path in WATCHED}
     names = {".".join(path.parts) for path in watched}
@@ -136,7 +119,7 @@ def test_all_that_a_kernel_reads_is_in_files_that_are_watched(file: Path) -> Non
             assert not any(alias.name.startswith("nanoslip") for alias in node.names)
 
 
-def test_every_compiled_function_is_watched() -> None:
+def test_every_compiled_function_is_watched():
     """The one decorator is used in kernel files only: elsewhere a change would go unnoticed."""
     users = {
         path for path in PACKAGE.rglob("*.py") if "from nanoslip.solver.compiled import" in path.read_text("utf-8")
@@ -145,9 +128,9 @@ def test_every_compiled_function_is_watched() -> None:
     assert users <= set(WATCHED)
 
 
-def test_compiling_is_told_as_it_begins_and_only_then() -> None:
+def test_compiling_is_told_as_it_begins_and_only_then():
     doubled = numba.njit(lambda number: 2.0 * number)  # kept nowhere
-    told: list[str] = []
+    told = []
     with reporting_compilation(lambda: told.append("now")):
         assert doubled(1.5) == 3.0
         assert doubled(2.5) == 5.0
@@ -170,19 +153,12 @@ with ThreadPoolExecutor(4) as threads:
 """
 
 
-def test_numba_is_loaded_by_the_first_call_of_any_thread(environment: dict[str, str]) -> None:
+def test_numba_is_loaded_by_the_first_call_of_any_thread(environment):
     done = subprocess.run([sys.executable, "-c", THREADS], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "1.0", "0.1", "1.0", "0.1"]
 
 
-def kernels() -> dict[str, Kernel]:
-    """Every kernel of the package, by its name."""
-    files = (path.relative_to(PACKAGE.parents[1]).with_suffix("") for path in WATCHED if path.parent.name == "kernels")
-    modules = [import_module(".".join(file.parts)) for file in files]
-    return {name: each for module in modules for name, each in vars(module).items() if isinstance(each, Kernel)}
-
-
-def holds_arrays(kind: Any) -> bool:
+def holds_arrays(kind):
     """Whether values of an annotated type hold arrays or lists."""
     if get_origin(kind) in (np.ndarray, list):
         return True
@@ -190,28 +166,40 @@ def holds_arrays(kind: Any) -> bool:
     return any(holds_arrays(part) for part in parts)
 
 
-def test_only_kernels_that_count_references_are_handed_new_arrays() -> None:
+def test_only_kernels_that_count_references_are_handed_new_arrays():
     """Elsewhere an array would be kept for ever, or freed while it is used: numba itself refuses only those that make some."""
-    found = kernels()
+    files = (path.relative_to(PACKAGE.parents[1]).with_suffix("") for path in WATCHED if path.parent.name == "kernels")
+    modules = [vars(import_module(".".join(file.parts))) for file in files]
+    found = {name: each for module in modules for name, each in module.items() if isinstance(each, Kernel)}
     makers = {name for name, kernel in found.items() if holds_arrays(get_type_hints(kernel.__wrapped__)["return"])}
     assert "empty_record" in makers
     for name, kernel in found.items():
-        called = {node.id for node in ast.walk(source_of(kernel)) if isinstance(node, ast.Name)} & makers
-        assert kernel.allocates or not (called or name in makers), name
+        body = ast.parse(inspect.getsource(kernel.__wrapped__))
+        used = {node.id for node in ast.walk(body) if isinstance(node, ast.Name)} & makers
+        assert kernel.allocates or not (used or name in makers), name
 
 
-def source_of(kernel: Kernel) -> ast.AST:
-    """The syntax of a kernel's body."""
-    return ast.parse(inspect.getsource(kernel.__wrapped__))
-
-
-def test_an_interrupt_while_a_kernel_runs_is_an_interrupt() -> None:
+def test_an_interrupt_while_a_kernel_runs_is_an_interrupt():
     """Python says SystemError, caused by it; commands end on an interrupt in a line, and on a SystemError in a traceback."""
 
-    def interrupted() -> None:
+    def interrupted():
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
     kernel = compiled()(interrupted)
     vars(kernel)["dispatcher"] = interrupted
     with pytest.raises(KeyboardInterrupt):
         kernel()
+
+
+def test_the_very_same_value_is_answered_once_and_an_equal_one_again():
+    asked = []
+
+    @of_the_last
+    def total(numbers):
+        asked.append(numbers)
+        return sum(numbers)
+
+    first, other = (1.0, 2.0), (4.0,)
+    equal = first[:1] + first[1:]
+    assert [total(each) for each in (first, first, equal, other, other, first)] == [3.0, 3.0, 3.0, 4.0, 4.0, 3.0]
+    assert asked == [first, equal, other, first]

@@ -1,4 +1,4 @@
-"""Members derive from the case and their number; ± follows from their scatter, and from nothing else."""
+"""Members derive from the case and their number; ± follows from their scatter; effects that a scene may leave out are gone."""
 
 import math
 import struct
@@ -9,21 +9,21 @@ import pytest
 import scipy
 
 from nanoslip.solver.case import LEAST_APART, Case, Heterogeneity
-from nanoslip.solver.ensemble import FEWEST, LEVEL, Ensemble, chance_of, elsewhere, jackknife, mean_of
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.effects import OF_CASES, OF_DRIVES, SPARED
+from nanoslip.solver.ensemble import FEWEST, LEVEL, Ensemble, chance_of, change_by, elsewhere, jackknife, mean_of
+from nanoslip.solver.slab import Slab
 
 CASE = Case(start=0.25)
 
 
-def test_one_member_is_the_case_as_it_stands() -> None:
+def test_one_member_is_the_case_as_it_stands_and_the_first_of_more_are_the_same():
     assert Ensemble(1).case(CASE, 0) is CASE
+    few, many = ([Ensemble(members).case(CASE, number) for number in range(8)] for members in (8, 16))
+    assert few == many
 
 
-def test_the_first_members_of_more_are_the_same() -> None:
-    few, many = Ensemble(8), Ensemble(16)
-    assert [few.case(CASE, number) for number in range(8)] == [many.case(CASE, number) for number in range(8)]
-
-
-def test_starts_are_uniform_over_a_node_spacing() -> None:
+def test_starts_are_uniform_over_a_node_spacing():
     """Kolmogorov and Smirnov's test of 2000 starts: a chance of 1 % is beyond accident for numbers that never change."""
     starts = np.array([chance_of(CASE, number)[0] for number in range(2000)])
     assert scipy.stats.kstest(starts, "uniform").pvalue > 0.01
@@ -31,14 +31,14 @@ def test_starts_are_uniform_over_a_node_spacing() -> None:
     assert shifted == [(0.25 + chance_of(CASE, number)[0]) % 1.0 for number in range(100)]
 
 
-def test_start_and_place_are_the_first_uniform_numbers_of_their_generator() -> None:
+def test_start_and_place_are_the_first_uniform_numbers_of_their_generator():
     """Taken from numpy's raw stream, the one that is promised to stay the same."""
     words = struct.unpack("<4I", struct.pack("<2d", CASE.normal_load, CASE.radius))
     for number in range(50):
         assert chance_of(CASE, number) == tuple(np.random.default_rng([number, CASE.slab.n_x, *words]).random(2))
 
 
-def test_contacts_have_starts_of_their_own_and_drags_of_one_contact_the_same() -> None:
+def test_contacts_have_starts_of_their_own_and_drags_of_one_contact_the_same():
     """Independent from contact to contact; what differs by friction alone is compared from the same starts."""
     assert chance_of(CASE, 0) != chance_of(replace(CASE, normal_load=2e-3), 0)
     assert chance_of(CASE, 0) == chance_of(replace(CASE, intrinsic_friction=0.2, max_events=10), 0)
@@ -46,7 +46,7 @@ def test_contacts_have_starts_of_their_own_and_drags_of_one_contact_the_same() -
     assert chance_of(punch, 0) == chance_of(replace(punch, radius=3.0), 0)
 
 
-def test_seeds_differ_only_where_something_is_drawn() -> None:
+def test_seeds_differ_only_where_something_is_drawn():
     drawn = replace(CASE, heterogeneity=Heterogeneity(spread=0.1, seed=7))
     assert len({Ensemble(8).case(drawn, number).heterogeneity.seed for number in range(8)}) == 8
     assert {Ensemble(8).case(CASE, number).heterogeneity.seed for number in range(8)} == {1}
@@ -55,15 +55,13 @@ def test_seeds_differ_only_where_something_is_drawn() -> None:
 PROFILE = ((-0.5, 0.0), (-0.2, 1e-4), (0.1, -2e-4), (0.5, 3e-4))
 
 
-def test_a_profile_elsewhere_is_the_same_and_its_mirror_image_one_after_the_other() -> None:
+def test_a_profile_elsewhere_is_the_same_and_its_mirror_image_one_after_the_other():
     """At a quarter of the period its right half stands where its left one was, and the mirror image of that follows."""
-    xi, height = np.array(PROFILE).T
-    np.testing.assert_allclose(elsewhere(PROFILE, 0.0), PROFILE, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(elsewhere(PROFILE, 0.5), np.column_stack((-xi[::-1], height[::-1])), rtol=0, atol=1e-15)
-    half = np.array(elsewhere(PROFILE, 0.25)).T
-    places = np.linspace(-0.5, 0.5, 101)
-    expected = np.interp(np.where(places < 0.0, places + 0.5, 0.5 - places), xi, height)
-    np.testing.assert_allclose(np.interp(places, *half), expected, rtol=0, atol=1e-15)
+    (xi, height), places = np.array(PROFILE).T, np.linspace(-0.5, 0.5, 101)
+    quarter = np.where(places < 0.0, places + 0.5, 0.5 - places)
+    for place, seen in ((0.0, places), (0.5, -places), (0.25, quarter)):
+        found = np.interp(places, *np.array(elsewhere(PROFILE, place)).T)
+        np.testing.assert_allclose(found, np.interp(seen, xi, height), rtol=0, atol=1e-15)
     rng = np.random.default_rng(3)
     dense = np.column_stack((np.linspace(-1.0, 1.0, 301), rng.normal(size=301)))
     for place in rng.random(50):
@@ -73,7 +71,7 @@ def test_a_profile_elsewhere_is_the_same_and_its_mirror_image_one_after_the_othe
 
 
 @pytest.mark.parametrize("place", [5e-13, 0.3, 0.5 - 1e-13, 0.8])
-def test_a_profile_elsewhere_is_as_long_as_before_however_short_it_is(place: float) -> None:
+def test_a_profile_elsewhere_is_as_long_as_before_however_short_it_is(place):
     """Points closer than LEAST_APART to an end leave the end where it is."""
     for long in (1.0, LEAST_APART):
         moved = elsewhere(((0.0, 0.0), (long, 1e-4)), place)
@@ -81,7 +79,7 @@ def test_a_profile_elsewhere_is_as_long_as_before_however_short_it_is(place: flo
         Heterogeneity(roughness=moved)
 
 
-def test_members_take_their_own_place_on_a_measured_profile_and_none_on_a_designed_one() -> None:
+def test_members_take_their_own_place_on_a_measured_profile_and_none_on_a_designed_one():
     rough = replace(CASE, heterogeneity=Heterogeneity(roughness=PROFILE))
     assert len({Ensemble(8).case(rough, number).heterogeneity.roughness for number in range(8)}) == 8
     designed = Ensemble(8, places="given")
@@ -89,7 +87,7 @@ def test_members_take_their_own_place_on_a_measured_profile_and_none_on_a_design
     assert Ensemble(1).case(rough, 0) is rough
 
 
-def test_the_interval_holds_in_68_and_twice_of_it_in_93_of_100() -> None:
+def test_the_interval_holds_in_68_and_twice_of_it_in_93_of_100():
     """Of 20,000 ensembles of 8 normal members: the interval's own probability, and Student's for twice its width."""
     values = np.random.default_rng(4).normal(3.0, 0.5, (20_000, 8))
     mean = mean_of(values)
@@ -100,42 +98,29 @@ def test_the_interval_holds_in_68_and_twice_of_it_in_93_of_100() -> None:
     assert np.mean(off < 2.0 * mean.uncertainty) == pytest.approx(twice, abs=0.008)
 
 
-def test_the_mean_is_that_of_members_with_a_value_and_says_of_how_many() -> None:
-    values = np.array([1.0, 2.0, math.nan, 4.0, math.nan, 5.0])
-    mean = mean_of(values)
+def test_the_mean_is_that_of_members_with_a_value_and_says_of_how_many():
+    mean = mean_of(np.array([1.0, 2.0, math.nan, 4.0, math.nan, 5.0]))
     assert (mean.mean, mean.members) == (3.0, 4)
     half = scipy.stats.t.isf(0.5 - LEVEL / 2.0, 3) * np.std([1.0, 2.0, 4.0, 5.0], ddof=1) / 2.0
     assert mean.uncertainty == pytest.approx(half, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("there", "members", "known"),
-    [
-        (1, 1, True),
-        (2, 2, True),
-        (1, 2, False),
-        (2, 3, False),
-        (3, 6, True),
-        (3, 7, False),
-        (4, 8, True),
-        (3, 8, False),
-    ],
-)
-def test_too_few_members_with_a_value_make_no_mean(there: int, members: int, known: bool) -> None:
-    values = np.full(members, math.nan)
-    values[:there] = np.arange(there)
-    mean = mean_of(values)
+@pytest.mark.parametrize(("there", "members"), [(1, 1), (2, 2), (3, 6), (4, 8), (1, 2), (2, 3), (3, 7), (3, 8)])
+def test_too_few_members_with_a_value_make_no_mean(there, members):
+    """Half of them and three, or all."""
+    mean = mean_of(np.append(np.arange(there), np.full(members - there, math.nan)))
+    known = (there, members) in {(1, 1), (2, 2), (3, 6), (4, 8)}
     assert math.isfinite(mean.mean) == known
     assert math.isfinite(mean.uncertainty) == (known and there > 1)
     assert mean.members == there
 
 
-def test_equal_members_are_known_exactly_and_one_alone_not_at_all() -> None:
+def test_equal_members_are_known_exactly_and_one_alone_not_at_all():
     assert mean_of(np.full(8, 0.3)).uncertainty == 0.0
     assert math.isnan(mean_of(np.array([0.3])).uncertainty)
 
 
-def test_members_are_doubled_until_the_target_is_reached() -> None:
+def test_members_are_doubled_until_the_target_is_reached():
     assert list(Ensemble(8).sizes()) == [8]
     aimed = Ensemble(20, 0.01, ("plateau_mean",))
     assert list(aimed.sizes()) == [FEWEST, 6, 12, 20]
@@ -145,14 +130,14 @@ def test_members_are_doubled_until_the_target_is_reached() -> None:
     assert not Ensemble(8).within_target([1.0] * 8)
 
 
-def test_a_target_holds_for_the_tasks_that_yield_its_variables() -> None:
+def test_a_target_holds_for_the_tasks_that_yield_its_variables():
     aimed = Ensemble(20, 0.01, ("plateau_mean", "kinetic_friction"))
     assert aimed.for_observables(["plateau_mean", "mean_step"]) == Ensemble(20, 0.01, ("plateau_mean",))
     assert aimed.for_observables(["contact_half_width"]) == Ensemble(FEWEST)
     assert Ensemble(8).for_observables([]) == Ensemble(8)
 
 
-def test_the_jackknife_of_a_mean_is_its_uncertainty() -> None:
+def test_the_jackknife_of_a_mean_is_its_uncertainty():
     values = np.random.default_rng(2).normal(3.0, 0.5, 5)
     without = [float(np.delete(values, number).mean()) for number in range(5)]
     assert jackknife(without) == pytest.approx(float(mean_of(values).uncertainty), rel=1e-9)
@@ -164,7 +149,7 @@ def test_the_jackknife_of_a_mean_is_its_uncertainty() -> None:
     ("scatter", "kept", "held"),
     [(0.5, 0.99, 0.65), (1.0, 0.95, 0.58), (2.0, 0.91, 0.59), (4.0, 0.94, 0.64)],
 )
-def test_a_target_that_is_stopped_at_is_kept_in_more_than_nine_of_ten(scatter: float, kept: float, held: float) -> None:
+def test_a_target_that_is_stopped_at_is_kept_in_more_than_nine_of_ten(scatter, kept, held):
     """Of normal members whose scatter is so many times the error asked for: who stops when ± happens to be small states less.
 
     The worst is 92.5 in 100, at twice; ± of the mean holds in 59 to 68. Of 4000 ensembles a share is known to 0.4 to 0.8 %.
@@ -179,3 +164,41 @@ def test_a_target_that_is_stopped_at_is_kept_in_more_than_nine_of_ten(scatter: f
         stopped |= now
     assert np.mean(abs(means - 1.0) <= 0.01) > kept
     assert np.mean(abs(means - 1.0) <= errors) > held - 0.02
+
+
+WHOLE = Case(slab=Slab(33), heterogeneity=Heterogeneity(spread=0.1, roughness=((-0.5, 0.0), (0.0, 1e-5), (0.5, 0.0))))
+PULLED = Drive(2e-3, 0.1, 1e-5, 100.0)
+
+
+@pytest.mark.parametrize("effect", OF_CASES, ids=lambda effect: effect.name)
+def test_a_case_without_an_effect_does_not_have_it_and_has_the_others(effect):
+    without = effect.without(WHOLE)
+    assert all(each.there(WHOLE) for each in OF_CASES)
+    assert [each.name for each in OF_CASES if not each.there(without)] == [effect.name]
+
+
+@pytest.mark.parametrize("effect", OF_DRIVES, ids=lambda effect: effect.name)
+def test_a_drive_without_an_effect_does_not_have_it(effect):
+    assert effect.there(PULLED)
+    assert not effect.there(effect.without(PULLED))
+
+
+def test_coarse_teeth_are_teeth_and_no_teeth_are_not_fine():
+    teeth, fine = SPARED
+    assert teeth.there(fine.without(PULLED))
+    assert not fine.there(teeth.without(PULLED))
+
+
+def test_a_change_is_known_better_than_what_it_is_a_change_of():
+    """Members that differ by 10 %, each changed by 1 % of the mean: the change is 1 %, without any ±."""
+    whole, changes = [1.0, 0.9, 1.1], np.array([0.01, 0.02, 0.03])
+    assert change_by([each + 0.01 for each in whole], whole) == pytest.approx(0.01, rel=1e-12)
+    expected = 0.02 + 2.0 * float(mean_of(changes).uncertainty)
+    assert change_by(changes + whole, whole) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("without", "whole"), [([1.0, np.nan], [1.0, 1.0]), ([1.0, 1.0], [1.0, np.nan]), ([0.1, 0.0], [0.1, -0.1])]
+)
+def test_a_change_that_nobody_knows_is_never_allowed(without, whole):
+    assert change_by(without, whole) == np.inf

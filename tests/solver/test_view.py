@@ -1,21 +1,20 @@
-"""A result is one line in a console, a dataset with the names and numbers of a campaign's, and a picture of its numbers."""
+"""From Python: public names, a result as a line in a console, as a dataset with a campaign's names and numbers, as a picture."""
 
+import ast
+import importlib
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.figure import Figure
 
 import nanoslip
+from nanoslip import solver
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.simulate import DriveResult
-from nanoslip.solver.sliding.plateau import Plateau
-from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.view import with_error
 
 CASE = nanoslip.Case(intrinsic_friction=0.5, radius=50.0, slab=nanoslip.Slab(n_x=17), max_events=200)
@@ -31,35 +30,39 @@ CAMPAIGN = {
 }
 
 
-@pytest.fixture(scope="module")
-def record() -> FrictionRecord:
+@cache
+def record():
     return nanoslip.friction_record(CASE)
 
 
-@pytest.fixture(scope="module")
-def driven(record: FrictionRecord) -> DriveResult:
-    return nanoslip.drive_result(CASE, nanoslip.Drive.from_si(samples=40), record)
+@cache
+def short():
+    return nanoslip.plateau_of(nanoslip.friction_record(nanoslip.Case(slab=CASE.slab, max_events=4)))
 
 
 @pytest.fixture(scope="module")
-def dataset() -> xr.Dataset:
+def driven():
+    return nanoslip.drive_result(CASE, nanoslip.Drive.from_si(samples=40), record())
+
+
+@pytest.fixture(scope="module")
+def dataset():
     return nanoslip.run(CAMPAIGN)
 
 
-@pytest.fixture(scope="module")
-def results(record: FrictionRecord, driven: DriveResult) -> list[Any]:
-    sizes = nanoslip.event_sizes(record)
-    contact = nanoslip.contact_state(CASE)
-    distribution = nanoslip.size_distribution(sizes.slips, discrete=True)
-    histogram = nanoslip.logarithmic_histogram(sizes.slips, discrete=True)
-    statistics = nanoslip.event_statistics(record)
-    compliance = nanoslip.surface_compliance(CASE.slab)
-    of_drive = (driven, driven.plateau, driven.motion, driven.coefficients)
-    return [record, *of_drive, contact, sizes, distribution, histogram, statistics, compliance]
+def blank():
+    return Figure().add_subplot()
 
 
-def test_every_result_is_one_line_without_its_arrays(results: list[Any]) -> None:
-    for each in results:
+def test_every_result_is_one_line_without_its_arrays(driven):
+    sizes = nanoslip.event_sizes(record())
+    for each in (
+        *(record(), driven, driven.plateau, driven.motion, driven.coefficients, nanoslip.contact_state(CASE), sizes),
+        nanoslip.size_distribution(sizes.slips, discrete=True),
+        nanoslip.logarithmic_histogram(sizes.slips, discrete=True),
+        nanoslip.event_statistics(record()),
+        nanoslip.surface_compliance(CASE.slab),
+    ):
         line = repr(each)
         assert line.startswith(f"{type(each).__name__}(")
         assert len(line) < 160
@@ -67,13 +70,12 @@ def test_every_result_is_one_line_without_its_arrays(results: list[Any]) -> None
         assert "array" not in line
 
 
-def test_the_line_says_what_came_out(record: FrictionRecord, driven: DriveResult) -> None:
-    assert repr(record).startswith("FrictionRecord(200 events, δ_p/L_x to ")
-    assert repr(record).endswith(", completed)")
-    assert f"F/W {record.final_force / record.normal_load:.4g}" in repr(record)
+def test_the_line_says_what_came_out(driven):
+    assert repr(record()).startswith("FrictionRecord(200 events, δ_p/L_x to ")
+    assert repr(record()).endswith(", completed)")
+    assert f"F/W {record().final_force / record().normal_load:.4g}" in repr(record())
     assert f"F/W {driven.plateau.mean:.4g}" in repr(driven.plateau)
-    refused = nanoslip.plateau_of(nanoslip.friction_record(nanoslip.Case(slab=CASE.slab, max_events=4)))
-    assert repr(refused).startswith("Plateau(no_plateau: the record ends after ")
+    assert repr(short()).startswith("Plateau(no_plateau: the record ends after ")
 
 
 @pytest.mark.parametrize(
@@ -102,21 +104,17 @@ def test_the_line_says_what_came_out(record: FrictionRecord, driven: DriveResult
         (float("nan"), 1.0, "nan"),
     ],
 )
-def test_an_uncertainty_has_one_digit_or_two_from_1_on_and_its_number_ends_at_the_same_place(
-    number: float, uncertainty: float, text: str
-) -> None:
+def test_an_uncertainty_has_one_digit_or_two_from_1_on_and_its_number_ends_at_the_same_place(number, uncertainty, text):
     assert with_error(number, uncertainty) == text
 
 
-def test_a_dataset_of_a_result_is_the_campaign_s(
-    record: FrictionRecord, driven: DriveResult, dataset: xr.Dataset
-) -> None:
+def test_a_dataset_of_a_result_is_the_campaign_s(driven, dataset):
     """Names, dimensions, attributes and bits: one way from a number to its variable."""
     theirs = {
-        "record": (record.to_xarray(), dataset.nanoslip.record()),
+        "record": (record().to_xarray(), dataset.nanoslip.record()),
         "drive": (driven.to_xarray(nanoslip.Scales(), pin_mass=0.5), dataset.nanoslip.trajectory()),
         "plateau": (driven.plateau.to_xarray(), dataset.nanoslip.record()),
-        "sizes": (nanoslip.event_sizes(record).to_xarray().drop_vars("event_step"), dataset.nanoslip.record()),
+        "sizes": (nanoslip.event_sizes(record()).to_xarray().drop_vars("event_step"), dataset.nanoslip.record()),
     }
     for name, (found, expected) in theirs.items():
         assert len(found.variables) >= 4, name
@@ -128,7 +126,7 @@ def test_a_dataset_of_a_result_is_the_campaign_s(
                 np.testing.assert_array_equal(found[each].values, expected[each].values, err_msg=str(each))
 
 
-def test_a_contact_is_the_campaign_s_but_for_the_rounding_of_its_load(dataset: xr.Dataset) -> None:
+def test_a_contact_is_the_campaign_s_but_for_the_rounding_of_its_load(dataset):
     found, expected = nanoslip.contact_state(CASE).to_xarray(), dataset.nanoslip.contact()
     assert {"pressure", "shear", "slip", "gap", "x", "approach", "maximum_pressure"} <= set(found.variables)
     for each in found.variables:
@@ -136,7 +134,7 @@ def test_a_contact_is_the_campaign_s_but_for_the_rounding_of_its_load(dataset: x
         np.testing.assert_allclose(found[each].values, expected[each].values, rtol=1e-11, atol=1e-15)
 
 
-def test_without_scales_a_drive_says_its_units(driven: DriveResult) -> None:
+def test_without_scales_a_drive_says_its_units(driven):
     found = driven.to_xarray()
     assert found["time"].attrs["units"] == "1"
     assert found["time"].attrs["long_name"].endswith(", in √(m/(G·L_y))")
@@ -144,8 +142,8 @@ def test_without_scales_a_drive_says_its_units(driven: DriveResult) -> None:
     np.testing.assert_array_equal(found["sample_position"].values, driven.motion.position)
 
 
-def test_the_picture_of_a_record_is_its_sawtooth(record: FrictionRecord, dataset: xr.Dataset) -> None:
-    axes = record.plot(Figure().add_subplot())
+def test_the_picture_of_a_record_is_its_sawtooth(dataset):
+    axes = record().plot(blank())
     (line,) = axes.lines
     expected = dataset.nanoslip.teeth()
     np.testing.assert_array_equal(line.get_xdata(), expected["displacement"].values)
@@ -153,38 +151,69 @@ def test_the_picture_of_a_record_is_its_sawtooth(record: FrictionRecord, dataset
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("pin displacement δ_p/L_x", "friction force F/W")
 
 
-def test_the_picture_of_a_contact_holds_all_of_its_load() -> None:
+def test_the_picture_of_a_contact_holds_all_of_its_load():
     contact: ContactState = nanoslip.contact_state(CASE)
-    pressure, shear = contact.plot(Figure().add_subplot()).lines
+    pressure, shear = contact.plot(blank()).lines
     assert pressure.get_ydata().sum() * CASE.slab.spacing == pytest.approx(1.0, rel=1e-9)  # in W
     assert (pressure.get_label(), shear.get_label()) == ("pressure p", "shear q")
 
 
-def test_the_picture_of_a_drive_shows_its_coefficients(driven: DriveResult) -> None:
-    lines = {line.get_label(): line.get_ydata() for line in driven.plot(Figure().add_subplot()).lines}
+def test_the_picture_of_a_drive_shows_its_coefficients(driven):
+    lines = {line.get_label(): line.get_ydata() for line in driven.plot(blank()).lines}
     assert lines["μ_s"][0] == driven.coefficients.static_friction
     assert lines["spring"].max() == pytest.approx(driven.motion.spring_force.max() / CASE.normal_load)
     assert ("μ_k" in lines) == np.isfinite(driven.coefficients.kinetic_friction)
 
 
-def test_the_picture_of_sizes_is_a_share_that_falls_from_one(record: FrictionRecord) -> None:
-    axes = nanoslip.event_sizes(record).plot(Figure().add_subplot())
+def test_the_picture_of_sizes_is_a_share_that_falls_from_one():
+    axes = nanoslip.event_sizes(record()).plot(blank())
     assert axes.get_xscale() == axes.get_yscale() == "log"
     for line in axes.lines:
         assert line.get_ydata()[0] == 1.0
         assert np.all(np.diff(line.get_ydata()) < 0.0)
 
 
-def test_the_picture_of_what_failed_says_so(driven: DriveResult) -> None:
-    assert driven.plateau.plot(Figure().add_subplot()).get_title() == ""
-    refused: Plateau = nanoslip.plateau_of(nanoslip.friction_record(nanoslip.Case(slab=CASE.slab, max_events=4)))
-    assert refused.outcome.ending is Ending.NO_PLATEAU
-    assert "no_plateau: the record ends after " in refused.plot(Figure().add_subplot()).get_title()
-    assert refused.to_xarray().attrs["outcome"] == "no_plateau"
+def test_the_picture_of_what_failed_says_so(driven):
+    assert driven.plateau.plot(blank()).get_title() == ""
+    assert short().outcome.ending is Ending.NO_PLATEAU
+    assert "no_plateau: the record ends after " in short().plot(blank()).get_title()
+    assert short().to_xarray().attrs["outcome"] == "no_plateau"
 
 
-def test_computing_needs_neither_xarray_nor_matplotlib(environment: dict[str, str], tmp_path: Path) -> None:
-    program = "import sys, nanoslip.solver; print([name for name in ('xarray', 'matplotlib') if name in sys.modules])"
+def output_of(program, environment, folder):
+    """Words that a program prints in a process of its own."""
     words = [sys.executable, "-c", program]
-    done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
+    done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=True)
+    return done.stdout.split()
+
+
+SLAB = "from nanoslip.solver.slab import SCHEMES; print(*sorted(SCHEMES))"
+
+
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [
+        (SLAB, ["biquadratic", "chain", "galerkin", "half_plane", "strip"]),
+        ("from nanoslip.solver import Slab; " + SLAB, ["biquadratic", "chain", "galerkin", "half_plane", "strip"]),
+        ("from nanoslip.solver.drive import INTEGRATORS; print(*sorted(INTEGRATORS))", ["exact", "rk4"]),
+        ("import sys, nanoslip.solver; print({'xarray', 'matplotlib'} & set(sys.modules) or 'none')", ["none"]),
+    ],
+)
+def test_schemes_and_integrators_are_known_whatever_is_imported_and_computing_needs_neither_xarray_nor_matplotlib(
+    program, said, environment, tmp_path
+):
+    assert output_of(program, environment, tmp_path) == said
+
+
+def test_the_names_that_type_checkers_see_are_those_that_are_there():
+    """Each is imported when it is first used."""
+    body = ast.parse(Path(solver.__file__).read_text("utf-8")).body
+    (checking,) = [node for node in body if isinstance(node, ast.If)]
+    imports = [node for node in checking.body if isinstance(node, ast.ImportFrom)]
+    seen = {each.name: str(node.module) for node in imports for each in node.names}
+    assert sorted(seen) == sorted(solver.__all__)
+    assert set(seen) <= set(dir(solver))
+    for name, module in seen.items():
+        assert getattr(solver, name) is getattr(importlib.import_module(module), name)
+    with pytest.raises(AttributeError, match="no attribute 'friction'"):
+        solver.friction  # noqa: B018

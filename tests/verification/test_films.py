@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Effects
 from nanoslip.solver.contact.closed_forms import film_half_width, hertz_half_width
@@ -21,7 +20,6 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import FEW_NODES, UNRESOLVED_SLAB, contact_flags, expected_flags
 from tests.verification.layer import wave_compliance
 
-Floats = NDArray[np.float64]
 RADIUS = 1e6
 """So blunt that strains are small: without friction the radius scales the load and nothing else."""
 WRONG = 0.1
@@ -38,7 +36,7 @@ class Pressed(NamedTuple):
     largest_pressure: float
 
 
-def compliance(wave: Floats, height: float, poisson: float) -> Floats:
+def compliance(wave, height, poisson):
     """w per harmonic pressure on a bonded layer whose surface is free of shear (plane strain, Airy's function).
 
     (1-ν)/k · (2κ sinh 2η - 4η)/(2κ cosh 2η + 4η² + 1 + κ²), η = k·height, κ = 3 - 4ν; the numerator without cancellation.
@@ -50,11 +48,10 @@ def compliance(wave: Floats, height: float, poisson: float) -> Floats:
 
 
 @cache
-def pressed(half_width: float, height: float, poisson: float) -> Pressed:
+def pressed(half_width, height, poisson):
     """Pressures as hats of `half_width`/400, on a period of eight half-widths: half as fine changes 1 %, at a third less."""
     n = 400
-    spacing, nodes = half_width / n, 8 * n
-    total = np.zeros(nodes)
+    spacing, nodes, total = half_width / n, 8 * n, np.zeros(8 * n)
     for alias in range(-6, 7):
         wave = 2 * np.pi * np.abs(np.fft.fftfreq(nodes, 1 / nodes) + alias * nodes) / (nodes * spacing)
         flat = wave == 0.0
@@ -71,7 +68,7 @@ def pressed(half_width: float, height: float, poisson: float) -> Pressed:
     return Pressed(pressure.sum() * spacing, approach, pressure.max())
 
 
-def test_the_closed_form_is_the_layers_and_that_of_a_film_that_flows() -> None:
+def test_the_closed_form_is_the_layers_and_that_of_a_film_that_flows():
     """The layer solved by four equations, Hertz to 3 % under a period of eight half-widths, and k²·height³/3G at ν = 0.5."""
     for k, height, poisson in product((1.0, 10.0), (0.1, 0.5), (0.0, 0.3, 0.49)):
         by_four = wave_compliance(k, height, poisson, "bonded")[1, 1]
@@ -83,7 +80,7 @@ def test_the_closed_form_is_the_layers_and_that_of_a_film_that_flows() -> None:
 
 @pytest.mark.parametrize("height", [1e-3, 1e-2, 3e-2])
 @pytest.mark.parametrize("poisson", [0.3, 0.49, 0.499, 0.4999, 0.49999])
-def test_the_half_width_expected_on_a_film_is_its_own_and_not_hertzs(height: float, poisson: float) -> None:
+def test_the_half_width_expected_on_a_film_is_its_own_and_not_hertzs(height, poisson):
     """The wider of pressed flat and giving way sideways: 21 % too narrow where both matter, 18 % too wide at a = 8 heights."""
     normal_load = pressed(0.25, height, poisson).normal_load
     found = film_half_width(normal_load, RADIUS, poisson, height)
@@ -92,33 +89,35 @@ def test_the_half_width_expected_on_a_film_is_its_own_and_not_hertzs(height: flo
 
 
 @pytest.mark.parametrize(("poisson", "height"), [(0.3, 1e-4), (0.3, 1e-3), (0.5 - 1e-9, 1e-3), (0.5 - 1e-9, 1.5e-3)])
-def test_each_limit_of_a_very_thin_film_is_the_layers_own(poisson: float, height: float) -> None:
+def test_each_limit_of_a_very_thin_film_is_the_layers_own(poisson, height):
     """Pressed flat, and squeezed out sideways: 0.03 % and 0.7 % off seen."""
     found = film_half_width(pressed(0.25, height, poisson).normal_load, RADIUS, poisson, height)
     assert found == pytest.approx(0.25, rel=0.01)
 
 
-def test_what_is_expected_of_a_film_is_what_is_found() -> None:
+def touched(slab, normal_load):
+    """A case without friction, and its contact."""
+    case = Case(radius=RADIUS, normal_load=normal_load, slab=slab, effects=Effects(friction=False))
+    return case, initial_contact(case, surface_compliance(slab))
+
+
+def test_what_is_expected_of_a_film_is_what_is_found():
     """A grid too coarse, under a contact of 0.15 to each side; Hertz expects the whole slab under the pin."""
-    slab = Slab(129, 1e-3, 0.499999)
-    case = Case(radius=RADIUS, normal_load=0.01, slab=slab, effects=Effects(friction=False))
-    found = contact_flags(case, initial_contact(case, surface_compliance(slab)))
-    assert hertz_half_width(case.normal_load, RADIUS, slab.poisson) > 0.5
-    assert expected_flags(case) == found == (UNRESOLVED_SLAB,)
+    case, found = touched(Slab(129, 1e-3, 0.499999), 0.01)
+    assert hertz_half_width(case.normal_load, RADIUS, case.slab.poisson) > 0.5
+    assert expected_flags(case) == contact_flags(case, found) == (UNRESOLVED_SLAB,)
 
 
 LAYERS = list(product((1e-3, 1e-2, 3e-2), (0.3, 0.49, 0.499, 0.4999, 0.49999), (33, 65, 129)))
 
 
 @pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"])
-def test_a_film_is_flagged_where_its_grid_is_wrong_and_not_where_it_is_right(scheme: str) -> None:
+def test_a_film_is_flagged_where_its_grid_is_wrong_and_not_where_it_is_right(scheme):
     """Largest pressures and approach in 45 films, ν 0.3 to 0.49999, under a contact a quarter of L_x to each side."""
     flagged = 0
     for height, poisson, n_x in LAYERS:
         exact = pressed(0.25, height, poisson)
-        slab = Slab(n_x, height, poisson, scheme=scheme)
-        case = Case(radius=RADIUS, normal_load=exact.normal_load, slab=slab, effects=Effects(friction=False))
-        found = initial_contact(case, surface_compliance(slab))
+        case, found = touched(Slab(n_x, height, poisson, scheme=scheme), exact.normal_load)
         if not found.outcome.ok:
             continue
         flags = contact_flags(case, found)
@@ -132,14 +131,10 @@ def test_a_film_is_flagged_where_its_grid_is_wrong_and_not_where_it_is_right(sch
 
 @pytest.mark.parametrize("poisson", [0.3, 0.49, 0.499, 0.4999, 0.49999])
 @pytest.mark.parametrize("height", [0.3, 1.0, 3.0])
-def test_where_pressures_of_neighbours_differ_a_slab_that_is_no_film_is_flagged_too(
-    height: float, poisson: float
-) -> None:
+def test_where_pressures_of_neighbours_differ_a_slab_that_is_no_film_is_flagged_too(height, poisson):
     """In the middle of a contact of 0.15 to each side: pressure is smooth there, 1 % from the mean of its neighbours' at most."""
-    slab = Slab(65, height, poisson)
     normal_load = math.pi * 0.15**2 / (2 * RADIUS * (1 - poisson))
-    case = Case(radius=RADIUS, normal_load=normal_load, slab=slab, effects=Effects(friction=False))
-    found = initial_contact(case, surface_compliance(slab))
+    case, found = touched(Slab(65, height, poisson), normal_load)
     left, here, right = found.pressure[31:34]
     uneven = abs(2 * here / (left + right) - 1)
     assert (UNRESOLVED_SLAB in contact_flags(case, found)) == (uneven > 0.05)

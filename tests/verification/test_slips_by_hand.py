@@ -13,7 +13,7 @@ import pytest
 from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord
+from nanoslip.solver.sliding.record import EVENT_KINDS
 from nanoslip.solver.sliding.slide import slide_to_state
 from tests.verification.seen import seen
 
@@ -24,9 +24,7 @@ EXACT = {"rtol": 1e-12, "atol": 1e-14}
 """Rounding; what should be zero is compared with loads and lengths of 0.1."""
 
 
-def compliance(
-    tangential: dict[tuple[int, int], float], normal: dict[tuple[int, int], float], coupling: float = 0.0
-) -> SurfaceCompliance:
+def compliance(tangential, normal, coupling=0.0):
     """Unit compliances but for the given entries (symmetric), and χ between MIDDLE and RIGHT."""
     matrix = np.eye(2 * N)
     for start, entries in ((0, tangential), (N, normal)):
@@ -38,16 +36,22 @@ def compliance(
     return SurfaceCompliance(matrix, SLAB)
 
 
-def deviation(record: FrictionRecord, by_hand: dict[str, list[float]]) -> float:
-    """Largest difference of the record's columns from those by hand, as a share of the column's largest value."""
-    differences = [
-        np.abs(getattr(record, name) - values).max() / np.abs(values).max() for name, values in by_hand.items()
-    ]
-    return float(max(differences))
+def slid(compliance, residual_shear=0.0, **changes):
+    """Record and state of a punch on three nodes, under a load of 0.1, μ_i 0.5, after one event, unless it is said otherwise."""
+    rule = {"residual_shear": residual_shear, **({"event_floor": changes.pop("floor")} if "floor" in changes else {})}
+    punch = {"pin": "flat_punch", "half_width": 0.25, "normal_load": 0.1, "intrinsic_friction": 0.5, "max_events": 1}
+    return slide_to_state(Case(slab=SLAB, slip_rule=SlipRule(**rule), **punch | changes), compliance)
+
+
+def agree(law, record, most=1e-12, **by_hand):
+    """The record's columns are those by hand, to a share of the column's largest value."""
+    off = max(np.abs(getattr(record, name) - values).max() / np.abs(values).max() for name, values in by_hand.items())
+    assert off <= most, seen(law, "by hand", f"off by {off:.1e}")
+    seen(law, "by hand", f"off by {off:.1e}")
 
 
 @pytest.mark.parametrize("residual_shear", [0.0, 0.6])
-def test_two_coupled_nodes(residual_shear: float) -> None:
+def test_two_coupled_nodes(residual_shear):
     """A punch on two nodes a, b: sums and differences decouple, F = (u_a + u_b)/S with S = α + β - χ²/κ,
     f_a - f_b = (u_a - u_b - χW)/(α - β), N_b - N_a = -χF/κ.
 
@@ -57,11 +61,7 @@ def test_two_coupled_nodes(residual_shear: float) -> None:
     # The third node under the punch sinks more than these two under their loads, so it bears none.
     sunk = {(LEFT, LEFT): 9.0, (LEFT, MIDDLE): 2.0, (LEFT, RIGHT): 2.0}
     own = {(MIDDLE, MIDDLE): kappa, (RIGHT, RIGHT): kappa}
-    case = Case(
-        slab=SLAB, pin="flat_punch", half_width=0.25, normal_load=normal_load, intrinsic_friction=mu,
-        slip_rule=SlipRule(residual_shear=residual_shear), max_events=1,
-    )  # fmt: skip
-    record, state = slide_to_state(case, compliance({(MIDDLE, RIGHT): beta}, own | sunk, chi))
+    record, state = slid(compliance({(MIDDLE, RIGHT): beta}, own | sunk, chi), residual_shear)
     assert list(np.flatnonzero(state.contact)) == [MIDDLE, RIGHT]
 
     total, apart = alpha + beta - chi**2 / kappa, alpha - beta  # S and α - β
@@ -72,13 +72,15 @@ def test_two_coupled_nodes(residual_shear: float) -> None:
     stiffness = (1 / total + 1 / apart) / 2
     slip = -(1 - residual_shear) * mu * normal / (stiffness + residual_shear * mu * chi / (2 * kappa * total))
     shear_after = mu * normal + stiffness * slip
-    by_hand = {
-        "displacement": [displacement], "force_before": [force], "force_after": [force + slip / total],
-        "stiffness": [2 / total], "dissipated": [-(mu * normal + shear_after) / 2 * slip],
-    }  # fmt: skip
-    error = deviation(record, by_hand)
-    line = seen("two coupled nodes slip", "by hand", f"residual {residual_shear}: off by {error:.1e}")
-    assert error <= 1e-12, line
+    agree(
+        f"two coupled nodes slip, residual {residual_shear}",
+        record,
+        displacement=[displacement],
+        force_before=[force],
+        force_after=[force + slip / total],
+        stiffness=[2 / total],
+        dissipated=[-(mu * normal + shear_after) / 2 * slip],
+    )
     assert record.initial_force == pytest.approx(0.0, abs=1e-15)
     assert (record.kind[0], record.node[0], record.slips[0]) == (EVENT_KINDS.index("slip"), RIGHT, 1)
     np.testing.assert_allclose(state.slip[[MIDDLE, RIGHT]], [0.0, slip], **EXACT)
@@ -88,7 +90,7 @@ def test_two_coupled_nodes(residual_shear: float) -> None:
     np.testing.assert_allclose(state.nodal_force[0, [MIDDLE, RIGHT]], [back, shear_after], **EXACT)
 
 
-def test_a_cascade_of_three_nodes() -> None:
+def test_a_cascade_of_three_nodes():
     """A punch on three nodes with tangential compliance α, and β between neighbours; the inverse, times α(α² - 2β²), is
     [α² - β², -αβ, β²; -αβ, α², -αβ; β², -αβ, α² - β²]. Each node carries N_i = W/(κ_i Σ 1/κ), unchanged.
 
@@ -104,11 +106,7 @@ def test_a_cascade_of_three_nodes() -> None:
     inverse = np.array([[edge, cross, far], [cross, own, cross], [far, cross, edge]])
     nodes = [LEFT, MIDDLE, RIGHT]
     normal = {(node, node): float(value) for node, value in zip(nodes, kappa, strict=True)}
-    case = Case(
-        slab=SLAB, pin="flat_punch", half_width=0.25, normal_load=normal_load, intrinsic_friction=mu, max_events=1
-    )
-    operator = compliance({(LEFT, MIDDLE): beta, (MIDDLE, RIGHT): beta}, normal)
-    record, state = slide_to_state(case, operator)
+    record, state = slid(compliance({(LEFT, MIDDLE): beta, (MIDDLE, RIGHT): beta}, normal))
 
     # Stuck, each edge bears (α - β)/(α² - 2β²) per δ_p and the middle (α - 2β)/(α² - 2β²).
     displacement = limit[2] / (edge + cross + far)
@@ -121,18 +119,19 @@ def test_a_cascade_of_three_nodes() -> None:
         slips[node] += slip
         shear = shear + slip * inverse[node]
     assert np.all(shear < limit)
-    by_hand = {
-        "displacement": [displacement], "force_before": [before], "force_after": [shear.sum()], "dissipated": [lost],
-    }  # fmt: skip
-    error = deviation(record, by_hand)
-    line = seen("a cascade of three nodes", "by hand", f"off by {error:.1e}")
-    assert error <= 1e-12, line
+    numbers = {
+        "displacement": [displacement],
+        "force_before": [before],
+        "force_after": [shear.sum()],
+        "dissipated": [lost],
+    }
+    agree("a cascade of three nodes", record, **numbers)
     assert (record.node[0], record.slips[0]) == (RIGHT, 3)
     np.testing.assert_allclose(state.slip[nodes], slips, **EXACT)
     np.testing.assert_allclose(state.nodal_force[0, nodes], shear, **EXACT)
 
 
-def test_touch_then_slip_by_a_step_of_the_floor() -> None:
+def test_touch_then_slip_by_a_step_of_the_floor():
     """A parabola on one node a; b, to the right, is drawn along by β/α and touches where its gap closes,
     (h - (1 - β/α) δ)²/(2R) = κW, from then on F = (u_a + u_b)/(α + β), and N_b = -Δheight/(2κ) as W is shared.
 
@@ -140,12 +139,8 @@ def test_touch_then_slip_by_a_step_of_the_floor() -> None:
     bears no shear; sliding down the pin's flank brings it pressure. What is lost is ½ |f_b s| less what the load gains.
     """
     alpha, beta, kappa, mu, normal_load, radius, floor = 1.0, 0.3, 1.0, 0.8, 0.1, 0.25, 2e-5
-    case = Case(
-        slab=SLAB, radius=radius, normal_load=normal_load, intrinsic_friction=mu,
-        slip_rule=SlipRule(event_floor=floor), max_events=2,
-    )  # fmt: skip
-    operator = compliance({(MIDDLE, RIGHT): beta}, {})
-    record, state = slide_to_state(case, operator)
+    pin = {"pin": "parabola", "radius": radius, "intrinsic_friction": mu}
+    record, state = slid(compliance({(MIDDLE, RIGHT): beta}, {}), floor=floor, max_events=2, **pin)
     assert record.initial_contact_size == 1
 
     touch = (H - math.sqrt(2 * radius * kappa * normal_load)) / (1 - beta / alpha)
@@ -159,14 +154,16 @@ def test_touch_then_slip_by_a_step_of_the_floor() -> None:
     fall = ((place + slip) ** 2 - place**2) / (2 * radius)
     normal = -fall / (2 * kappa)
     lost = -shear * slip / 2 + normal * fall / 2
-    by_hand = {
-        "displacement": [touch, touch + step], "force_before": [touch / alpha, force],
-        "force_after": [touch / alpha, force + slip * (own + cross)], "stiffness": [2 / (alpha + beta)] * 2,
-        "dissipated": [0.0, lost],
-    }  # fmt: skip
-    error = deviation(record, by_hand)
-    line = seen("touch, then slip", "by hand", f"off by {error:.1e}")
-    assert error <= 1e-11, line  # rounding: the step is a hundred-thousandth of the displacements it is added to
+    agree(
+        "touch, then slip",
+        record,
+        1e-11,  # rounding: the step is a hundred-thousandth of the displacements it is added to
+        displacement=[touch, touch + step],
+        force_before=[touch / alpha, force],
+        force_after=[touch / alpha, force + slip * (own + cross)],
+        stiffness=[2 / (alpha + beta)] * 2,
+        dissipated=[0.0, lost],
+    )
     assert [EVENT_KINDS[kind] for kind in record.kind] == ["touch", "slip"]
     assert list(record.node) == [RIGHT, RIGHT]
     np.testing.assert_allclose(-state.nodal_force[1, [MIDDLE, RIGHT]], [normal_load - normal, normal], **EXACT)

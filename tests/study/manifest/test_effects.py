@@ -90,7 +90,7 @@ def test_a_drive_on_a_finished_record_never_slides(tmp_path: Path, monkeypatch: 
 
 
 def test_a_contact_study_sets_up_no_sliding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without friction no tableau, nor more than the normal forces' columns (tests/solver/contact/normal/test_contact.py)."""
+    """Without friction no tableau, nor more than the normal forces' columns (tests/solver/test_contact.py)."""
     monkeypatch.setattr(computing, "slide_to_state", None)
     monkeypatch.setattr(initial, "compiled_contact", None)
     plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')

@@ -1,0 +1,405 @@
+"""Initial contact: constraints I-III and ΣN = W hold for every pin, load, friction, start and way of touching.
+
+Below it the systems that find a contact set: a set's forces by a border around another set's factors, or by the tableau.
+"""
+
+import math
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from nanoslip.solver.case import Case, Effects, InitialContact, PinShape, SlipRule
+from nanoslip.solver.contact import initial, normal
+from nanoslip.solver.contact.compiled_contact import compiled_contact, tableau
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.normal import PATIENCE, ContactSystem, Exchange
+from nanoslip.solver.contact.pin import surface_from_pin
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance, uncoupled
+from nanoslip.solver.outcome import Ending, SingularOperator, TooFarApart
+from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.sliding.slide import slide_to_state
+from tests.physics import assert_contact_laws
+
+SLAB = Slab(n_x=65)
+N = SLAB.n_x
+COMPLIANCE = surface_compliance(SLAB)
+CASE = Case(slab=SLAB, radius=100.0)
+FRICTIONLESS = replace(CASE, effects=Effects(friction=False))
+UNCOUPLED = replace(CASE, effects=Effects(coupling=False))
+WAYS = get_args(InitialContact)
+U, W = slice(0, N), slice(N, 2 * N)
+
+
+def lawful(case, compliance=COMPLIANCE):
+    """Initial contact, which obeys all laws."""
+    state = initial_contact(case, compliance)
+    assert state.outcome.ok, state.outcome
+    assert_contact_laws(state, case, compliance)
+    return state
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(
+    ("radius", "normal_load"),
+    [(200.0, 1e-3), (50.0, 1e-3), (1.0, 1e-5), (500.0, 2e-3), (2000.0, 1e-3), (1e5, 1e-3), (200.0, 1e-9)],
+    ids=["paper", "small", "tiny", "nearly full", "full", "flat", "one node"],
+)
+@pytest.mark.parametrize("friction", [0.1, 0.5])
+def test_the_contact_laws_hold(way, radius, normal_load, friction):
+    state = lawful(Case(friction, radius, normal_load, slab=SLAB, initial_contact=way))
+    assert state.contact.all() or radius < 2000.0  # full contact takes the corners
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.5, math.inf])
+@pytest.mark.parametrize("way", WAYS)
+def test_a_flat_punch_keeps_its_width(way, friction):
+    case = Case(slab=SLAB, pin="flat_punch", half_width=0.25, initial_contact=way, intrinsic_friction=friction)
+    np.testing.assert_array_equal(lawful(case).contact, np.abs(COMPLIANCE.x) <= 0.25)
+
+
+@pytest.mark.parametrize("pin", get_args(PinShape))
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_the_laws_of_contact_hold_between_nodes(scheme, way, pin):
+    """At initial contact and 30 events on."""
+    slab = Slab(33, scheme=scheme)
+    case = Case(radius=20.0, half_width=0.17, slab=slab, pin=pin, initial_contact=way, start=0.37, max_events=30)
+    compliance = surface_compliance(slab)
+    record, end = slide_to_state(case, compliance, lawful(case, compliance))
+    assert record.outcome.ok
+    assert_contact_laws(end, case, compliance)
+
+
+def test_the_pin_sees_every_node_further_left_the_further_right_it_starts():
+    at_middle, between = surface_from_pin(CASE), surface_from_pin(replace(CASE, start=0.37))
+    assert np.array_equal(at_middle, COMPLIANCE.x)
+    # Rounding of positions up to 32 spacings. One spacing on, the pin stands over the next node.
+    np.testing.assert_allclose(at_middle - between, 0.37 * SLAB.spacing, rtol=1e-13)
+    assert np.array_equal(surface_from_pin(replace(CASE, start=1.0))[1:], at_middle[:-1])
+
+
+@pytest.mark.parametrize(("start", "first"), [(0.0, 12), (0.4, 12), (0.6, 13), (1.0, 13)])
+def test_a_punch_stands_over_the_nodes_under_it(start, first):
+    """A node counts while the greater part of its width is covered: from 0.5 on the next one right does."""
+    slab = Slab(33)
+    punch = {"pin": "flat_punch", "half_width": 4 * slab.spacing, "initial_contact": "frictionless"}
+    under = initial_contact(Case(slab=slab, start=start, **punch), surface_compliance(slab)).contact
+    assert np.flatnonzero(under).tolist() == list(range(first, first + 9))
+
+
+@pytest.mark.parametrize("start", [0.1, 0.37, 0.5])
+def test_starts_on_either_side_of_a_node_are_mirror_images_at_first_touch(start):
+    """Pressed down without friction, s right of a node and s left of the next one: the pressures of one turned round and one
+    node on. The order of sums is turned round too, which the contact's condition (some 1e3) amplifies."""
+    case = Case(radius=20.0, slab=Slab(129, scheme="half_plane", poisson=0.3), initial_contact="frictionless")
+    compliance = surface_compliance(case.slab)
+    right, left = (initial_contact(replace(case, start=one), compliance).nodal_force[1] for one in (start, 1.0 - start))
+    np.testing.assert_allclose(right[1:], left[::-1][:-1], atol=1e-11 * case.normal_load)
+    assert right[0] == 0.0
+
+
+def test_the_paper_case_touches_with_70_to_75_of_129_nodes():
+    assert 68 <= initial_contact(Case(), surface_compliance(Case().slab)).contact.sum() <= 76
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_pressure_and_gap_are_mirror_symmetric_before_the_pin_moves(way):
+    case = Case(slab=SLAB, initial_contact=way, intrinsic_friction=math.inf)
+    state = initial_contact(case, COMPLIANCE)
+    # Without slips nothing breaks the mirror but rounding times the condition number.
+    np.testing.assert_allclose(state.pressure, state.pressure[::-1], atol=1e-10 * state.pressure.max())
+    np.testing.assert_allclose(state.gap, state.gap[::-1], atol=1e-10 * case.normal_load)
+    assert abs(state.friction_force) <= 1e-10 * case.normal_load
+
+
+def test_sticking_needs_slips_and_frictionless_touch_none():
+    case = Case(slab=SLAB, intrinsic_friction=0.1)
+    assert initial_contact(case, COMPLIANCE).slips > 0
+    smooth = initial_contact(replace(case, initial_contact="frictionless"), COMPLIANCE)
+    assert smooth.slips == 0
+    assert np.abs(smooth.shear).max() <= 1e-11 * smooth.pressure.max()
+
+
+@pytest.mark.parametrize("poisson", [-0.5, 0.0, 0.3])
+@pytest.mark.parametrize("scheme", ["half_plane", "galerkin"])
+def test_slips_that_decide_the_contact_stay_within_the_first_window(scheme, poisson, monkeypatch):
+    """Where no stuck set is settled the contact ends tens of nodes from where it began; all of the surface costs n_x³."""
+    case = Case(slab=Slab(257, scheme=scheme, poisson=poisson, aspect_ratio=4.0), radius=100.0)
+    compliance, windows = surface_compliance(case.slab), []
+
+    def seen(*given):
+        windows.append((compiled := compiled_contact(*given)).window)
+        return compiled
+
+    monkeypatch.setattr(initial, "compiled_contact", seen)
+    state = initial_contact(case, compliance)
+    assert (state.outcome.ok, len(windows)) == (True, 1)
+    assert windows[0] != slice(0, 257)
+    monkeypatch.setattr(initial, "expected_half_width", lambda _: 1.0)
+    everywhere = initial_contact(case, compliance)
+    assert np.array_equal(everywhere.contact, state.contact)
+    # A wider tableau is inverted with other rounding; slips multiply it, as they do an error of any kind.
+    assert everywhere.pressure == pytest.approx(state.pressure, abs=1e-9 * np.nanmax(state.pressure))
+
+
+def test_without_friction_every_way_leads_to_the_same_pressure():
+    """μ_i = 0 leaves normal contact alone; slipped nodes sit where frictionless contact puts them."""
+    stick, smooth = (
+        initial_contact(Case(0.0, slab=SLAB, initial_contact=way), COMPLIANCE).pressure for way in WAYS[:2]
+    )
+    # Slips one at a time end within 1e-12 of the load per node of the common state.
+    np.testing.assert_allclose(stick, smooth, atol=1e-7 * smooth.max())
+
+
+def test_the_compliance_of_another_slab_is_refused():
+    with pytest.raises(ValueError, match="another slab"):
+        initial_contact(Case(slab=Slab(n_x=33)), COMPLIANCE)
+
+
+def test_too_few_slips_allowed_is_an_outcome_with_advice():
+    outcome = initial_contact(Case(0.1, slab=SLAB, slip_rule=SlipRule(cascade_limit=1)), COMPLIANCE).outcome
+    assert outcome.ending is Ending.CASCADE_LIMIT
+    assert "cascade_limit" in outcome.message
+
+
+def test_without_friction_the_contact_laws_hold_and_nothing_is_dragged():
+    assert not lawful(FRICTIONLESS).nodal_force[0].any()
+
+
+@pytest.mark.parametrize(
+    ("case", "unread"),
+    [(FRICTIONLESS, [(U, U), (W, U)]), (UNCOUPLED, [(U, U), (W, U), (U, W)])],
+    ids=["without friction", "without coupling"],
+)
+def test_half_the_compliance_or_a_quarter_is_all_that_is_read(case, unread, monkeypatch):
+    """The rest is no number, and no tableau is set up."""
+    matrix = COMPLIANCE.matrix.copy()
+    for block in unread:
+        matrix[block] = np.nan
+    monkeypatch.setattr(initial, "compiled_contact", None)
+    found = initial_contact(case, SurfaceCompliance(matrix, SLAB))
+    np.testing.assert_array_equal(found.nodal_force, initial_contact(case, COMPLIANCE).nodal_force)
+    assert found.u.any() == case.effects.coupling
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("residual_shear", [0.0, 1.0])
+def test_without_coupling_every_first_touch_is_the_same(way, residual_shear):
+    """The full solvers agree with the normal problem alone when they are given an uncoupled compliance."""
+    zero, alone = uncoupled(COMPLIANCE), initial_contact(UNCOUPLED, COMPLIANCE)
+    whole = initial_contact(replace(CASE, initial_contact=way, slip_rule=SlipRule(residual_shear=residual_shear)), zero)
+    assert_contact_laws(alone, UNCOUPLED, zero)
+    # 1e-9: raised event by event, the load gathers the rounding of some hundred steps.
+    np.testing.assert_allclose(alone.nodal_force, whole.nodal_force, atol=1e-9 * CASE.normal_load)
+
+
+@pytest.mark.parametrize("radius", [3.0, 100.0, 500.0], ids=["narrow", "paper's", "wide"])
+@pytest.mark.parametrize("case", [FRICTIONLESS, UNCOUPLED, CASE], ids=["free", "uncoupled", "stuck"])
+def test_a_set_found_by_borders_of_others_is_the_set_found_by_systems_of_its_own(case, radius, monkeypatch):
+    case = replace(case, radius=radius, intrinsic_friction=math.inf)
+    alone = initial_contact(case, COMPLIANCE)
+    monkeypatch.setattr(normal, "FEW", 0)
+    monkeypatch.setattr(normal, "NEAR", 1.0)
+    bordered = initial_contact(case, COMPLIANCE)
+    assert alone.outcome.ok
+    np.testing.assert_array_equal(bordered.contact, alone.contact)
+    # Pressures are solved for by the found set's own factors in either way; u is where Newton's method comes to rest.
+    np.testing.assert_allclose(bordered.nodal_force, alone.nodal_force, atol=1e-12 * case.normal_load)
+
+
+def test_held_frictionless_the_contact_is_that_without_friction_bit_by_bit(monkeypatch):
+    """Nothing bears shear, so nothing slips, and no tableau is set up."""
+    monkeypatch.setattr(initial, "compiled_contact", None)
+    held = initial_contact(replace(CASE, initial_contact="frictionless"), COMPLIANCE)
+    free = initial_contact(FRICTIONLESS, COMPLIANCE)
+    np.testing.assert_array_equal(held.nodal_force, free.nodal_force)
+    np.testing.assert_array_equal(held.u, free.u)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.3])
+def test_stuck_sets_that_were_looked_through_before_are_found_again_without_new_factors(start):
+    case, own = replace(CASE, start=start), SurfaceCompliance(COMPLIANCE.matrix.copy(), SLAB)  # which may change
+    normal._system_before.cache_clear()
+    found = [normal.normal_contact(case, compliance, stuck=True) for compliance in (COMPLIANCE, COMPLIANCE, own)]
+    seen = normal._system_before.cache_info()
+    assert seen.misses == seen.hits > 0
+    for again in found[1:]:
+        np.testing.assert_array_equal(again.contact, found[0].contact)
+        # Answers kept for all right sides have other last bits than factors; of a stuck contact the set alone is taken.
+        np.testing.assert_allclose(again.normal_force, found[0].normal_force, atol=1e-12 * case.normal_load)
+        assert again.approach == pytest.approx(found[0].approach, rel=1e-12)
+
+
+X = np.linspace(-0.5, 0.5, 9)
+MIDDLE, ENDS = np.abs(X) < 0.2, np.abs(X) > 0.4
+
+
+def test_all_wrong_nodes_change_sides_while_they_get_fewer():
+    exchange = Exchange(X)
+    for count in (9, 5, 2, 1):
+        wrong = np.arange(9) < count
+        following = exchange.exchanged(MIDDLE, wrong)
+        np.testing.assert_array_equal(following.contact, MIDDLE ^ wrong)
+        assert following.all_at_once
+    # The lowest node stays where all would go.
+    np.testing.assert_array_equal(X[Exchange(X).exchanged(MIDDLE, MIDDLE).contact], [0.0])
+
+
+def test_only_the_one_furthest_right_does_where_they_have_not_got_fewer():
+    exchange, contact, wrong = Exchange(X), MIDDLE.copy(), ENDS.copy()
+    found = [exchange.exchanged(contact, wrong) for _ in range(PATIENCE + 1)]
+    assert [one.all_at_once for one in found] == [True] * PATIENCE + [False]
+    np.testing.assert_array_equal(np.flatnonzero(found[-1].contact ^ MIDDLE), [8])
+    fewer = ENDS & (X < 0.0)
+    np.testing.assert_array_equal(exchange.exchanged(contact, fewer).contact, MIDDLE ^ fewer)
+    assert (contact == MIDDLE).all()  # the sets given are left as they are
+    assert (wrong == ENDS).all()
+
+
+def test_a_set_that_comes_back_one_node_at_a_time_is_known_until_fewer_are_wrong():
+    exchange = Exchange(X)
+    for _ in range(PATIENCE):
+        assert not exchange.exchanged(MIDDLE, ENDS).again
+    other = exchange.exchanged(MIDDLE, ENDS)
+    assert not other.again
+    assert not exchange.exchanged(other.contact, ENDS).again
+    assert exchange.exchanged(MIDDLE, ENDS).again
+    exchange.exchanged(MIDDLE, ENDS & (X < 0.0))
+    assert not exchange.exchanged(MIDDLE, ENDS).again
+
+
+FEW, LOAD = 33, 1e-3
+RANDOM = np.random.default_rng(3)
+HEIGHTS = 1e-3 * RANDOM.standard_normal(FEW)
+BASE = np.abs(np.arange(FEW) - 16) <= 8
+SETS = {
+    "the same": BASE,
+    "fewer": BASE & (np.arange(FEW) % 5 != 0),
+    "more": np.abs(np.arange(FEW) - 16) <= 10,
+    "some gone, some come": np.abs(np.arange(FEW) - 13) <= 8,
+    "all others": ~BASE,
+}
+
+
+def dense_forces(compliance, contact, slope, held):
+    """[A 1; 1ᵀ 0] [f; approach] = [heights; -W] for this set alone; forces (2n,), approach."""
+    nodes = np.flatnonzero(contact)
+    entries = np.concatenate((nodes, nodes + FEW)) if held else nodes + FEW
+    block = compliance.matrix[np.ix_(entries, entries)].copy()
+    if slope is not None:
+        block -= slope[nodes, None] * compliance.matrix[np.ix_(nodes, entries)]
+    ones = (entries >= FEW).astype(float)
+    system = np.block([[block, ones[:, None]], [ones[None], np.zeros((1, 1))]])
+    right = np.concatenate((np.where(entries >= FEW, HEIGHTS[entries % FEW], 0.0), [-LOAD]))
+    solved, forces = np.linalg.solve(system, right), np.zeros(2 * FEW)
+    forces[entries] = solved[:-1]
+    return forces, float(solved[-1])
+
+
+@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"])
+@pytest.mark.parametrize("kind", ["stuck", "free", "on slopes"])
+def test_sets_one_after_the_other_have_the_forces_of_their_own_systems(scheme, kind):
+    compliance, held = surface_compliance(Slab(FEW, scheme=scheme)), kind == "stuck"
+    slope = 0.1 * RANDOM.standard_normal(FEW) if kind == "on slopes" else None
+    system = ContactSystem(compliance, BASE, slope, held)
+    for contact in (*SETS.values(), *SETS.values()):
+        forces, approach = system.forces(contact, HEIGHTS, LOAD)
+        expected, expected_approach = dense_forces(compliance, contact, slope, held)
+        # 3e-13 of the largest force seen: rounding times a condition of some hundreds.
+        np.testing.assert_allclose(forces, expected, atol=1e-11 * np.abs(expected).max())
+        assert approach == pytest.approx(expected_approach, rel=1e-10)
+        assert not forces[FEW:][~contact].any()
+        # To the rounding of forces far above the load, as these heights ask for.
+        assert forces[FEW:].sum() == pytest.approx(-LOAD, abs=1e-13 * np.abs(forces).sum())
+
+
+@pytest.mark.parametrize("contact", SETS.values(), ids=SETS)
+@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"])
+def test_kept_answers_are_the_forces_of_the_set_and_what_the_compliance_makes_of_them(scheme, contact):
+    compliance = surface_compliance(Slab(FEW, scheme=scheme))
+    kept = ContactSystem(compliance, contact, None, held=True).keep()
+    forces, approach, moved = kept.answered(contact, HEIGHTS, LOAD)
+    expected, expected_approach = dense_forces(compliance, contact, None, held=True)
+    np.testing.assert_allclose(forces, expected, atol=1e-11 * np.abs(expected).max())
+    assert approach == pytest.approx(expected_approach, rel=1e-10)
+    np.testing.assert_allclose(moved, compliance.matrix @ expected, atol=1e-11 * np.abs(moved).max())
+
+
+def test_heights_far_above_what_the_load_displaces_cost_no_digits_of_it():
+    """Only differences of heights matter: a millionth of the load's own scale is asked for, and the sum is the load."""
+    system = ContactSystem(surface_compliance(Slab(FEW)), BASE, None, held=True)
+    forces, approach = system.forces(BASE, np.full(FEW, 0.3), 1e-12)
+    assert forces[FEW:].sum() == pytest.approx(-1e-12, rel=1e-12)
+    assert approach == pytest.approx(0.3, rel=1e-10)
+
+
+def test_a_set_is_near_while_a_border_is_cheaper_than_new_factors(monkeypatch):
+    system = ContactSystem(surface_compliance(Slab(FEW)), BASE, None, held=False)
+    one_less = BASE & (np.arange(FEW) != 16)
+    assert (system.is_of(BASE), system.is_near(BASE), system.is_of(one_less)) == (True, True, False)
+    assert not system.is_near(one_less)  # so few nodes are factorized anew
+    monkeypatch.setattr(normal, "FEW", 4)
+    assert (system.is_near(one_less), system.is_near(~BASE)) == (True, False)
+
+
+def test_a_singular_compliance_and_heights_that_are_no_numbers_are_named():
+    slab = Slab(FEW)
+    with pytest.raises(SingularOperator, match="17 nodes"):
+        ContactSystem(SurfaceCompliance(np.zeros((2 * FEW, 2 * FEW)), slab), BASE, None, held=False)
+    system = ContactSystem(surface_compliance(slab), BASE, None, held=False)
+    with pytest.raises(TooFarApart, match="no numbers"):
+        system.forces(BASE, np.full(FEW, np.nan), LOAD)
+
+
+TOUCHING = {"middle": [3, 4, 5], "with a gap": [1, 2, 6], "at both ends": [0, 8], "all": list(range(9))}
+
+
+@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"], ids=["symmetric", "not symmetric"])
+@pytest.mark.parametrize("nodes", TOUCHING.values(), ids=TOUCHING)
+def test_the_tableau_exchanges_what_is_given_and_what_is_unknown_in_the_bordered_compliance(nodes, scheme):
+    n, matrix = 9, surface_compliance(Slab(9, scheme=scheme)).matrix
+    contact = np.isin(np.arange(n), nodes)
+    bordered = np.zeros((2 * n + 1, 2 * n + 1))
+    bordered[:-1, :-1] = matrix
+    bordered[n:-1, -1] = bordered[-1, n:-1] = 1.0
+    exchanged = np.concatenate((contact, contact, [True]))
+    forces = np.random.default_rng(1).standard_normal(2 * n + 1)
+    moved = bordered @ forces
+    given, unknown = np.where(exchanged, moved, forces), np.where(exchanged, forces, moved)
+    # The condition of these compliances is below 1e3.
+    np.testing.assert_allclose(given @ tableau(matrix, contact), unknown, rtol=0, atol=1e-9 * np.abs(given).max())
+
+
+def test_a_contact_that_is_set_up_again_is_the_same_whatever_was_done_to_the_first():
+    """Its tableau is remembered, as slips and other cases begin with it, too; kernels change theirs in place."""
+    contact, height = np.abs(np.arange(N) - 32) < 4, np.linspace(0.0, 1e-3, N)
+    given = (contact, np.zeros(N), height, contact)
+    first, alone = (compiled_contact(CASE, each, *given).state for each in (COMPLIANCE, replace(COMPLIANCE)))
+    before = first.tableau.copy()
+    first.tableau[:] = np.nan
+    for each in (alone, compiled_contact(CASE, COMPLIANCE, *given).state):
+        assert each.tableau.tobytes() == before.tobytes()
+        assert each.response.tobytes() == first.response.tobytes()
+
+
+def test_contacts_of_other_slabs_sets_and_windows_are_not_taken_for_each_other():
+    nodes, zero = np.abs(np.arange(33) - 16), np.zeros(33)
+    tableaus = {
+        compiled_contact(Case(slab=each.slab), each, contact, zero, zero, followed).state.tableau.tobytes()
+        for each in (surface_compliance(Slab(33, ratio)) for ratio in (0.5, 2.0))
+        for contact in (nodes < 2, nodes < 4)
+        for followed in (nodes < 4, nodes < 6)
+    }
+    assert len(tableaus) == 8
+
+
+def test_a_compliance_that_may_change_is_looked_at_each_time():
+    slab, contact, zero = Slab(n_x=9), np.arange(9) == 4, np.zeros(9)
+    changing = replace(surface_compliance(slab), matrix=surface_compliance(slab).matrix.copy())
+    soft = compiled_contact(Case(slab=slab), changing, contact, zero, zero, contact)
+    changing.matrix[:] *= 0.5
+    stiff = compiled_contact(Case(slab=slab), changing, contact, zero, zero, contact)
+    # Row and column of the node that is in contact hold its stiffness, less what the load asks for.
+    np.testing.assert_allclose(stiff.state.tableau[4, 4], 2.0 * soft.state.tableau[4, 4], rtol=1e-12)

@@ -1,0 +1,126 @@
+"""An outcome is one line that can be shown; its advice names nothing that is on already, and what it names helps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nanoslip.solver.case import Case, Heterogeneity, SlipRule
+from nanoslip.solver.contact.compiled_contact import compiled_contact, corrected_for_rounding
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.kernels.events import answer_violations
+from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, Stop, equilibrium_residual, refresh
+from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advised, energy_created
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome, printable
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.slide import slide
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("plain  μ_i = 0.5; needs 1", "plain  μ_i = 0.5; needs 1"),
+        ("two\nlines\t", "two lines"),
+        ("half \ud800", r"half \ud800"),
+        ("\x1b[2J\x07", r"\x1b[2J\x07"),
+        ("turned \u202e round", r"turned \u202e round"),
+    ],
+)
+def test_a_message_is_one_line_that_can_be_shown(text, shown):
+    assert Outcome(Ending.CRASHED, text).message == shown
+
+
+@pytest.mark.parametrize("letter", ["x", "\ud800", "μ"])
+def test_a_long_message_keeps_its_beginning_and_its_end(letter):
+    """Advice stands at the end."""
+    message = Outcome(Ending.CRASHED, "why: " + 2_000_000 * letter).adding("try again").message
+    assert len(message) <= LONGEST_MESSAGE
+    assert message.isprintable()
+    assert (message[:5], message[-9:]) == ("why: ", "try again")
+
+
+@pytest.mark.parametrize("most", [20, 21, 1000])
+def test_a_text_too_long_keeps_as_much_of_its_beginning_as_of_its_end_and_its_lines(most):
+    text = "".join(chr(ord("a") + number % 26) for number in range(most + 1))
+    assert printable(text[:most], most) == text[:most]
+    first, last = printable(text, most).split(" ... ")
+    assert text.startswith(first)
+    assert text.endswith(last)
+    assert len(first) + len(last) == most - 5
+    assert abs(len(first) - len(last)) <= 1
+    assert printable("first\n  \x1b second", 100) == "first\n  \\x1b second"
+
+
+@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic", "half_plane", "chain"])
+@pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
+@pytest.mark.parametrize("rough", [False, True])
+def test_no_advice_names_what_the_case_does_already(scheme, slip_order, rough):
+    pin = Heterogeneity(roughness=((0.0, 0.0), (0.1, 1e-6)) if rough else ())
+    case = Case(slab=Slab(17, scheme=scheme), slip_rule=SlipRule(slip_order=slip_order), heterogeneity=pin)
+    assert advised(case, COMPLETED) is COMPLETED
+    given = [advised(case, outcome).message for outcome in OUTCOME_OF_STOP.values()] + [energy_created(case).message]
+    for message in given:
+        assert "galerkin" not in message or scheme == "biquadratic"
+        assert "worst_first" not in message or slip_order == "simultaneous"
+    assert ("smoother" in given[-1]) is rough
+    assert any("galerkin" in message for message in given) is (scheme == "biquadratic")
+
+
+def test_slips_without_end_are_advised_by_their_cause():
+    """Without friction on a nearly incompressible slab; each advice but a higher limit is followed here, and helps."""
+    slab = Slab(17, poisson=0.4999)
+    case = Case(slab=slab, intrinsic_friction=0.0, slip_rule=SlipRule(cascade_limit=3000))
+    outcome = initial_contact(case, surface_compliance(slab)).outcome
+    assert outcome.ending is Ending.CASCADE_LIMIT
+    assert 'raise it, or use initial_contact = "frictionless"' in outcome.message
+    assert outcome.message.endswith(", or lower poisson")
+    for other in (replace(case, initial_contact="frictionless"), replace(case, slab=replace(slab, poisson=0.3))):
+        assert initial_contact(other, surface_compliance(other.slab)).outcome.ok
+    with_friction = replace(case, intrinsic_friction=0.5, slab=Slab(17), slip_rule=SlipRule(residual_shear=0.5))
+    found = advised(with_friction, OUTCOME_OF_STOP[Stop.CASCADE_LIMIT])
+    assert found.message.endswith(": raise it, or lower slip.residual_shear")
+
+
+def test_pillars_that_sway_are_to_be_lower():
+    case = Case(slab=Slab(17, aspect_ratio=3000.0), intrinsic_friction=0.5, max_events=200)
+    record = slide(case, surface_compliance(case.slab))
+    assert record.outcome.ending is Ending.SLIP_UNBOUNDED
+    assert record.outcome.message.count("an aspect_ratio nearer 1") == 1
+    lower = replace(case, slab=replace(case.slab, aspect_ratio=10.0))
+    assert slide(lower, surface_compliance(lower.slab)).outcome.ok
+
+
+@pytest.fixture
+def one_node():
+    slab, contact, zero = Slab(n_x=9), np.arange(9) == 4, np.zeros(9)
+    return compiled_contact(Case(slab=slab), surface_compliance(slab), contact, zero, zero, np.ones(9, dtype=bool))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("entry", [1, 4, 13, 18])
+def test_what_is_no_number_is_a_residual_and_ends_a_cascade(one_node, entry, value):
+    """In a free node's displacement, a contact node's shear and pressure, and the approach: comparisons do not see it."""
+    assert equilibrium_residual(one_node.state) < RESIDUAL_LIMIT
+    one_node.state.response[entry] = value
+    assert not equilibrium_residual(one_node.state) <= RESIDUAL_LIMIT
+    outcome = OUTCOME_OF_STOP[answer_violations(one_node.state, one_node.constants, 1.0)]
+    assert not outcome.ok  # an infinite shear slips, an infinite tension is released: neither gets far
+    assert outcome.ending is Ending.ROUNDING or not np.isnan(value)
+
+
+def test_inputs_that_are_no_numbers_cannot_be_corrected(one_node):
+    one_node.state.inputs[4] = np.nan
+    refresh(one_node.state)
+    assert OUTCOME_OF_STOP[corrected_for_rounding(one_node, Stop.DONE)].ending is Ending.ROUNDING
+
+
+def test_a_contact_that_bears_nothing_has_an_infinite_residual(one_node):
+    """The largest displacement is what it is compared with: there is none."""
+    one_node.state.response[:] = 0.0
+    assert equilibrium_residual(one_node.state) == np.inf
+
+
+def test_every_stop_that_ends_a_run_has_an_outcome():
+    """All but the one after which a wider window is set up."""
+    assert set(Stop) - set(OUTCOME_OF_STOP) == {Stop.WINDOW_TOO_NARROW}

@@ -1,0 +1,567 @@
+"""Sliding from event to event: the contact laws after every event, an exact record between events, a balanced energy.
+
+Also in its limits: constant pressures, where a slip is one row of the tangential tableau, and classical friction (residual_shear
+1), where F/W ends at μ_i.
+"""
+
+import math
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from nanoslip.solver.case import Case, Effects, Heterogeneity, InitialContact, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.kernels import state as window
+from nanoslip.solver.contact.kernels.events import worst_violation
+from nanoslip.solver.contact.pin import node_friction
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding import slide as sliding
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.record import EVENT_KINDS, EVENT_TYPES, drops
+from nanoslip.solver.sliding.slide import slide, slide_to_state, states_at
+from tests.physics import assert_contact_laws, coupled_half_plane, half_plane, smallest_step, stored_energy
+
+SLAB = Slab(n_x=33)
+COMPLIANCE = surface_compliance(SLAB)
+WAYS = get_args(InitialContact)
+FROZEN = Effects(pin_translation=False)
+SIMULTANEOUS = SlipRule(slip_order="simultaneous")
+CASE = Case(slab=SLAB, max_events=300)
+CLASSICAL = Case(slab=SLAB, slip_rule=SlipRule(residual_shear=1.0), max_events=None, max_displacement=4e-3)
+
+
+def case_with(residual_shear=0.0, slip_order="worst_first", **changes):
+    return replace(CASE, **{"slip_rule": SlipRule(slip_order=slip_order, residual_shear=residual_shear), **changes})
+
+
+def walk(case, state, events=60):
+    """So many events one at a time, the laws looked at after each, or up to the case's displacement."""
+    assert_contact_laws(state, case, COMPLIANCE)
+    for _ in range(events):
+        record, state = slide_to_state(replace(case, max_events=1), COMPLIANCE, state)
+        assert record.outcome.ok, record.outcome
+        assert_contact_laws(state, case, COMPLIANCE)
+        if state.displacement >= (case.max_displacement or math.inf):
+            break
+
+
+@pytest.mark.parametrize("residual_shear", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
+@pytest.mark.parametrize(
+    ("friction", "changes"),
+    [
+        (0.5, {}),
+        (0.1, {}),
+        (1.0, {}),
+        (0.5, {"radius": 10.0, "normal_load": 1e-4}),
+        (0.5, {"radius": 2000.0}),
+        (0.3, {"pin": "flat_punch"}),
+        (0.3, {"initial_contact": "frictionless"}),
+    ],
+    ids=["paper", "slippery", "rough", "small", "full", "punch", "frictionless touch"],
+)
+def test_the_contact_laws_hold_after_every_event(friction, changes, slip_order, residual_shear):
+    case = case_with(residual_shear, slip_order, intrinsic_friction=friction, **changes)
+    walk(case, initial_contact(case, COMPLIANCE))
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("friction", [0.0, 0.1, 0.5, 1.0])
+def test_the_contact_laws_hold_after_every_event_of_classical_friction(friction, way):
+    case = replace(CLASSICAL, intrinsic_friction=friction, initial_contact=way)
+    walk(case, initial_contact(case, COMPLIANCE), 10_000)
+
+
+@pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
+def test_where_only_forward_shear_is_limited_the_laws_hold_and_nodes_keep_more_shear_backwards(slip_order):
+    """A pin that sticks as it comes down pulls both sides inwards: its right half keeps shear beyond μ_i·pressure."""
+    case = case_with(intrinsic_friction=0.05, slip_rule=SlipRule(slip_order=slip_order, limited_shear="forward"))
+    state = initial_contact(case, COMPLIANCE)
+    assert (-state.nodal_force[0] + 0.05 * state.nodal_force[1])[state.contact].max() > 1e-3 * case.normal_load
+    walk(case, state)
+
+
+def test_without_shear_against_the_drag_it_does_not_matter_which_shear_is_limited():
+    """Without coupling no node is pushed back until all of them slip: the same bits."""
+    rules = (SlipRule(limited_shear=limited) for limited in ("both_ways", "forward"))
+    one, other = (slide(case_with(slip_rule=rule, max_events=40), half_plane(SLAB)) for rule in rules)
+    np.testing.assert_array_equal(one.displacement, other.displacement)
+    np.testing.assert_array_equal(one.force_after, other.force_after)
+
+
+@pytest.mark.parametrize(("limited", "there"), [("both_ways", False), ("forward", True)])
+def test_releases_trigger_events_only_where_shear_against_the_drag_is_free(limited, there):
+    """With |shear| limited a node slips before its pressure is gone."""
+    case = case_with(radius=1000.0, slip_rule=SlipRule(limited_shear=limited), max_events=1000)
+    assert np.any(slide(case, COMPLIANCE).kind == EVENT_KINDS.index("release")) == there
+
+
+@pytest.mark.parametrize("support", ["frictionless", "right_side"])
+def test_other_supports_slide_as_well(support):
+    case = case_with(slab=replace(SLAB, support=support))
+    compliance = surface_compliance(case.slab)
+    record, state = slide_to_state(case, compliance)
+    assert (record.outcome.ok, len(record.kind)) == (True, 300)
+    assert_contact_laws(state, case, compliance)
+
+
+def test_between_events_the_force_rises_with_the_recorded_stiffness():
+    record = slide(CASE, COMPLIANCE)
+    after = np.concatenate(([record.initial_force], record.force_after[:-1]))
+    slope = np.concatenate(([record.initial_stiffness], record.stiffness[:-1]))
+    steps = np.diff(record.displacement, prepend=0.0)
+    np.testing.assert_allclose(after + slope * steps, record.force_before, atol=1e-11 * record.normal_load)
+    assert steps.min() >= smallest_step(CASE, 3.0 * record.stiffness.max()) * (1 - 1e-6)
+
+
+@pytest.mark.parametrize("changes", [{}, {"effects": Effects(pin_translation=False, coupling=False)}])
+def test_a_displacement_limit_is_met_exactly_and_room_for_events_grows(changes, monkeypatch):
+    monkeypatch.setattr(sliding, "FIRST_CAPACITY", 8)
+    case = case_with(max_events=None, max_displacement=1.5e-3, **changes)
+    record, state = slide_to_state(case, COMPLIANCE)
+    assert record.outcome.ok
+    assert len(record.kind) > 16
+    assert record.final_displacement == state.displacement == 1.5e-3 > record.displacement[-1]
+    assert record.final_force == pytest.approx(state.friction_force, abs=1e-11 * case.normal_load)
+    same = slide(replace(case, max_events=len(record.kind)), COMPLIANCE)
+    np.testing.assert_array_equal(same.displacement, record.displacement)
+
+
+@pytest.mark.parametrize("far", [1e-3, 0.2], ids=["one window", "many windows"])
+def test_following_a_window_of_nodes_changes_nothing(far, monkeypatch):
+    """The same events as with every surface node followed, also where the contact walks out of its first window."""
+    slab, rule = Slab(n_x=65), SlipRule(residual_shear=0.5)
+    compliance = surface_compliance(slab)
+    case = Case(0.2, 1.0, 1e-4, slab=slab, slip_rule=rule, max_events=None, max_displacement=far)
+    windowed, state = slide_to_state(case, compliance)
+    assert_contact_laws(state, case, compliance)
+    monkeypatch.setattr(window, "MARGIN", slab.n_x)
+    whole = slide(case, compliance)
+    count = min(len(whole.node), 200)  # beyond, rounding decides ties differently and the records part
+    assert count > 20
+    np.testing.assert_array_equal(windowed.node[:count], whole.node[:count])
+    np.testing.assert_allclose(windowed.displacement[:count], whole.displacement[:count], rtol=1e-7)
+    late = (each.force_before[each.displacement > far / 2].mean() for each in (windowed, whole))
+    assert next(late) == pytest.approx(next(late), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("case", "pieces"),
+    [(case_with(max_events=40), 4), (case_with(effects=Effects(pin_translation=False, coupling=False)), 2)],
+    ids=["whole", "Goodman"],
+)
+def test_a_run_in_pieces_is_the_run_in_one(case, pieces):
+    """To rounding: every piece starts from fresh sums and, of the whole, a freshly inverted operator."""
+    whole, state, found = slide(case, COMPLIANCE), initial_contact(case, COMPLIANCE), []
+    for _ in range(pieces):
+        record, state = slide_to_state(replace(case, max_events=case.max_events // pieces), COMPLIANCE, state)
+        found.append(record)
+    for name in ("node", "slips"):
+        np.testing.assert_array_equal(np.concatenate([getattr(each, name) for each in found]), getattr(whole, name))
+    np.testing.assert_allclose(np.concatenate([each.displacement for each in found]), whole.displacement, rtol=1e-9)
+    forces = np.concatenate([each.force_after for each in found])
+    np.testing.assert_allclose(forces, whole.force_after, atol=1e-9 * case.normal_load)
+
+
+def test_every_event_has_a_trigger_and_a_cascade_that_answers_it():
+    record = slide(case_with(intrinsic_friction=0.25), COMPLIANCE)
+    answers = np.column_stack((record.slips, record.releases, record.touches))
+    assert np.all(answers[np.arange(300), record.kind] >= 1)
+    sizes = np.concatenate(([record.initial_contact_size], record.contact_size))
+    np.testing.assert_array_equal(np.diff(sizes), record.touches - record.releases)
+
+
+def test_adhesive_stick_never_slips():
+    record = slide(case_with(intrinsic_friction=math.inf, max_events=None, max_displacement=1e-3), COMPLIANCE)
+    assert record.outcome.ok
+    assert record.slips.sum() == 0
+    assert record.final_force == pytest.approx(record.initial_stiffness * 1e-3, rel=0.2)  # releases soften it
+    frozen = case_with(intrinsic_friction=math.inf, effects=FROZEN)
+    stuck = slide(frozen, COMPLIANCE)
+    assert stuck.outcome.ending is Ending.NO_EVENT
+    pulled = slide(replace(frozen, max_events=None, max_displacement=1e-3), COMPLIANCE)
+    assert pulled.final_force == pytest.approx(1e-3 * stuck.initial_stiffness + stuck.initial_force, rel=1e-12)
+
+
+def test_where_nothing_can_ever_happen_the_record_says_so():
+    """Every node in contact, none can slip, and without coupling no pressure changes."""
+    slab = Slab(n_x=9)
+    record = slide(Case(slab=slab, radius=1e6, intrinsic_friction=math.inf), half_plane(slab))
+    assert record.outcome.ending is Ending.NO_EVENT
+    assert "limits.displacement" in record.outcome.message
+    assert len(record.kind) == 0
+
+
+def test_without_friction_the_pin_feels_none():
+    record = slide(case_with(intrinsic_friction=0.0, max_events=50), COMPLIANCE)
+    assert record.outcome.ok
+    # Every step is as small as the force's tolerance allows.
+    assert record.force_before.max() <= 1e-12 * record.normal_load
+
+
+def test_a_punch_edge_that_comes_upon_the_next_node_is_an_outcome():
+    slab = Slab(n_x=9)
+    case = Case(0.05, slab=slab, pin="flat_punch", half_width=0.13, max_events=None, max_displacement=2.0)
+    record = slide(case, surface_compliance(slab))
+    assert record.outcome.ending is Ending.EDGE_REACHED
+    assert "edge" in record.outcome.message
+    # The next node stands at 0.25 and counts as reached half a node spacing before the punch's edge, 0.13, is there.
+    assert record.final_displacement == pytest.approx(0.25 - 0.13 - 0.125 / 2, rel=0.01)
+
+
+def test_a_pin_can_be_dragged_off_the_slab_or_until_it_carries_on_one_corner():
+    """Contact follows the pin by touch and release; past the slab's end the last node carries the whole load.
+
+    Slopes stay below half of μ_i: a pin twice as sharp creates energy on its way, and is named for it.
+    """
+    case = Case(0.1, 2.0, 1e-3, slab=Slab(n_x=9), max_events=None, max_displacement=0.6)
+    compliance = surface_compliance(case.slab)
+    record, state = slide_to_state(case, compliance)
+    assert record.outcome.ok
+    assert_contact_laws(state, case, compliance)
+    assert list(np.flatnonzero(state.contact)) == [8]
+    assert min(record.releases.sum(), record.touches.sum()) > 0
+
+
+def test_a_cascade_can_be_given_up_and_a_contact_that_failed_to_form_gives_an_empty_record_with_its_reason():
+    frozen = slide(case_with(effects=FROZEN, slip_rule=SlipRule(cascade_limit=3)), COMPLIANCE)
+    unformed = slide(case_with(intrinsic_friction=0.05, slip_rule=SlipRule(cascade_limit=1)), COMPLIANCE)
+    assert frozen.outcome.ending is unformed.outcome.ending is Ending.CASCADE_LIMIT
+    assert len(unformed.kind) == 0
+
+
+@pytest.mark.parametrize("limits", [{"max_events": 7}, {"max_displacement": 1e-3}], ids=["events", "displacement"])
+@pytest.mark.parametrize(
+    "changes", [{}, {"effects": FROZEN}, {"slip_rule": CLASSICAL.slip_rule}], ids=["whole", "frozen", "coulomb"]
+)
+def test_states_after_events_end_where_the_record_does(changes, limits):
+    case = case_with(**(changes | limits))
+    last = len(slide(case, COMPLIANCE).displacement)
+    assert last > 1
+    found, outcome = states_at(case, COMPLIANCE, (0, last, last + 1, 100_000))
+    assert (len(found), outcome.ok) == (2, True)
+    assert states_at(case, COMPLIANCE, (100_000,))[0] == []
+
+
+def test_a_failure_behind_the_end_of_the_record_is_not_the_cases():
+    """This pin gets too steep where it touches, but long after its seventh event."""
+    case = case_with(radius=25.0, max_events=7)
+    behind = slide(replace(case, max_events=100_000), COMPLIANCE)
+    assert (behind.outcome.ending, len(behind.displacement) > case.max_events) == (Ending.STEEP_PIN, True)
+    found, outcome = states_at(case, COMPLIANCE, (0, 5, 100_000))
+    assert (len(found), outcome.ending) == (2, Ending.COMPLETED)
+
+
+FORCES = ("force_before", "force_after", "stiffness", "dissipated", "displacement")
+COUNTS = ("kind", "slips", "releases", "touches", "contact_size")
+ENDS = ("initial_force", "initial_stiffness", "final_displacement", "final_force", "outcome")
+FLAT = Case(radius=20.0, slab=Slab(129, scheme="half_plane", poisson=0.3), max_events=300)
+"""23 nodes in contact, far from the ends."""
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(
+    ("effects", "residual_shear"), [(Effects(), 0.0), (Effects(), 0.5), (Effects(), 1.0), (FROZEN, 0.0), (FROZEN, 0.5)]
+)
+def test_one_spacing_on_a_half_plane_is_the_same_one_node_further(way, effects, residual_shear):
+    """Its matrix is Toeplitz to the bit and the positions are binary fractions: every number is computed from the same ones.
+    Sums over all nodes may be added up in another order, by the shift of the window: 1e-12 allows for 300 events of that."""
+    case = replace(FLAT, initial_contact=way, effects=effects, slip_rule=SlipRule(residual_shear=residual_shear))
+    case = replace(case, max_events=60) if residual_shear == 1.0 else case
+    here, next_to = (slide(replace(case, start=start), surface_compliance(FLAT.slab)) for start in (0.0, 1.0))
+    assert here.outcome.ok
+    assert len(here.node) == case.max_events
+    assert np.array_equal(next_to.node, here.node + 1)
+    for name in COUNTS:
+        assert np.array_equal(getattr(next_to, name), getattr(here, name)), name
+    for name in FORCES:
+        mine, other = getattr(here, name), getattr(next_to, name)
+        np.testing.assert_allclose(other, mine, rtol=0.0, atol=1e-12 * np.abs(mine).max(), err_msg=name)
+
+
+def same(one, other):
+    """Whether two records have the same bits."""
+    columns = all(np.array_equal(getattr(one, name), getattr(other, name)) for name in (*FORCES, *COUNTS, "node"))
+    return columns and all(getattr(one, name) == getattr(other, name) for name in ENDS)
+
+
+LIMITED = {
+    "slips": {},
+    "some shear left": {"slip_rule": SlipRule(residual_shear=0.5)},
+    "classical": {"slip_rule": CLASSICAL.slip_rule},
+    "constant pressures": {"effects": FROZEN},
+    "no coupling": {"effects": Effects(coupling=False)},
+    "spread": {"heterogeneity": Heterogeneity(spread=0.2)},
+}
+
+
+@pytest.mark.parametrize("changes", LIMITED.values(), ids=LIMITED)
+@pytest.mark.parametrize("spacings", [0.03, 0.7])
+def test_a_limit_in_spacings_is_a_displacement(spacings, changes):
+    """Ends at exactly that place, and has the bits of a record with that limit as displacement."""
+    case, far = Case(radius=50.0, slab=SLAB, max_events=None, max_spacings=spacings, **changes), spacings * SLAB.spacing
+    record = slide(case, COMPLIANCE)
+    assert record.outcome.ok
+    assert len(record.node) > 0 or spacings < 0.1
+    assert record.final_displacement == far
+    assert same(record, slide(replace(case, max_spacings=None, max_displacement=far), COMPLIANCE))
+
+
+def test_whichever_limit_comes_first_ends_the_record():
+    far, whole = SLAB.spacing, slide(Case(slab=SLAB, max_events=None, max_spacings=0.2), COMPLIANCE)
+    for spacings, displacement in ((0.2, far), (5.0, 0.2 * far)):
+        case = Case(slab=SLAB, max_events=10**6, max_spacings=spacings, max_displacement=displacement)
+        assert same(whole, slide(case, COMPLIANCE))
+    few = slide(Case(slab=SLAB, max_events=20, max_spacings=0.2), COMPLIANCE)
+    assert len(few.node) == 20
+    assert few.final_displacement == whole.displacement[19]
+
+
+RECORDED = {
+    "worst first": case_with(radius=50.0),
+    "together": case_with(radius=50.0, slip_rule=SIMULTANEOUS),
+    "constant pressures": case_with(radius=50.0, effects=FROZEN),
+    "constant pressures, together": case_with(radius=50.0, effects=FROZEN, slip_rule=SIMULTANEOUS),
+    "rough pin": case_with(radius=50.0, heterogeneity=Heterogeneity(roughness=((-0.1, 0.0), (0.0, 1e-5), (0.1, 0.0)))),
+}
+
+
+@pytest.mark.parametrize("case", RECORDED.values(), ids=RECORDED)
+def test_extent_and_map_count_the_nodes_that_slipped(case):
+    """Event by event: who slipped stands elsewhere on the pin. A node that slips there and back to the last bit was not seen."""
+    state, slipped = initial_contact(case, COMPLIANCE), np.zeros(33, np.int64)
+    for _ in range(12):
+        before = state
+        record, state = slide_to_state(replace(case, max_events=1), COMPLIANCE, state)
+        # What rounding moves is 1e-16 of the slab's width, a slip at least 1e-9.
+        moved = before.contact & (np.abs(state.slip - before.slip) > 1e-13) & state.contact
+        gone = before.contact & ~state.contact  # a node may slip and leave
+        assert int(moved.sum()) <= int(record.extent[0]) <= int(moved.sum() + gone.sum() + record.touches[0])
+        assert (record.node_slips > 0).sum() == record.extent[0]
+        slipped += record.node_slips
+    whole = slide(replace(case, max_events=12), COMPLIANCE)
+    np.testing.assert_array_equal(whole.node_slips, slipped)
+    assert whole.extent.max() > 1
+
+
+@pytest.mark.parametrize("changes", [{}, {"slip_rule": CLASSICAL.slip_rule}, {"effects": FROZEN}])
+def test_columns_have_their_declared_types_and_the_map_holds_the_slips_of_all_events(changes):
+    record = slide(case_with(radius=50.0, max_events=40, **changes), COMPLIANCE)
+    for name, dtype in EVENT_TYPES.items():
+        column = getattr(record, name)
+        assert (column.dtype, column.shape, column.flags.writeable) == (np.dtype(dtype), (40,), False), name
+    assert record.node_slips.sum() == record.slips.sum() > 0
+    np.testing.assert_array_equal(record.extent > 0, record.slips > 0)
+    assert (record.extent <= record.slips).all()
+    np.testing.assert_allclose(record.node_x, np.linspace(-0.5, 0.5, 33))
+
+
+def test_nodes_that_begin_to_slide_at_once_are_one_event():
+    """On a half-plane without coupling both edges of a contact begin to slide at once, one node on either side."""
+    slab = Slab(33, scheme="half_plane")
+    case = replace(CLASSICAL, slab=slab, radius=50.0, effects=Effects(coupling=False), max_events=2)
+    record = slide(case, surface_compliance(slab))
+    np.testing.assert_array_equal(record.extent, [2, 2])
+    slid = np.flatnonzero(record.node_slips)
+    np.testing.assert_array_equal(slid, 32 - slid[::-1])
+
+
+def test_a_force_that_falls_by_rounding_alone_falls_by_nothing():
+    """Classical sliding goes on at μ_i·p: what is left is how well its roles are solved, and rounding."""
+    found = drops(np.full(4, 0.3), 0.3 - np.array([1e-3, 2e-12, 5e-17, -1e-13]))
+    np.testing.assert_allclose(found, [1e-3, 2e-12, 0.0, 0.0], rtol=1e-4)  # 2e-12 of 0.3: to 1e-17/2e-12
+    assert not np.any(found[2:])
+    record = slide(replace(CLASSICAL, radius=50.0, slab=Slab(17), max_events=10), surface_compliance(Slab(17)))
+    before, after = (force / record.normal_load for force in (record.force_before, record.force_after))
+    found = drops(before, after)
+    assert np.all((found == 0.0) | (np.abs(found) > 1e-12))
+    assert np.any((found == 0.0) & (before != after))
+
+
+WIDE = Slab(n_x=65)
+N, OF_WIDE = WIDE.n_x, surface_compliance(WIDE)
+CONSTANT = Case(slab=WIDE, radius=100.0, max_events=300, effects=FROZEN)
+GOODMAN = replace(CONSTANT, effects=Effects(pin_translation=False, coupling=False))
+BOTH = pytest.mark.parametrize("case", [CONSTANT, GOODMAN], ids=["coupled initial contact", "Goodman"])
+
+
+@BOTH
+@pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
+def test_with_constant_pressures_friction_and_equilibrium_hold_where_the_record_ends(case, slip_order):
+    rule = SlipRule(slip_order=slip_order, residual_shear=0.3)
+    case = replace(case, slip_rule=rule, heterogeneity=Heterogeneity(spread=0.2))
+    start = initial_contact(case, OF_WIDE)
+    record, end = slide_to_state(case, OF_WIDE, start)
+    assert record.outcome.ok
+    np.testing.assert_array_equal(end.pressure, start.pressure)
+    assert np.all(np.abs(end.nodal_force[0]) <= -node_friction(case) * end.nodal_force[1] + 1e-11 * case.normal_load)
+    along = OF_WIDE.matrix[:N, :N] @ end.nodal_force[0]
+    if case.effects.coupling:
+        along += OF_WIDE.matrix[:N, N:] @ end.nodal_force[1]
+    np.testing.assert_allclose(end.u, along, atol=1e-10 * case.normal_load)
+    assert end.friction_force == pytest.approx(record.final_force, abs=1e-11 * case.normal_load)
+
+
+@BOTH
+def test_with_constant_pressures_every_event_is_a_slip_and_loses_energy(case):
+    record = slide(case, OF_WIDE)
+    assert len(record.displacement) == 300
+    assert not np.any([record.kind, record.releases, record.touches])
+    assert record.dissipated.min() > 0.0
+    np.testing.assert_allclose(record.stiffness, record.initial_stiffness, rtol=1e-14)  # the same sum in two orders
+
+
+def test_after_first_touch_only_the_tangential_block_is_read(monkeypatch):
+    """Without coupling either; no tableau of normal and tangential entries is set up."""
+    start, matrix = initial_contact(GOODMAN, OF_WIDE), np.full_like(OF_WIDE.matrix, np.nan)
+    matrix[:N, :N] = OF_WIDE.matrix[:N, :N]
+    whole = slide(GOODMAN, OF_WIDE, start)
+    for builder in ("initial_contact", "compiled_contact", "uncoupled"):
+        monkeypatch.setattr(sliding, builder, None)
+    alone = slide(GOODMAN, SurfaceCompliance(matrix, WIDE), start)
+    for name in ("displacement", "force_after", "node", "slips", "dissipated"):
+        np.testing.assert_array_equal(getattr(alone, name), getattr(whole, name))
+
+
+def test_what_means_nothing_is_refused():
+    with pytest.raises(InvalidInput, match=r"residual_shear = 1\.0 with pin_translation = false"):
+        replace(CONSTANT, slip_rule=CLASSICAL.slip_rule)
+    with pytest.raises(InvalidInput, match="friction = false: needs the stage contact alone"):
+        slide(replace(CONSTANT, effects=Effects(friction=False)), OF_WIDE)
+    with pytest.raises(InvalidInput, match="needs a finite"):
+        replace(CLASSICAL, intrinsic_friction=math.inf)
+
+
+def test_a_record_takes_no_more_room_than_its_events_need(monkeypatch):
+    """Not for all that it may hold: a limit of 1e9 events beside a displacement is 70 GB. The events are the same ones."""
+    whole, room, empty = slide(CONSTANT, OF_WIDE), [], sliding.empty_events
+    monkeypatch.setattr(sliding, "empty_events", lambda capacity: room.append(capacity) or empty(min(capacity, 1024)))
+    monkeypatch.setattr(sliding, "FIRST_CAPACITY", 8)
+    far = float(whole.displacement[-1]) * (1.0 + 1e-12)
+    for limited in (CONSTANT, replace(CONSTANT, max_events=10**9, max_displacement=far)):
+        record = slide(limited, OF_WIDE)
+        for name in ("displacement", "force_before", "force_after", "node", "slips", "dissipated"):
+            np.testing.assert_array_equal(getattr(record, name), getattr(whole, name))
+    assert room == 2 * [8, 16, 32, 64, 128, 256, 512]
+
+
+def test_a_pin_that_is_not_carried_along_is_as_steep_as_at_first_touch():
+    """A parabola dragged three quarters of a slab to the side would stand on a flank of 50° there."""
+    case = replace(
+        CONSTANT, radius=0.5, normal_load=1e-4, intrinsic_friction=10.0, max_events=None, max_displacement=0.75
+    )
+    assert slide(case, OF_WIDE).outcome.ok
+
+
+def test_a_shear_that_is_no_number_is_seen():
+    """No comparison in the kernel is true of it: nothing would seem to slip."""
+    start = initial_contact(GOODMAN, OF_WIDE)
+    u = start.u.copy()
+    u[np.flatnonzero(start.contact)[0]] = np.nan
+    assert slide(GOODMAN, OF_WIDE, replace(start, u=u)).outcome.ending is Ending.ROUNDING
+
+
+@pytest.mark.parametrize("friction", [0.25, 0.5, 1.0])
+def test_classical_friction_ends_at_the_intrinsic_friction(friction):
+    record, state = slide_to_state(replace(CLASSICAL, intrinsic_friction=friction), COMPLIANCE)
+    assert record.final_force == pytest.approx(friction * record.normal_load, rel=1e-12)
+    # On the way there the force only rises: nothing drops, and a step meets its event to rounding.
+    assert np.all(np.diff(record.force_before) >= -1e-9 * record.normal_load)
+    np.testing.assert_allclose(record.force_after, record.force_before, atol=1e-9 * record.normal_load)
+    assert np.all(np.abs(state.slip[state.contact]) > 0.0)
+
+
+@pytest.mark.parametrize("residual_shear", [0.9, 0.99])
+def test_classical_friction_is_the_limit_of_small_slips(residual_shear):
+    """With a residual of 1 - ε the shears of slipping nodes lie ε below their limits at most, so does the force."""
+    whole = slide(CLASSICAL, COMPLIANCE)
+    slipping = slide(case_with(residual_shear, max_events=None, max_displacement=1.5e-3), COMPLIANCE)
+    force = np.interp(slipping.displacement, whole.displacement, whole.force_after)
+    lag = (force - slipping.force_before) / force
+    assert lag.min() > -0.02
+    assert lag.max() < 1.0 - residual_shear + 0.02  # the record of few events is interpolated
+
+
+def test_a_long_classical_slide_has_a_plateau_at_the_intrinsic_friction():
+    """The pin walks over the slab: nodes are released behind it and touched in front, F/W stays μ_i."""
+    case = replace(CLASSICAL, slab=WIDE, radius=20.0, intrinsic_friction=0.2, max_displacement=0.25)
+    record = slide(case, OF_WIDE)
+    assert record.outcome.ok, record.outcome
+    assert min(record.releases.sum(), record.touches.sum()) > 5
+    assert plateau_of(record).outcome.ok
+    assert plateau_of(record).mean == pytest.approx(0.2, rel=1e-3)
+
+
+def test_single_nodes_hand_the_load_over():
+    """A pin so sharp that one or two nodes carry it walks from node to node at F/W = μ_i."""
+    record = slide(replace(CLASSICAL, radius=5.0, normal_load=1e-4, max_displacement=0.3), COMPLIANCE)
+    assert record.outcome.ok
+    assert record.contact_size.max() <= 3
+    np.testing.assert_allclose(record.force_after[record.displacement > 0.05], 0.5 * record.normal_load, rtol=1e-9)
+
+
+def test_friction_too_large_for_any_motion_is_an_outcome():
+    record = slide(replace(CLASSICAL, intrinsic_friction=10.0, max_displacement=0.3), COMPLIANCE)
+    assert record.outcome.ending is Ending.SLIP_UNBOUNDED
+    assert "friction law" in record.outcome.message
+    assert np.isfinite(record.force_after).all()
+
+
+@pytest.mark.parametrize("operator", [half_plane, coupled_half_plane])
+def test_the_work_of_pin_and_load_is_stored_or_dissipated_in_classical_sliding(operator):
+    case = replace(CLASSICAL, slab=replace(SLAB, poisson=0.2), max_displacement=1e-3)
+    compliance = operator(case.slab)
+    start = initial_contact(case, compliance)
+    record, end = slide_to_state(case, compliance, start)
+    edges = np.concatenate(([0.0], record.displacement, [record.final_displacement]))
+    force = np.concatenate(([record.initial_force], record.force_before, [record.final_force]))
+    pin_work = float(((force[1:] + force[:-1]) / 2) @ np.diff(edges))
+    balance = pin_work + case.normal_load * (end.approach - start.approach) - stored_energy(end) + stored_energy(start)
+    # Forces are straight between events up to the pin's curvature; what slid after the last event is not in the record.
+    last = record.force_before[-1] * (record.final_displacement - record.displacement[-1])
+    lost = float(record.dissipated.sum())
+    assert lost <= balance * (1 + 1e-3)
+    assert balance <= lost + last + 1e-3 * pin_work
+    assert record.dissipated.min() >= -1e-9 * pin_work
+
+
+def test_a_pin_that_slides_on_and_on_leaves_the_slab(monkeypatch):
+    monkeypatch.setattr(sliding, "OFF_THE_SLAB", 5e-3)
+    record = slide(replace(CLASSICAL, max_displacement=None, max_events=10**6), COMPLIANCE)
+    assert record.outcome.ending is Ending.CONTACT_LOST
+    assert record.final_displacement == record.displacement[-1]
+
+
+def worst(shear, pressure, limits, opposite=-1.0):
+    node, tension = worst_violation(shear, -pressure, limits, np.isfinite(limits), 1e-15, opposite)
+    return int(node), float(tension)
+
+
+def test_shear_against_the_drag_counts_only_where_both_ways_are_limited():
+    shear, rest = np.array([-9.0, 1.0, 3.0, -2.0]), (np.ones(4), np.full(4, 0.5))
+    assert worst(shear, *rest)[0] == 0
+    assert worst(shear, *rest, opposite=0.0)[0] == 2
+    assert worst(-np.abs(shear), *rest, opposite=0.0)[0] == -1
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_worst_offender_is_the_node_with_the_largest_ratio_and_of_mirror_twins_the_one_further_right(seed):
+    rng = np.random.default_rng(seed)
+    shear, pressure, limits = rng.normal(size=45), rng.uniform(0.1, 1.0, 45), rng.uniform(0.1, 1.0, 45)
+    limits[rng.random(45) < 0.3] = np.nan  # free or stuck for ever
+    ratio = np.nan_to_num(np.abs(shear) / (limits * pressure))
+    assert worst(shear, pressure, limits) == (int(np.argmax(ratio)), 0.0)
+    assert worst(shear * 0.99 / ratio.max(), pressure, limits) == (-1, 0.0)
+    pressure[np.flatnonzero(np.isfinite(limits))[3]] = -2.0
+    assert worst(shear, pressure, limits)[1] == 2.0
+    # Ratios over all magnitudes, so that some lie on the edge of a cut; a few ulps more or less on the left twin.
+    for ratio in (*(1.0 + 10.0 ** rng.uniform(-6, 2, 200)), *(1.0 + rng.integers(1, 2**20, 200) * 2.0**-37)):
+        shear = np.full(45, 0.5)
+        left, right = sorted(rng.choice(45, 2, replace=False))
+        shear[right] = ratio
+        shear[left] = -ratio * (1.0 + rng.integers(-4, 5) * np.finfo(float).eps)
+        assert worst(shear, np.ones(45), np.ones(45))[0] == right

@@ -1,0 +1,198 @@
+"""The plateau is what follows run-in, its moments exact integrals; counts are of triggers and whole cascades, cycles found."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.sliding.plateau import FEWEST_EVENTS, RUN_IN, plateau_of, teeth
+from nanoslip.solver.sliding.statistics import LONGEST_CYCLE, cycle_of, event_statistics
+from tests.synthetic import FRICTION, LOAD, SPACING, STIFFNESS, modulated_record, noisy_record, record_from
+
+PRESLIDING = FRICTION * LOAD / STIFFNESS
+LEVEL, AMPLITUDE = 0.27, 0.05
+"""Mean F/W of `modulated_record`, and how much the modulation is of it."""
+
+
+def test_the_steady_part_begins_where_the_pin_has_slid_the_run_in():
+    record = noisy_record()
+    plateau = plateau_of(record)
+    assert plateau.outcome.ok
+    before, start = record.displacement[plateau.first_event - 1 : plateau.first_event + 1]
+    assert before < RUN_IN * PRESLIDING <= start == plateau.start
+    assert plateau.end == record.displacement[plateau.last_event] == record.displacement[-1]
+    assert plateau.mean == pytest.approx(0.27 * (1.0 - 0.005), rel=2e-3)  # drops of 0 to 1 %: 500 of them know 0.03 %
+
+
+def test_no_plateau_is_found_on_the_loading_ramp():
+    """However steady a stretch of it looks, a record that ends within run-in has none."""
+    flat = np.full(300, RUN_IN * PRESLIDING / 301)
+    plateau = plateau_of(record_from(flat, STIFFNESS * flat))
+    assert plateau.outcome.ending is Ending.NO_PLATEAU
+    assert np.isnan(plateau.mean)
+    assert "1.5 presliding lengths, run-in takes 1.5" in plateau.outcome.message
+
+
+def test_a_contact_without_stiffness_never_forgets_and_without_friction_there_is_no_run_in():
+    assert plateau_of(replace(noisy_record(), presliding_length=np.inf)).outcome.ending is Ending.NO_PLATEAU
+    record = record_from([1e-6] * 20, [STIFFNESS * 1e-6] * 20)
+    assert plateau_of(replace(record, presliding_length=0.0)).first_event == 0
+
+
+def test_moments_are_integrals_over_the_sawtooth():
+    """One tooth repeated: uniform distribution between its two forces, so mean and std are known."""
+    steps, drops = np.repeat([6e-4 / 50, 4e-6], [50, 600]), np.repeat([0.0, STIFFNESS * 4e-6], [50, 600])
+    plateau = plateau_of(record_from(steps, drops))
+    low, high = STIFFNESS * 6e-4 / LOAD, STIFFNESS * 6.04e-4 / LOAD
+    assert plateau.mean == pytest.approx((low + high) / 2, rel=1e-12)  # rounding of 650 sums
+    assert plateau.std == pytest.approx((high - low) / np.sqrt(12.0), rel=1e-8)  # a difference of nearly equal forces
+    assert plateau.peak == pytest.approx(high, rel=1e-12)
+
+
+def test_too_few_events_are_no_plateau():
+    steps = np.array([1.01 * RUN_IN * PRESLIDING, *([1e-6] * FEWEST_EVENTS)])
+    assert plateau_of(record_from(steps, STIFFNESS * steps)).outcome.ok
+    refused = plateau_of(record_from(steps[:-1], STIFFNESS * steps[:-1])).outcome
+    assert refused.ending is Ending.NO_PLATEAU
+    assert refused.message.startswith("7 events after run-in: needs 8; raise limits.events")
+
+
+@pytest.mark.parametrize(("tail", "limit"), [(0.0, "limits.events"), (1e-7, "limits.presliding")])
+def test_a_record_without_a_plateau_is_to_be_longer_by_the_limit_that_ended_it(tail, limit):
+    """One of displacement is met between two events: after the last one the pin has moved on."""
+    assert f"; raise {limit}" in plateau_of(record_from([1e-6] * 400, [1e-9] * 400, tail=tail)).outcome.message
+
+
+def test_the_integral_of_the_teeth_is_additive_and_includes_what_follows_the_last_event():
+    record = record_from([1e-5, 2e-5, 1e-5], [1e-6, 2e-6, 3e-6], initial_force=1e-6, tail=5e-6)
+    whole, far = teeth(record), record.final_displacement
+    by_hand = 0.5 * float(np.diff(whole.edges) @ (whole.start + whole.end))
+    assert whole.integral(np.array([far]))[0] == pytest.approx(by_hand, rel=1e-14)
+    assert whole.block_means(0.0, far, 7).mean() == pytest.approx(by_hand / far, rel=1e-13)
+
+
+@pytest.mark.parametrize(("spacings", "whole"), [(1.4, 1), (1.6, 1), (2.4, 2), (3.7, 3)])
+def test_over_whole_spacings_a_modulation_averages_out(spacings, whole):
+    """An event of 3000 to a spacing may be missing at the ends: a sixth of a permille of the amplitude."""
+    for phase in np.arange(8) / 8.0:
+        record = modulated_record(spacings, phase)
+        plateau = plateau_of(record)
+        assert plateau.spacings == pytest.approx(whole, abs=1.01 * record.displacement[0] / SPACING)
+        assert plateau.mean == pytest.approx(LEVEL, abs=1e-3 * AMPLITUDE * LEVEL)
+
+
+def test_events_are_counted_by_trigger_and_cascades_by_what_they_did():
+    record = replace(
+        record_from([1e-6, 2e-6, 3e-6, 2e-6], [1e-7, 4e-7, 2e-7, 1e-7]),
+        kind=np.array([0, 0, 1, 2], np.int8),
+        slips=np.array([5, 70, 0, 2]),
+        releases=np.array([0, 1, 1, 0], np.int32),
+        touches=np.array([0, 0, 0, 3], np.int32),
+    )
+    found = event_statistics(record)
+    assert (found.events, found.slips, found.releases, found.touches) == (4, 2, 1, 1)
+    assert (found.cascade_slips, found.cascade_releases, found.cascade_touches) == (77, 2, 3)
+    assert found.mean_step == pytest.approx(2e-6, rel=1e-12)
+    assert found.mean_slips == 77 / 4
+    assert found.mean_drop == pytest.approx(2e-7 / LOAD, rel=1e-9)  # differences of forces ten times as large
+    assert found.peak_friction == record.force_before.max() / LOAD
+    assert found.dissipated == record.dissipated.sum()
+    far = record_from(np.full(100, 1e-4), np.full(100, 1e-7), tail=2e-4)
+    assert event_statistics(far).spacings == pytest.approx(1.02e-2 / SPACING, rel=1e-12)  # of the whole record
+
+
+def first_events(record, count):
+    columns = ("displacement", "force_before", "force_after", "stiffness", "dissipated", "kind", "node", "slips")
+    columns += ("releases", "touches", "contact_size")
+    return replace(record, **{name: getattr(record, name)[:count] for name in columns})
+
+
+def test_a_record_without_events_has_no_means():
+    record = first_events(record_from([1e-6], [0.0]), 0)
+    found = event_statistics(record)
+    assert found.events == 0
+    assert np.isnan([found.mean_step, found.mean_slips, found.mean_drop]).all()
+    assert found.peak_friction == record.final_force / LOAD
+    assert np.isnan(event_statistics(replace(record, final_displacement=0.0)).peak_friction)  # the pin has not moved
+
+
+SEVEN = np.array([3, 1, 4, 1, 5, 9, 2])
+"""A cycle of seven events: their nodes, and how large their drops are; two of them are of one node."""
+
+
+def cyclic(turns, noise=0.0, before=300):
+    """Events at random nodes, then so many turns of SEVEN; the forces between are off by noise of a drop."""
+    rng, turned = np.random.default_rng(7), np.resize(SEVEN, round(7 * turns))
+    drops = np.concatenate((rng.random(before) * 1e-6, turned * 1e-7))
+    steps = np.concatenate((drops[:before], np.roll(turned, 2) * 1e-7)) / STIFFNESS
+    drops[before:] += noise * 9e-7 * np.diff(rng.random(len(turned)), prepend=0.0)
+    nodes = np.concatenate((rng.integers(10, 60, before), turned))
+    return replace(record_from(steps, drops), node=nodes.astype(np.int32))
+
+
+@pytest.mark.parametrize("turns", [0, 1, 2, 2.9, 3, 3.5, 10, 1200])
+def test_a_cycle_at_the_end_of_a_record_is_found_from_the_third_turn_on(turns):
+    """1200 of them are more events than are searched."""
+    found = event_statistics(cyclic(turns))
+    assert found.cycle_events == (7 if turns >= 3 else 0)
+    # One turn is Σ SEVEN·1e-7 / STIFFNESS long, to rounding of displacements that many turns add up to.
+    long = 25e-7 / STIFFNESS / SPACING if turns >= 3 else 0.0
+    assert found.cycle_spacings == pytest.approx(long, rel=1e-9)
+
+
+def test_a_cycle_is_one_to_a_thousandth_of_its_drops():
+    assert (cycle_of(cyclic(10, noise=1e-4)), cycle_of(cyclic(10, noise=1e-2))) == (7, 0)
+
+
+def test_of_all_cycles_the_shortest_is_taken():
+    """By the definition, on events at few nodes whose forces nearly repeat: the last two turns are what came a turn before."""
+    rng, found = np.random.default_rng(1), set()
+    for _ in range(300):
+        turn, count = int(rng.integers(1, 9)), int(rng.integers(8, 40))
+        node, drop = (np.resize(each, count) for each in (rng.integers(0, 2, turn), rng.random(turn)))
+        after = np.resize(rng.random(turn), count) + 10.0 ** rng.uniform(-5, -2) * rng.random(count)
+        record = replace(
+            record_from(np.ones(count), drop), node=node.astype(np.int32), force_before=after + drop, force_after=after
+        )
+        off = {
+            period: np.abs(after[-2 * period :] - after[-3 * period : -period]) for period in range(1, count // 3 + 1)
+        }
+        fits = [
+            period
+            for period in off
+            if (node[-2 * period :] == node[-3 * period : -period]).all()
+            and off[period].max() <= 1e-3 * np.abs(record.force_before - after)[-period:].max()
+        ]
+        found.add(cycle_of(record))
+        assert cycle_of(record) == min(fits, default=0)
+    assert len(found) > 4
+
+
+def test_what_ended_is_noise_or_chatters_is_no_cycle():
+    """Little events after large ones: a node chatters while the force creeps on, every drop a hundred thousandth of those
+    before, every force another."""
+    record, noisy, rng = cyclic(10), noisy_record(), np.random.default_rng(3)
+    ended = replace(record, node=np.append(record.node[:-1], 60).astype(np.int32))
+    anywhere = replace(noisy, node=rng.integers(0, 9, len(noisy.node)).astype(np.int32))
+    steps = np.concatenate((np.full(50, 1.1e-6), np.full(5, 5e-11))) / STIFFNESS
+    creeping = record_from(steps, np.concatenate((np.full(50, 1e-6), np.full(5, 1e-11))))
+    assert np.abs(np.diff(creeping.force_after[-5:])).min() > 0.9e-11
+    assert [cycle_of(each) for each in (ended, noisy, anywhere, creeping)] == [0, 0, 0, 0]
+
+
+@pytest.mark.parametrize(("events", "cycle"), [(0, 0), (1, 0), (2, 0), (3, 1)])
+def test_three_times_the_same_event_is_a_cycle_of_one_and_fewer_are_none(events, cycle):
+    assert cycle_of(first_events(record_from(np.full(3, 1e-6), np.full(3, STIFFNESS * 1e-6)), events)) == cycle
+
+
+def test_searching_for_a_cycle_takes_no_time():
+    """The same force after every event, and nodes among which every second is a candidate: nearly 1000 periods are tried,
+    each of up to 4000 events. 15 ms where it was written; what grew with the cube would take minutes."""
+    events = 2 * LONGEST_CYCLE
+    record = record_from(np.full(events, 1e-6), np.full(events, STIFFNESS * 1e-6))
+    record = replace(record, node=np.random.default_rng(5).integers(0, 2, events).astype(np.int32))
+    started = time.perf_counter()
+    assert cycle_of(record) == 0
+    assert time.perf_counter() - started < 2.0
