@@ -128,7 +128,7 @@ def taken_or_refused(path: Path) -> tuple[str, ...]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("place", "key"), KEYS, ids=[f"{place}.{key[:20]}" for place, key in KEYS])
-def test_every_key_takes_or_refuses_every_value(tmp_path: Path, place: str, key: str) -> None:
+def test_every_key_takes_or_refuses_every_value(tmp_path, place, key):
     path = tmp_path / "mine.toml"
     for name, value in NONSENSE.items():
         path.write_text(campaign(place, key, value), "utf-8")
@@ -143,7 +143,7 @@ def test_every_key_takes_or_refuses_every_value(tmp_path: Path, place: str, key:
 
 
 @pytest.mark.slow
-def test_a_table_takes_or_refuses_every_cell(tmp_path: Path) -> None:
+def test_a_table_takes_or_refuses_every_cell(tmp_path):
     table, path = tmp_path / "cases.csv", tmp_path / "mine.toml"
     path.write_text('title = "x"\ntable = "cases.csv"\n')
     words = [word for table in TABLES for word in words_of(table) if word != "roughness"]
@@ -153,7 +153,7 @@ def test_a_table_takes_or_refuses_every_cell(tmp_path: Path) -> None:
         assert all(line.startswith(f"{tmp_path}/") and len(line) < LONGEST + 100 for line in lines), (word, lines)
 
 
-def test_a_value_that_is_just_small_enough_survives_to_the_dataset(tmp_path: Path) -> None:
+def test_a_value_that_is_just_small_enough_survives_to_the_dataset(tmp_path):
     """The largest whole numbers that are taken are those that the dataset's integers hold."""
     path = tmp_path / "mine.toml"
     most = 2**63 - 1
@@ -220,7 +220,7 @@ FRONTS = list(fronts())
 
 
 @pytest.mark.parametrize("asked", ["accuracy = 0.1\n", ""])
-def test_a_front_is_taken_or_refused_by_its_name(tmp_path: Path, asked: str) -> None:
+def test_a_front_is_taken_or_refused_by_its_name(tmp_path, asked):
     path, front = tmp_path / "mine.toml", tmp_path / "front.json"
     path.write_text(f'title = "x"\n{asked}front = "front.json"\n')
     refused = 0
@@ -241,7 +241,7 @@ def test_a_front_is_taken_or_refused_by_its_name(tmp_path: Path, asked: str) -> 
     assert refused > 100
 
 
-def test_what_is_no_front_is_refused(tmp_path: Path) -> None:
+def test_what_is_no_front_is_refused(tmp_path):
     """A front that is taken has finite times and errors, and contacts that grow: what `expected_error` reads."""
     path = tmp_path / "front.json"
     for name, text in FRONTS:
