@@ -1,6 +1,5 @@
 """What does not fit a machine's memory is refused there, by name and before anything is computed; elsewhere it may run."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +29,7 @@ def planned(folder: Path, text: str) -> Plan:
 
 
 @pytest.fixture
-def machine(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
+def machine(monkeypatch):
     """Make this a machine of so many bytes."""
     return lambda size: monkeypatch.setattr(memory, "machine_memory", lambda: size)
 
