@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
+from nanoslip.solver.case import Case, Effects, SlipRule
 from nanoslip.solver.contact import initial
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.drive import Drive, Scales
@@ -225,14 +225,6 @@ def test_a_roughness_means_nothing_for_a_punch(tmp_path):
 
 
 # Keys: what does not matter is not in them.
-
-
-def test_an_effect_is_in_the_key_of_what_it_changes():
-    for effect in (Effects(coupling=False), Effects(pin_translation=False)):
-        assert record_task(replace(CASE, effects=effect)).key != record_task(CASE).key
-    rough = replace(CASE, heterogeneity=Heterogeneity(spread=0.1))
-    assert record_task(rough).key != record_task(CASE).key != record_task(CASE, scalars_only=True).key
-    assert record_task(replace(CASE, heterogeneity=Heterogeneity(seed=2))).key == record_task(CASE).key
 
 
 def test_first_touch_is_shared_by_cases_that_differ_in_sliding():

@@ -2,8 +2,6 @@
 
 import math
 import pickle
-import subprocess
-import sys
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -309,14 +307,6 @@ def test_tasks_and_results_travel_between_processes():
     assert (copy.key, copy.outcome) == (result.key, result.outcome)
     np.testing.assert_equal(copy.scalars, result.scalars)  # what is not known of so short a record is NaN in both
     np.testing.assert_array_equal(copy.arrays["displacement"], result.arrays["displacement"])
-
-
-def test_a_rank_that_computes_imports_nothing_heavy():
-    heavy = ("xarray", "matplotlib", "scipy.interpolate")
-    command = f"import sys, nanoslip.study.run.compute; print([m for m in {heavy} if m in sys.modules])"
-    root = Path(__file__).parents[3]
-    done = subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=True, cwd=root)
-    assert done.stdout.strip() == "[]"
 
 
 def test_what_needs_a_failed_result_fails_with_its_reason():
