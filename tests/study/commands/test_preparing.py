@@ -85,10 +85,10 @@ def test_a_campaign_is_planned_by_name_and_a_file_comes_before_it(main, campaign
         ("heterogeneity.seed = 7\nlimits.events = 9\n", "seed changes nothing here: without a spread"),
     ],
 )
-def test_an_axis_or_a_constant_that_changes_nothing_is_said_with_the_reason(main, ask, run, campaign, given, reason):
+def test_an_axis_or_a_constant_that_changes_nothing_is_said_with_the_reason(main, ask, campaign, given, reason):
     """Else equal numbers over it pass for an answer, as those of a parabola where `pin` was forgotten."""
     campaign.write_text(f'title = "x"\n{given}[numerics]\nn_x = 17\n')
-    for code, said, errors in (main("check", campaign), ask("plan"), run()):
+    for code, said, errors in (main("check", campaign), ask("plan"), ask("run")):
         assert (code, reason in said + errors) == (0, True)
 
 
