@@ -41,11 +41,11 @@ VALUES = [
 
 
 @pytest.mark.parametrize("value", VALUES, ids=repr)
-def test_a_text_is_sorted_json_in_which_numbers_lose_no_bit(value: object) -> None:
+def test_a_text_is_sorted_json_in_which_numbers_lose_no_bit(value):
     assert canonical_text(value) == as_json(value)
 
 
-def test_a_text_that_is_known_stands_for_its_value() -> None:
+def test_a_text_that_is_known_stands_for_its_value():
     known = {"a": CanonicalText(canonical_text(Case())), "b": [CanonicalText("null")]}
     assert canonical_text(known) == canonical_text({"a": Case(), "b": [None]})
 
@@ -55,19 +55,19 @@ CASES = [*BASES.values(), *filter(None, OTHERS)]
 
 
 @pytest.mark.parametrize("content", [lambda case: case.flat, lambda case: {"radius": case.radius}])
-def test_texts_of_many_cases_are_those_of_each(content: Any) -> None:
+def test_texts_of_many_cases_are_those_of_each(content):
     texts = Texts(content)
     assert [texts(case) for case in CASES] == [canonical_text(content(case)) for case in CASES]
 
 
 @pytest.mark.parametrize("exclusions", [OF_RECORD, OF_CONTACT], ids=["record", "contact"])
-def test_texts_of_what_decides_are_those_of_each_case(exclusions: Any) -> None:
+def test_texts_of_what_decides_are_those_of_each_case(exclusions):
     texts = deciding_texts(exclusions)
     for case in (*CASES, Greased(), Greased(film=1e-9), Greased(film=2e-9)):
         assert texts(case) == canonical_text(deciding(case, exclusions))
 
 
-def test_what_a_number_decides_beside_itself_has_to_be_said() -> None:
+def test_what_a_number_decides_beside_itself_has_to_be_said():
     def content(case: Case) -> dict[str, object]:
         return {"radius": case.radius, "large": case.radius > 100.0}
 
@@ -82,13 +82,13 @@ class Bare:
     word: str = "100 %s"
 
 
-def test_numbers_that_nobody_checks_are_told_apart_by_type() -> None:
+def test_numbers_that_nobody_checks_are_told_apart_by_type():
     texts = Texts(lambda value: {"number": value.number, "word": value.word})
     for value in (Bare(1.0), Bare(1.5), replace(Bare(2.0), word="\0")):
         assert texts(value) == canonical_text({"number": value.number, "word": value.word})
 
 
-def test_what_is_kept_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_kept_is_bounded(monkeypatch):
     monkeypatch.setattr(canonical, "MOST_PATTERNS", 3)
     texts = Texts(lambda case: case.flat)
     cases = [Case(max_events=events, radius=10.0 + events) for events in range(1, 9)]
@@ -102,25 +102,25 @@ class Point:
     name: str
 
 
-def test_equal_contents_have_equal_hashes() -> None:
+def test_equal_contents_have_equal_hashes():
     assert content_hash({"a": 1, "b": 2.5}) == content_hash({"b": 2.5, "a": 1})
     same = {"type": "Point", "name": "p", "x": 0.30000000000000004}
     assert content_hash(Point(0.1 + 0.2, "p")) == content_hash(same)
     assert content_hash((1, 2)) == content_hash([1, 2])
 
 
-def test_different_contents_have_different_hashes() -> None:
+def test_different_contents_have_different_hashes():
     values = [0, 0.0, "0", None, False, "", (), (0,), {"0": 0}, 0.3, 0.1 + 0.2, float("inf"), ("a", "b"), ("ab",)]
     assert len({content_hash(value) for value in values}) == len(values)
     assert content_hash("a", "b") != content_hash("ab")
 
 
-def test_a_hash_is_the_same_in_every_process() -> None:
+def test_a_hash_is_the_same_in_every_process():
     command = "from nanoslip.study.canonical import content_hash; print(content_hash({'b': 1.5, 'a': 'µ'}))"
     other = subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=True, cwd=Path.cwd())
     assert other.stdout.strip() == content_hash({"b": 1.5, "a": "µ"})
 
 
-def test_what_has_no_canonical_form_is_refused() -> None:
+def test_what_has_no_canonical_form_is_refused():
     with pytest.raises(TypeError, match="no canonical form for set"):
         content_hash({1, 2})

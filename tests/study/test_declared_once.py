@@ -79,7 +79,7 @@ def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
         return plan, store, loaded(found)
 
 
-def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path, monkeypatch):
     declare(monkeypatch, EventStatistics, LongestStep)
     monkeypatch.setattr(computing, "event_statistics", counted)
     plan, store, found = computed(tmp_path)
@@ -100,9 +100,7 @@ def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path: Path, mon
     assert "completed" in found["drive_outcome"].values
 
 
-def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(tmp_path, monkeypatch):
     declare(monkeypatch, FrictionRecord, WithFalls)
     monkeypatch.setattr(computing, "slide_to_state", slid)
     plan, store, found = computed(tmp_path)
@@ -117,7 +115,7 @@ def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(
     assert "completed" in found["drive_outcome"].values  # made of the record as it always was
 
 
-def test_what_is_not_declared_is_nowhere() -> None:
+def test_what_is_not_declared_is_nowhere():
     for name in ("longest_step", "event_fall"):
         with pytest.raises(KeyError):
             described(name)

@@ -1,36 +1,54 @@
-"""Help is instant and agrees with the commands; a wrong command line is exit code 2."""
+"""The command line: help is instant, a mistake is one line and exit code 2, scripts read JSON, and lines fit a terminal."""
 
 import inspect
+import json
+import math
+import re
 import shutil
 import signal
 import subprocess
 import sys
 import time
 from importlib import import_module
+from pathlib import Path
 
 import click
+import numpy as np
 import pytest
+from rich.cells import cell_len
 
 from nanoslip.study import provenance
 from nanoslip.study.commands.cli import cli
-from tests.conftest import ROOT
+from nanoslip.study.commands.plans import advised, print_json
+from tests.conftest import ROOT, SMALL
 
 FILES = {path.stem for path in (ROOT / "study" / "commands").glob("*.py")}
-BODIES = [f"nanoslip.study.commands.{name}" for name in FILES - {"__init__", "words", "cli"}]
+HEAVY = [
+    *("numpy", "xarray", "numba", "mpi4py", "matplotlib", "rich", "nanoslip.solver", "nanoslip.study.dataset"),
+    *(f"nanoslip.study.commands.{name}" for name in FILES - {"__init__", "words", "cli"}),
+]
 """What is loaded when a command is called, not where it is declared."""
+
+
+def python(program, check=True, **options):
+    words = [sys.executable, "-c", program]
+    return subprocess.run(words, capture_output=True, text=True, check=check, **options)
 
 
 @pytest.mark.parametrize("arguments", [("plam",), ("plan",), ("run", "x.toml", "--fast")])
 def test_a_wrong_command_line_is_its_usage_and_one_error(main, arguments):
     code, out, said = main(*arguments)
-    assert (code, out) == (2, "")
-    assert said.startswith("Usage: nanoslip")
+    assert (code, out, said.startswith("Usage: nanoslip")) == (2, "", True)
     assert [line for line in said.splitlines() if "Error" in line] == [said.splitlines()[-1]]
 
 
-def test_no_command_is_the_whole_help_and_no_error(main):
+def test_no_command_is_the_whole_help_in_which_each_command_has_a_whole_line(main, nanoslip):
     _, everything, _ = main("--help")
     assert main() == (2, "", everything)
+    lines = everything[everything.index("Commands:") :].splitlines()[1:]
+    assert [line.split()[0] for line in lines] == list(cli.commands)
+    assert all(line.endswith(".") and not line.endswith("...") for line in lines)
+    assert nanoslip("--help").stdout == everything  # the module is the command
 
 
 def test_the_version_is_that_of_the_code_that_computes(main, monkeypatch):
@@ -44,20 +62,12 @@ def test_help_is_instant_and_loads_nothing_heavy(environment, command):
     program = (
         "import sys; from nanoslip.study.commands.cli import cli; "
         f"cli.main([*{command.split()}, '--help'], standalone_mode=False); "
-        "heavy = ('numpy', 'xarray', 'numba', 'mpi4py', 'matplotlib', 'rich', 'nanoslip.solver', "
-        "'nanoslip.study.dataset'); "
-        f"print([name for name in (*heavy, *{BODIES}) if name in sys.modules])"
+        f"print([name for name in {HEAVY} if name in sys.modules])"
     )
     start = time.perf_counter()
-    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
-    seconds = time.perf_counter() - start
+    done = python(program, env=environment)
+    assert time.perf_counter() - start < 2.0  # 0.1 s here; a machine under load is given twenty times as much
     assert done.stdout.splitlines()[-1] == "[]"
-    assert seconds < 2.0  # 0.1 s here; a machine under load is given twenty times as much
-
-
-def test_the_module_is_the_command(nanoslip):
-    done = nanoslip("--help")
-    assert (done.returncode, done.stdout[:15]) == (0, "Usage: nanoslip")
 
 
 @pytest.mark.parametrize("name", cli.commands)
@@ -68,7 +78,6 @@ def test_a_command_and_its_work_take_the_same_arguments(name, monkeypatch):
         "nanoslip.study.commands.cli.work", lambda place, /, **given: called.append((place, set(given)))
     )
     command = cli.commands[name]
-    assert command.callback is not None
     command.callback(**{each.name: None for each in command.params})
     ((place, given),) = called
     file, _, function = place.partition(":")
@@ -76,19 +85,8 @@ def test_a_command_and_its_work_take_the_same_arguments(name, monkeypatch):
     assert given == {each.name for each in command.params} == set(inspect.signature(body).parameters)
 
 
-def test_the_list_of_commands_says_each_in_a_whole_line(main):
-    _, out, _ = main("--help")
-    lines = out[out.index("Commands:") :].splitlines()[1:]
-    assert [line.split()[0] for line in lines] == list(cli.commands)
-    assert all(line.endswith(".") and not line.endswith("...") for line in lines)
-
-
-def test_names_of_commands_are_completed():
-    found = cli.shell_complete(click.Context(cli), "ca")
-    assert [each.value for each in found] == ["campaigns"]
-
-
-def test_campaigns_are_completed_by_file_or_name():
+def test_commands_and_campaigns_are_completed_by_file_or_name():
+    assert [each.value for each in cli.shell_complete(click.Context(cli), "ca")] == ["campaigns"]
     (argument,) = (each for each in cli.commands["plan"].params if each.name == "campaign")
     found = argument.type.shell_complete(click.Context(cli), argument, "figures/c")
     assert {(each.type, each.value) for each in found} >= {("file", "figures/c"), ("plain", "figures/chain")}
@@ -120,35 +118,7 @@ def test_threads_are_pinned_before_a_command_imports_numpy(environment):
         "and print(os.environ.get('OPENBLAS_NUM_THREADS'))); cli.main(['describe', 'poisson'], standalone_mode=False)"
     )
     unpinned = {name: value for name, value in environment.items() if not name.endswith("_NUM_THREADS")}
-    done = subprocess.run([sys.executable, "-c", program], env=unpinned, capture_output=True, text=True, check=True)
-    assert done.stdout.split()[0] == "1"
-
-
-@pytest.mark.parametrize(
-    "words",
-    [("check", "{}"), ("export", "{}.nc"), ("new", "sweep", "{}")],
-    ids=lambda words: words[0],
-)
-def test_a_name_that_the_file_system_refuses_is_one_line(main, words):
-    code, _, said = main(*(word.format("x" * 300) for word in words))
-    assert code == 2
-    assert said.startswith("Error: xxx")
-    assert said.endswith(": File name too long\n")
-
-
-@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
-def test_a_terminal_without_greek_letters_shows_question_marks(nanoslip, campaign, encoding):
-    done = nanoslip("plan", campaign, "--effects", PYTHONIOENCODING=encoding)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "?_i" in done.stdout
-
-
-def test_a_campaign_whose_name_is_no_text_can_be_planned(nanoslip, campaign):
-    """Any bytes are a file's name on Linux."""
-    named = campaign.rename(campaign.with_name("\udcff.toml"))
-    done = nanoslip("check", named, PYTHONIOENCODING="utf-8:strict")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.endswith("?.toml: fine: 4 cases, 2 drives, 13 tasks\n")
+    assert python(program, env=unpinned).stdout.split()[0] == "1"
 
 
 INTERRUPTED = """
@@ -166,6 +136,137 @@ cli.main()
 
 @pytest.mark.parametrize(("ranks", "code"), [("1", 130), ("2", -signal.SIGINT)])
 def test_ctrl_c_ends_one_of_several_ranks_by_the_signal_so_that_launchers_end_the_others(environment, ranks, code):
-    words = [sys.executable, "-c", INTERRUPTED]
-    done = subprocess.run(words, env=environment | {"PMI_SIZE": ranks}, capture_output=True, text=True, check=False)
+    done = python(INTERRUPTED, check=False, env=environment | {"PMI_SIZE": ranks})
     assert (done.returncode, done.stderr.strip()) == (code, "interrupted")
+
+
+# What is wrong.
+
+
+@pytest.mark.parametrize("words", ["check {}", "export {}.nc", "new sweep {}"])
+def test_a_name_that_the_file_system_refuses_is_one_line(main, words):
+    code, _, said = main(*words.format("x" * 300).split())
+    assert (code, said.startswith("Error: xxx"), said.endswith(": File name too long\n")) == (2, True, True)
+
+
+WRONG = {
+    "an unknown key": ("n_x = 17", "n_y = 17", "numerics.n_y = 17", "did you mean n_x"),
+    "a case twice": ("radius = [50.0, 100.0]", "radius = [50.0, 50]", "cases 1 and 2 are the same", "radius = 50.0"),
+    "no TOML": ("[axes]", "[axes", "small.toml", ""),
+}
+COMMANDS = pytest.mark.parametrize("command", ["plan", "run --serial", "status", "collect"])
+
+
+@COMMANDS
+@pytest.mark.parametrize(("line", "wrong", "where", "need"), WRONG.values(), ids=WRONG)
+def test_a_wrong_campaign_is_one_clear_message(ask, campaign, out, command, line, wrong, where, need):
+    campaign.write_text(SMALL.replace(line, wrong))
+    code, _, said = ask(*command.split())
+    assert (code, said.startswith(f"Error: {campaign}"), where in said, need in said) == (2, True, True, True)
+    assert ("Traceback" in said, out.exists()) == (False, False)
+
+
+@COMMANDS
+def test_a_missing_campaign_is_one_clear_message(main, tmp_path, command):
+    code, _, said = main(*command.split(), tmp_path / "none.toml")
+    assert (code, said) == (2, f"Error: {tmp_path / 'none.toml'}: cannot be read: No such file or directory\n")
+
+
+@pytest.mark.parametrize("command", ["run --serial", "collect"])
+def test_a_folder_that_cannot_be_written_is_one_clear_message(main, campaign, command):
+    # A path through a file: not even root can write there.
+    code, _, said = main(*command.split(), campaign, "--out", campaign / "out")
+    assert (code, said.startswith(f"Error: {campaign / 'out'}"), said.count("\n")) == (2, True, 1)
+
+
+@pytest.mark.parametrize(
+    ("into", "options", "said"),
+    [
+        ("results/mine", (), ""),
+        ("far", (), " --out far"),
+        ("far", ("--retry",), " --out far --retry"),
+        ("far away", (), " --out 'far away'"),
+    ],
+)
+def test_advice_can_be_typed_as_it_stands(into, options, said):
+    """With the folder of the results where it is not the campaign's own, and quoted."""
+    found = advised("merge", Path("mine.toml"), Path(into), *options).replace("\xa0", " ")
+    assert found == f"nanoslip merge mine.toml{said}"
+
+
+# What scripts and terminals read.
+
+
+def test_numbers_that_json_has_not_are_null(capsys):
+    print_json({"nan": math.nan, "list": [math.inf, 1.5, np.float64(2.0), np.int64(3)], 4: ("µ", None)})
+    found = json.loads(capsys.readouterr().out)
+    assert found == {"nan": None, "list": [None, 1.5, 2.0, 3], "4": ["µ", None]}
+
+
+def test_documents_have_the_keys_of_the_readme(main, ask, finished):
+    rows = (ROOT / "study" / "commands" / "README.md").read_text("utf-8").splitlines()
+    found = {command: json.loads(ask(command, "--json")[1]) for command in ("plan", "status")}
+    found["verify"] = json.loads(main("verify", finished / "results.nc", "--json")[1])
+    found |= {command: json.loads(main(command, "--json")[1])[0] for command in ("campaigns", "describe")}
+    for command, document in found.items():
+        (row,) = (row for row in rows if row.startswith(f"| `nanoslip {command}"))
+        assert set(document) == set(re.findall(r"`(\w+)`", re.sub(r"\([^)]*\)", "", row.split("|")[2]))), command
+    none = ("within tolerance", "different", "pending", "failed", "not_in_sample")
+    assert found["verify"]["counts"] == {"bit-identical": 4, **dict.fromkeys(none, 0)}
+    assert [each["verdict"] for each in found["verify"]["cases"]] == ["bit-identical"] * 4
+    assert [each["name"] for each in json.loads(main("describe", "mean_step", "--json")[1])] == ["mean_step"]
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_a_terminal_without_greek_letters_shows_question_marks(nanoslip, campaign, encoding):
+    done = nanoslip("plan", campaign, "--effects", PYTHONIOENCODING=encoding)
+    assert (done.returncode, done.stderr, "?_i" in done.stdout) == (0, "", True)
+
+
+def test_a_campaign_whose_name_is_no_text_can_be_planned(nanoslip, campaign):
+    """Any bytes are a file's name on Linux."""
+    done = nanoslip("check", campaign.rename(campaign.with_name("\udcff.toml")), PYTHONIOENCODING="utf-8:strict")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.endswith("?.toml: fine: 4 cases, 2 drives, 13 tasks\n")
+
+
+LIFE = """\
+new
+campaigns
+check small.toml
+plan small.toml --effects
+explain small.toml intrinsic_friction=0.5 radius=50
+run small.toml --serial
+collect small.toml
+status small.toml
+submit small.toml
+report small.toml
+figure
+figure small.toml --y plateau/mu_i -o a.svg
+show small.toml intrinsic_friction=0.5 radius=50
+show small.toml intrinsic_friction=0.5 radius=50 drive=fast
+show small.toml
+try n_x=17 events=60 radius=50 --drive
+try colour=red
+run small.toml --shard 0/3
+run small.toml --nonsense
+
+frames small.toml intrinsic_friction=0.5 radius=50 --events 0,5
+compare small.toml results/small
+verify results/small
+describe
+describe plateau_mean
+effects small.toml --cases 1 --members 2
+"""
+"""Commands, in the order of a campaign's life."""
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_every_command_fits_the_terminal(main, campaign, monkeypatch, width):
+    """Paths and words to be typed may be wider, no others are here."""
+    monkeypatch.chdir(campaign.parent)
+    monkeypatch.setenv("COLUMNS", str(width))
+    for command in LIFE.splitlines():
+        _, said, errors = main(*command.split())
+        for line in (*said.splitlines(), *errors.splitlines()):
+            assert cell_len(line) <= width or len(line.split()) == 1 or str(campaign.parent) in line, (command, line)

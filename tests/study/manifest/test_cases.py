@@ -19,12 +19,7 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, make_case, words, words_of
 from nanoslip.study.manifest.reader import load_manifest
 
-RECORDED = [
-    "0d87c6b70f5a",
-    "6e043805bebd",
-    "e3adee2311d8",
-    "347274bebc47",
-]
+RECORDED = ["0d87c6b70f5a", "6e043805bebd", "e3adee2311d8", "347274bebc47"]
 
 
 def campaign(folder: Path, text: str) -> Manifest:
@@ -45,13 +40,7 @@ def alone(parameters: dict[str, Any]) -> Case | str:
         return error.outcome.message
 
 
-def test_a_product_has_every_combination_the_last_axis_fastest(tmp_path: Path) -> None:
-    cases = expand(campaign(tmp_path, "axes.radius = [50, 200]\naxes.normal_load = [1e-4, 1e-3, 1e-2]"))
-    points = [(case.case.radius, case.case.normal_load) for case in cases if case.case]
-    assert points == [(50, 1e-4), (50, 1e-3), (50, 1e-2), (200, 1e-4), (200, 1e-3), (200, 1e-2)]
-
-
-def test_zip_reads_the_axes_together(tmp_path: Path) -> None:
+def test_zip_reads_the_axes_together(tmp_path):
     cases = expand(campaign(tmp_path, 'design = "zip"\naxes.radius = [50, 200]\naxes.n_x = [17, 33]'))
     assert [case.case for case in cases] == [
         Case(radius=50, slab=Slab(17), **LIMITS),
@@ -59,25 +48,21 @@ def test_zip_reads_the_axes_together(tmp_path: Path) -> None:
     ]
 
 
-def test_a_table_gives_a_case_per_line(tmp_path: Path) -> None:
+def test_a_table_gives_a_case_per_line(tmp_path):
     (tmp_path / "cases.csv").write_text("slip_order,residual_shear\nsimultaneous,0\nworst_first,0.5\n")
     cases = expand(campaign(tmp_path, 'table = "cases.csv"\nconstants.normal_load = 2e-3'))
     rules = [SlipRule("simultaneous"), SlipRule(residual_shear=0.5)]
     assert [case.case for case in cases] == [Case(normal_load=2e-3, slip_rule=rule, **LIMITS) for rule in rules]
 
 
-def test_cases_that_are_the_same_are_named_by_the_words_of_the_manifest(tmp_path: Path) -> None:
+def test_cases_that_are_the_same_are_named_by_the_words_of_the_manifest(tmp_path):
     manifest = campaign(tmp_path, "axes.events = [5, 5]\naxes.radius = [50]")
-    with pytest.raises(ManifestError, match=r"cases 1 and 2 are the same: .*radius = 50\.0, .*, events = 5$"):
+    with pytest.raises(ManifestError, match=r"cases 1 and 2 are the same: .*radius = 50\.0, .*, events = 5$") as error:
         expand(manifest)
+    assert str(error.value).startswith(f"{tmp_path}/mine.toml: cases")
 
 
-def test_no_axes_is_one_case(tmp_path: Path) -> None:
-    (case,) = expand(campaign(tmp_path, "numerics.n_x = 33"))
-    assert case.case == Case(slab=Slab(33), **LIMITS)
-
-
-def test_labels_are_the_standard_four_and_the_axes(tmp_path: Path) -> None:
+def test_labels_are_the_standard_four_and_the_axes(tmp_path):
     (case,) = expand(
         campaign(tmp_path, 'axes.normal_load = [1e-3]\naxes.pin = ["flat_punch"]\nconstants.poisson = 0.25')
     )
@@ -86,7 +71,7 @@ def test_labels_are_the_standard_four_and_the_axes(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-def test_the_name_knows_content_only(tmp_path: Path) -> None:
+def test_the_name_knows_content_only(tmp_path):
     """Neither the order of axes, nor what is an axis, a default or an int, nor titles, scales and drives matter."""
     first = ids(campaign(tmp_path, "axes.radius = [50, 200]\naxes.n_x = [17, 33]"))
     drive = '[[drives]]\nname = "other"\n[scales]\nslab_width = 1.0\n'
@@ -104,7 +89,7 @@ def test_the_name_knows_content_only(tmp_path: Path) -> None:
         "limits.events = 1999", "limits.displacement = 1e-3", "constants.half_width = 0.2",
     ],
 )  # fmt: skip
-def test_every_parameter_is_in_the_name(tmp_path: Path, other: str) -> None:
+def test_every_parameter_is_in_the_name(tmp_path, other):
     assert ids(campaign(tmp_path, "")).isdisjoint(ids(campaign(tmp_path, other)))
 
 
@@ -117,7 +102,7 @@ def test_every_parameter_is_in_the_name(tmp_path: Path, other: str) -> None:
         "axes.spacings = [1, 2]\naxes.pin = ['parabola', 'flat_punch']\nlimits.displacement = 0.1",
     ],
 )
-def test_each_case_is_what_its_parameters_make_alone(tmp_path: Path, text: str) -> None:
+def test_each_case_is_what_its_parameters_make_alone(tmp_path, text):
     """Cases share what they have in common; nothing of one is in another."""
     manifest = campaign(tmp_path, text)
     cases = expand(manifest)
@@ -130,27 +115,19 @@ def test_each_case_is_what_its_parameters_make_alone(tmp_path: Path, text: str) 
         assert all(case.parameters[name] == given[name] for name in manifest.axes)
 
 
-def test_the_names_of_cases_are_what_they_were(tmp_path: Path) -> None:
+def test_the_names_of_cases_are_what_they_were(tmp_path):
     """They are coordinates of datasets that are there."""
     text = "numerics.n_x = 17\naxes.radius = [50, 60.5]\naxes.spread = [0, 0.1]\nensemble.members = 2"
     assert [case.case_id for case in expand(campaign(tmp_path, text))] == RECORDED
 
 
-def test_equal_cases_are_refused_naming_both(tmp_path: Path) -> None:
-    with pytest.raises(ManifestError) as error:
-        expand(campaign(tmp_path, "axes.radius = [50, 200, 50.0]"))
-    (line,) = error.value.lines
-    assert line.startswith(f"{tmp_path}/mine.toml: cases 1 and 3 are the same: ")
-    assert "radius = 50.0" in line
-
-
-def test_a_default_spelled_out_is_the_same_case(tmp_path: Path) -> None:
+def test_a_default_spelled_out_is_the_same_case(tmp_path):
     (tmp_path / "cases.csv").write_text("n_x,bottom_row\n17,17\n17,9\n17,17\n")
     with pytest.raises(ManifestError, match="cases 1 and 3 are the same"):
         expand(campaign(tmp_path, 'table = "cases.csv"'))
 
 
-def test_a_point_that_excludes_itself_is_a_case_with_an_outcome(tmp_path: Path) -> None:
+def test_a_point_that_excludes_itself_is_a_case_with_an_outcome(tmp_path):
     cases = expand(campaign(tmp_path, "axes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}"))
     assert [case.outcome.ending for case in cases] == [Ending.INVALID, Ending.COMPLETED]
     assert cases[0].case is None
@@ -158,20 +135,20 @@ def test_a_point_that_excludes_itself_is_a_case_with_an_outcome(tmp_path: Path) 
     assert cases[0].parameters["n_x"] == 17
 
 
-def test_a_displacement_limit_stands_alone_unless_events_are_given(tmp_path: Path) -> None:
+def test_a_displacement_limit_stands_alone_unless_events_are_given(tmp_path):
     (alone,) = expand(campaign(tmp_path, "limits.displacement = 1e-3"))
     (both,) = expand(campaign(tmp_path, "limits.displacement = 1e-3\nlimits.events = 7"))
     limits = [(case.case.max_events, case.case.max_displacement) for case in (alone, both) if case.case]
     assert limits == [(None, 1e-3), (7, 1e-3)]
 
 
-def test_every_field_of_a_case_is_a_parameter() -> None:
+def test_every_field_of_a_case_is_a_parameter():
     """A parameter without a table of a manifest would be out of reach."""
     reached = [words()[word] for table in TABLES for word in words_of(table)]
     assert sorted(reached) == sorted(Case().flat)
 
 
-def test_flat_parameters_make_the_case_again() -> None:
+def test_flat_parameters_make_the_case_again():
     case = replace(
         Case(),
         radius=7.0,

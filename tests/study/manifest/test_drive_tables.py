@@ -1,7 +1,6 @@
 """Axes of drives make one drive of each table at each point; what is wrong with them is told like all else."""
 
 import math
-import re
 from pathlib import Path
 
 import pytest
@@ -11,6 +10,7 @@ from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.reader import load_manifest
+from tests.study.manifest.test_reader import said
 
 TABLE = '[[drives]]\nname = "a"\n'
 AXES = "[drive_axes]\nspring_stiffness = [1e5, 200_000]\nstage_velocity = [1e-3, 2e-3, 3e-3]\n"
@@ -22,7 +22,7 @@ def read(folder: Path, text: str) -> Manifest:
     return load_manifest(path)
 
 
-def test_a_table_is_driven_at_every_point_of_the_axes(tmp_path: Path) -> None:
+def test_a_table_is_driven_at_every_point_of_the_axes(tmp_path):
     found = read(tmp_path, AXES + TABLE + "damping_ratio = 0.2\n")
     assert found.stages == ("contact", "slip", "dynamics")
     assert found.drive_axes == {"spring_stiffness": (1e5, 2e5), "stage_velocity": (1e-3, 2e-3, 3e-3)}
@@ -34,7 +34,7 @@ def test_a_table_is_driven_at_every_point_of_the_axes(tmp_path: Path) -> None:
     assert len({each.label for each in found.drives}) == 6
 
 
-def test_axes_alone_are_of_the_default_drive_and_of_several_tables_of_each(tmp_path: Path) -> None:
+def test_axes_alone_are_of_the_default_drive_and_of_several_tables_of_each(tmp_path):
     found = read(tmp_path, AXES)
     assert {each.name for each in found.drives} == {"default"}
     assert found.drives[1].drive == NamedDrive.of("default", spring_stiffness=1e5, stage_velocity=2e-3)
@@ -43,11 +43,11 @@ def test_axes_alone_are_of_the_default_drive_and_of_several_tables_of_each(tmp_p
     assert read(tmp_path, TABLE).drives[0].label == "a"
 
 
-def test_parameters_of_a_drive_have_no_other_word_in_a_file_which_tables_of_drives_would_not_know() -> None:
+def test_parameters_of_a_drive_have_no_other_word_in_a_file_which_tables_of_drives_would_not_know():
     assert not [name for name, stated in drive_parameters().items() if stated.word]
 
 
-def test_every_parameter_of_a_drive_can_be_an_axis(tmp_path: Path) -> None:
+def test_every_parameter_of_a_drive_can_be_an_axis(tmp_path):
     text = '[drive_axes]\npin_mass = [0.1, 1]\nprofile = ["mean", "linear"]\nreverse_motion = [true, false]\nsamples = [10, 20]\n'
     found = read(tmp_path, text).drives
     assert len(found) == 16
@@ -56,7 +56,7 @@ def test_every_parameter_of_a_drive_can_be_an_axis(tmp_path: Path) -> None:
     assert found[-1].drive == NamedDrive.of("default", pin_mass=1.0, profile="linear", reverse_motion=False, samples=20)
 
 
-def test_a_combination_that_excludes_itself_is_an_outcome_of_that_point(tmp_path: Path) -> None:
+def test_a_combination_that_excludes_itself_is_an_outcome_of_that_point(tmp_path):
     """A time step longer than the drive; a stiffness that is out of range for one of the scales' units."""
     found = read(
         tmp_path,
@@ -70,66 +70,42 @@ def test_a_combination_that_excludes_itself_is_an_outcome_of_that_point(tmp_path
 
 
 WRONG = {
-    "a key that is in a table too": (
-        AXES + TABLE + "stage_velocity = 1\n",
-        "drives[0].stage_velocity: is in [drive_axes] too: needs one place",
+    AXES + TABLE + "stage_velocity = 1\n": "drives[0].stage_velocity: is in [drive_axes] too: needs one place",
+    "[drive_axes]\nstifness = [1]": "drive_axes.stifness = [1]: unknown; did you mean spring_stiffness?",
+    "[drive_axes]\nradius = [1]": "drive_axes.radius = [1]: belongs in [constants] or [axes]",
+    '[drive_axes]\nname = ["a"]': '…drive_axes.name = ["a"]: unknown…',
+    "[drive_axes]\npin_mass = 1": "drive_axes.pin_mass = 1: needs a list of at least one value",
+    "[drive_axes]\npin_mass = []": "drive_axes.pin_mass = []: needs a list of at least one value",
+    "[drive_axes]\npin_mass = [1, 0]": "drive_axes.pin_mass[1] = 0: needs 1e-30 ≤ pin_mass ≤ 1e30",
+    "[drive_axes]\npin_mass = [1, 1.0]": "drive_axes.pin_mass[1] = 1.0: is there twice: needs each value once",
+    '[drive_axes]\ntime_step = [1e-6, -1]\n[[drives]]\nname = "a"\nintegrator = "rk4"': (
+        "drive_axes.time_step[1] = -1: needs 0 < time_step ≤ duration with rk4"
     ),
-    "an unknown axis": (
-        "[drive_axes]\nstifness = [1]",
-        "drive_axes.stifness = [1]: unknown; did you mean spring_stiffness?",
+    '[drive_axes]\nintegrator = ["exact", "euler"]': 'drive_axes.integrator[1] = "euler": needs one of exact, rk4',
+    "scales.shear_modulus = 1e-30\n[drive_axes]\nspring_stiffness = [1e-20, 1e30]": (
+        "drive_axes.spring_stiffness[1] = 1e+30: needs 1e-30 ≤ spring_stiffness ≤ 0.01 with this pin_mass and these scales"
     ),
-    "a parameter of a case": ("[drive_axes]\nradius = [1]", "drive_axes.radius = [1]: belongs in [constants] or [axes]"),
-    "a name": ('[drive_axes]\nname = ["a"]', re.compile(r'drive_axes\.name = \["a"\]: unknown')),
-    "no list": ("[drive_axes]\npin_mass = 1", "drive_axes.pin_mass = 1: needs a list of at least one value"),
-    "an empty list": ("[drive_axes]\npin_mass = []", "drive_axes.pin_mass = []: needs a list of at least one value"),
-    "a value that no drive can have": (
-        "[drive_axes]\npin_mass = [1, 0]",
-        "drive_axes.pin_mass[1] = 0: needs 1e-30 ≤ pin_mass ≤ 1e30",
+    '[drive_axes]\npin_mass = [1, 2]\n[[drives]]\nname = "a"\nintegrator = "rk4"': (
+        "drives[0].time_step: missing: needs 0 < time_step ≤ duration with rk4"
     ),
-    "a value twice": (
-        "[drive_axes]\npin_mass = [1, 1.0]",
-        "drive_axes.pin_mass[1] = 1.0: is there twice: needs each value once",
+    "[drive_axes]\ntime_step = [1e-6]\npin_mass = [1, 2]": 'drive_axes.time_step = 1e-06: needs integrator = "rk4"',
+    TABLE + "duration = 1\nduration_periods = 10": (
+        "drives[0].duration_periods = 10.0: needs to be left out beside duration = 1"
     ),
-    "a step that no integrator takes": (
-        "[drive_axes]\ntime_step = [1e-6, -1]\n" + TABLE + 'integrator = "rk4"',
-        "drive_axes.time_step[1] = -1: needs 0 < time_step ≤ duration with rk4",
+    "[drive_axes]\nduration_periods = [10, 20]\nduration = [1.0]": (
+        "drive_axes.duration_periods = 10.0: needs to be left out beside duration = 1.0"
     ),
-    "an integrator that nobody registered": (
-        '[drive_axes]\nintegrator = ["exact", "euler"]',
-        'drive_axes.integrator[1] = "euler": needs one of exact, rk4',
-    ),
-    "a value that no other one suits": (
-        "scales.shear_modulus = 1e-30\n[drive_axes]\nspring_stiffness = [1e-20, 1e30]",
-        "drive_axes.spring_stiffness[1] = 1e+30: "
-        "needs 1e-30 ≤ spring_stiffness ≤ 0.01 with this pin_mass and these scales",
-    ),
-    "no point that suits": (
-        "[drive_axes]\npin_mass = [1, 2]\n" + TABLE + 'integrator = "rk4"',
-        "drives[0].time_step: missing: needs 0 < time_step ≤ duration with rk4",
-    ),
-    "an axis that no point suits": (
-        "[drive_axes]\ntime_step = [1e-6]\npin_mass = [1, 2]",
-        'drive_axes.time_step = 1e-06: needs integrator = "rk4"',
-    ),
-    "two durations": (
-        TABLE + "duration = 1\nduration_periods = 10",
-        "drives[0].duration_periods = 10.0: needs to be left out beside duration = 1",
-    ),
-    "two durations on axes": (
-        "[drive_axes]\nduration_periods = [10, 20]\nduration = [1.0]",
-        "drive_axes.duration_periods = 10.0: needs to be left out beside duration = 1.0",
-    ),
-    "no time": (TABLE + "duration_periods = 0", "drives[0].duration_periods = 0: needs 1e-30 ≤ duration_periods ≤ 1e30"),
-    "no slip": (TABLE + "max_slips = 0", "drives[0].max_slips = 0: needs 1 to 9223372036854775807"),
-}  # fmt: skip
+    TABLE + "duration_periods = 0": "drives[0].duration_periods = 0: needs 1e-30 ≤ duration_periods ≤ 1e30",
+    TABLE + "max_slips = 0": "drives[0].max_slips = 0: needs 1 to 9223372036854775807",
+}
 
 
-@pytest.mark.parametrize(("text", "line"), WRONG.values(), ids=WRONG)
-def test_a_wrong_axis_is_refused_in_one_line(tmp_path: Path, text: str, line: str | re.Pattern[str]) -> None:
+@pytest.mark.parametrize(("text", "line"), WRONG.items())
+def test_a_wrong_axis_is_refused_in_one_line(tmp_path, text, line):
     with pytest.raises(ManifestError) as error:
         read(tmp_path, text)
-    (found,) = (said.removeprefix(f"{tmp_path}/mine.toml: ") for said in error.value.lines)
-    assert line.fullmatch(found) or line.match(found) if isinstance(line, re.Pattern) else found == line
+    (found,) = (each.removeprefix(f"{tmp_path}/mine.toml: ") for each in error.value.lines)
+    assert said(found, text, line), found
 
 
 IN_SECONDS = "with this pin_mass and spring_stiffness"  # period of the pin on its spring: 2π√(0.5/2e5) s = 9.93 ms
@@ -147,9 +123,7 @@ IN_UNITS = "with this pin_mass and these scales"  # stiffness 1e8 N/m, time √(
         "stage_travel = 1e+25": f"1e-30 ≤ stage_travel ≤ 1.41421e23 {IN_UNITS}",
     }.items(),
 )
-def test_what_is_out_of_range_in_other_units_is_refused_in_those_of_its_key(
-    tmp_path: Path, given: str, need: str
-) -> None:
+def test_what_is_out_of_range_in_other_units_is_refused_in_those_of_its_key(tmp_path, given, need):
     with pytest.raises(ManifestError) as error:
         read(tmp_path, f"{TABLE}{given}\n")
     assert str(error.value).endswith(f"drives[0].{given}: needs {need}")
@@ -159,7 +133,7 @@ def test_what_is_out_of_range_in_other_units_is_refused_in_those_of_its_key(
     assert str(raised.value) == f"{given}: needs {need}"
 
 
-def test_every_problem_of_axes_is_told_at_once(tmp_path: Path) -> None:
+def test_every_problem_of_axes_is_told_at_once(tmp_path):
     text = "[drive_axes]\npin_mass = [0, 1, -1]\nspring_stiffness = 3\n" + TABLE + "pin_mass = 1\nsamples = 0\n"
     with pytest.raises(ManifestError) as error:
         read(tmp_path, text)
@@ -177,7 +151,7 @@ def test_every_problem_of_axes_is_told_at_once(tmp_path: Path) -> None:
     )
 
 
-def test_a_duration_in_periods_is_that_many_of_the_pin_on_its_spring(tmp_path: Path) -> None:
+def test_a_duration_in_periods_is_that_many_of_the_pin_on_its_spring(tmp_path):
     """2π√(m/k), also where mass and stiffness are axes; in the solver's units, where m = 1, 2π/√k."""
     found = read(
         tmp_path, "[drive_axes]\npin_mass = [0.5, 2]\nspring_stiffness = [1e4]\n" + TABLE + "duration_periods = 30\n"

@@ -4,7 +4,6 @@ import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -55,7 +54,7 @@ def planned(folder: Path, text: str) -> Plan:
 
 
 @pytest.fixture
-def collected(tmp_path: Path) -> Collected:
+def collected(tmp_path):
     """The dataset of a campaign, given as text, from its file."""
 
     def compute(text: str) -> xr.Dataset:
@@ -78,7 +77,7 @@ def names(found: xr.Dataset) -> list[list[str]]:
     return [[" ".join(name for mask, name in meanings if value & mask) for value in row] for row in masks]
 
 
-def test_the_dataset_holds_flags_as_cf_has_them_and_the_advice(collected: Collected) -> None:
+def test_the_dataset_holds_flags_as_cf_has_them_and_the_advice(collected):
     found = collected(MAP)
     assert found["validity_flags"].dtype == np.int32
     assert names(found) == FOUND
@@ -90,12 +89,12 @@ def test_the_dataset_holds_flags_as_cf_has_them_and_the_advice(collected: Collec
     assert whole == [0.5, 0.5]
 
 
-def test_contact_alone_and_scalars_alone_have_the_same_flags(collected: Collected) -> None:
+def test_contact_alone_and_scalars_alone_have_the_same_flags(collected):
     assert names(collected(MAP.replace('["contact", "slip"]', '["contact"]'))) == FOUND
     assert names(collected(MAP + "[outputs]\nrecords = false\n")) == FOUND
 
 
-def test_what_is_not_computed_has_no_flags(tmp_path: Path) -> None:
+def test_what_is_not_computed_has_no_flags(tmp_path):
     found = collect(planned(tmp_path, MAP), Store(tmp_path))
     assert not found["validity_flags"].values.any()
     assert set(found["advice"].values.flat) == {""}
@@ -103,7 +102,7 @@ def test_what_is_not_computed_has_no_flags(tmp_path: Path) -> None:
     assert flag_summary(found) == []
 
 
-def test_a_contact_that_was_not_reached_keeps_the_flags_to_be_expected_of_it(collected: Collected) -> None:
+def test_a_contact_that_was_not_reached_keeps_the_flags_to_be_expected_of_it(collected):
     """Three nodes and a first event given up: few of them is half the story."""
     text = MAP.replace("[1e-4, 1e-2, 0.3]", "[1e-3]").replace("[20.0, 200.0]", "[20.0]") + "[slip]\ncascade_limit = 1\n"
     found = collected(text)
@@ -113,7 +112,7 @@ def test_a_contact_that_was_not_reached_keeps_the_flags_to_be_expected_of_it(col
     assert set(found["advice"].values.flat) == {advice_on((FEW_NODES,))}
 
 
-def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Collected) -> None:
+def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected):
     found = collected(MAP)
     endings = [row[-1] for row in scalar_table(found).rows]
     for flags, ending in zip(itertools.chain(*FOUND), endings, strict=True):
@@ -126,7 +125,7 @@ def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected: Colle
     assert flag_summary(found)[1].endswith(f"; {WHOLE_SLAB.advice}")
 
 
-def test_a_list_of_cases_names_its_first(collected: Collected) -> None:
+def test_a_list_of_cases_names_its_first(collected):
     lines = flag_summary(collected('design = "zip"\n' + MAP.replace("[20.0, 200.0]", "[20.0, 20.0, 200.0]")))
     assert [line.split(": ")[1] for line in lines] == [
         "1 of 3 cases, first R/L_x = 20, W/(G·L_x·L_y) = 1e-4",
@@ -135,18 +134,18 @@ def test_a_list_of_cases_names_its_first(collected: Collected) -> None:
     ]
 
 
-def test_a_single_case_needs_no_name(collected: Collected) -> None:
+def test_a_single_case_needs_no_name(collected):
     one = MAP.replace("[20.0, 200.0]", "[20.0]").replace("[1e-4, 1e-2, 0.3]", "[1e-4]")
     assert flag_summary(collected(one))[0].startswith("few_nodes: 1 of 1 cases: fewer")
 
 
-def test_a_dataset_from_before_the_flags_has_none(collected: Collected) -> None:
+def test_a_dataset_from_before_the_flags_has_none(collected):
     old = collected(MAP).drop_vars(["validity_flags", "advice"])
     assert flag_summary(old) == []
     assert "[" not in scalar_table(old).rows[0][-1]
 
 
-def test_the_report_shows_flags_with_their_advice(collected: Collected, tmp_path: Path) -> None:
+def test_the_report_shows_flags_with_their_advice(collected, tmp_path):
     found = collected(MAP)
     page = report_page.write(found, tmp_path).read_text("utf-8")
     for line in flag_summary(found):
@@ -157,7 +156,7 @@ def test_the_report_shows_flags_with_their_advice(collected: Collected, tmp_path
     assert "Cases to take with care" not in report_page.write(unflagged, tmp_path).read_text("utf-8")
 
 
-def test_a_plan_says_what_is_to_be_expected(tmp_path: Path) -> None:
+def test_a_plan_says_what_is_to_be_expected(tmp_path):
     lines = expected(planned(tmp_path, MAP))
     assert [line.split(": ")[:2] for line in lines] == [
         ["few_nodes", "2 of 6 cases, first radius = 20, normal_load = 0.0001"],
@@ -166,7 +165,7 @@ def test_a_plan_says_what_is_to_be_expected(tmp_path: Path) -> None:
     ]
 
 
-def test_a_plan_of_contacts_alone_moves_no_pin(tmp_path: Path) -> None:
+def test_a_plan_of_contacts_alone_moves_no_pin(tmp_path):
     text = MAP.replace("events = 30", "displacement = 0.3").replace("[1e-4, 1e-2, 0.3]", "[1e-2]")
     assert [line.split(":")[0] for line in expected(planned(tmp_path, text))] == [
         "outgrown", "whole_slab", "beyond_contact",
@@ -175,7 +174,7 @@ def test_a_plan_of_contacts_alone_moves_no_pin(tmp_path: Path) -> None:
     assert [line.split(":")[0] for line in expected(planned(tmp_path, only))] == ["whole_slab"]
 
 
-def test_a_plan_expects_nothing_of_what_it_refuses(tmp_path: Path) -> None:
+def test_a_plan_expects_nothing_of_what_it_refuses(tmp_path):
     text = MAP.replace("[numerics]\nn_x = 33", "n_x = [17, 33]\n[numerics]\nscheme = 'biquadratic'\nrows = 6")
     plan = planned(tmp_path, text)
     assert [case.case is None for case in plan.cases] == [True, False] * 6
@@ -194,7 +193,7 @@ def test_a_plan_expects_nothing_of_what_it_refuses(tmp_path: Path) -> None:
         ({"max_events": 20, "slip_rule": SlipRule(residual_shear=1.0)}, 0.0, 0.0),  # sliding has no steps to count
     ],
 )
-def test_a_plan_knows_about_how_far_a_pin_goes(changes: dict[str, Any], low: float, high: float) -> None:
+def test_a_plan_knows_about_how_far_a_pin_goes(changes, low, high):
     """Its limit, or from the mean step to a factor of two, here a little more; over what the record reaches."""
     case = replace(Case(radius=1000.0, normal_load=2e-4, slab=Slab(33)), **changes)
     record = slide(case, surface_compliance(case.slab))
@@ -202,14 +201,14 @@ def test_a_plan_knows_about_how_far_a_pin_goes(changes: dict[str, Any], low: flo
     assert low <= expected_displacement(case) / record.final_displacement <= high
 
 
-def test_the_campaigns_that_come_with_nanoslip_press_pins_well() -> None:
+def test_the_campaigns_that_come_with_nanoslip_press_pins_well():
     campaigns = list((ROOT / "campaigns").glob("*.toml"))
     assert len(campaigns) >= 4
     for path in campaigns:
         assert expected(make_plan(load_manifest(path))) == [], path
 
 
-def test_a_line_counts_and_names_the_first() -> None:
+def test_a_line_counts_and_names_the_first():
     lines = flag_lines([0, NEAR_ENDS.mask, 0, NEAR_ENDS.mask | WHOLE_SLAB.mask], "case {}".format)
     assert lines == [
         f"near_ends: 2 of 4 cases, first case 1: {NEAR_ENDS.meaning}; {NEAR_ENDS.advice}",
@@ -217,7 +216,7 @@ def test_a_line_counts_and_names_the_first() -> None:
     ]
 
 
-def test_the_table_for_users_is_the_declaration() -> None:
+def test_the_table_for_users_is_the_declaration():
     text = (ROOT / "study" / "dataset" / "README.md").read_text("utf-8")
     table = [line for line in text.splitlines() if line.startswith("| `") and line.split("`")[1] in FLAG_NAMES]
     assert table == [f"| `{flag.name}` | {flag.mask} | {flag.meaning} | {flag.advice} |" for flag in FLAGS]

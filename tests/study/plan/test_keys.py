@@ -93,7 +93,7 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_field_of_a_case_is_in_the_key_or_excluded_with_a_reason(kind: str) -> None:
+def test_every_field_of_a_case_is_in_the_key_or_excluded_with_a_reason(kind):
     make, exclusions = KINDS[kind]
     assert all(each.reason for each in exclusions)
     seen = set()
@@ -112,7 +112,7 @@ def test_every_field_of_a_case_is_in_the_key_or_excluded_with_a_reason(kind: str
     assert seen == {path for base in BASES.values() for path, _ in flattened(base)}
 
 
-def test_every_field_of_a_drive_is_in_its_key() -> None:
+def test_every_field_of_a_drive_is_in_its_key():
     seen = set()
     for base in DRIVES:
         for path, _ in flattened(base):
@@ -130,20 +130,20 @@ class Greased(Case):
     film: float = 0.0
 
 
-def test_a_field_that_is_new_is_in_every_key() -> None:
+def test_a_field_that_is_new_is_in_every_key():
     dry, wet = Greased(), Greased(film=1e-9)
     for make, _ in KINDS.values():
         assert make(wet).key != make(dry).key
 
 
-def test_an_exclusion_of_what_no_case_has_is_refused() -> None:
+def test_an_exclusion_of_what_no_case_has_is_refused():
     with pytest.raises(KeyError, match="colour: no field of a case"):
         deciding(Case(), (Exclusion(("colour",), "nobody looks"),))
     assert "heterogeneity.seed" not in deciding(Case(), OF_RECORD)
     assert not math.isfinite(Case().farthest)
 
 
-def test_a_compliance_is_known_by_its_slab_alone() -> None:
+def test_a_compliance_is_known_by_its_slab_alone():
     other = replace(CASE, intrinsic_friction=0.1, radius=9.0, slip_rule=SlipRule(residual_shear=0.5))
     assert record_task(other).needs == record_task(CASE).needs == (compliance_task(Slab(33)).key,)
     assert compliance_task(Slab(33, poisson=0.3)).key != compliance_task(Slab(33)).key
@@ -152,7 +152,7 @@ def test_a_compliance_is_known_by_its_slab_alone() -> None:
     )  # the default
 
 
-def test_a_friction_record_is_known_without_the_drive() -> None:
+def test_a_friction_record_is_known_without_the_drive():
     faster = replace(DRIVE, stage_velocity=2 * DRIVE.stage_velocity)
     assert drive_task(CASE, faster).needs == drive_task(CASE, DRIVE).needs == (record_task(CASE).key,)
     assert drive_task(CASE, faster).key != drive_task(CASE, DRIVE).key
@@ -167,11 +167,11 @@ def test_a_friction_record_is_known_without_the_drive() -> None:
         replace(CASE, max_displacement=1.0), replace(CASE, max_spacings=4.0), replace(CASE, start=0.5),
     ],
 )  # fmt: skip
-def test_all_that_decides_a_record_is_in_its_key(other: Case) -> None:
+def test_all_that_decides_a_record_is_in_its_key(other):
     assert record_task(other).key != record_task(CASE).key
 
 
-def test_a_limit_in_spacings_is_known_by_its_displacement() -> None:
+def test_a_limit_in_spacings_is_known_by_its_displacement():
     """The same place said in other words is the same task; of two limits, only the nearer decides."""
     there = replace(CASE, max_displacement=4.0 / 32.0)
     for other in (
@@ -186,25 +186,25 @@ def test_a_limit_in_spacings_is_known_by_its_displacement() -> None:
     assert contact_task(there).key == contact_task(CASE).key != contact_task(replace(CASE, start=0.5)).key
 
 
-def test_what_a_pin_does_not_have_is_not_in_its_key() -> None:
+def test_what_a_pin_does_not_have_is_not_in_its_key():
     punch = replace(CASE, pin="flat_punch")
     assert record_task(replace(CASE, half_width=0.1)).key == record_task(CASE).key
     assert record_task(replace(punch, radius=1.0)).key == record_task(punch).key
     assert record_task(replace(punch, half_width=0.1)).key != record_task(punch).key
 
 
-def test_the_limits_of_a_run_do_not_change_initial_contact() -> None:
+def test_the_limits_of_a_run_do_not_change_initial_contact():
     assert contact_task(replace(CASE, max_events=1)).key == contact_task(CASE).key
     assert contact_task(CASE).key != record_task(CASE).key
 
 
-def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only() -> None:
+def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only():
     """Four times the modulus, spring and mass: the same numbers (all factors are powers of two, exact in binary)."""
     stiff = NamedDrive.of("stiff", pin_mass=2.0, spring_stiffness=8e5, samples=50)
     assert drive_task(CASE, stiff.dimensionless(Scales(shear_modulus=4e10))).key == drive_task(CASE, DRIVE).key
 
 
-def test_parameters_without_effect_are_named_as_a_campaign_names_them() -> None:
+def test_parameters_without_effect_are_named_as_a_campaign_names_them():
     assert without_effect(Case()) == {"half_width", "distribution", "seed"}
     assert without_effect(Case(pin="flat_punch", heterogeneity=Heterogeneity(spread=0.1))) == {"radius"}
     uncoupled = without_effect(Case(effects=Effects(coupling=False)), OF_CONTACT)

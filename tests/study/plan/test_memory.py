@@ -1,6 +1,5 @@
 """What does not fit a machine's memory is refused there, by name and before anything is computed; elsewhere it may run."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.solver.slab import Slab
-from nanoslip.study.commands import cli
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan import outlook as memory
 from nanoslip.study.plan.kinds import compliance_task
@@ -30,7 +28,7 @@ def planned(folder: Path, text: str) -> Plan:
 
 
 @pytest.fixture
-def machine(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
+def machine(monkeypatch):
     """Make this a machine of so many bytes."""
     return lambda size: monkeypatch.setattr(memory, "machine_memory", lambda: size)
 
@@ -110,58 +108,40 @@ def test_the_launcher_says_how_many_ranks_share_a_machine(monkeypatch, environme
     assert processes_here() == here
 
 
-def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
-    for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMBA"):  # a run sets them; this puts them back
-        monkeypatch.setenv(f"{name}_NUM_THREADS", "1")
-    monkeypatch.setattr("sys.argv", ["nanoslip", *map(str, arguments)])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
-
-
-def test_a_run_that_does_not_fit_computes_nothing_and_a_plan_says_so(tmp_path, monkeypatch, capsys, machine):
+def test_a_run_that_does_not_fit_computes_nothing_and_a_plan_says_so(main, tmp_path, machine):
     machine(250 * MB)
     path, out = tmp_path / "mine.toml", tmp_path / "out"
     path.write_text('title = "x"\naxes.n_x = [33, 2049]\n')
-    assert called(monkeypatch, "plan", path, "--out", out) == 0
-    assert f"does not fit here: {path}: record n_x=2049: needs about" in capsys.readouterr().out
-    assert called(monkeypatch, "run", path, "--out", out, "--serial") == 2
-    said = capsys.readouterr().err
-    assert f"{path}: compliance n_x=2049: needs about" in said
-    assert "Traceback" not in said
+    code, said, _ = main("plan", path, "--out", out)
+    assert (code, f"does not fit here: {path}: record n_x=2049: needs about" in said) == (0, True)
+    code, _, errors = main("run", path, "--out", out, "--serial")
+    assert (code, f"{path}: compliance n_x=2049: needs about" in errors, "Traceback" in errors) == (2, True, False)
     assert not list((out / "results").iterdir())
 
 
-def test_what_is_finished_needs_no_memory(tmp_path, monkeypatch, machine):
+def test_what_is_finished_needs_no_memory(main, tmp_path, machine):
     path, out = tmp_path / "mine.toml", tmp_path / "out"
     path.write_text('title = "x"\nnumerics.n_x = 17\nlimits.events = 5\n')
-    assert called(monkeypatch, "run", path, "--out", out, "--serial") == 0
+    assert main("run", path, "--out", out, "--serial")[0] == 0
     machine(1.0)
-    assert called(monkeypatch, "run", path, "--out", out, "--serial") == 0
+    assert main("run", path, "--out", out, "--serial")[0] == 0
 
 
-def no_memory(slab: Slab) -> None:
-    """What numpy says."""
-    np.empty((10**9, 10**9))
-
-
-def test_a_task_without_memory_says_so_and_is_not_kept(tmp_path, monkeypatch, capsys):
+def test_a_task_without_memory_says_so_and_is_not_kept(main, tmp_path, monkeypatch):
     """Not a result: another machine may compute it. What waits for it is given up, the next run computes both."""
     path, out = tmp_path / "mine.toml", tmp_path / "out"
     path.write_text('title = "x"\nnumerics.n_x = 17\nlimits.events = 5\n')
     with monkeypatch.context() as poor:
-        poor.setattr(compute, "surface_compliance", no_memory)
+        poor.setattr(compute, "surface_compliance", lambda slab: np.empty((10**9, 10**9)))  # what numpy says
         result = run_task(compliance_task(Slab(n_x=17)), {})
         assert result.outcome.ending is Ending.OUT_OF_MEMORY
         assert "no memory left at n_x = 17: start fewer ranks" in result.outcome.message
-        assert called(monkeypatch, "run", path, "--out", out, "--serial") == 3
-    said = capsys.readouterr()
-    assert "compliance n_x=17 ran out of memory: no memory left at n_x = 17" in said.err
-    assert "2 tasks failed, or needed one that did" in said.err
-    assert "Traceback" not in said.err
-    assert "out_of_memory" in said.out
+        code, said, errors = main("run", path, "--out", out, "--serial")
+    assert (code, "out_of_memory" in said, "Traceback" in errors) == (3, True, False)
+    assert "compliance n_x=17 ran out of memory: no memory left at n_x = 17" in errors
+    assert "2 tasks failed, or needed one that did" in errors
     assert Store(out).finished() == set()
-    assert called(monkeypatch, "run", path, "--out", out, "--serial") == 0
+    assert main("run", path, "--out", out, "--serial")[0] == 0
     assert len(Store(out).finished()) == 2
     assert surface_compliance(Slab(n_x=17)).matrix.shape == (34, 34)
 

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity
+from nanoslip.solver.drive import Drive
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from nanoslip.solver.ensemble import Ensemble, mean_of
+from nanoslip.solver.ensemble import Ensemble, change_by, mean_of
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.manifest.manifest import KNOWABLE
@@ -30,7 +32,7 @@ from nanoslip.study.plan.kinds import (
 )
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.run import compute
-from nanoslip.study.run.compute import Member, joint_outcome, numbers, run_task, whole_again
+from nanoslip.study.run.compute import PAIRS, Member, joint_outcome, numbers, run_task, whole_again
 from tests.study.plan.running import DRIVE, run
 
 CASE = Case(radius=50.0, slab=Slab(17), max_events=None, max_presliding=4.0)
@@ -59,7 +61,7 @@ def refuse(monkeypatch: pytest.MonkeyPatch, *numbers: int) -> None:
 
 
 @pytest.mark.parametrize("spread", [0.0, 0.2])
-def test_each_member_comes_back_as_its_own_case_slides(spread: float) -> None:
+def test_each_member_comes_back_as_its_own_case_slides(spread):
     case = replace(CASE, heterogeneity=Heterogeneity(spread=spread))
     result = records(Ensemble(3), case)
     for number in range(3):
@@ -71,7 +73,7 @@ def test_each_member_comes_back_as_its_own_case_slides(spread: float) -> None:
 
 
 @pytest.mark.parametrize("n_x", [17, 65, 129])
-def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x: int) -> None:
+def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x):
     """Systems, answers and tableaus are kept with a compliance that nobody can change, and of no other."""
     case = Case(slab=Slab(n_x), max_events=60)
     kept = surface_compliance(case.slab)
@@ -89,7 +91,7 @@ def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x: int
         assert bool(together[1]) == whole
 
 
-def test_the_first_of_more_members_are_those_of_fewer() -> None:
+def test_the_first_of_more_members_are_those_of_fewer():
     few, many = records(Ensemble(3)), records(Ensemble(6))
     assert few.key != many.key
     for name, values in few.scalars.items():
@@ -98,7 +100,7 @@ def test_the_first_of_more_members_are_those_of_fewer() -> None:
         np.testing.assert_array_equal(values, many.arrays[name][: len(values)])
 
 
-def test_a_target_doubles_the_members_until_they_know_enough() -> None:
+def test_a_target_doubles_the_members_until_they_know_enough():
     names = ("plateau_mean",)
     most = records(Ensemble(12)).scalars["plateau_mean"]
     at = {size: mean_of(np.array(most[:size])) for size in (3, 6)}
@@ -109,7 +111,7 @@ def test_a_target_doubles_the_members_until_they_know_enough() -> None:
         assert len(records(Ensemble(12, math.sqrt(reached[3] * reached[6]), names)).scalars["plateau_mean"]) == 6
 
 
-def test_a_target_of_a_drive_slides_the_members_that_its_record_lacks() -> None:
+def test_a_target_of_a_drive_slides_the_members_that_its_record_lacks():
     """They are those that a record of so many would have."""
     wanted = Ensemble(6, 1e-9, ("kinetic_friction",))
     task = drive_task(CASE, DRIVE, wanted)
@@ -122,7 +124,7 @@ def test_a_target_of_a_drive_slides_the_members_that_its_record_lacks() -> None:
     assert len(found.scalars["kinetic_friction"]) == 6
 
 
-def test_a_drive_is_over_each_members_own_record() -> None:
+def test_a_drive_is_over_each_members_own_record():
     found = run(compliance_task(CASE.slab), record_task(CASE, FOUR), drive_task(CASE, DRIVE, FOUR))
     for number in range(4):
         case = FOUR.case(CASE, number)
@@ -131,7 +133,7 @@ def test_a_drive_is_over_each_members_own_record() -> None:
 
 
 @pytest.mark.parametrize("number", [0, 2])
-def test_a_member_that_is_refused_leaves_the_others_as_they_are(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+def test_a_member_that_is_refused_leaves_the_others_as_they_are(monkeypatch, number):
     whole = records(FOUR)
     refuse(monkeypatch, number)
     task = record_task(CASE, FOUR)
@@ -154,7 +156,7 @@ def test_a_member_that_is_refused_leaves_the_others_as_they_are(monkeypatch: pyt
     assert run_task(scalars, {task.key: part}).members == part.members
 
 
-def test_an_ensemble_of_which_no_member_is_possible_ends_as_they_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_ensemble_of_which_no_member_is_possible_ends_as_they_do(monkeypatch):
     refuse(monkeypatch, *range(4))
     found = records(FOUR)
     assert (found.outcome, found.scalars, found.arrays, found.members) == (REFUSED, {}, {}, ())
@@ -176,9 +178,7 @@ LOST, SHORT = Outcome(Ending.CONTACT_LOST, "press harder"), Outcome(Ending.NO_PL
          "3 of 7 members no_plateau: raise it; 1 of 7 members contact_lost: press harder"),
     ],
 )  # fmt: skip
-def test_an_ensemble_is_completed_where_its_means_are_known(
-    members: list[Outcome], ending: Ending, message: str
-) -> None:
+def test_an_ensemble_is_completed_where_its_means_are_known(members, ending, message):
     """By the rule of `mean_of`: half of the members, and three of as many."""
     assert joint_outcome(members) == Outcome(ending, message)
     if len(members) > 1:
@@ -186,7 +186,7 @@ def test_an_ensemble_is_completed_where_its_means_are_known(
         assert (ending is Ending.COMPLETED) == bool(np.isfinite(mean_of(values).mean))
 
 
-def test_the_arrays_of_a_first_member_that_is_not_usable_are_not_kept() -> None:
+def test_the_arrays_of_a_first_member_that_is_not_usable_are_not_kept():
     """Of a drive that ran away they are NaN, and the others make its ensemble usable."""
     nothing = np.full(3, math.nan)
     ran_away, whole = (
@@ -204,11 +204,93 @@ class Column:
     position: np.ndarray = field(metadata=quantity("position", along="sample"))
 
 
-def test_of_no_members_there_are_no_numbers() -> None:
+def test_of_no_members_there_are_no_numbers():
     assert numbers(RECORD, ()) == ({}, {})
 
 
 @pytest.mark.parametrize(("name", "stage"), KNOWABLE.items())
-def test_whatever_can_be_a_target_is_a_number_of_a_kind_of_its_stage(name: str, stage: str) -> None:
+def test_whatever_can_be_a_target_is_a_number_of_a_kind_of_its_stage(name, stage):
     kinds = {"contact": KINDS["contact"], "slip": RECORD, "dynamics": DRIVES}
     assert name in names_of(kinds[stage])
+
+
+PAPERS = Case(slab=Slab(33), max_events=None, max_presliding=4.0)
+PULLED = Drive.from_si(duration=0.1)
+KINETIC = Ensemble(6, 1e-4, ("plateau_mean", "kinetic_friction"))
+"""So well that all members are needed."""
+
+
+def pulled(ensemble: Ensemble, drive: Drive = PULLED) -> TaskResult:
+    return run(compliance_task(PAPERS.slab), record_task(PAPERS, ensemble), drive_task(PAPERS, drive, ensemble))
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return pulled(Ensemble(6))
+
+
+@pytest.fixture(scope="module")
+def spared():
+    return pulled(replace(KINETIC, within=0.03))
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return pulled(Ensemble(6), replace(PULLED, profile="mean"))
+
+
+def test_members_beyond_the_first_two_are_pulled_without_teeth_where_that_is_allowed(whole, spared, plain):
+    """The first two are kept as they are, and their change is what is stated."""
+    count = len(spared.scalars["kinetic_friction"])
+    assert count > PAIRS
+    expected = whole.scalars["kinetic_friction"][:PAIRS] + plain.scalars["kinetic_friction"][PAIRS:count]
+    assert spared.scalars["kinetic_friction"] == expected
+    assert {compute.SPARED[int(word) - 1].name for word in spared.scalars["left_out"]} == {"teeth"}
+    stated = change_by(plain.scalars["kinetic_friction"][:PAIRS], whole.scalars["kinetic_friction"][:PAIRS])
+    assert set(spared.scalars["left_out_error"]) == {stated}
+    assert 0.0 < stated < 0.015
+
+
+def test_the_answer_is_within_what_was_asked_for(whole, spared):
+    """Of the mean over all six with teeth, as far as these know it."""
+    known = mean_of(np.array(whole.scalars["kinetic_friction"]))
+    found = mean_of(np.array(spared.scalars["kinetic_friction"]))
+    assert 2.0 * found.uncertainty / found.mean + spared.scalars["left_out_error"][0] <= 0.03
+    assert abs(found.mean - known.mean) <= 0.03 * known.mean + 2.0 * known.uncertainty
+
+
+def test_what_was_not_asked_for_is_known_of_the_first_two_alone(spared):
+    for name in ("static_friction", "time_stuck", "regime", "macroscopic_slips"):
+        known = np.isfinite(spared.scalars[name])
+        assert known.tolist() == [True] * PAIRS + [False] * (len(known) - PAIRS)
+
+
+def test_teeth_stay_where_the_numbers_asked_for_depend_on_them():
+    """Static friction does: without teeth it is the plateau, some 8 % less. Every member then knows everything."""
+    found = pulled(Ensemble(4, 1e-6, ("plateau_mean", "static_friction")))
+    assert set(found.scalars["left_out"]) == {0}
+    assert set(found.scalars["left_out_error"]) == {0.0}
+    assert np.isfinite(found.scalars["regime"]).all()
+
+
+def test_nothing_is_left_out_by_campaigns_that_ask_for_members(whole):
+    assert "left_out" not in whole.scalars
+    assert np.isfinite(whole.scalars["static_friction"]).all()
+
+
+@pytest.mark.parametrize("refused", [0, 1])
+def test_a_first_member_that_is_refused_leaves_nothing_out(monkeypatch, refused):
+    """Then no change is known; the others are computed whole."""
+    measured = compute.measured
+
+    def failing(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Any:
+        if plateau.mean == plateaus[refused]:
+            raise InvalidInput("why")
+        return measured(record, plateau, drive)
+
+    ensemble = Ensemble(4, 1e-6, ("plateau_mean", "kinetic_friction"))
+    plateaus = run(compliance_task(PAPERS.slab), record_task(PAPERS, ensemble)).scalars["plateau_mean"]
+    monkeypatch.setattr(compute, "measured", failing)
+    found = pulled(ensemble)
+    assert np.isnan(found.scalars["kinetic_friction"]).tolist() == [number == refused for number in range(4)]
+    assert {value for value in found.scalars["left_out"] if not np.isnan(value)} == {0}

@@ -11,7 +11,6 @@ import time
 import tracemalloc
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ from nanoslip.solver.contact import compiled_contact
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.schemes.chain import Chain
-from nanoslip.solver.slab import Slab, Support
+from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan import cost as rates
@@ -48,7 +47,6 @@ from nanoslip.study.plan.kinds import (
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
-from tests.conftest import Main
 
 FACTOR = 3.0
 """Cascades are chaotic: the same case under another load within a percent takes half or double the slips."""
@@ -65,7 +63,7 @@ def noise(rms: float) -> Heterogeneity:
 
 
 @pytest.mark.parametrize("size", [0.5, 2.0])
-def test_a_rough_pin_touches_in_spots_where_its_flanks_are_steeper_than_the_mean_pressure(size: float) -> None:
+def test_a_rough_pin_touches_in_spots_where_its_flanks_are_steeper_than_the_mean_pressure(size):
     """Rows of teeth whose flanks all have one slope; widths, heights and nodes scaled together are the same to the eye."""
     case = Case(slab=Slab(257))
     pressure = case.normal_load / (contact_nodes(case) * case.slab.spacing)
@@ -184,13 +182,13 @@ def _timed(run: Callable[[], object]) -> float:
 
 
 @pytest.fixture(scope="module")
-def measurements() -> dict[str, Measured]:
+def measurements():
     return {name: measured(task) for name, task in TASKS.items()}
 
 
 @pytest.mark.timed
 @pytest.mark.slow
-def test_seconds_come_true(measurements: dict[str, Measured]) -> None:
+def test_seconds_come_true(measurements):
     """A tenth of the cases may be worse than a factor of three: 2 of 32 seen, 7 and 6."""
     # What handing out, reading and writing take is in the estimate, and does not happen here.
     ratios = {name: estimate(task).seconds / (measurements[name].seconds + TASK) for name, task in TASKS.items()}
@@ -202,7 +200,7 @@ def test_seconds_come_true(measurements: dict[str, Measured]) -> None:
 
 
 @pytest.mark.slow
-def test_bytes_come_true(measurements: dict[str, Measured]) -> None:
+def test_bytes_come_true(measurements):
     ratios = {name: estimate(task).memory / measurements[name].bytes for name, task in TASKS.items()}
     assert not {name: ratio for name, ratio in ratios.items() if not 1 / FACTOR < ratio < FACTOR}
 
@@ -212,7 +210,7 @@ SLABS += [Slab(33, scheme="galerkin", support="frictionless"), Slab(33, scheme="
 
 
 @pytest.mark.parametrize("slab", SLABS, ids=lambda slab: f"{slab.n_x}-{slab.aspect_ratio:g}-{slab.scheme}")
-def test_bytes_of_a_compliance_come_true(slab: Slab) -> None:
+def test_bytes_of_a_compliance_come_true(slab):
     surface_compliance(slab)  # what is kept from call to call
     tracemalloc.start()
     surface_compliance(slab)
@@ -221,7 +219,7 @@ def test_bytes_of_a_compliance_come_true(slab: Slab) -> None:
     assert 1 / FACTOR <= peak / estimate(compliance_task(slab)).memory <= FACTOR
 
 
-def test_a_column_is_estimated_as_its_trunk() -> None:
+def test_a_column_is_estimated_as_its_trunk():
     assert condensation_seconds(Slab(17, 1e4)) == condensation_seconds(Slab(17, 10.0))
 
 
@@ -244,7 +242,7 @@ RECORDS = {
 
 
 @pytest.mark.parametrize("case", RECORDS.values(), ids=RECORDS)
-def test_the_events_of_a_record_are_predicted_from_its_presliding_length(case: Case) -> None:
+def test_the_events_of_a_record_are_predicted_from_its_presliding_length(case):
     """As many as its nodes in contact, times its presliding lengths, times one number."""
     case = replace(case, max_events=None, max_presliding=4.0)
     record = friction_record(case)
@@ -255,7 +253,7 @@ def test_the_events_of_a_record_are_predicted_from_its_presliding_length(case: C
 @pytest.mark.parametrize("support", ["bonded", "right_side", "frictionless"])
 @pytest.mark.parametrize("height", [0.1, 0.3, 1.0, 3.0, 10.0])
 @pytest.mark.parametrize("load", [1e-5, 1e-3])
-def test_the_stiffness_is_that_of_a_cantilever(support: Support, height: float, load: float) -> None:
+def test_the_stiffness_is_that_of_a_cantilever(support, height, load):
     """0.56 to 2.84 seen, on bonded slabs 0.56 to 1.13: no number is fitted."""
     case = Case(normal_load=load, max_events=3, slab=Slab(33, height, support=support))
     stiffness = case.intrinsic_friction * load / friction_record(case).presliding_length
@@ -264,12 +262,12 @@ def test_the_stiffness_is_that_of_a_cantilever(support: Support, height: float, 
 
 @pytest.mark.parametrize("poisson", [0.3, 0.4999])
 @pytest.mark.parametrize("height", [30.0, 1000.0])
-def test_a_tower_whose_pin_lets_go_is_not_taken_for_days_of_slips(height: float, poisson: float) -> None:
+def test_a_tower_whose_pin_lets_go_is_not_taken_for_days_of_slips(height, poisson):
     """Its lateral stiffness falls as its height cubed, and the slips that fit into its give; these take a second."""
     assert record_seconds(Case(slab=Slab(33, aspect_ratio=height, poisson=poisson), max_events=2000)) < 60.0
 
 
-def test_predictions_are_in_no_key_and_no_dataset(main: Main, campaign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_predictions_are_in_no_key_and_no_dataset(main, campaign, monkeypatch):
     """Another order of tasks, and the same bytes."""
     plans = [make_plan(load_manifest(campaign))]
     assert main("run", campaign, "--out", campaign.parent / "usual", "--serial")[0] == 0

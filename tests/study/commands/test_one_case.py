@@ -1,0 +1,266 @@
+"""One case: KEY=VALUE single it out of a campaign or make it; it is explained, shown from results, or computed at once."""
+
+import tempfile
+
+import pytest
+
+from nanoslip.study import api
+from nanoslip.study.commands.datasets import assignments, chosen
+from nanoslip.study.commands.words import Refusal
+from nanoslip.study.manifest.cases import campaign_of, expand, tables
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.results.store import Store
+from tests.conftest import ROOT, SMALL
+from tests.study.commands.test_datasets import write_regimes
+
+ONE = ("intrinsic_friction=0.5", "radius=50")
+
+
+def cases(axes):
+    return expand(parse_manifest(ROOT / "toy.toml", f'title = "a toy"\nensemble.members = 8\n[axes]\n{axes}\n', {}))
+
+
+CASES = cases('radius = [50.0, 100.0]\nevents = [5, 10]\nslip_order = ["worst_first", "simultaneous"]')
+
+
+def test_a_case_is_found_by_the_words_of_its_campaign():
+    found = chosen(CASES, {"events": "5", "radius": "1e2", "slip_order": "simultaneous"}).parameters
+    assert [found[name] for name in ("radius", "max_events", "slip_order")] == [100.0, 5, "simultaneous"]
+    assert chosen(CASES[:1], {}) is CASES[0]
+    for word in ("true", "True"):  # of a campaign, and of a table
+        assert chosen(cases("coupling = [false, true]"), {"coupling": word}).parameters["coupling"] is True
+
+
+ZIPPED = [case for case in CASES if (case.parameters["radius"] == 50.0) == (case.parameters["max_events"] == 5)]
+
+
+@pytest.mark.parametrize(
+    ("there", "selection", "said"),
+    [
+        (CASES, "poisson=0.3", "poisson=0.3: these cases are told apart by "
+         "intrinsic_friction, radius, aspect_ratio, n_x, events, slip_order"),
+        (CASES, "radius=60", "radius=60: no such case; there are 50.0, 100.0"),
+        (CASES, "radius=wide", "radius=wide: no such case"),
+        (CASES, "radius=50", "radius=50: 4 cases are like that; say events = 5 or 10, "
+         "slip_order = worst_first or simultaneous"),
+        (CASES, "radius=50 events=7", "events=7: no such case; there are 5, 10"),
+        (ZIPPED, "radius=50 events=10", "radius=50 events=10: no case is all of that"),
+        (cases("radius = [50, 100]"), "", "no selection: 2 cases are like that; say radius = 50.0 or 100.0"),
+        (cases("radius = [10, 20, 30, 40, 50]"), "", "say radius = 10.0 or 20.0 or 30.0 or 40.0 or …"),
+    ],
+)  # fmt: skip
+def test_anything_else_says_what_there_is(there, selection, said):
+    with pytest.raises(ManifestError) as refused:
+        chosen(there, assignments(selection.split()))
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize("word", ["radius", "radius=", "=50", ""])
+def test_a_word_that_gives_no_key_a_value_is_refused(word):
+    with pytest.raises(Refusal, match=rf"^{word}: needs key=value, as radius=50$"):
+        assignments([word])
+    with pytest.raises(Refusal, match="radius is given twice"):
+        assignments(["radius=50", "radius=100"])
+
+
+def test_a_parameter_may_be_given_by_the_symbol_that_heads_its_column():
+    keys = {"mu_i": "intrinsic_friction", "μ_i": "intrinsic_friction", "R": "radius", "R/L_x": "radius"}
+    keys |= {"V_o": "stage_velocity"} | {name: name for name in ("events", "max_events", "nonsense")}
+    assert {typed: next(iter(assignments([f"{typed}=0.5"]))) for typed in keys} == keys
+
+
+# Explained: what it costs, what its grid leaves open, and what half of that costs.
+
+
+def test_time_and_grid_of_a_case_are_said(main, campaign):
+    campaign.write_text("accuracy = 0.05\n" + SMALL.replace("n_x = 17", ""))
+    code, said, errors = main("explain", campaign, *ONE)
+    assert (code, errors, said.startswith("case intrinsic_friction = 0.5, radius = 50.0")) == (0, "", True)
+    assert "estimated time, to a factor of three: " in said
+    assert 0.0 < float(said.split("approach and stiffness: ")[1].split(";")[0]) <= 0.05
+    assert float(said.split("half of it costs ")[1].split(" ×")[0]) > 1.0
+
+
+@pytest.mark.parametrize("constant", ["intrinsic_friction = inf", "intrinsic_friction = 0.0", 'pin = "flat_punch"'])
+def test_extreme_cases_are_explained_too_and_a_grid_that_was_not_measured_is_named_so(main, campaign, constant):
+    campaign.write_text(f'title = "x"\n[constants]\n{constant}\n[numerics]\nn_x = 17\n')
+    code, said, _ = main("explain", campaign)
+    assert (code, "error of the grid" in said) == (0, True)
+    assert ("error of the grid: not measured" in said) == ("punch" in constant)
+
+
+def test_what_is_no_single_case_is_refused_with_advice_and_one_that_physics_refuses_says_why(main, campaign):
+    code, said, errors = main("explain", campaign)
+    assert (code, said) == (2, "")
+    assert "4 cases are like that; say intrinsic_friction = 0.25 or 0.5, radius = 50.0 or 100.0" in errors
+    refused = SMALL.replace("radius = [50.0, 100.0]", "coarsest_row = [5, 17]\nn_x = [9, 17]").replace("n_x = 17\n", "")
+    campaign.write_text(refused)
+    code, _, errors = main("explain", campaign, "n_x=9", "coarsest_row=17", "intrinsic_friction=0.5")
+    assert (code, "coarsest_row = 17" in errors) == (2, True)
+
+
+def test_effects_of_a_case_are_those_of_a_campaign_of_it_alone(main, campaign, tmp_path):
+    """Effect, number and change of each row; seconds are measured and differ."""
+
+    def changes(said):
+        return [line.split()[:5] for line in said.splitlines() if " ± " in line]
+
+    alone = tmp_path / "alone.toml"
+    alone.write_text(SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]"))
+    code, said, _ = main("explain", campaign, *ONE, "--effects")
+    assert code == 0
+    assert changes(said) == changes(main("effects", alone)[1]) != []
+
+
+# Shown: from a dataset, from a campaign's own, or from results that are not collected.
+
+
+def test_a_case_is_shown_from_a_dataset_its_folder_or_its_campaign(main, ask, finished):
+    code, said, errors = ask("show", *ONE, "drive=fast")
+    assert (code, errors) == (0, "")
+    assert said.startswith(
+        "A small campaign\ncase μ_i = 0.5, R/L_x = 50, L_z/L_x = 1, n_x = 17, drive = fast, V_o = 0.002 m/s\n"
+    )
+    assert "outcome: completed" in said
+    (line,) = (line for line in said.splitlines() if line.startswith("static_friction "))
+    assert ("±" in line, line.rstrip().endswith("static friction coefficient")) == (True, True)
+    assert said.count("┤") == 24
+    for source in (finished, finished / "results.nc"):
+        assert main("show", source, *ONE, "drive=fast") == (0, said, "")
+
+
+def test_without_a_drive_all_drives_are_rows(main, finished):
+    code, said, _ = main("show", finished, *ONE)
+    assert (code, "static_friction " in said, said.count("┤")) == (0, False, 12)
+    first = [line.split()[0] for line in said.splitlines() if line.strip()]
+    assert [word for word in first if word in ("slow", "fast")] == ["slow", "fast"]
+
+
+def test_words_of_members_are_short_in_the_table(main, finished):
+    write_regimes(finished, "2 sticks; 1 stick_slip; 1 micro_slip")
+    said = main("show", finished, *ONE, "drive=slow")[1]
+    (row,) = (line for line in said.splitlines() if line.startswith("regime "))
+    assert row.split() == ["regime", "2", "sticks;", "2", "others", "what", "the", "pin", "does"]
+
+
+def test_a_picture_is_written_whole_instead_of_text(main, finished, tmp_path):
+    (tmp_path / "new").mkdir()
+    code, said, _ = main("show", finished, *ONE, "-o", tmp_path / "new" / "case.png")
+    assert (code, "┤" in said) == (0, False)
+    assert (tmp_path / "new" / "case.png").read_bytes().startswith(b"\x89PNG")
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["case.png"]
+    code, _, errors = main("show", finished, *ONE, "-o", tmp_path / "case.bmp")
+    assert (code, errors) == (2, f"Error: {tmp_path / 'case.bmp'}: needs a name that ends in .pdf, .svg, .png\n")
+
+
+def test_results_that_are_not_collected_or_of_a_campaign_that_changed_are_collected_in_memory(ask, campaign, finished):
+    campaign.write_text(SMALL.replace("[50.0, 100.0]", "[50.0, 100.0, 200.0]"))
+    code, said, errors = ask("show", *ONE)
+    assert (code, "plateau_mean" in said) == (0, True)
+    assert errors == f"{finished}: no dataset of {campaign} as it is now: from the results that are finished\n"
+    code, said, _ = ask("show", ONE[0], "radius=200")
+    assert (code, "outcome: pending" in said, "not known here: " in said) == (0, True, True)
+    assert not (finished / "results.new").exists()
+    for path in Store(finished).folder.iterdir():
+        path.unlink()
+    code, _, errors = ask("show", *ONE)
+    assert (code, f"nanoslip run {campaign} --out {finished} computes them" in errors) == (2, True)
+
+
+def test_a_wrong_case_is_one_clear_message(main, finished, tmp_path):
+    (tmp_path / "bad.nc").write_bytes(b"no netCDF")
+    for words, said in (
+        ((finished, "radius=50"), "needs to be one case: give also intrinsic_friction = 0.25, 0.5"),
+        ((finished, "radius=51"), "radius = 51: no such case; there are 50.0, 100.0"),
+        ((finished, "raduis=50"), "did you mean radius?"),
+        ((finished, "radius"), "radius: needs key=value, as radius=50"),
+        ((tmp_path / "bad.nc", *ONE), "bad.nc: no dataset"),
+        ((tmp_path, *ONE), "No such file"),
+    ):
+        code, _, errors = main("show", *words)
+        assert (code, errors.count("\n"), said in errors) == (2, 1, True), errors
+
+
+# Computed at once, by the keys of a manifest; its mistakes have the messages of a manifest.
+
+QUICK = ("n_x=17", "presliding=3", "radius=50")
+PUNCH = ("pin=flat_punch", "half_width=0.25", "n_x=17", "--contact")
+
+
+def test_a_case_is_computed_and_nothing_stays(main, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    code, said, _ = main("try", *QUICK, "intrinsic_friction=0.25")
+    assert (code, list(tmp_path.iterdir())) == (0, [])
+    assert said.startswith("case μ_i = 0.25, R/L_x = 50, L_z/L_x = 1, n_x = 17\noutcome: completed\n")
+    assert ("static_friction" in said, "changes nothing" in said, said.count("┤")) == (False, False, 12)
+
+
+def test_a_key_of_a_drive_pulls_the_pin(main):
+    code, said, _ = main("try", *QUICK, "stage_velocity=1e-3", "samples=40")
+    assert (code, "static_friction" in said, said.count("┤")) == (0, True, 24)
+    assert campaign_of({}, drive=True)["drives"] == [{"name": "try"}]
+
+
+def test_a_contact_alone_is_its_pressure_and_a_punch_named_by_its_half_width_and_no_radius(main):
+    code, said, _ = main("try", *PUNCH, "friction=false")
+    assert (code, "pressure, in" in said, "plateau_mean" in said) == (0, True, False)
+    assert said.startswith("case pin = flat_punch, ")
+    assert ", a/L_x = 0.25, L_z/L_x = 1, n_x = 17\n" in said
+
+
+def test_what_the_physics_refuses_is_a_result(main):
+    code, said, _ = main("try", "n_x=17", "pin_translation=false", "residual_shear=1")
+    assert (code, "outcome: invalid: " in said) == (0, True)
+
+
+@pytest.mark.parametrize(
+    ("given", "lines"),
+    [
+        ("raduis=50 colour=red", ["raduis = 50: unknown; did you mean radius?", 'colour = "red": unknown; ']),
+        (
+            "radius=-5 n_x=many stage_velocity=fast",
+            ["radius = -5: needs 1e-12 ≤ radius", 'n_x = "many": needs', 'stage_velocity = "fast": needs a number'],
+        ),
+        *(([f"{key}=1", [f"{key} = 1: a key of campaign files, not of one case"]])
+          for key in ("title", "accuracy", "axes", "seconds")),
+        ("n_x=17 --contact V_o=1", ["stage_velocity = 1: needs a drive, which initial contact alone has not"]),
+    ],
+)  # fmt: skip
+def test_wrong_keys_and_values_are_the_messages_of_a_manifest(main, given, lines):
+    """As they were typed."""
+    code, out, said = main("try", *given.split())
+    found = said.removeprefix("Error: ").splitlines()
+    assert (code, out, len(found)) == (2, "", len(lines))
+    assert all(any(line.startswith(each) for line in found) for each in lines), found
+
+
+def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(main, monkeypatch):
+    monkeypatch.setattr(api, "run", None)
+    for name in ("noext", "case.bmp"):
+        said = f"Error: {name}: needs a name that ends in .pdf, .svg, .png\n"
+        assert main("try", *QUICK, "-o", name) == (2, "", said)
+
+
+def test_every_key_has_one_table():
+    keys = [key for names in tables().values() for key in names]
+    assert len(keys) == len(set(keys))
+
+
+def test_a_drive_of_a_contact_alone_is_refused(main):
+    """It was left out without a word."""
+    code, said, errors = main("try", *QUICK, "--contact", "--drive")
+    assert (code, said, "--contact and --drive exclude each other" in errors) == (2, "", True)
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        ((*PUNCH, "radius=30"), "radius changes nothing here: only a parabola has a radius"),
+        ((*QUICK, "half_width=0.1"), "half_width changes nothing here: only a flat_punch has a half_width"),
+        (("n_x=17", "--contact", "events=9"), "events changes nothing here: initial contact comes before any limit"),
+    ],
+)
+def test_what_changes_nothing_is_said_with_the_reason(main, given, reason):
+    assert main("try", *given)[1].splitlines()[0] == reason

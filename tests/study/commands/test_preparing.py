@@ -1,0 +1,267 @@
+"""Before anything is computed: starters are written, campaigns listed, mistakes found, and what there is to compute is shown."""
+
+import json
+import re
+import tomllib
+from dataclasses import replace
+
+import pytest
+import xarray as xr
+
+import nanoslip
+from nanoslip.study import origin
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.results import attempts
+from nanoslip.study.shipped import campaigns, starters
+from tests.conftest import PARTLY_REFUSED, SMALL
+
+SMALLER = {"numerics": {"n_x": 17}, "limits": {"events": 150}, "ensemble": {"members": 2}}
+"""Values that make a starter quick: tables that it has are changed."""
+
+
+def test_starters_and_campaigns_are_listed_by_name_and_title(main):
+    for command, names in (("new", starters()), ("campaigns", campaigns())):
+        code, said, _ = main(command)
+        lines = said.splitlines()[:-1]
+        assert (code, [line.split()[0] for line in lines]) == (0, list(names))
+    assert ["smoke", "Smoke: the paper's case through every stage"] in [line.split(maxsplit=1) for line in lines]
+
+
+@pytest.mark.parametrize("name", starters())
+def test_a_starter_is_commented_fine_and_computes(main, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    assert main("new", name, "mine/first.toml")[0] == 0
+    assert main("check", "mine/first.toml")[0] == 0
+    text = (tmp_path / "mine" / "first.toml").read_text("utf-8")
+    assert text.startswith("# ")
+    assert text.count("#") > len(text.splitlines()) / 5
+    assert max(map(len, text.splitlines())) <= 130
+    content = tomllib.loads(text)
+    for table in SMALLER.keys() & content.keys():
+        content[table] |= SMALLER[table]
+    content.setdefault("ensemble", SMALLER["ensemble"])
+    monkeypatch.chdir(tmp_path / "mine")
+    found = nanoslip.run(content)
+    assert set(found.outcome.values.ravel().tolist()) <= {"completed", "no_plateau"}
+
+
+def test_without_a_file_a_starter_is_written_here_under_its_name(main, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, said, _ = main("new", "roughness")
+    assert (code, sorted(path.name for path in tmp_path.iterdir())) == (0, ["roughness.csv", "roughness.toml"])
+    assert "nanoslip run roughness.toml" in said
+
+
+@pytest.mark.parametrize("there", ["mine.toml", "roughness.csv"])
+def test_nothing_is_overwritten(main, tmp_path, there):
+    (tmp_path / there).write_text("mine")
+    code, _, said = main("new", "roughness", tmp_path / "mine.toml")
+    assert (code, {path.name: path.read_text() for path in tmp_path.iterdir()}) == (2, {there: "mine"})
+    assert said == f"Error: {tmp_path / there}: there already, and is not overwritten: needs another name\n"
+
+
+def test_a_starter_that_cannot_be_written_is_one_clear_message(main, campaign):
+    for words, wanted in ((("swep",), "no starter; there are contact, "), (("sweep", campaign / "x.toml"), "written")):
+        code, _, said = main("new", *words)
+        assert (code, said.count("\n"), wanted in said) == (2, 1, True)
+
+
+def test_a_campaign_is_planned_by_name_and_a_file_comes_before_it(main, campaign, monkeypatch):
+    monkeypatch.chdir(campaign.parent)
+    assert "2 cases" in main("plan", "smoke")[1]
+    campaign.rename("smoke")
+    assert "A small campaign" in main("plan", "smoke")[1]
+
+
+# Checks.
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        ('stages = ["contact"]\naxes.half_width = [0.2, 0.3]\n', "half_width changes nothing here: only a flat_punch"),
+        ('constants.pin = "flat_punch"\naxes.radius = [50, 100]\n', "radius changes nothing here: only a parabola"),
+        ("heterogeneity.seed = 7\nlimits.events = 9\n", "seed changes nothing here: without a spread"),
+    ],
+)
+def test_an_axis_or_a_constant_that_changes_nothing_is_said_with_the_reason(main, ask, campaign, given, reason):
+    """Else equal numbers over it pass for an answer, as those of a parabola where `pin` was forgotten."""
+    campaign.write_text(f'title = "x"\n{given}[numerics]\nn_x = 17\n')
+    for code, said, errors in (main("check", campaign), ask("plan"), ask("run")):
+        assert (code, reason in said + errors) == (0, True)
+
+
+def test_what_matters_to_some_cases_and_limits_of_contacts_are_not_said_to_change_nothing(main, campaign):
+    given = 'stages = ["contact"]\nnumerics.n_x = 17\nlimits.events = 9\n'
+    campaign.write_text(f'title = "x"\n{given}[axes]\npin = ["parabola", "flat_punch"]\nradius = [50, 100]\n')
+    assert "changes nothing" not in main("check", campaign)[1]
+
+
+def test_all_problems_of_all_files_are_shown_and_the_others_are_fine_and_nothing_is_written(main, campaign):
+    wrong, again, missing = (campaign.with_name(f"{name}.toml") for name in ("wrong", "again", "missing"))
+    wrong.write_text(SMALL.replace("n_x = 17", "n_y = 17").replace("[50.0, 100.0]", "[-50.0]"))
+    again.write_text(SMALL.replace("[50.0, 100.0]", "[50.0, 50]"))
+    code, said, errors = main("check", wrong, campaign, again, missing)
+    assert (code, said) == (2, f"{campaign}: fine: 4 cases, 2 drives, 13 tasks\n")
+    lines = errors.splitlines()
+    assert [sum(str(path) in line for line in lines) for path in (wrong, again, missing)] == [2, 2, 1]
+    for said in (f"{wrong}: axes.radius[0] = -50.0: needs ", "did you mean n_x?", "cases 1 and 2 are the same"):
+        assert sum(said in line for line in lines) == 1
+    assert set(campaign.parent.iterdir()) == {campaign, wrong, again}
+
+
+def test_refused_cases_are_results_that_are_counted(main, campaign):
+    drives = "[drive_axes]\nintegrator = ['rk4']\nduration = [1e-3, 0.2]\ntime_step = [1e-4, 0.1]\n"
+    campaign.write_text(PARTLY_REFUSED + drives)
+    code, said, _ = main("check", campaign)
+    assert code == 0
+    assert "16 cases (4 of them refused, nanoslip plan says why)" in said
+    assert "8 drives (2 of them refused, nanoslip plan says why)" in said
+
+
+def test_every_campaign_that_comes_with_nanoslip_is_fine(main):
+    quick = [name for name in campaigns() if "/" not in name]  # maps and figures have thousands of cases
+    code, said, _ = main("check", *quick)
+    assert (code, said.count(": fine: ")) == (0, len(quick))
+
+
+AT_ONCE = {
+    "accuracy = 2\n[numerics]\nn_x = 33\n": ("accuracy = 2: ", "numerics.n_x: needs to be left out beside accuracy"),
+    '[ensemble]\nmembers = 4\n[target]\nwithin = 0.02\nof = ["static_friction"]\n': (
+        "ensemble.members = 4: needs to be left out",
+        'needs stage "dynamics"',
+    ),
+    '[[drives]]\nname = "a"\nduration = 0\nduration_periods = 10\n': (
+        "drives[0].duration = 0: needs 1e-30",
+        "drives[0].duration_periods = 10: needs to be left out beside duration = 0",
+    ),
+    '[[drives]]\nname = "a"\nintegrator = "foo"\ntime_step = -1\nsurface_compliance = 3\n': (
+        'drives[0].integrator = "foo": ',
+        "drives[0].time_step = -1: ",
+        "drives[0].surface_compliance = 3: ",
+    ),
+}
+
+
+@pytest.mark.parametrize(("content", "said"), AT_ONCE.items())
+def test_no_mistake_hides_another(main, campaign, content, said):
+    """Each of them has a line, and there are no more lines."""
+    campaign.write_text(f'title = "x"\n{content}')
+    code, _, errors = main("check", campaign)
+    lines = errors.splitlines()
+    assert (code, [sum(each in line for line in lines) for each in said]) == (2, [1] * len(said))
+    assert len(lines) == len(said)
+
+
+# Plans.
+
+
+def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
+    campaign.write_text(SMALL + "[effects]\ncoupling = false\n[outputs]\nrecords = false\ntractions_at = [5]\n")
+    code, said, _ = main("plan", campaign, "--effects")
+    assert code == 0
+    rows = {cells[0]: cells for line in said.splitlines() if (cells := re.split(r"\s{2,}", line.strip())) != [""]}
+    assert rows["coupling"][1] == "off"
+    assert rows["coupling"][2].startswith("shear and pressure do not act on each other")
+    assert rows["pin_translation"][1:] == ["on"]
+    assert rows["outputs.records"][2] == "friction records are not kept once their drives are done"
+    assert rows["tasks"][3:5] == ["disk, MB", "memory of one, MB"]
+    assert [rows[kind][-1] for kind in ("compliance", "record", "states", "drive")] == ["1", "8", "4", "8"]
+
+
+def test_effects_that_are_off_are_named_in_one_line_unless_asked_for(main, campaign):
+    code, said, _ = main("plan", campaign)
+    assert code == 0
+    (line,) = (line for line in said.splitlines() if line.startswith("effects that are off or vary: "))
+    assert "roughness of the pin" in line
+    assert "coupling" not in said
+    assert "nothing is drawn" not in said
+
+
+def test_the_time_is_that_of_the_longest_chain_on_many_ranks(main, campaign):
+    found = {ranks: json.loads(main("plan", campaign, "--ranks", ranks, "--json")[1]) for ranks in (1, 2, 1000)}
+    alone, two, many = (each["seconds_left"][str(ranks)] for ranks, each in found.items())
+    total = sum(kind["core_seconds_left"] for kind in found[1]["tasks"].values())
+    assert alone == pytest.approx(total, rel=1e-9)
+    assert alone / 2 < two < alone
+    longest = {task.kind: task.cost for task in sorted(make_plan(load_manifest(campaign)).tasks, key=lambda t: t.cost)}
+    assert many == pytest.approx(sum(longest.values()), rel=1e-9)
+
+
+def test_disk_space_comes_true_and_what_is_finished_has_no_time_left(ask, run, out):
+    said = json.loads(ask("plan", "--json")[1])["disk_bytes"]
+    assert run()[0] == 0
+    results = sum(path.stat().st_size for path in (out / "results").iterdir())
+    assert results / 2 < said["results"] < 2 * results
+    assert (out / "results.nc").stat().st_size / 3 < said["dataset"] < 3 * (out / "results.nc").stat().st_size
+    said = ask("plan")[1]
+    assert "time left: none, all tasks are finished" in said
+    assert "measured over predicted seconds: compliance" in said
+
+
+def test_the_same_refusal_is_said_once_with_its_count(main, campaign):
+    campaign.write_text(PARTLY_REFUSED)
+    _, said, _ = main("plan", campaign)
+    assert said.count("refused: ") == 1
+    assert "rows = 5: needs 3 to 4 rows at n_x = 9 (and 3 more)" in said
+
+
+def test_drives_that_no_stage_computes_are_named_and_left_out(main, run, campaign, out):
+    assert "left out, as" not in main("plan", campaign)[1]
+    campaign.write_text(SMALL.replace(', "dynamics"]', "]"))
+    assert 'drives left out, as stages leave out "dynamics": slow, fast' in main("plan", campaign)[1]
+    assert run()[0] == 0
+    with xr.open_dataset(out / "results.nc") as found:
+        assert "drive_outcome" not in found
+        assert "spring_stiffness" not in found.coords
+    assert "4 bit-identical" in main("verify", out / "results.nc")[1]
+
+
+def test_what_a_target_leaves_open_stands_beside_the_estimate(main, campaign):
+    campaign.write_text(SMALL.replace("ensemble.members = 1", "target.within = 0.02"))
+    code, said, _ = main("plan", campaign)
+    assert (code, "4 cases of 3 to 96 members, 0 of them refused" in said) == (0, True)
+    asked = "plateau_mean, static_friction, kinetic_friction within 0.02"
+    assert f"estimated for 3 members of each case; to know {asked} may take up to 96" in said
+    few = json.loads(main("plan", campaign, "--json")[1])
+    campaign.write_text(SMALL.replace("members = 1", "members = 3"))
+    three = json.loads(main("plan", campaign, "--json")[1])
+    assert few["seconds_left"]["1"] == pytest.approx(three["seconds_left"]["1"], rel=1e-9)
+
+
+def test_before_anything_ran_the_time_is_told_to_a_factor_of_three(main, campaign):
+    _, said, _ = main("plan", campaign, "--ranks", 2)
+    told = r"about \S+ s on 1 rank, about \S+ s on 2 \(--ranks for another number\), to a factor of three "
+    assert re.search(f"time left: {told}", " ".join(said.split()))
+    assert "measured over predicted" not in said
+
+
+def test_the_time_left_is_what_finished_tasks_lead_to_expect(ask, out):
+    """Tasks of every kind that took twice as long as predicted double it, for `plan` and `status`; results and shards stay."""
+    planned = json.loads(ask("plan", "--json")[1])
+    here = origin.here()
+    took = attempts.Run("a", "b", 1, nanoslip=here.nanoslip_version, solver=here.solver)
+    kinds = {"compliance": [1, 1.0, 2.0], "record": [3, 3.0, 6.0], "drive": [2, 0.1, 0.2]}
+    out.mkdir()
+    attempts.add_run(out, replace(took, kinds=kinds))
+    learned = json.loads(ask("plan", "--json")[1])
+    assert learned["measured"] == pytest.approx(dict.fromkeys(kinds, 2.0))
+    for ranks, seconds in planned["seconds_left"].items():
+        assert learned["seconds_left"][ranks] == pytest.approx(2.0 * seconds, rel=1e-9)
+    looked = json.loads(ask("status", "--json")[1])
+    for kind, count in planned["tasks"].items():
+        assert looked["tasks"][kind]["core_seconds_left"] == pytest.approx(2.0 * count["core_seconds_left"], rel=1e-9)
+    words = " ".join(ask("plan")[1].split())
+    assert "measured over predicted seconds: compliance 2 x, record 2 x, drive 2 x" in words
+    assert ", by what 6 tasks took" in words
+
+
+def test_a_few_tasks_are_measured_here_where_that_is_asked_for_and_nothing_is_kept(ask, out):
+    code, said, _ = ask("plan", "--measure", "--json")
+    found, whole = json.loads(said), json.loads(ask("plan", "--json")[1])["tasks"]
+    assert (code, set(found["measured"]), out.exists()) == (0, {"compliance", "record", "drive"}, False)
+    for kind, factor in found["measured"].items():
+        assert factor > 0.0
+        expected = factor * whole[kind]["core_seconds_left"]
+        assert found["tasks"][kind]["core_seconds_left"] == pytest.approx(expected, rel=1e-9)
