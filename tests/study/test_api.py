@@ -21,8 +21,8 @@ from nanoslip.study.run import executor
 from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.launch import Program
 from tests.conftest import SMALL, THREADS
+from tests.study.run import faults
 from tests.study.run.defects import crashing
-from tests.study.run.farms import faults
 
 TINY = {
     "title": "tiny",

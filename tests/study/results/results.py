@@ -1,6 +1,7 @@
 """Made-up results, as tests of their files share them, and what is done to files."""
 
 import os
+import stat
 import struct
 import subprocess
 import time
@@ -43,10 +44,9 @@ ALL: Final = (RECORD, COMPLIANCE, REFUSED, OTHER)
 
 def written(out: Path) -> Counter[str]:
     """How often each result of a campaign was kept, in whatever file."""
-    folder = out / FOLDER
-    places = (found for path in folder.glob(f"*{log.ENDING}") for found in log.scan(path))
-    kept = Counter(found.head.key for found in places if isinstance(found, log.Place))
-    return kept + Counter(path.stem for path in folder.glob(f"*{own.ENDING}"))
+    found = [each for path in (out / FOLDER).glob(f"*{log.ENDING}") for each in log.scan(path)]
+    kept = [each.head.key for each in found if isinstance(each, log.Place)]
+    return Counter(kept + [path.stem for path in (out / FOLDER).glob(f"*{own.ENDING}")])
 
 
 def until_written(out: Path, results: int, running: "subprocess.Popen[str]") -> None:
@@ -85,18 +85,15 @@ def as_clients(folder: Path) -> str:
     return f"{folder}{os.pathsep}{Path(__file__).parents[3]}"
 
 
+def _told(result: TaskResult) -> tuple[object, ...]:
+    scalars = repr({name: np.asarray(result.scalars[name]).tolist() for name in sorted(result.scalars)})
+    arrays = {name: (each.dtype, each.shape, each.strides, each.tobytes()) for name, each in result.arrays.items()}
+    return result.key, result.kind, result.outcome, result.members, result.origins, scalars, arrays
+
+
 def same(one: TaskResult, other: TaskResult) -> bool:
     """Whether two results say the same, to the last bit, in arrays that lie in memory alike."""
-    return (
-        (one.key, one.kind, one.outcome, one.members, one.origins)
-        == (other.key, other.kind, other.outcome, other.members, other.origins)
-        and one.scalars.keys() == other.scalars.keys()
-        and all(np.array_equal(one.scalars[name], other.scalars[name], equal_nan=True) for name in one.scalars)
-        and one.arrays.keys() == other.arrays.keys()
-        and all(np.array_equal(one.arrays[name], other.arrays[name]) for name in one.arrays)
-        and all(one.arrays[name].dtype == other.arrays[name].dtype for name in one.arrays)
-        and all(one.arrays[name].strides == other.arrays[name].strides for name in one.arrays)
-    )
+    return _told(one) == _told(other)
 
 
 def forged(
@@ -109,26 +106,30 @@ def forged(
     return head + struct.pack("<I", zlib.crc32(meta, zlib.crc32(head))) + meta + body
 
 
+def flipped(content: bytes, bit: int) -> bytes:
+    """The same bytes, one bit of which is another."""
+    return b"".join((content[: bit // 8], bytes([content[bit // 8] ^ 1 << bit % 8]), content[bit // 8 + 1 :]))
+
+
 def flip(path: Path, bit: int) -> None:
     """Change one bit of a file."""
-    content = bytearray(path.read_bytes())
-    content[bit // 8] ^= 1 << bit % 8
-    path.write_bytes(content)
+    path.write_bytes(flipped(path.read_bytes(), bit))
 
 
-def _pipe(path: Path) -> None:
-    os.mkfifo(path)
+def full_folder(path: Path) -> None:
+    """With something of the user's in it."""
+    path.mkdir()
+    (path / "mine").write_text("kept")
 
 
-def _endless(path: Path) -> None:
-    path.symlink_to("/dev/zero")
-
-
-def _nowhere(path: Path) -> None:
-    path.symlink_to("nothing")
-
-
-NO_FILES: Final = pytest.mark.parametrize(
-    "no_file", [Path.mkdir, _pipe, _endless, _nowhere], ids=["folder", "pipe", "endless device", "link to nothing"]
-)
+OBSTACLES: Final = {
+    "folder": Path.mkdir,
+    "full folder": full_folder,
+    "pipe": os.mkfifo,
+    "socket": lambda path: os.mknod(path, stat.S_IFSOCK | 0o600),
+    "endless device": lambda path: path.symlink_to("/dev/zero"),
+    "link to nothing": lambda path: path.symlink_to("nothing"),
+    "link to itself": lambda path: path.symlink_to(path.name),
+}
 """What can stand where a file should, each put there by a function. To read some of them never ends."""
+NO_FILES: Final = pytest.mark.parametrize("no_file", OBSTACLES.values(), ids=OBSTACLES)

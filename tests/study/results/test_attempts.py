@@ -1,34 +1,35 @@
-"""What failed is on record beside the results; the record of other software, and lines cut short, mean nothing."""
+"""Beside the results is on record what failed and who computed when; what no run wrote there means nothing, and stops nothing."""
 
-from pathlib import Path
+import json
+from dataclasses import asdict, replace
 
 import pytest
 
 from nanoslip.solver.outcome import Ending
 from nanoslip.study.results import attempts
-from nanoslip.study.results.attempts import ADVICE, FILE, Attempt
+from nanoslip.study.results.attempts import ADVICE, FILE, RUNS_FILE, Attempt, Run
 from tests.study.results.results import NO_FILES, flip
 
+ONE = Run("a1", "2026-01-01T00:00:00+00:00", 4, hosts={"here": 4}, libraries={"numpy": "2"})
 
-def attempt(
-    task: str, ending: Ending = Ending.CRASHED, final: bool = True, passing: bool = False, solver: str = "this"
-) -> Attempt:
+
+def attempt(task, ending=Ending.CRASHED, final=True, passing=False, solver="this"):
     where, ended = "rank 0 on here", "2026-01-01T00:00:00+00:00"
     return Attempt(task, f"record {task}", ending.value, "why", final, passing, solver, where, ended)
 
 
-def test_the_last_attempt_of_this_solver_counts_where_it_was_final(tmp_path: Path) -> None:
+def test_the_last_attempt_of_this_solver_counts_where_it_was_final(tmp_path):
     """What came well out of a later attempt, or is being tried again, has not failed."""
-    well = attempt("d", Ending.COMPLETED, final=False)
-    given = [attempt("a", final=False), attempt("a"), attempt("b", final=False), attempt("c", solver="other")]
-    given += [attempt("d"), well, attempt("e"), attempt("e", final=False)]
-    assert [attempts.add(tmp_path, each) for each in given] == [""] * 8
-    assert attempts.final(tmp_path, "this") == {"a": given[1]}
     assert attempts.final(tmp_path / "nowhere", "this") == {}
+    given = [attempt("a", final=False), attempt("a"), attempt("b", final=False), attempt("c", solver="other")]
+    given += [attempt("d"), attempt("d", Ending.COMPLETED, final=False), attempt("e"), attempt("e", final=False)]
+    assert [attempts.add(tmp_path, each) for each in given] == [""] * 8
+    assert attempts.lost(tmp_path) == ""
+    assert attempts.final(tmp_path, "this") == {"a": given[1]}
 
 
 @pytest.mark.parametrize("passing", [True, False])
-def test_only_what_would_end_the_same_way_is_given_up_and_says_how_to_try_again(passing: bool) -> None:
+def test_only_what_would_end_the_same_way_is_given_up_and_says_how_to_try_again(passing):
     """Another machine may have the memory."""
     found = attempt("a", passing=passing)
     assert found.given_up == (not passing)
@@ -36,38 +37,27 @@ def test_only_what_would_end_the_same_way_is_given_up_and_says_how_to_try_again(
     assert "here" not in found.outcome.message  # a dataset knows no host
 
 
+FAILED = asdict(attempt("a"))
+
+
 @pytest.mark.parametrize(
     "line",
     [
-        b"",
-        b"nonsense",
-        b"[]",
-        b"{}",
-        b"null",
-        b"\xff\xfe",
-        b"[" * 10**5,
-        b'{"task": 1}',
-        b'{"task": "a", "label": "", "ending": "magic", "message": "", "final": true, "passing": false, "solver": '
-        b'"this", "where": "", "ended": "", "trace": ""}',
-        b'{"task": "a", "label": "", "ending": "crashed", "message": 3, "final": true, "passing": false, "solver": '
-        b'"this", "where": "", "ended": "", "trace": ""}',
+        *(b"nonsense", b"[]", b"{}", b"null", b"\xff\xfe", b"[" * 10**5, b'{"task": 1}', b"\n"),
+        *(json.dumps(FAILED | change).encode() for change in ({}, {"ending": "magic"}, {"message": 3})),
     ],
 )
-def test_lines_that_no_run_wrote_are_left_out(tmp_path: Path, line: bytes) -> None:
+def test_lines_that_are_no_attempt_are_left_out_and_named(tmp_path, line):
+    """What failed there counts as not tried."""
     attempts.add(tmp_path, attempt("good"))
     with (tmp_path / FILE).open("ab") as file:
         file.write(line)  # cut short: no end of line
     attempts.add(tmp_path, attempt("next"))
     assert attempts.final(tmp_path, "this").keys() == {"good", "next"}
+    assert attempts.lost(tmp_path).startswith(f"{tmp_path / FILE}: 1 line is none that a run wrote (line 2)")
 
 
-def test_a_file_that_cannot_be_written_is_said_and_stops_nothing(tmp_path: Path) -> None:
-    (tmp_path / FILE).mkdir()
-    assert "cannot be written" in attempts.add(tmp_path, attempt("a"))
-    assert attempts.final(tmp_path, "this") == {}
-
-
-def test_no_bit_of_an_attempt_changes_without_being_named(tmp_path: Path) -> None:
+def test_no_bit_of_an_attempt_changes_without_being_named(tmp_path):
     """One that counts for another task, or another solver, would be forgotten; another word would stand in a dataset."""
     attempts.add(tmp_path, attempt("a"))
     path = tmp_path / FILE
@@ -80,19 +70,51 @@ def test_no_bit_of_an_attempt_changes_without_being_named(tmp_path: Path) -> Non
     assert attempts.final(tmp_path, "this") == {"a": attempt("a")}
 
 
-@pytest.mark.parametrize("text", ["nonsense\n", "\n"])
-def test_lines_that_are_no_attempt_are_named(tmp_path: Path, text: str) -> None:
-    """What failed there counts as not tried."""
-    assert attempts.lost(tmp_path) == ""
-    attempts.add(tmp_path, attempt("good"))
-    assert attempts.lost(tmp_path) == ""
-    with (tmp_path / FILE).open("a") as file:
-        file.write(text)
-    assert attempts.lost(tmp_path).startswith(f"{tmp_path / FILE}: 1 line is none that a run wrote (line 2)")
-
-
 @NO_FILES
-def test_what_is_no_file_is_named(tmp_path: Path, no_file) -> None:
+def test_what_is_no_file_is_named_and_stops_nothing(tmp_path, no_file):
     no_file(tmp_path / FILE)
+    no_file(tmp_path / RUNS_FILE)
     assert attempts.lost(tmp_path).startswith(f"{tmp_path / FILE}: no regular file")
+    assert "cannot be written" in attempts.add(tmp_path, attempt("a"))
     assert attempts.final(tmp_path, "this") == {}
+    assert "runs.jsonl: cannot be written" in attempts.add_run(tmp_path, ONE)
+    assert attempts.read(tmp_path) == []
+
+
+def test_runs_are_read_back_by_their_last_lines_the_first_to_begin_first(tmp_path):
+    assert attempts.read(tmp_path) == []
+    other = replace(ONE, run="b2", begun="2025-12-31T00:00:00+00:00")
+    ended = replace(ONE, ended="2026-01-01T00:01:00+00:00", done=3, wall_seconds=60.0)
+    attempts.add_run(tmp_path, ONE)
+    assert attempts.read(tmp_path) == [ONE]  # at work, or killed
+    attempts.add_run(tmp_path, other, ended)
+    assert attempts.read(tmp_path) == [other, ended]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("now,many", json.dumps(asdict(ONE))[:40], "[]", "{}", "[" * 100_000, "\0\0\0"),
+        *(
+            json.dumps(asdict(ONE) | change)
+            for change in (
+                *({"processes": number} for number in (10**20, True)),
+                *({"wall_seconds": float("inf")}, {"core_seconds": float("nan")}, {"begun": None}),
+                *({"done": number} for number in (-1, 10**400)),
+                *({"hosts": {"here": "many"}}, {"libraries": {"numpy": 2}}, {"kinds": {"record": "many"}}),
+                *({"kinds": {"record": [1, 1.0, *seconds]}} for seconds in ([], [-1.0], [1e308])),
+                {"kinds": {"record": [1, 10**400, 1.0]}},
+            )
+        ),
+    ],
+)
+def test_lines_that_no_run_wrote_are_passed_over_and_the_next_run_begins_its_own(tmp_path, text):
+    (tmp_path / RUNS_FILE).write_text(text)
+    assert attempts.read(tmp_path) == []
+    assert attempts.add_run(tmp_path, ONE) == ""
+    assert attempts.read(tmp_path) == [ONE]
+
+
+def test_a_line_of_another_version_says_what_it_has_in_common(tmp_path):
+    (tmp_path / RUNS_FILE).write_text(json.dumps({"run": "a", "begun": "b", "processes": 2, "later": 1}) + "\n")
+    assert attempts.read(tmp_path) == [Run("a", "b", 2)]

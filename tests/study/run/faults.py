@@ -1,4 +1,4 @@
-"""What a task can do to the process that computes it, each fault by its name, and the programs that do it."""
+"""What a task can do to the process that computes it, each fault by its name, and runs in which it does."""
 
 import ctypes
 import dataclasses
@@ -10,7 +10,7 @@ import signal
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -20,8 +20,10 @@ import numpy as np
 from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
 from nanoslip.study.plan.task import Inputs, Task, TaskResult
 from nanoslip.study.run import executor as real
+from nanoslip.study.run.agent import Agent
 from nanoslip.study.run.compute import run_task
-from nanoslip.study.run.dispatch import Execute
+from nanoslip.study.run.dispatch import Done, Execute, Tally
+from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.launch import Program
 from tests.study.run.made_up import Work
 
@@ -41,10 +43,11 @@ class Fault(NamedTuple):
         """Time limit of its task: short where it is to be reached, and long where it is not."""
         return HANGING if self.ending is Ending.TIMED_OUT else 60.0
 
-    def matches(self, ending: Ending, message: str) -> bool:
+    def matches(self, outcome: Outcome) -> bool:
         """Whether its task has ended as it should, with a text that can be shown."""
-        good = re.search(self.message, message) and message.isprintable() and len(message) <= LONGEST_MESSAGE
-        return ending is self.ending and bool(good)
+        said = outcome.message
+        good = re.search(self.message, said) and said.isprintable() and len(said) <= LONGEST_MESSAGE
+        return outcome.ending is self.ending and bool(good)
 
 
 HANGING: Final = 2.0
@@ -153,10 +156,6 @@ def _orphan() -> None:
     os._exit(9)
 
 
-def _signal_group(number: int) -> Callable[[], None]:
-    return lambda: os.killpg(0, number)
-
-
 _C, _T, _DONE = Ending.CRASHED, Ending.TIMED_OUT, Ending.COMPLETED
 _LATE: Final = "not finished after .* s, and ended"
 
@@ -190,9 +189,9 @@ FAULTS: dict[str, Fault] = {
     "writes into every open file": Fault(_scribble, _C, "cut its connection"),
     "all files closed": Fault(_close_all, _C, "its process"),
     "standard output and error closed": Fault(_close_output, _C, "ValueError: nobody hears"),
-    "SIGTERM to its group": Fault(_signal_group(signal.SIGTERM), _DONE),
-    "SIGSTOP to its group": Fault(_signal_group(signal.SIGSTOP), _T, _LATE),
-    "SIGKILL to its group": Fault(_signal_group(signal.SIGKILL), _C, "signal 9"),
+    "SIGTERM to its group": Fault(lambda: os.killpg(0, signal.SIGTERM), _DONE),
+    "SIGSTOP to its group": Fault(lambda: os.killpg(0, signal.SIGSTOP), _T, _LATE),
+    "SIGKILL to its group": Fault(lambda: os.killpg(0, signal.SIGKILL), _C, "signal 9"),
     "fork of which both return": Fault(_fork, _DONE),
     "death before what it started": Fault(_orphan, _C, "exit code 9"),
     "other folder": Fault(lambda: os.chdir("/"), _DONE),
@@ -235,7 +234,7 @@ def executor(folder: Path) -> Execute[Work]:
                 return returned  # type: ignore[no-any-return]
         with (folder / task.key).open("x") as file:  # never twice
             file.write(str(os.getpid()))
-        time.sleep(0.02)
+        time.sleep(min(2.0 * task.cost, 0.02))
         return COMPLETED
 
     return execute
@@ -262,5 +261,16 @@ def campaign_executor(argument: tuple[Path, dict[float, str]]) -> Execute[Task]:
     return real.executor(out)  # type: ignore[return-value]
 
 
-def as_expected(fault: str, outcome: Outcome) -> bool:
-    return FAULTS[fault].matches(outcome.ending, outcome.message)
+def computed(
+    program: Program, tasks: Sequence[Work], size: int
+) -> tuple[Tally, dict[str, Outcome], list[tuple[str, Done]]]:
+    """Compute tasks by so many processes: counts, how each ended, in that order, and what failed, each time."""
+    reported: dict[str, Outcome] = {}
+    failed: list[tuple[str, Done]] = []
+    with ProcessFarm([Agent(program, number) for number in range(size)]) as farm:
+        tally = farm.run(
+            tasks,
+            lambda tasks, outcome, _: reported.update({task.key: outcome for task in tasks}),
+            lambda task, done, _: failed.append((task.key, done)),
+        )
+    return tally, reported, failed

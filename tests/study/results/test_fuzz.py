@@ -1,7 +1,6 @@
 """No damage to a file changes a number, loses a result without a word, ends in a traceback or blocks: a few of many."""
 
-from tests.study.results.fuzz.finished import finished
-from tests.study.results.fuzz.trials import trials
+from tests.study.results.fuzz import finished, trials
 
 
 def test_no_damage_goes_unnoticed_and_only_what_was_damaged_is_computed_again(tmp_path):

@@ -1,0 +1,176 @@
+"""The table of faults: what each does to a run on two processes, on each of two ranks, and in a shard.
+
+`python -m` this module writes it. All faults are in one run, each followed by a sound task. With words it is that run, and what
+came of it goes to standard output as JSON: FOLDER RANK computes made-up tasks on two processes, or under a launcher of two ranks
+so that this one meets the faults; FOLDER nanoslip ... is the command line with faults in a campaign.
+"""
+
+import json
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final, NamedTuple
+
+from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study.commands import cli, run
+from nanoslip.study.dataset import file
+from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
+from nanoslip.study.run.dispatch import Done
+from nanoslip.study.run.launch import Program, processes_started
+from nanoslip.study.run.mpi import open_farm
+from tests.conftest import clean_environment, launcher
+from tests.study.run import faults
+from tests.study.run.faults import BLOCKER, FAULTS
+from tests.study.run.made_up import Work
+from tests.written_tables import put
+
+PROGRAM: Final = "tests.study.run.matrix"
+SHARDS: Final = 2
+LOADS: Final = [round(1e-3 * (1.0 + 0.01 * number), 6) for number in range(2 * len(FAULTS))]
+FAULTY: Final = dict(zip(LOADS[::2], FAULTS, strict=True))
+"""Load of a contact -> its fault."""
+CAMPAIGN: Final = f"""\
+title = "Every second contact has a fault"
+stages = ["contact"]
+axes.normal_load = {LOADS}
+numerics.n_x = 17
+limits.seconds = 12.0
+"""
+
+
+class Found(NamedTuple):
+    """What came of a fault."""
+
+    outcome: Outcome
+    sound: bool
+    """Whether the sound task behind it was finished."""
+    where: str = ""
+    """The rank that met it first, where the run ended otherwise than well."""
+
+
+def compute(folder: Path, rank: int) -> None:
+    """Compute tasks with all faults, each followed by a sound one."""
+    alone = processes_started() == 1
+    tasks = [task for fault in FAULTS for task in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
+    if not alone:
+        tasks.insert(1 - rank, BLOCKER)  # idle ranks get the first ones, in their order
+    ended: dict[str, Outcome] = {}
+    where: dict[str, str] = {}
+
+    def fail(task: Work, done: Done, final: bool) -> None:
+        where.setdefault(task.key, done.where.split(" on ")[0])
+
+    with open_farm(faults.program(folder), jobs=2 if alone else None) as farm:
+        if not farm.root:
+            farm.leave(farm.serve())
+        farm.run(tasks, lambda tasks, outcome, _: ended.update({task.key: outcome for task in tasks}), fail)
+        found = {
+            name: (ended[name].ending, ended[name].message, ended[f"sound {name}"].ok, where.get(name, ""))
+            for name in FAULTS
+        }
+        print(json.dumps(found), flush=True)
+        farm.leave(0)
+
+
+def command() -> None:
+    """Run the command line."""
+    real = run.computing
+    run.computing = lambda out: Program(faults.__name__, "campaign_executor", (real(out).argument, FAULTY))
+    sys.argv[:] = sys.argv[2:]
+    cli.main()
+
+
+def on_two(ranks: int, rank: int) -> Callable[[Path], dict[str, Found]]:
+    """A run of two processes: without a launcher, or of two ranks where this one meets the faults."""
+
+    def run(folder: Path) -> dict[str, Found]:
+        said = json.loads(_run([*launcher(ranks), sys.executable, "-m", PROGRAM, str(folder), str(rank)]))
+        return {name: Found(Outcome(Ending(each[0]), each[1]), *each[2:]) for name, each in said.items()}
+
+    return run
+
+
+def in_shards(folder: Path) -> dict[str, Found]:
+    """A campaign in shards of two processes each, merged: what its dataset says."""
+    (folder / "campaign.toml").write_text(CAMPAIGN, "utf-8")
+    with ThreadPoolExecutor() as pool:
+        shards = [f"{number}/{SHARDS}" for number in range(1, SHARDS + 1)]
+        list(pool.map(lambda shard: _command(folder, FAILURES, "run", "--shard", shard, "-j", "2"), shards))
+    _command(folder, INTERRUPTED, "merge")  # as errors of the machine may be over
+    with file.read(folder / "out" / file.FILE) as dataset:
+        cases = dataset[["outcome", "message"]].squeeze().load()
+    told = zip(cases.outcome.values.tolist(), cases.message.values.tolist(), strict=True)
+    ended = dict(
+        zip(cases.normal_load.values.tolist(), (Outcome(Ending(each), said) for each, said in told), strict=True)
+    )
+    return {
+        FAULTY[load]: Found(ended[load], ended[sound].ending is Ending.COMPLETED)
+        for load, sound in zip(LOADS[::2], LOADS[1::2], strict=True)
+    }
+
+
+PLACES: Final[dict[str, Callable[[Path], dict[str, Found]]]] = {
+    "`-j 2`": on_two(0, 0),
+    "rank 0 of 2": on_two(2, 0),
+    "rank 1 of 2": on_two(2, 1),
+    "shard": in_shards,
+}
+"""Heading -> the run."""
+
+
+def _command(folder: Path, code: int, name: str, *options: str) -> None:
+    words = [sys.executable, "-m", PROGRAM, str(folder), "nanoslip", name, "campaign.toml", "--out", "out", *options]
+    _run(words, code, folder)
+
+
+def _run(words: list[str], code: int = 0, folder: Path | None = None) -> str:
+    """Run a program that ends with this exit code; returns its standard output."""
+    run = partial(subprocess.run, capture_output=True, timeout=600.0, check=False, stdin=subprocess.DEVNULL)
+    done = run(words, env=clean_environment(), cwd=folder)
+    if done.returncode != code:
+        raise RuntimeError(f"exit code {done.returncode}: {done.stderr.decode(errors='replace')[-2000:]}")
+    return done.stdout.decode()
+
+
+def write_table() -> None:
+    """Into the page."""
+    columns, seconds = [], []
+    for place in PLACES.values():
+        with TemporaryDirectory() as folder:
+            begun = _processor_seconds()
+            columns.append(place(Path(folder)))
+            seconds.append(f"{_processor_seconds() - begun:.0f} s")
+    sound = [f"{sum(found.sound for found in column.values())} of {len(FAULTS)}" for column in columns]
+    rows = [
+        ["fault", *PLACES],
+        ["---"] * (1 + len(PLACES)),
+        *([name, *(_cell(name, column[name].outcome) for column in columns)] for name in FAULTS),
+        ["sound tasks finished", *sound],
+        ["processor time of the run", *seconds],
+    ]
+    put(Path(__file__).with_name("README.md"), "faults", [f"| {' | '.join(row)} |" for row in rows])
+
+
+def _processor_seconds() -> float:
+    """Of all processes that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _cell(name: str, outcome: Outcome) -> str:
+    good = FAULTS[name].matches(outcome)
+    return f"`{outcome.ending}`" if good else f"**`{outcome.ending}`: {outcome.message}**"
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 1:
+        write_table()
+    elif sys.argv[2].isdigit():
+        compute(Path(sys.argv[1]), int(sys.argv[2]))
+    else:
+        command()

@@ -1,0 +1,345 @@
+"""Whoever computes, every task is computed once, after its needs; no run becomes lone ones; a signal leaves nobody behind."""
+
+import math
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study.run import mail
+from nanoslip.study.run.dispatch import Done, Tally
+from nanoslip.study.run.farm import Coordinator, FarmError, ProcessFarm, SerialFarm
+from nanoslip.study.run.launch import WARNING, Interruption, Program, end_of_time, launcher_rank
+from nanoslip.study.run.mail import Begun, Mail, News, Outbox
+from nanoslip.study.run.mpi import open_farm
+from tests.conftest import longer
+from tests.study.results.results import until_written, written
+from tests.study.run import faults
+from tests.study.run.made_up import DIAMOND, Diary, Work
+
+NOTHING = Program("builtins", "callable")
+PATIENCE = 120.0
+"""Seconds after which a run is taken to hang; each takes a few."""
+
+
+# A farm of one process.
+
+
+def test_a_crash_is_told_and_costs_only_what_needs_it(capsys):
+    diary = Diary(crash="b")
+    with SerialFarm(lambda: diary.execute) as farm:
+        assert farm.run(DIAMOND, diary.report) == Tally(done=3, crashed=2)
+    assert diary.executed == ["a", "b", "c", "e"]
+    crashed = Outcome(Ending.CRASHED, "ZeroDivisionError: a defect")  # the same on every machine
+    needs_it = Outcome(Ending.NEEDS_FAILED, "task b crashed")
+    assert diary.reported == dict.fromkeys("ace", COMPLETED) | {"b": crashed, "d": needs_it}
+    said = capsys.readouterr().err
+    assert all(words in said for words in ("rank 0 on ", "task b crashed", "Traceback"))
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1])
+def test_after_a_signal_the_running_task_is_finished_and_no_other_begun(number):
+    diary, before = Diary(), signal.getsignal(number)
+
+    def execute(task):
+        os.kill(os.getpid(), number)
+        assert arrived.wait(5.0)
+        return diary.execute(task)
+
+    with SerialFarm(lambda: execute, grace=60.0) as farm:
+        arrived = farm.interruption._requested
+        assert farm.run(DIAMOND, diary.report) == Tally(done=1, interrupted=True)
+    assert list(diary.reported) == ["a"]
+    assert signal.getsignal(number) is before
+    assert not any(isinstance(thread, threading.Timer) for thread in threading.enumerate())
+
+
+def test_a_signal_that_finds_all_work_done_interrupted_nothing():
+    with SerialFarm(lambda: Diary().execute) as farm:
+        farm.interruption.request()
+        assert farm.run((), Diary().report) == Tally()
+
+
+def test_a_task_that_outlasts_the_grace_is_left_with_code_99(environment):
+    program = (
+        "import os, signal, time\n"
+        "from nanoslip.study.run.launch import Interruption\n"
+        "with Interruption(grace=0.1):\n"
+        "    os.kill(os.getpid(), signal.SIGTERM)\n"
+        "    time.sleep(30)\n"
+    )
+    words = [sys.executable, "-c", program]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=20, check=False)
+    assert (done.returncode, done.stderr.count("run again to continue")) == (99, 1)
+
+
+# Ranks, however they are reached.
+
+
+class MadeUpRanks(Coordinator):
+    """Ranks that compute one task each between two looks at their news; only the first one is near."""
+
+    def __init__(self, size, seconds=0.01):
+        self.size = size
+        self.interruption = Interruption(grace=1.0)
+        self.computed = []
+        self._seconds = seconds
+        self._waiting = [[] for _ in range(size)]
+        self._returned = []
+
+    def give(self, rank, tasks):
+        self._waiting[rank].extend(tasks)
+
+    def take_back(self, rank):
+        returned = tuple(task.key for task in self._waiting[rank][1:])
+        del self._waiting[rank][1:]
+        if rank == 0:
+            return returned
+        self._returned.append((rank, News(returned=returned)))
+        return ()
+
+    def news(self):
+        found, self._returned = self._returned, []
+        for rank, tasks in enumerate(self._waiting):
+            if tasks:
+                key = tasks.pop(0).key
+                self.computed.append(key)
+                found.append((rank, News([Done(key, COMPLETED, self._seconds)])))
+        return found
+
+
+def coordinated(ranks, tasks, stop_after=""):
+    diary = Diary()
+
+    def report(tasks, outcome, seconds):
+        diary.report(tasks, outcome, seconds)
+        if stop_after in [task.key for task in tasks]:
+            ranks.interruption.request()
+
+    return ranks.run(tasks, report), diary
+
+
+def test_every_task_is_computed_once_after_its_needs():
+    ranks = MadeUpRanks(3)
+    tally, diary = coordinated(ranks, DIAMOND)
+    assert tally == Tally(done=5)
+    assert sorted(ranks.computed) == sorted(diary.reported) == list("abcde")
+    assert ranks.computed.index("a") < min(map(ranks.computed.index, "bc"))
+    assert ranks.computed.index("d") > max(map(ranks.computed.index, "bc"))
+
+
+def test_those_who_have_computed_write_their_results_out_once_when_they_are_asked():
+    ranks = MadeUpRanks(3)
+    coordinated(ranks, DIAMOND[:1])
+    assert "settle" not in ranks.computed
+    for _ in range(2):
+        ranks.settle()
+        assert ranks.computed.count("settle") == 1
+    coordinated(ranks, DIAMOND)
+    ranks.settle()
+    assert ranks.computed.count("settle") > 2
+
+
+def test_after_a_signal_what_has_not_been_begun_comes_back():
+    ranks = MadeUpRanks(2)
+    tally, diary = coordinated(ranks, [Work(str(number)) for number in range(100)], stop_after="10")
+    assert tally.interrupted
+    assert tally.done == len(diary.reported) == len(ranks.computed) < 30
+
+
+@pytest.mark.parametrize(("told", "noted"), [(False, {"a", "e"}), (True, set())])
+def test_what_is_in_hand_when_a_run_is_killed_is_noted_unless_it_was_told_to_stop(tmp_path, told, noted):
+    class Dying(MadeUpRanks):
+        def news(self):
+            if told:
+                self.interruption.request()
+            raise GeneratorExit
+
+    begun, ranks = Begun(tmp_path), Dying(2)
+    ranks.interruption.at_request(begun.close)
+    with pytest.raises(GeneratorExit):
+        ranks.run(DIAMOND, lambda *_: None, begin=begun.begin)
+    assert begun.read() == noted
+
+
+@pytest.mark.parametrize("said", [None, "1700000000", "", "Unknown"])
+def test_a_job_says_when_it_ends(said):
+    known = {} if said is None else {"SLURM_JOB_END_TIME": said}
+    assert end_of_time(known) == (1700000000.0 - WARNING if said == "1700000000" else math.inf)
+
+
+@pytest.fixture
+def job(monkeypatch):
+    """This process is part of a job that has a thousand seconds left for tasks."""
+    monkeypatch.setenv("SLURM_JOB_END_TIME", str(round(time.time() + 1000.0) + WARNING))
+
+
+@pytest.mark.usefixtures("job")
+def test_what_would_outlast_the_job_is_left_and_shorter_tasks_are_done():
+    known, long = Work("known", cost=1.0), Work("long", ("known",), cost=5000.0)
+    short = [Work(f"short {number}", ("known",), cost=1.0) for number in range(10)]
+    tally, diary = coordinated(MadeUpRanks(2, seconds=1.0), (known, long, Work("after", ("long",)), *short))
+    assert tally == Tally(done=11, interrupted=True, outlasting=1)
+    assert not {"long", "after"} & set(diary.reported)
+
+
+@pytest.mark.usefixtures("job")
+def test_a_task_longer_than_any_job_is_tried_by_a_run_that_has_nothing_else():
+    """From the first it is known how long the second takes."""
+    tally, _ = coordinated(MadeUpRanks(1, seconds=5000.0), (Work("long", cost=5000.0), Work("longer", cost=6000.0)))
+    assert tally == Tally(done=1, interrupted=True, outlasting=1)
+
+
+def test_without_the_end_of_a_job_all_is_done(monkeypatch):
+    monkeypatch.delenv("SLURM_JOB_END_TIME", raising=False)
+    tally, _ = coordinated(MadeUpRanks(1, seconds=1e9), [Work(str(number)) for number in range(5)])
+    assert tally == Tally(done=5)
+
+
+def test_ends_go_out_once_no_task_waits_and_wait_no_longer_than_agreed():
+    """Else those of short tasks travel together."""
+    outbox, sent = Outbox(patience=1.0), []
+    for key, waiting, now in [
+        *(("a", 2, 0.0), ("b", 1, 0.1), ("c", 0, 0.2), ("", 0, 0.2)),
+        *(("d", 100, 5.0), ("e", 100, 5.95), ("", 100, 6.0), ("", 100, 6.1), ("f", 100, 6.5), ("", 100, 7.5)),
+    ]:
+        ended = [Done(key, COMPLETED, 0.5, "rank 1 on host")] if key else []
+        sent.append("".join(done.key for done in outbox.take(ended, waiting, now)))
+    assert sent == ["", "", "abc", "", "", "", "de", "", "", "f"]
+
+
+@pytest.mark.parametrize("looks", [(5, 1, 9), (math.inf,)], ids=["taken", "taken by nobody"])
+def test_a_rank_waits_until_all_that_it_sent_has_left_but_not_for_ever(monkeypatch, looks):
+    """A message has left at so many looks at it."""
+    monkeypatch.setattr(mail, "FLUSH", 0.05)
+    left = dict(enumerate(looks))
+
+    def look(message):
+        left[message] -= 1
+        return left[message] <= 0, None
+
+    requests = iter([SimpleNamespace(test=lambda message=message: look(message)) for message in left])
+    sent = Mail(SimpleNamespace(COMM_WORLD=SimpleNamespace(isend=lambda _text, dest: next(requests))))
+    for _ in looks:
+        sent.send(1, "word")
+    sent.flush()
+    assert all(each <= 0 or each == math.inf for each in left.values())
+
+
+# Processes, and who opens which farm.
+
+
+def test_every_task_is_computed_once_after_its_needs_by_all_processes(tmp_path):
+    tasks = [Work(str(number), (str(number - 1),) if 0 < number < 10 else ()) for number in range(40)]
+    tally, reported, _ = faults.computed(faults.program(tmp_path), tasks, 2)
+    assert tally == Tally(done=40)
+    assert set(reported.values()) == {COMPLETED}
+    assert len({path.read_text() for path in tmp_path.iterdir()}) == 2
+
+
+@pytest.mark.parametrize(("serial", "ranks"), [(True, "1"), (False, "2")])
+def test_processes_beside_serial_or_ranks_are_refused(monkeypatch, serial, ranks):
+    monkeypatch.setenv("PMI_SIZE", ranks)
+    with pytest.raises(FarmError, match="--jobs 3 with "):
+        open_farm(NOTHING, serial=serial, jobs=3)
+
+
+def test_slurm_tasks_of_a_batch_script_do_not_mean_that_a_launcher_was_used(monkeypatch):
+    for name in ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS"):
+        monkeypatch.delenv(name, raising=False)
+    for name in ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("SLURM_NTASKS", "8")
+    monkeypatch.setenv("SLURM_PROCID", "3")
+    assert launcher_rank() == 0
+    monkeypatch.setitem(sys.modules, "mpi4py", None)  # importing it fails
+    with open_farm(NOTHING) as farm:
+        assert isinstance(farm, ProcessFarm)
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
+    with pytest.raises(FarmError, match="2 processes were started, but none can use MPI"):
+        open_farm(NOTHING)
+    assert isinstance(open_farm(NOTHING, serial=True), SerialFarm)
+
+
+@pytest.mark.parametrize(
+    ("size", "rank"), [("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"), ("SLURM_STEP_NUM_TASKS", "SLURM_PROCID")]
+)
+def test_n_processes_that_see_only_themselves_are_refused_by_one_message(nanoslip, campaign, tmp_path, size, rank):
+    first, second = (nanoslip("run", campaign, **{size: "4", rank: number}) for number in "01")
+    assert (first.returncode, second.returncode, second.stderr) == (2, 2, "")
+    assert first.stderr.startswith("Error: 4 processes were started, but each sees only itself")
+    assert "Traceback" not in first.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def test_without_an_mpi_library_one_process_computes_and_several_refuse(nanoslip, campaign, tmp_path):
+    missing = {"MPI4PY_LIBMPI": "/no/such/library"}
+    assert nanoslip("run", campaign, "--out", tmp_path / "out", **missing).returncode == 0
+    several = nanoslip("run", campaign, **missing, OMPI_COMM_WORLD_SIZE="2")
+    assert several.returncode == 2
+    assert several.stderr.startswith("Error: 2 processes were started, but none can use MPI: cannot load MPI library")
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize(("rank", "messages"), [(0, 1), (1, 0)])
+def test_a_start_of_mpi_that_hangs_is_given_up_with_one_message_and_code_99(environment, rank, messages):
+    """A launcher that never answers, as MPICH hears it."""
+    program = (
+        "from nanoslip.study.run import mpi; from nanoslip.study.run.launch import Program; "
+        "mpi.LONGEST_START = 0.5; mpi.open_farm(Program('builtins', 'callable'))"
+    )
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        mute = {"PMI_FD": str(theirs.fileno()), "PMI_RANK": str(rank), "PMI_SIZE": "2"}
+        words, pipes = [sys.executable, "-c", program], {"pass_fds": [theirs.fileno()], "capture_output": True}
+        done = subprocess.run(words, env=environment | mute, **pipes, text=True, timeout=60.0, check=False)
+    if "each sees only itself" in done.stderr:
+        pytest.skip("not MPICH: it asks nobody at that place")
+    assert (done.returncode, done.stderr.count("MPI has not started within 0.5 s")) == (99, messages), done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_the_dataset_of_processes_is_the_same_as_that_of_one(nanoslip, campaign, tmp_path):
+    done = nanoslip("run", campaign, "--out", tmp_path / "two", "-j", 2)
+    assert done.returncode == 0, done.stderr
+    assert "13 tasks left, 2 processes" in done.stderr
+    assert nanoslip("run", campaign, "--out", tmp_path / "one", "-j", 1).returncode == 0
+    one, two = ((tmp_path / out / "results.nc").read_bytes() for out in ("one", "two"))
+    assert one == two
+
+
+def test_a_run_whose_job_ends_before_its_tasks_would_ends_as_if_interrupted(nanoslip, campaign, tmp_path):
+    done = nanoslip("run", campaign, "--out", tmp_path / "out", SLURM_JOB_END_TIME="1")
+    assert done.returncode == 99
+    # The first record, and the first of its two drives, say how long the three others and the second would take.
+    said = "interrupted: 4 tasks left would outlast this job; what is finished is kept; run again to continue"
+    assert said in done.stderr
+    assert not (tmp_path / "out" / "results.nc").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=["Ctrl-C", "killed"])
+def test_a_signal_ends_all_processes_and_the_next_run_goes_on(environment, tmp_path, number):
+    """Ctrl-C reaches every process of the terminal; only the first decides. After its death none stays behind."""
+    campaign, out = tmp_path / "long.toml", tmp_path / "out"
+    campaign.write_text(longer(radii=40, events=6000))
+    words = [sys.executable, "-m", "nanoslip", "run", str(campaign), "--out", str(out), "-j", "2"]
+    running = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    until_written(out, 4, running)
+    if number == signal.SIGINT:
+        os.killpg(running.pid, number)
+    else:
+        running.kill()
+    _, said = running.communicate(timeout=PATIENCE)  # all that held standard error have ended
+    assert running.returncode == (99 if number == signal.SIGINT else -signal.SIGKILL)
+    assert "Traceback" not in said
+    assert (out / "begun.txt").exists() == (number == signal.SIGKILL)
+    assert 4 <= len(written(out)) < 3 * 80
+    assert not (out / "results.nc").exists()

@@ -1,0 +1,279 @@
+"""Whatever a task does to its process, the other tasks are computed, and what it did is on record, or left word of."""
+
+import json
+import math
+import os
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from nanoslip.solver.outcome import Ending
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.results.store import Store
+from nanoslip.study.run import agent
+from nanoslip.study.run import child as process
+from nanoslip.study.run.agent import Agent, BrokenProgramError
+from nanoslip.study.run.campaign import KILLED, blame
+from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.executor import left
+from nanoslip.study.run.farm import ProcessFarm
+from nanoslip.study.run.launch import Program
+from nanoslip.study.run.mail import FILE, LONG, Begun
+from nanoslip.study.run.warm_up import WarmUp
+from tests.study.results.results import NO_FILES
+from tests.study.run import faults
+from tests.study.run.faults import FAULTS, computed
+from tests.study.run.made_up import Work
+from tests.study.run.matrix import PLACES
+
+SOUND = tuple(Work(f"sound {number}") for number in range(19))
+EVERYDAY = (
+    *(
+        "exception",
+        "half a letter in its text",
+        "result None",
+        "segmentation fault",
+        "standard output and error closed",
+    ),
+    *("SIGKILL to its group", "fork of which both return", "death before what it started"),
+    *("file descriptors used up", "no quota for its result"),
+)
+
+
+def test_faults_cost_their_own_tasks(tmp_path):
+    tasks = [each for fault in EVERYDAY for each in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
+    tally, reported, failed = computed(faults.program(tmp_path), [*tasks, Work("after", ("exception",))], 2)
+    failures = {fault for fault in EVERYDAY if FAULTS[fault].ending is not Ending.COMPLETED}
+    assert [fault for fault in EVERYDAY if not FAULTS[fault].matches(reported[fault])] == []
+    assert tally == Tally(done=2 * len(EVERYDAY) - len(failures), crashed=len(failures) + 1)
+    assert reported["after"].ending is Ending.NEEDS_FAILED
+    assert {key for key, _ in failed} == failures
+    assert all(done.where.startswith("rank ") for _, done in failed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "place", [pytest.param(name, marks=pytest.mark.mpi) if "rank" in name else name for name in PLACES]
+)
+def test_every_fault_costs_its_own_task_wherever_it_is_met(tmp_path, place):
+    found = PLACES[place](tmp_path)
+    assert {name: found[name] for name, fault in FAULTS.items() if not fault.matches(found[name].outcome)} == {}
+    assert [name for name in FAULTS if not found[name].sound] == []
+    if "rank" in place:
+        assert {each.where for each in found.values() if each.where} == {place.removesuffix(" of 2")}
+
+
+def test_what_a_dead_process_computed_is_tried_again_behind_all_others(tmp_path):
+    """What killed it may have been no fault of its own. An exception comes of the program: it is not tried again."""
+    tasks = (Work("kill -9"), Work("exception"), *SOUND)
+    _, reported, failed = computed(faults.program(tmp_path), tasks, 1)
+    assert [key for key, _ in failed] == ["kill -9", "exception", "kill -9"]
+    assert list(reported)[-1] == "kill -9"
+
+
+KNOWN = Work("known", cost=1e-4)
+"""Its duration is known before those of the others matter."""
+
+
+def behind(known, *keys, limit=1.0):
+    return [known, *(Work(key, (known.key,), known.cost, limit=limit) for key in keys)]
+
+
+@pytest.mark.parametrize("pair", [("kill -9", "os._exit(7)"), ("endless loop", "stopped")], ids=["dies", "hangs"])
+def test_a_fault_costs_no_task_that_its_process_has_at_hand(tmp_path, pair):
+    sound = [str(number) for number in range(100)]
+    tasks = behind(KNOWN, *sound[:50], *pair, *sound[50:])
+    tally, reported, failed = computed(faults.program(tmp_path), tasks, 1)
+    assert tally == Tally(done=101, crashed=2)
+    assert {(key, done.outcome.ending) for key, done in failed} == {(each, FAULTS[each].ending) for each in pair}
+    assert [key for key in reported if key in sound] == sound  # each once
+
+
+def test_a_child_gets_tasks_before_it_asks_for_them_only_where_they_are_short(tmp_path):
+    alone = Agent(faults.program(tmp_path), 0)
+    try:
+        alone.give([KNOWN])
+        while not alone.arrived():
+            time.sleep(0.001)
+        alone.give(behind(KNOWN, *map(str, range(100)))[1:])
+        at_hand = 100 - len(alone.give_back())
+        assert 1 < at_hand <= 1 + agent.AHEAD / 1e-4
+        while alone.busy:
+            alone.arrived()
+        alone.give([Work("long", cost=1.0), Work("longer", cost=1.0)])
+        assert alone.give_back() == ("longer",)
+    finally:
+        alone.close()
+
+
+def test_tasks_behind_one_that_hangs_go_elsewhere(tmp_path):
+    """They are handed out together, as they are short; what waits for long is computed by the other process."""
+    tasks = behind(Work("first"), "endless loop", *map(str, range(60)), limit=6.0)
+    tally, reported, _ = computed(faults.program(tmp_path), tasks, 2)
+    assert tally == Tally(done=61, crashed=1)
+    assert list(reported)[-1] == "endless loop"  # all others ended before it was given up
+
+
+@pytest.mark.parametrize("fault", ["segmentation fault", "endless loop"])
+def test_a_fault_while_kernels_are_compiled_leaves_a_farm_that_computes(tmp_path, fault):
+    """The compiling is a task of its own, before all others."""
+    with ProcessFarm([Agent(faults.program(tmp_path), 0)]) as farm:
+        assert farm.run([faults.work(fault)], lambda *_: None) == Tally(crashed=1)
+        assert farm.run(SOUND, lambda *_: None) == Tally(done=19)
+
+
+def test_compiling_that_hangs_is_ended_after_minutes(tmp_path, monkeypatch):
+    """Nobody hears of it before; a clock that runs a thousand times as fast measures it."""
+    clock, begun = time.monotonic, time.monotonic()
+    monkeypatch.setattr(process.time, "monotonic", lambda: begun + 1000.0 * (clock() - begun))
+    monkeypatch.setattr(process, "LONGEST_LOOK", math.inf)
+    monkeypatch.setattr(agent, "START", math.inf)
+    hanging = Work("endless loop", limit=WarmUp("any", ()).limit)
+    _, reported, failed = computed(faults.program(tmp_path), (hanging,), 1)
+    assert reported[hanging.key].ending is Ending.TIMED_OUT
+    assert failed[0][1].seconds < 3600.0
+
+
+def starting(folder):
+    """What starts another process, leaves its number and ends."""
+
+    def execute(_):
+        if started := os.fork():
+            (folder / str(started)).touch()
+            os._exit(9)
+        time.sleep(90.0)
+        os._exit(0)
+
+    return execute
+
+
+def runs(number):
+    """Whether the process of this number has not ended."""
+    with suppress(OSError):
+        return Path(f"/proc/{number}/cmdline").read_bytes() != b""
+    return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="processes cannot be looked at here")
+def test_what_a_task_has_started_ends_with_its_process(tmp_path):
+    """It holds all that the process had open: a launcher would wait for it at the end of the run."""
+    tally, *_ = computed(Program(__name__, "starting", tmp_path), (Work("starts another", limit=60.0),), 1)
+    assert tally == Tally(crashed=1)
+    started = [path.name for path in tmp_path.iterdir()]
+    assert len(started) == 2  # it was tried twice
+    end = time.monotonic() + 10.0
+    while any(runs(number) for number in started):
+        assert time.monotonic() < end
+
+
+def test_time_in_which_both_processes_are_stopped_is_not_the_task_s(tmp_path, monkeypatch):
+    """A suspended job is: its clock jumps between two looks at a child."""
+    clock, jump = time.monotonic, 0.0
+    monkeypatch.setattr(process.time, "monotonic", lambda: clock() + jump)
+    child = process.ChildProcess(faults.program(tmp_path), 0)
+    try:
+        while not child.ready:
+            child.receive()
+        child.begin([Work("endless loop")])
+        for _ in range(3):
+            jump += 1000.0
+            assert child.receive() is None
+        assert 3.0 * process.LONGEST_LOOK <= child.seconds < 10.0
+    finally:
+        child.kill()
+
+
+def test_a_child_that_is_killed_before_it_computes_is_replaced(tmp_path, monkeypatch):
+    start, killed = process.ChildProcess.__init__, []
+
+    def doomed(child, program, number):
+        start(child, program, number)
+        if len(killed) < 2:
+            killed.append(child)
+            child._process.kill()
+
+    monkeypatch.setattr(process.ChildProcess, "__init__", doomed)
+    tally, _, failed = computed(faults.program(tmp_path), SOUND, 1)
+    assert (tally, failed, len(killed)) == (Tally(done=19), [], 2)
+
+
+class Unknown(str):
+    """Is written as something that nobody can read."""
+
+    def __reduce__(self):
+        return (exec, ("raise RuntimeError",))
+
+
+@pytest.mark.parametrize(
+    ("module", "task"),
+    [("no_such_module", SOUND[0]), (faults.__name__, Work("strange", kind=Unknown("any")))],
+    ids=["a program that does not start", "a task that it does not know"],
+)
+def test_what_the_program_cannot_begin_is_no_fault_of_a_task(tmp_path, module, task):
+    with pytest.raises(BrokenProgramError, match="does not begin"):
+        computed(Program(module, "executor", tmp_path), [task], 1)
+
+
+# A run that is killed as a whole leaves word of the long tasks that it was at; one that ends otherwise does not.
+
+ENDLESS = (Work("long"), math.inf)
+
+
+def test_long_tasks_are_noted_and_those_of_which_nothing_is_known_until_a_run_ends_by_itself(tmp_path):
+    begun = Begun(tmp_path)
+    begun.begin([(Work("short"), 0.5 * LONG), (Work("unknown"), 2.0 * LONG), ENDLESS])
+    assert Begun(tmp_path).read() == {"long", "unknown"}
+    begun.close()
+    begun.begin([ENDLESS])
+    assert (begun.read(), list(tmp_path.iterdir())) == (frozenset(), [])
+
+
+def test_a_disk_that_takes_nothing_does_not_stop_a_run(tmp_path):
+    begun = Begun(tmp_path / "nowhere")
+    begun.begin([ENDLESS])
+    begun.close()
+
+
+@NO_FILES
+def test_what_is_no_file_is_not_waited_for(tmp_path, no_file):
+    no_file(tmp_path / FILE)
+    begun = Begun(tmp_path)
+    assert begun.read() == frozenset()
+    begun.begin([ENDLESS])
+    begun.close()
+
+
+def test_nothing_is_written_through_a_link(tmp_path):
+    (tmp_path / "foreign").write_text("precious")
+    (tmp_path / FILE).symlink_to(tmp_path / "foreign")
+    begun = Begun(tmp_path)
+    begun.begin([ENDLESS])
+    begun.close()
+    assert (tmp_path / "foreign").read_text() == "precious"
+
+
+def test_what_a_killed_run_was_at_comes_last_and_is_given_up_at_the_second_time(campaign, tmp_path):
+    plan, store = make_plan(load_manifest(campaign)), Store(tmp_path)
+    record = next(task for task in plan.tasks if task.kind == "record")
+    for given_up in (False, True):
+        Begun(tmp_path).begin([(Work(record.key), math.inf)])
+        blame(plan, store, tmp_path)  # the next run does, when it begins
+        work = left(plan, store.failures(), ())
+        assert (work.tasks[-1] == record, record in work.given_up) == (not given_up, given_up)
+    assert store.failures()[record.key].outcome.message.startswith(KILLED)
+    assert left(plan, store.failures(), (), retry=True).given_up == ()
+
+
+def test_a_task_that_was_at_hand_by_accident_is_computed_and_forgiven(nanoslip, campaign, tmp_path):
+    record = next(task for task in make_plan(load_manifest(campaign)).tasks if task.kind == "record")
+    Begun(tmp_path).begin([(record, math.inf)])
+    done = nanoslip("run", campaign, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    lines = [json.loads(line) for line in (tmp_path / "attempts.jsonl").read_text().splitlines()]
+    ends = [(record.key, ending) for ending in (Ending.CRASHED, Ending.COMPLETED)]
+    assert [(line["task"], line["ending"]) for line in lines] == ends
+    assert not (tmp_path / "begun.txt").exists()
+    assert Store(tmp_path).failures() == {}

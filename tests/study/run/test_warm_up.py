@@ -1,0 +1,162 @@
+"""Kernels are compiled once before a run, side by side, on miniatures that run every kernel which the campaign needs."""
+
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import pytest
+
+from nanoslip.solver.case import PARTS, Case, SlipRule
+from nanoslip.solver.outcome import Ending
+from nanoslip.solver.parameter import check, choices_of, declared, parameter
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.study.manifest.reader import load_manifest, parse_manifest
+from nanoslip.study.plan.kinds import compliance_task, record_task
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.run.compute import run_task, whole_again
+from nanoslip.study.run.warm_up import made_up_record, miniatures, warm_ups
+from tests.conftest import ROOT, SMALL
+
+
+def planned(campaign):
+    return make_plan(load_manifest(ROOT / "campaigns" / f"{campaign}.toml")).tasks
+
+
+def small(text):
+    """Miniatures of a campaign."""
+    return miniatures(make_plan(parse_manifest(Path("mine.toml"), text, {})).tasks)
+
+
+def miniature(case):
+    (found,) = [task.case for task in miniatures([record_task(case)]) if task.kind == "record"]
+    return found
+
+
+@pytest.mark.parametrize("campaign", ["smoke", "streator2022"])
+def test_each_miniature_of_the_campaigns_in_the_repository_completes(campaign):
+    made_up, kinds = made_up_record(), set()
+    for part in warm_ups(planned(campaign)):
+        results = {made_up.key: made_up}
+        for task in part.tasks:
+            outcome = (results.setdefault(task.key, run_task(task, results))).outcome
+            assert outcome.usable, outcome
+            assert not task.drive or outcome.ending is not Ending.NO_PLATEAU  # nothing integrated
+        kinds |= {task.kind for task in part.tasks}
+    assert kinds == {task.kind for task in planned(campaign)}
+
+
+def test_a_made_up_record_has_the_types_of_one_that_was_computed():
+    """Kernels are compiled for them."""
+    case = Case.of({"n_x": 17, "radius": 50.0, "max_events": 60})
+    compliance = compliance_task(case.slab)
+    found, made_up = run_task(record_task(case), {compliance.key: run_task(compliance, {})}), made_up_record()
+    one, other = ({name: array.dtype for name, array in each.arrays.items()} for each in (made_up, found))
+    assert one == other
+    assert found.scalars.keys() >= made_up.scalars.keys()
+    assert whole_again(FrictionRecord, made_up).outcome.ok
+
+
+@dataclass(frozen=True, slots=True)
+class TwoWays(SlipRule):
+    """A slip rule with a choice and a switch more."""
+
+    way: Literal["left", "right"] = parameter("left", table="slip", meaning="which way a node slips")
+    eager: bool = parameter(False, table="slip", meaning="whether nodes slip early")
+
+    def __post_init__(self):
+        check(self)
+
+
+def other_choices():
+    """Every word and every switch that a case can be given beside its defaults, those of its slab apart."""
+    for kind in (Case, *PARTS.values()):
+        for name in declared(kind):
+            item = kind.__dataclass_fields__[name]
+            words = choices_of(item.type) or ((True, False) if item.type is bool else ())
+            yield from ((name, word) for word in words if word != item.default)
+
+
+def test_every_choice_that_is_declared_is_kept(monkeypatch):
+    """The choices decide which kernels run; one that somebody adds is kept without a word in the warm-up."""
+    monkeypatch.setitem(PARTS, "slip_rule", TwoWays)
+    choices = list(other_choices())
+    assert {"pin", "initial_contact", "slip_order", "friction", "distribution", "way", "eager"} <= dict(choices).keys()
+    for name, word in choices:
+        kept = miniature(Case.of({name: word}))
+        assert kept.flat == Case.of({"n_x": 17, "radius": 50.0, "max_events": 60, name: word}).flat
+
+
+def test_the_switches_of_each_case_are_kept_together():
+    orders, touches = 'slip_order = ["worst_first", "simultaneous"]', 'initial_contact = ["stick", "frictionless"]'
+    axes = "\n".join(["[axes]", orders, touches, 'pin = ["parabola", "flat_punch"]'])
+    cases = [task.case for task in small(SMALL.replace("[axes]", axes)) if task.kind == "record"]
+    assert len({(case.pin, case.initial_contact, case.slip_rule.slip_order) for case in cases}) == 8
+
+
+def test_a_rough_pin_stays_rough_and_a_large_case_becomes_small():
+    rough = ((0.0, 0.0), (0.01, 1e-6), (0.02, 0.0))
+    kept = miniature(Case.of({"n_x": 1025, "normal_load": 0.1, "roughness": rough}))
+    assert len(kept.heterogeneity.roughness) == 2
+    assert (kept.slab.n_x, kept.normal_load) == (17, 1e-3)
+
+
+def test_drives_that_differ_in_numbers_alone_are_one_miniature():
+    """Thousands of them would take longer than the run."""
+    numbers = "[drive_axes]\nspring_stiffness = [1e4, 1e5, 1e6]\npin_mass = [0.1, 1.0]\n"
+    drives = [
+        task.drive
+        for task in small(SMALL.replace("[[drives]]", f"{numbers}surface_compliance = [true, false]\n[[drives]]", 1))
+    ]
+    assert sorted(drive.surface_compliance for drive in drives if drive) == [False, True]
+
+
+def test_a_drive_of_few_steps_is_as_short_as_they_allow():
+    """A step of its integrator must fit into it."""
+    few = 'name = "slow"\nintegrator = "rk4"\nduration = 1e-2\ntime_step = 3e-3\n'
+    drives = [task.drive for task in small(SMALL.replace('name = "slow"\n', few)) if task.drive]
+    assert sorted(drive.integrator.name for drive in drives) == ["exact", "rk4"]
+
+
+COMPILE = """
+from nanoslip.study.run.warm_up import warm_ups
+from tests.study.run.test_warm_up import planned
+warm_ups(planned("smoke"))[{}].run()
+"""
+SAID = "compiling kernels of contact and sliding, once"
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """What each part of the smoke campaign's kernels leaves on a disk of its own, and what it says meanwhile."""
+    found = []
+    for place in range(len(warm_ups(planned("smoke")))):
+        kept = tmp_path_factory.mktemp("kept")
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(kept)}
+        words = [sys.executable, "-c", COMPILE.format(place)]
+        done = subprocess.run(words, env=environment, cwd=ROOT, check=True, stderr=subprocess.PIPE, text=True)
+        found.append((kept, done.stderr))
+    return found
+
+
+@pytest.mark.slow
+def test_contact_and_drives_are_compiled_side_by_side_and_have_no_kernel_in_common(compiled):
+    """Two processes would compile it twice."""
+    contact, driven = ({path.name.partition("-")[0] for path in kept.rglob("*.nbi")} for kept, _ in compiled)
+    assert "events.resolve" in contact
+    assert "steps.integrate_exactly" in driven
+    assert not contact & driven
+
+
+@pytest.mark.slow
+def test_that_kernels_are_compiled_is_said_once_and_not_when_they_are_kept(compiled, nanoslip, campaign, tmp_path):
+    """Whoever waits for a first run reads why. The run has one kernel to compile that comes last, then none."""
+    kept, said = compiled[0]
+    assert said.count(SAID) == 1
+    campaign.write_text('title = "One contact"\nstages = ["contact"]\nnumerics.n_x = 17\n')
+    for path in kept.rglob("events.answer_violations-*"):
+        path.unlink()
+    runs = [nanoslip("run", campaign, "--out", tmp_path / out, NUMBA_CACHE_DIR=str(kept)).stderr for out in "ab"]
+    assert [each.count(SAID) for each in runs] == [1, 0]
