@@ -99,13 +99,13 @@ UNRESOLVED_SLAB = Flag(
     128,
     "unresolved_slab",
     "grid too coarse for a slab so thin or so nearly incompressible: pressures and approach are wrong by more than some 5 %",
-    "raise n_x, lower poisson, or use the scheme galerkin instead of another",
+    "use the scheme strip, or raise n_x",
 )
 TOGETHER = Flag(
     256,
     "together",
     "poisson so near 0.5 that nodes of a grid give way together: friction too high, by 5 % at 0.42, 13 % at 0.45, 30 % at 0.49",
-    "lower poisson, or use the scheme half_plane, whose nodes give way alike at any poisson",
+    "use the scheme strip or half_plane, whose nodes give way alike at any poisson",
 )
 FLAGS = (
     FEW_NODES,
