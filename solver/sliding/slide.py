@@ -466,7 +466,7 @@ def slide_to_state(
         end = replace(start, outcome=error.outcome)
         record = _no_record(case, start, end)
     end = checked(case, compliance, end)
-    if end.outcome.ok and not (found := lawfulness(case, record, end)).ok:
+    if end.outcome.ok and not (found := lawfulness(case, start, record, end)).ok:
         end = checked(case, compliance, replace(end, outcome=found))
     return record if end.outcome is record.outcome else replace(record, outcome=end.outcome), end
 

@@ -291,26 +291,27 @@ def _place(case: Case, seen: _Seen) -> Flag | None:
     return NEAR_ENDS if near else None
 
 
-def lawfulness(case: Case, record: FrictionRecord, end: ContactState) -> Outcome:
-    """COMPLETED, or what is wrong with a record up to `end` though all its events went well."""
+def lawfulness(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Outcome:
+    """COMPLETED, or what is wrong with a record from `start` to `end` though all its events went well."""
     stiffness = record.initial_stiffness
     if case.slip_rule.residual_shear < 1.0 and stiffness <= 0.0:
         other = "an aspect_ratio nearer 1" if case.slab.scheme.reciprocal else "the scheme galerkin"
         message = f"lateral stiffness K = {stiffness:.3g}: an elastic slab's is above 0; use {other}"
         return Outcome(Ending.SINGULAR_OPERATOR, message)
     # Classical sliding has looked at its energy event by event.
-    if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, record, end):
+    if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end):
         return COMPLETED
     xi = (surface_from_pin(case) + end.u - end.displacement)[end.contact]
     steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case)[end.contact]).any()
     return STEEP_PIN if steep else energy_created(case)
 
 
-def _creates_energy(case: Case, record: FrictionRecord, end: ContactState) -> bool:
+def _creates_energy(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> bool:
     """Whether events have created more energy than rounding can: in each, that of the load times what is displaced."""
     created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
-    steps = np.diff(record.displacement)
-    work = float(np.abs(record.force_after[:-1] + record.force_before[1:]) @ steps) / 2.0
+    steps = np.diff(record.displacement, prepend=start.displacement)
+    before = np.concatenate(([record.initial_force], record.force_after))[:-1]
+    work = float(np.abs(before + record.force_before) @ steps) / 2.0
     farthest = float(np.abs(end.u[end.contact]).max(initial=0.0))
     moved = case.normal_load + abs(end.approach) + abs(end.displacement) + farthest
     rounding = sys.float_info.epsilon * case.normal_load * moved * len(record.dissipated)
