@@ -48,12 +48,15 @@ class Strip(EndlessScheme):
         places = np.arange(nodes)
         image = soft / math.pi * (mean_log(places + 2j * height / spacing) - mean_log(places + 0j))
         waves, weights = _gauss(height, (nodes + 1) * spacing)
-        rest = _rests(waves * height, slab)
-        weights = weights / (math.pi * waves) * np.sinc(waves * spacing / (2.0 * math.pi)) ** 2
-        turns = spacing * np.outer(places, waves)
+        weights *= np.sinc(waves * spacing / (2.0 * math.pi)) ** 2 / (math.pi * waves)
+        transforms = weights * np.array(_rests(waves * height, slab))
         found = np.zeros((3, slab.n_x))
-        found[:2, :nodes] = image + (weights * np.array(rest[:2])) @ np.cos(turns).T
-        found[2, :nodes] = (1.0 - 2.0 * slab.poisson) / 4.0 * np.sign(places) + np.sin(turns) @ (weights * rest.across)
+        found[:2, :nodes] = image
+        found[2, :nodes] = (1.0 - 2.0 * slab.poisson) / 4.0 * np.sign(places)
+        for some in np.array_split(np.arange(len(waves)), math.ceil(len(waves) * nodes / AT_ONCE)):
+            turns = np.outer(waves[some], spacing * places)
+            found[:2, :nodes] += transforms[:2, some] @ np.cos(turns)
+            found[2, :nodes] += transforms[2, some] @ np.sin(turns)
         found[2, nodes:] = found[2, nodes - 1]  # a layer that rests is the thinner for a push: it stays moved apart
         return Convolution(*found)
 
@@ -89,6 +92,8 @@ def _gauss(height: float, farthest: float) -> tuple[Vector, Vector]:
     return ((np.arange(panels)[:, None] + (places + 1.0) / 2.0) * width).ravel(), np.tile(weights * width / 2.0, panels)
 
 
+AT_ONCE = 200_000
+"""Waves times nodes that are held at once: a megabyte or two."""
 LAST = 18.0
 """ξ where exp(-2ξ) is machine epsilon."""
 POINTS, PANELS, TURN = 16, 18, 8.0

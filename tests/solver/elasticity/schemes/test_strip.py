@@ -1,5 +1,7 @@
 """A layer without ends against its own waves, solved by four equations or by the exponential of the equations' matrix."""
 
+import tracemalloc
+
 import mpmath
 import numpy as np
 import pytest
@@ -93,6 +95,18 @@ def test_a_tall_layer_is_a_half_plane_as_the_square_of_distance_over_height() ->
             differences.append([np.abs((one - one[0]) - (other - other[0])).max() for one, other in alike])
         orders = np.log2(np.divide(differences[:-1], differences[1:]))
         np.testing.assert_allclose(orders, 2.0, atol=0.05)
+
+
+@pytest.mark.parametrize("height", [0.01, 1.0])
+def test_many_nodes_take_the_memory_that_a_contact_is_planned_with(height: float) -> None:
+    """40 numbers for each node; all waves at all nodes would be 300 to 1500."""
+    slab = Slab(30_001, height, 0.5, scheme="strip")
+    tracemalloc.start()
+    try:
+        convolution_of(slab)
+        assert tracemalloc.get_traced_memory()[1] < 8 * 40 * slab.n_x
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.parametrize("height", [1e-3, 0.1, 1.0])
