@@ -40,6 +40,10 @@ def alone(parameters: dict[str, Any]) -> Case | str:
         return error.outcome.message
 
 
+def test_no_axes_are_one_case(tmp_path):
+    assert [case.case for case in expand(campaign(tmp_path, "constants.radius = 50"))] == [Case(radius=50, **LIMITS)]
+
+
 def test_zip_reads_the_axes_together(tmp_path):
     cases = expand(campaign(tmp_path, 'design = "zip"\naxes.radius = [50, 200]\naxes.n_x = [17, 33]'))
     assert [case.case for case in cases] == [
