@@ -18,58 +18,53 @@ LONG = longer(radii=20, events=600)
 """A few seconds on two ranks."""
 
 
+def dataset(nanoslip, campaign, out, ranks, **changes):
+    """What so many ranks make of a campaign; none: one process without a launcher."""
+    done = nanoslip("run", campaign, "--out", out, ranks=ranks, **changes)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("dataset:") == 1
+    return (out / "results.nc").read_bytes()
+
+
 @pytest.fixture(scope="module")
-def alone(nanoslip, tmp_path_factory) -> bytes:
+def alone(nanoslip, tmp_path_factory):
     """The dataset of the small campaign, computed by one process without a launcher."""
     folder = tmp_path_factory.mktemp("alone")
     (folder / "small.toml").write_text(SMALL)
-    done = nanoslip("run", folder / "small.toml", "--out", folder / "out")
-    assert done.returncode == 0, done.stderr
-    return (folder / "out" / "results.nc").read_bytes()
+    return dataset(nanoslip, folder / "small.toml", folder / "out", 0)
 
 
 @pytest.mark.parametrize("ranks", [2, *(pytest.param(ranks, marks=pytest.mark.slow) for ranks in (1, 4))])
-def test_any_number_of_ranks_gives_the_same_dataset(nanoslip, campaign, alone, ranks):
-    out = campaign.parent / "out"
-    done = nanoslip("run", campaign, "--out", out, ranks=ranks)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.count("dataset:") == 1
-    assert (out / "results.nc").read_bytes() == alone
+def test_any_number_of_ranks_gives_the_same_dataset(nanoslip, campaign, tmp_path, alone, ranks):
+    assert dataset(nanoslip, campaign, tmp_path / "out", ranks) == alone
 
 
 def test_what_ranks_keep_until_their_logs_are_closed_is_in_the_dataset(nanoslip, campaign, alone, tmp_path):
     """Ranks on several nodes are several clients of a file system."""
-    out = campaign.parent / "out"
-    done = nanoslip("run", campaign, "--out", out, ranks=2, PYTHONPATH=as_clients(tmp_path))
-    assert done.returncode == 0, done.stderr
-    assert (out / "results.nc").read_bytes() == alone
+    assert dataset(nanoslip, campaign, tmp_path / "out", 2, PYTHONPATH=as_clients(tmp_path)) == alone
 
 
 @pytest.mark.slow
-def test_a_run_that_goes_on_gives_the_same_dataset(nanoslip, campaign, alone):
-    out = campaign.parent / "out"
-    assert nanoslip("run", campaign, "--out", out, ranks=2).returncode == 0
+def test_a_run_that_goes_on_gives_the_same_dataset(nanoslip, campaign, tmp_path, alone):
+    out = tmp_path / "out"
+    dataset(nanoslip, campaign, out, 2)
     first, *_, last = sorted((out / FOLDER).glob("*.log"))
     first.unlink()
     last.write_bytes(last.read_bytes()[:-100])
     done = nanoslip("run", campaign, "--out", out, ranks=4)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr.count("will be computed again") == 1
+    assert (done.returncode, done.stderr.count("will be computed again")) == (0, 1), done.stderr
     assert (out / "results.nc").read_bytes() == alone
 
 
-def test_wrong_input_is_said_once_by_all_ranks_together(nanoslip, campaign):
-    campaign.write_text(SMALL.replace("n_x = 17", "n_x = 18"))
-    done = nanoslip("run", campaign, "--out", campaign.parent / "out", ranks=4)
-    assert done.returncode == 2
-    assert done.stderr.count("n_x = 18") == 1
+@pytest.mark.parametrize(
+    ("n_x", "option", "said"),
+    [(18, "--retry", "n_x = 18"), pytest.param(17, "--nonsense", "No such option", marks=pytest.mark.slow)],
+)
+def test_wrong_input_is_said_once_by_all_ranks_together(nanoslip, campaign, n_x, option, said):
+    campaign.write_text(SMALL.replace("n_x = 17", f"n_x = {n_x}"))
+    done = nanoslip("run", campaign, option, ranks=4)
+    assert (done.returncode, done.stderr.count(said)) == (2, 1)
     assert "Traceback" not in done.stderr
-
-
-@pytest.mark.slow
-def test_a_wrong_option_is_said_once_by_all_ranks_together(nanoslip, campaign):
-    done = nanoslip("run", campaign, "--nonsense", ranks=2)
-    assert (done.returncode, done.stderr.count("No such option")) == (2, 1)
 
 
 @pytest.fixture(scope="module")
@@ -96,23 +91,16 @@ def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, whol
     assert running.returncode == (-signal.SIGKILL if kill else 99)
     assert not (cut / "results.nc").exists()
     assert len(written(cut)) < len(written(whole))
-    done = nanoslip("run", campaign, "--out", cut, ranks=2)
-    assert done.returncode == 0, done.stderr
-    assert (cut / "results.nc").read_bytes() == (whole / "results.nc").read_bytes()
+    assert dataset(nanoslip, campaign, cut, 2) == (whole / "results.nc").read_bytes()
     assert written(cut) == written(whole)  # finished tasks were not computed twice
     assert not list((cut / FOLDER).glob(".*"))  # nor are scratch files left
 
 
 @pytest.mark.slow
-def test_an_ensemble_is_the_same_on_two_ranks(nanoslip, campaign):
+def test_an_ensemble_is_the_same_on_two_ranks(nanoslip, campaign, tmp_path):
     """Until its target is reached, too: members that a drive slides beyond those of its record."""
     target = "target.within = 0.02\ntarget.of = ['kinetic_friction']\ntarget.most = 6"
     campaign.write_text(SMALL.replace("ensemble.members = 1", target))
-    found = []
-    for ranks in (0, 2):
-        out = campaign.parent / f"out{ranks}"
-        done = nanoslip("run", campaign, "--out", out, ranks=ranks)
-        assert done.returncode == 0, done.stderr
-        found.append((out / "results.nc").read_bytes())
-    assert found[0] == found[1]
-    assert b"plateau_mean_uncertainty" in found[0]
+    one, other = (dataset(nanoslip, campaign, tmp_path / f"out{ranks}", ranks) for ranks in (0, 2))
+    assert one == other
+    assert b"plateau_mean_uncertainty" in one
