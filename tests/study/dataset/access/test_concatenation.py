@@ -1,0 +1,148 @@
+"""Two campaigns' datasets are one: their scalars side by side, every run cut as it was in its own."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from nanoslip.study.api import concat, open_dataset, run
+from nanoslip.study.dataset.concatenation import NotJoinableError
+from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.results.store import StoreError
+from tests.study.dataset.access.conftest import FULL
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """The full campaign in two: the radius is an axis in the one, a constant in the other."""
+    made = []
+    for name, radii in (("one", [100.0, 25.0]), ("other", [50.0])):
+        folder = tmp_path_factory.mktemp(name)
+        run(FULL | {"title": name, "axes": FULL["axes"] | {"radius": radii}}, folder).close()
+        made.append(folder)
+    return made
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return run(FULL | {"axes": FULL["axes"] | {"radius": [100.0, 25.0, 50.0]}})
+
+
+def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folders, whole):
+    with open_dataset(folders[0]) as first:
+        joined = concat([first, folders[1] / "results.nc"])
+    xr.testing.assert_identical(joined.drop_attrs(deep=False), whole.drop_attrs(deep=False))
+    for radius in (25.0, 50.0, 100.0):
+        for friction in (0.25, 0.5):
+            here = {"radius": radius, "intrinsic_friction": friction}
+            for draw in ("record", "teeth", "contact", "interior"):
+                mine, theirs = (getattr(each.nanoslip, draw)(**here) for each in (joined, whole))
+                xr.testing.assert_identical(mine, theirs)
+            for drive in ("slow", "fast"):
+                mine, theirs = (each.nanoslip.trajectory(**here, drive=drive) for each in (joined, whole))
+                xr.testing.assert_identical(mine, theirs)
+    xr.testing.assert_identical(joined.nanoslip.events(), whole.nanoslip.events())
+    assert joined.attrs["title"] == "one; other"
+    assert "manifest" not in joined.attrs
+    software = groups_of(joined)["software"]
+    assert (
+        software["software_results"].values.tolist() == groups_of(whole)["software"]["software_results"].values.tolist()
+    )
+
+
+def test_what_is_joined_can_be_kept_and_joined_again(folders, whole, tmp_path):
+    joined = concat(folders)
+    joined.nanoslip.tree.to_netcdf(tmp_path / "joined.nc")
+    again = open_dataset(tmp_path / "joined.nc")
+    xr.testing.assert_identical(again.load(), joined)
+    xr.testing.assert_identical(concat([again]).nanoslip.events(), whole.nanoslip.events())
+
+
+def test_xarray_itself_joins_the_scalars_of_both(folders, whole, tmp_path):
+    """As `xr.open_mfdataset` does, with its own defaults: it opens every file's root, and combines by coordinates."""
+    run(FULL | {"title": "third", "axes": FULL["axes"] | {"radius": [25.0, 40.0]}}, tmp_path).close()
+    parts = [xr.open_dataset(folder / "results.nc") for folder in (folders[1], tmp_path)]
+    joined = xr.combine_by_coords(parts, combine_attrs="override")
+    assert joined["radius"].values.tolist() == [25.0, 40.0, 50.0]
+    for name in ("plateau_mean", "outcome", "static_friction", "record_id", "case_id"):
+        xr.testing.assert_equal(joined[name].sel(radius=[25.0, 50.0]), whole[name].sel(radius=[25.0, 50.0]))
+    assert set(joined.dims) == {"intrinsic_friction", "radius", "aspect_ratio", "n_x", "drive"}
+    with pytest.raises(ValueError, match=r"join datasets with nanoslip\.concat"):
+        joined.nanoslip.record(radius=50.0, intrinsic_friction=0.5)
+
+
+BASE = {"title": "base", "stages": ["contact", "slip"], "numerics": {"n_x": 17}, "limits": {"events": 20}}
+
+
+def test_a_parameter_that_each_has_one_value_of_becomes_an_axis():
+    joined = concat([run(BASE | {"constants": {"normal_load": load}}) for load in (2e-3, 1e-3)])
+    assert joined["plateau_mean"].dims[0] == "normal_load"
+    assert joined["normal_load"].values.tolist() == [1e-3, 2e-3]
+    assert joined.nanoslip.events(normal_load=2e-3).sizes["event"] == 20
+
+
+def test_what_differs_with_an_axis_lies_along_it():
+    parts = [
+        run(BASE | {"numerics": {"n_x": n_x}, "limits": {"events": events}}) for n_x, events in ((17, 20), (33, 30))
+    ]
+    joined = concat(parts)
+    assert joined["events"].values.ravel().tolist() == [20.0, 30.0]
+    assert joined["max_events"].values.ravel().tolist() == [20, 30]
+    assert joined.nanoslip.record(n_x=33).sizes["event"] == 30
+
+
+def test_lists_of_cases_are_numbered_on():
+    lists = [
+        BASE | {"design": "zip", "axes": {"radius": radii, "normal_load": [1e-3, 2e-3]}}
+        for radii in ([50.0, 60.0], [70.0, 80.0])
+    ]
+    joined = concat(map(run, lists))
+    assert joined["case"].values.tolist() == [0, 1, 2, 3]
+    assert joined["radius"].values.tolist() == [50.0, 60.0, 70.0, 80.0]
+    assert joined.nanoslip.record(case=3).nanoslip is not None
+    np.testing.assert_array_equal(joined.nanoslip.events()["radius"], np.repeat([50.0, 60.0, 70.0, 80.0], 20))
+
+
+def test_a_record_that_both_have_is_there_once():
+    """A flat punch ignores the radius."""
+    parts = [run(BASE | {"constants": {"pin": "flat_punch", "radius": radius}}) for radius in (50.0, 60.0)]
+    joined = concat(parts)
+    assert groups_of(joined)["record"].sizes["record"] == 1
+    assert joined.nanoslip.events().sizes["event"] == 40
+
+
+REFUSED = {
+    "other stages": (
+        {},
+        {"stages": ["contact"]},
+        "dataset 2: approach, .*: there alone: needs the same stages and outputs",
+    ),
+    "other outputs": ({}, {"outputs": {"records": False}}, "dataset 2: record_id: only in dataset 1"),
+    "a list beside axes": ({}, {"design": "zip", "axes": {"radius": [50.0, 60.0]}}, "needs all of one design"),
+    "no full product": (
+        {"axes": {"radius": [50.0, 60.0], "normal_load": [1e-3, 2e-3]}},
+        {"axes": {"radius": [70.0], "normal_load": [3e-3]}},
+        r"is known at 5 of 9 places of .*radius \(3\).*needs cases that make up a full product",
+    ),
+}
+
+
+@pytest.mark.parametrize(("one", "other", "said"), REFUSED.values(), ids=REFUSED)
+def test_what_does_not_fit_is_refused_with_what_differs(one, other, said):
+    with pytest.raises(NotJoinableError, match=said):
+        concat([run(BASE | one), run(BASE | other)])
+
+
+def test_results_that_contradict_each_other_are_refused():
+    one = run(BASE)
+    other = one.assign(plateau_mean=one["plateau_mean"] + 0.1, peak_friction=one["peak_friction"] + 0.1)
+    with pytest.raises(NotJoinableError, match="dataset 2: says something else of peak_friction than dataset 1"):
+        concat([one, other])
+
+
+def test_what_is_no_dataset_is_refused(tmp_path):
+    with pytest.raises(StoreError, match="no dataset"):
+        concat([tmp_path])
+    with pytest.raises(NotJoinableError, match=r"dataset 1: no dataset: needs what nanoslip\.open"):
+        concat([xr.Dataset()])
+    with pytest.raises(NotJoinableError, match="needs at least one"):
+        concat([])
