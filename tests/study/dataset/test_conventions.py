@@ -11,7 +11,7 @@ import xarray as xr
 from nanoslip.study.api import run
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.file import carrying, groups_of
-from tests.study.dataset.access.conftest import FULL
+from tests.study.dataset.campaigns import FULL
 
 
 @pytest.fixture(scope="module")

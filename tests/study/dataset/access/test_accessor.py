@@ -11,7 +11,7 @@ import xarray as xr
 from nanoslip.study.api import open_dataset, run
 from nanoslip.study.dataset.file import LostGroupsError, groups_of
 from tests.conftest import ROOT
-from tests.study.dataset.access.conftest import FULL
+from tests.study.dataset.campaigns import FULL
 
 ONE = {"radius": 50.0, "intrinsic_friction": 0.5}
 

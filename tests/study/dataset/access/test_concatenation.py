@@ -8,7 +8,7 @@ from nanoslip.study.api import concat, open_dataset, run
 from nanoslip.study.dataset.concatenation import NotJoinableError
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.results.store import StoreError
-from tests.study.dataset.access.conftest import FULL
+from tests.study.dataset.campaigns import FULL
 
 
 @pytest.fixture(scope="module")
