@@ -16,7 +16,7 @@ from nanoslip.study.report.summary import (
     short_summary,
     words,
 )
-from tests.study.figures.sweep.cases import product
+from tests.study.figures.cases import product
 
 CONTACTS = {
     "title": "Contacts",
