@@ -19,8 +19,8 @@ from nanoslip.study.figures.gallery import shipped_figures
 from nanoslip.study.report import page
 from nanoslip.study.run import executor
 from tests.conftest import SMALL, compute
+from tests.study.figures.cases import product, regimes
 from tests.study.figures.shipped_small import small
-from tests.study.figures.sweep.cases import product, regimes
 from tests.study.run.defects import crashing
 
 

@@ -27,3 +27,16 @@ def changed(**replacements: str) -> str:
     """The small campaign with some of its lines replaced, by the word they start with."""
     lines = [replacements.get(line.split(" ")[0], line) for line in SMALL.splitlines()]
     return "\n".join(lines) + "\n"
+
+
+FULL = {
+    "title": "Everything",
+    "stages": ["contact", "slip", "dynamics"],
+    "axes": {"intrinsic_friction": [0.25, 0.5], "radius": [50.0, 100.0]},
+    "numerics": {"n_x": 17},
+    "limits": {"events": 200},
+    "ensemble": {"members": 1},
+    "drives": [{"name": "slow", "stage_velocity": 1e-3, "samples": 40}, {"name": "fast", "samples": 40}],
+    "outputs": {"tractions": True, "tractions_at": [3, 5], "subsurface": True},
+}
+"""A campaign with everything that a dataset can hold beside its scalars."""

@@ -1,26 +1,16 @@
-"""What counts as the same: bits, rounding, the uncertainty that two means state. And what never does."""
+"""Two datasets side by side: what counts as the same, which cases meet, which numbers agree, and which facts differ."""
+
+import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from nanoslip.study.dataset.compare import (
-    ROUNDING,
-    STANDARD_ERRORS,
-    Difference,
-    Verdict,
-    compared,
-    identical,
-    within_uncertainty,
-    worst,
-)
+from nanoslip.study.dataset.compare import ROUNDING, Verdict, compared, identical
+from nanoslip.study.dataset.verify import NotComparableError, differing, matched, observed, unjudged
 
-VALUES = np.array([1.0, -2.0, np.nan, np.inf, 0.0])
-
-
-def with_value(place: int, value: float) -> np.ndarray:
-    changed = VALUES.copy()
-    changed[place] = value
-    return changed
+NAN = float("nan")
+VALUES = np.array([1.0, -2.0, NAN, np.inf, 0.0])
 
 
 def test_equal_values_have_the_same_bits_and_nan_is_nan():
@@ -30,56 +20,202 @@ def test_equal_values_have_the_same_bits_and_nan_is_nan():
     assert compared("none", np.array([]), np.array([])).verdict is Verdict.IDENTICAL
 
 
-@pytest.mark.parametrize(("place", "value"), [(0, np.nextafter(1.0, 2.0)), (4, -0.0), (1, -2.0 - 0.9 * 2 * ROUNDING)])
-def test_rounding_is_within_tolerance_and_is_not_the_same_bits(place, value):
-    found = compared("x", VALUES, with_value(place, value))
-    assert found.verdict is Verdict.WITHIN
-    assert found.size <= ROUNDING
-
-
 @pytest.mark.parametrize(
-    ("place", "value"),
-    [(0, 1.0 + 2.1 * ROUNDING), (2, 1.0), (0, np.nan), (3, -np.inf), (3, 1.0), (0, np.inf), (4, 1e-8)],
+    ("place", "value", "verdict"),
+    [
+        *(
+            (place, value, Verdict.WITHIN)
+            for place, value in ((0, np.nextafter(1.0, 2.0)), (4, -0.0), (1, -2.0 - 1.8 * ROUNDING))
+        ),
+        *((0, value, Verdict.DIFFERENT) for value in (1.0 + 2.1 * ROUNDING, NAN, np.inf)),
+        *((place, value, Verdict.DIFFERENT) for place, value in ((2, 1.0), (3, -np.inf), (3, 1.0), (4, 1e-8))),
+    ],
 )
-def test_more_than_rounding_is_different_and_named(place, value):
-    found = compared("x", VALUES, with_value(place, value))
-    assert found.verdict is Verdict.DIFFERENT
+def test_rounding_is_within_tolerance_and_more_is_different_and_named(place, value, verdict):
+    changed = VALUES.copy()
+    changed[place] = value
+    found = compared("x", VALUES, changed)
+    assert found.verdict is verdict
+    assert verdict is Verdict.DIFFERENT or found.size <= ROUNDING
     assert str(found).startswith("x")
 
 
 @pytest.mark.parametrize(
-    ("kept", "again"),
+    ("kept", "again", "scale", "verdict"),
     [
-        (np.array([1, 2]), np.array([1, 3])),
-        (np.array(10**15), np.array(10**15 + 1)),
-        (np.array(["completed"], object), np.array(["crashed"], object)),
-        (np.array([1.0]), np.array([1.0, 2.0])),
-        (np.array([1.0]), np.array(["a"], object)),
+        (np.array([1, 2]), np.array([1, 3]), None, Verdict.DIFFERENT),
+        (np.array(10**15), np.array(10**15 + 1), None, Verdict.DIFFERENT),
+        (np.array(["completed"], object), np.array(["crashed"], object), None, Verdict.DIFFERENT),
+        (np.array([1.0]), np.array([1.0, 2.0]), None, Verdict.DIFFERENT),
+        (np.array([1.0]), np.array(["a"], object), None, Verdict.DIFFERENT),
+        (np.array([1e-12]), np.array([2e-12]), None, Verdict.DIFFERENT),
+        (np.array([1e-12]), np.array([2e-12]), 1.0, Verdict.WITHIN),
+        (np.array([1e-12]), np.array([0.0]), None, Verdict.DIFFERENT),
     ],
 )
-def test_whole_numbers_texts_and_shapes_have_no_rounding(kept, again):
-    assert compared("x", kept, again).verdict is Verdict.DIFFERENT
+def test_whole_numbers_texts_and_shapes_have_no_rounding_and_the_scale_is_the_variables(kept, again, scale, verdict):
+    assert compared("x", kept, again, **({} if scale is None else {"scale": scale})).verdict is verdict
 
 
-def test_the_scale_is_the_variables_and_zero_has_none():
-    kept, again = np.array([1e-12]), np.array([2e-12])
-    assert compared("x", kept, again).verdict is Verdict.DIFFERENT
-    assert compared("x", kept, again, scale=1.0).verdict is Verdict.WITHIN
-    assert compared("x", kept, np.array([0.0])).verdict is Verdict.DIFFERENT
-
-
-def test_means_agree_within_their_combined_errors_and_missing_ones_agree():
-    three, four = np.array([3.0]), np.array([4.0])
-    zero, nan = np.array([0.0]), np.array([np.nan])
-    assert within_uncertainty(zero, np.array([0.99 * 5.0 * STANDARD_ERRORS]), (three, four))
-    assert not within_uncertainty(zero, np.array([1.01 * 5.0 * STANDARD_ERRORS]), (three, four))
-    assert within_uncertainty(nan, nan, (nan, nan))
-    assert not within_uncertainty(zero, nan, (three, four))
-
-
-def test_the_verdict_on_several_is_the_worst():
-    assert worst([]) is Verdict.IDENTICAL
-    assert (
-        worst([Difference("a", verdict, 0.0) for verdict in (Verdict.WITHIN, Verdict.DIFFERENT, Verdict.IDENTICAL)])
-        == 2
+def cases(radius: list[float], load: list[float] | float = 1e-3, outcome: str = "completed") -> xr.Dataset:
+    """A dataset of cases over radius, and load where it is a list."""
+    dims = ("radius", "normal_load")[: 1 + isinstance(load, list)]
+    shape = (len(radius), np.size(load))[: len(dims)]
+    return xr.Dataset(
+        {"outcome": (dims, np.full(shape, outcome, dtype=object))},
+        {"radius": radius, "normal_load": load, "case_id": (dims, np.full(shape, "x"))},
     )
+
+
+LISTED = xr.Dataset(
+    {"outcome": ("case", np.array(["completed"] * 2, dtype=object))},
+    {"case": [0, 1], "radius": ("case", [100.0, 50.0]), "normal_load": ("case", [2e-3, 1e-3])},
+)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "axes", "rows", "only"),
+    [
+        (cases([50.0, 100.0, 200.0]), cases([200.0, 50.0]), ("radius",), ((0, 1), (2, 0)), (({"radius": 100.0},), ())),
+        (cases([50.0], [1e-3, 2e-3]), cases([50.0], 2e-3), ("normal_load",), ((1, 0),), (({"normal_load": 1e-3},), ())),
+        (cases([50.0], 1e-3), cases([50.0], 2e-3), (), ((0, 0),), ((), ())),
+    ],
+    ids=["of the same axes, whatever their order", "an axis and a constant", "a constant that differs is no axis"],
+)
+def test_cases_meet_by_the_parameters_that_vary_in_either_dataset(one, other, axes, rows, only) -> None:
+    found = matched((one, other), "")
+    assert (found.axes, found.rows, found.only) == (axes, rows, only)
+    coordinates = [{name: one[name].values[place[0]] for name in axes} for place in rows]
+    assert list(found.labels) == coordinates
+
+
+def test_lists_of_cases_meet_products_and_cases_that_nothing_tells_apart_are_refused() -> None:
+    assert matched((cases([50.0, 100.0], [1e-3, 2e-3]), LISTED), "").rows == ((0, 1), (3, 0))
+    twice = cases([50.0, 60.0]).drop_vars("radius").rename(radius="case")
+    with pytest.raises(NotComparableError, match="not told apart by any parameter"):
+        matched((twice, twice), "")
+
+
+@pytest.mark.parametrize("outcome", ["pending", "timed_out", "out_of_memory", "crashed", "needs_failed"])
+def test_what_is_not_computed_in_either_is_counted_and_left_out(outcome: str) -> None:
+    found = matched((cases([50.0]), cases([50.0], outcome=outcome)), "")
+    assert (found.rows, found.pending, found.only) == ((), 1, ((), ()))
+
+
+def numbers(
+    plateau: float, error: float, outcome: str = "completed", events: float = 9.0, used: int | None = None
+) -> xr.Dataset:
+    """One case; used: how many members have been joined to it, whose words are counted where they differ."""
+    found = xr.Dataset(
+        {
+            "plateau_mean": ("radius", [plateau]),
+            "plateau_mean_uncertainty": ("radius", [error]),
+            "surface_stiffness": ("radius", [0.5], {"ancillary_variables": "discretization_error"}),
+            "discretization_error": ("radius", [0.01]),
+            "events": ("radius", [events]),
+            "outcome": ("radius", np.array([outcome], dtype=object)),
+            "message": ("radius", np.array([f"why {events}"], dtype=object)),
+        },
+        {"radius": [50.0]},
+    )
+    return found if used is None else found.assign(members=("radius", [used]))
+
+
+def judged(one: xr.Dataset, other: xr.Dataset) -> dict[str, tuple[Verdict | None, float]]:
+    found = matched((one, other), "")
+    return {each.name: (each.verdict, each.apart) for each in observed((one, other), "", found)}
+
+
+@pytest.mark.parametrize(
+    ("values", "errors", "verdict", "apart"),
+    [
+        ((0.3, 0.3), (0.01, 0.02), Verdict.IDENTICAL, 0.0),
+        ((0.30, 0.35), (0.03, 0.04), Verdict.WITHIN, 1.0),  # hypot(3, 4) = 5
+        ((0.30, 0.399), (0.03, 0.04), Verdict.WITHIN, 1.98),
+        ((0.30, 0.401), (0.03, 0.04), Verdict.DIFFERENT, 2.02),
+        ((0.30, 0.31), (0.01, NAN), Verdict.WITHIN, 1.0),  # one of both is known
+        ((0.30, 0.33), (0.01, NAN), None, NAN),  # the other's may be large
+        ((0.30, 0.31), (NAN, NAN), None, NAN),
+        ((0.30, 0.30 + 1e-12), (NAN, NAN), Verdict.WITHIN, math.inf),  # rounding
+        ((NAN, NAN), (NAN, NAN), Verdict.IDENTICAL, 0.0),
+        ((0.30, NAN), (0.01, NAN), Verdict.DIFFERENT, math.inf),
+    ],
+)
+def test_a_number_agrees_within_two_combined_standard_deviations(values, errors, verdict, apart) -> None:
+    found = judged(*(numbers(value, error) for value, error in zip(values, errors, strict=True)))["plateau_mean"]
+    assert found == (verdict, pytest.approx(apart, nan_ok=True))
+
+
+def test_words_agree_where_they_are_the_same_and_advice_is_not_compared() -> None:
+    found = judged(numbers(0.3, 0.1), numbers(0.3, 0.1, "no_plateau", events=8.0))
+    assert found["outcome"] == (Verdict.DIFFERENT, math.inf)
+    assert set(found) == {"outcome", "plateau_mean"}
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "verdict"),
+    [
+        (("completed", 4), ("completed", 4), Verdict.IDENTICAL),
+        (("2 completed; 1 no_plateau", 3), ("3 completed; 1 no_plateau", 4), None),  # counts of samples
+        (("completed", 16), ("15 completed; 1 no_plateau", 16), None),
+        (("completed", 3), ("no_plateau", 4), None),  # by chance 2 times in 35, were both as likely
+        (("completed", 4), ("no_plateau", 4), Verdict.DIFFERENT),  # 2 times in 70
+        (("completed", None), ("2 completed; 1 no_plateau", 3), None),
+        (("2 completed; 1 no_plateau", 3), ("completed", None), None),
+    ],
+)
+def test_words_of_members_contradict_where_all_of_one_ensemble_differ_from_all_of_the_other(
+    one, other, verdict
+) -> None:
+    found = judged(*(numbers(0.3, 0.1, outcome, used=used) for outcome, used in (one, other)))["outcome"]
+    apart = {None: NAN, Verdict.IDENTICAL: 0.0, Verdict.DIFFERENT: math.inf}[verdict]
+    assert found == (verdict, pytest.approx(apart, nan_ok=True))
+
+
+def test_a_number_that_only_one_of_two_ensembles_knows_is_not_judged_and_two_without_scatter_contradict() -> None:
+    found = judged(numbers(0.3, 0.1, used=4), numbers(NAN, 0.1, used=4))["plateau_mean"]
+    assert found == (None, pytest.approx(NAN, nan_ok=True))
+    assert judged(numbers(0.3, 0.0, used=2), numbers(0.4, 0.0, used=2))["plateau_mean"] == (Verdict.DIFFERENT, math.inf)
+
+
+def test_a_number_is_judged_where_both_state_how_certain_it_is_and_others_are_named() -> None:
+    """One peak of a record against the mean of many: what the first does not know of itself cannot be beyond."""
+    one, other = numbers(0.3, 0.1), numbers(0.3, 0.1, events=8.0)
+    assert unjudged((one, other), "", matched((one, other), "")) == (["events"], ["surface_stiffness"])
+    assert unjudged((one, one), "", matched((one, one), "")) == ([], ["surface_stiffness", "events"])
+    pair = one.drop_vars("plateau_mean_uncertainty"), numbers(0.4, 0.01)
+    assert "plateau_mean" not in judged(*pair)
+    assert "plateau_mean" in unjudged(pair, "", matched(pair, ""))[0]
+
+
+def facts(radius: list[float], manifest: str, **attributes: object) -> xr.Dataset:
+    return xr.Dataset(coords={"radius": radius}, attrs={"manifest": f'title = "{radius}"\n{manifest}', **attributes})
+
+
+def test_facts_that_differ_are_told_once_parameters_keys_files_scales_and_software() -> None:
+    one = facts([50.0], "[outputs]\nrecords = true\n[axes]\nradius = [50]\n", slab_width=1e-3, source_hash="a")
+    more = {"slab_width": 2e-3, "source_hash": "b", "manifest_table": "radius\n50\n60\n"}
+    found = {
+        fact.name: fact.values for fact in differing((one, facts([50.0, 60.0], "[ensemble]\nmembers = 2\n", **more)))
+    }
+    assert found.pop("manifest_table")[0] == "–"
+    assert found == {
+        "radius": ("50.0", "50.0, 60.0"),
+        "outputs.records": ("true", "–"),
+        "ensemble.members": ("–", "2"),
+        "slab_width": ("0.001", "0.002"),
+        "source_hash": ("a", "b"),
+    }
+    assert differing((one, one)) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "said"),
+    [
+        ("friction", ([True], [True, False]), ("true", "true, false")),
+        ("radius", ([0.1 + 0.2], [0.3]), ("0.30000000000000004", "0.3")),
+    ],
+    ids=["switches as campaigns have them", "the last digit"],
+)
+def test_values_that_differ_are_told_whole(name, values, said) -> None:
+    assert [fact.values for fact in differing(tuple(xr.Dataset(coords={name: each}) for each in values))] == [said]

@@ -1,8 +1,9 @@
-"""What is declared is described: every variable of a dataset, on one page that is never behind."""
+"""What is declared is described, on one page that is never behind; counted texts say how many members say what."""
 
 import re
 from dataclasses import fields
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -11,36 +12,32 @@ from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import flattened, groups_of
-from nanoslip.study.dataset.variables import Described, described, page, rows, text_of
-from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.results.store import Store
-from tests.conftest import ROOT, SMALL
-from tests.study.dataset.campaigns import compute
-
-ALL = (
-    SMALL.replace("members = 1", "members = 2")
-    + """
-[outputs]
-tractions = true
-tractions_at = [0, 3]
-subsurface = true
-
-[heterogeneity]
-spread = 0.1
-"""
+from nanoslip.study.dataset.variables import (
+    LONGEST,
+    Described,
+    commonest,
+    counted,
+    described,
+    in_short,
+    is_counted,
+    joined,
+    page,
+    rows,
+    shortened,
+    text_of,
 )
+from tests.conftest import ROOT, SMALL
+from tests.study.dataset.campaigns import Build
 
 
 @pytest.fixture(scope="module")
-def dataset(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+def dataset(build: Build) -> xr.Dataset:
     """A campaign that has all outputs."""
-    folder = tmp_path_factory.mktemp("all")
-    text = ALL.replace("[50.0, 100.0]", "[50.0]").replace("[0.25, 0.5]", "[0.5]")
-    (folder / "campaign.toml").write_text(text)
-    plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
-    compute(plan, store)
-    return collect(plan, store)
+    text = (
+        SMALL.replace("members = 1", "members = 2").replace("[50.0, 100.0]", "[50.0]").replace("[0.25, 0.5]", "[0.5]")
+    )
+    outputs = "[outputs]\ntractions = true\ntractions_at = [0, 3]\nsubsurface = true\n"
+    return collect(*build(text + outputs + "[heterogeneity]\nspread = 0.1\n"))
 
 
 def row_of(path: str) -> Described:
@@ -49,17 +46,6 @@ def row_of(path: str) -> Described:
     if not group:
         return described(name)
     return next(row for row in rows() if row.group == f"group {group}" and row.name == name)
-
-
-def test_every_variable_of_a_dataset_is_described_as_it_describes_itself(dataset: xr.Dataset) -> None:
-    for name, variable in flattened(dataset).items():
-        row = row_of(name)
-        assert row.meaning == variable.attrs["long_name"], name
-        assert row.units == variable.attrs.get("units", ""), name
-        assert row.symbol == variable.attrs.get("symbol", ""), name
-        beside = variable.attrs.get("ancillary_variables", "").split()
-        assert row.uncertainty == next((each for each in beside if each.endswith("_uncertainty")), ""), name
-        assert row.comment == variable.attrs.get("comment", ""), name
 
 
 def test_variables_lie_along_what_is_described(dataset: xr.Dataset) -> None:
@@ -74,57 +60,12 @@ def test_variables_lie_along_what_is_described(dataset: xr.Dataset) -> None:
             assert group[variable].dims == (row_of(f"{name}/{variable}").dims,), variable
 
 
-def test_each_is_described_once_and_what_it_refers_to_is_described_too() -> None:
-    names = [(row.group if row.group.startswith("group ") else "", row.name) for row in rows()]
-    assert len(names) == len(set(names)) > 150
-    for row in rows():
-        if row.uncertainty:
-            assert described(row.uncertainty).units == row.units
-            assert described(f"{row.name}_members").dims == row.dims
-    assert all(row.meaning and row.dims for row in rows())
-
-
-def test_what_is_said_of_it_in_short_fits_the_label_of_an_axis() -> None:
-    for row in rows():
-        assert len(row.meaning) <= 40, row.name
-
-
 def test_words_bits_and_codes_are_named() -> None:
     assert described("event_kind").values == EVENT_KINDS
     assert described("validity_flags").values == tuple(flag.name for flag in FLAGS)
     masks = [flag.mask for flag in FLAGS]
     assert masks == sorted({1 << bit for bit in range(16)} & {*masks})  # a bit each, as the attribute flag_masks says
     assert described("regime").values == ("sticks", "stick_slip", "slides", "micro_slip")
-
-
-def test_one_variable_in_full_says_all_of_it() -> None:
-    text = text_of(described("surface_stiffness_si"))
-    assert text.splitlines()[:3] == [
-        "surface_stiffness_si", "  meaning: lateral stiffness", "  symbol: K",
-    ]  # fmt: skip
-    assert "  unit: N m-1" in text
-    assert "  uncertainty: surface_stiffness_uncertainty" in text_of(described("surface_stiffness"))
-    assert "± of lateral stiffness" in text_of(described("surface_stiffness_uncertainty"))
-
-
-@pytest.mark.parametrize(
-    ("symbol", "names"), [("ζ", ["damping_ratio"]), ("μ_k", ["kinetic_friction", "fitted_kinetic_friction"])]
-)
-def test_a_symbol_of_equations_is_answered_with_the_variables_that_are_called_so(symbol: str, names: list[str]) -> None:
-    with pytest.raises(KeyError, match=f"{symbol}: no variable of a dataset; nearest: {', '.join(names)}'$"):
-        described(symbol)
-
-
-def test_an_unknown_name_is_answered_with_the_nearest_ones() -> None:
-    with pytest.raises(KeyError, match="plateau_meen: no variable of a dataset; nearest: plateau_mean"):
-        described("plateau_meen")
-    with pytest.raises(KeyError, match=r"zzzz: no variable of a dataset'"):
-        described("zzzz")
-
-
-def test_the_page_of_all_variables_is_as_declared() -> None:
-    kept = (ROOT / "campaigns" / "variables.md").read_text("utf-8")
-    assert kept == page(), "run python -m nanoslip.study.dataset.variables > campaigns/variables.md"
 
 
 def test_the_page_names_every_variable_by_itself_or_with_those_that_differ_from_it_in_one_word() -> None:
@@ -136,19 +77,110 @@ def test_the_page_names_every_variable_by_itself_or_with_those_that_differ_from_
     assert page().count("\n") <= 350
 
 
-def test_the_table_of_contents_leads_to_every_section() -> None:
-    anchors = re.findall(r"\]\(#([\w-]+)\)", page())
-    titles = re.findall(r"^## (.+)$", page(), re.MULTILINE)
-    assert anchors == [title.lower().replace(" ", "-") for title in titles]
-
-
-def test_a_cell_of_the_page_ends_where_a_column_does() -> None:
-    _, *tables = page().split("\n## ")
-    header, *lines = [line for line in "\n".join(tables).splitlines() if line.startswith("|")]
-    assert header.count("|") == 8
-    assert all(line.replace("\\|", "").count("|") == 8 for line in lines)
-
-
 def test_every_number_of_a_record_but_its_settings_is_declared() -> None:
     settings = {"normal_load", "spacing", "presliding_length", "outcome"}
     assert {item.name for item in fields(FrictionRecord) if not item.metadata} == settings
+
+
+def test_what_all_members_say_is_not_counted() -> None:
+    assert counted(["slides"] * 3) == "slides"
+    assert counted(["slides", "sticks", "slides"]) == "2 slides; 1 sticks"
+    assert [is_counted(text) for text in ("slides", "2 slides; 1 sticks", "0.2.0 of today")] == [False, True, False]
+
+
+@pytest.mark.parametrize("members", [8, 10_000])
+def test_a_shortened_text_fits_its_cell_and_counts_every_member(members: int) -> None:
+    texts = ["completed", "no_plateau", "steep_pin", "no_slip"]
+    whole = counted([texts[int(place**0.5) % 4] for place in range(members)])
+    short = shortened(whole)
+    assert len(short) <= LONGEST < len(whole)
+    assert whole.startswith(short.partition(";")[0])
+    assert sum(int(word) for word in short.split() if word.isdigit()) == members
+
+
+def test_sentences_of_members_that_hold_semicolons_lose_none() -> None:
+    sentence = "the force still rises; raise limits.events"
+    short = shortened(counted([sentence] * 3 + ["needs 3; or 4"] * 2 + ["stop", "too small"]))
+    assert short == f"3 {sentence}; 4 others"
+
+
+@pytest.mark.parametrize(
+    "text", ["slides", "3 no_plateau; 5 completed", "one; two; three and some more words than a cell"]
+)
+def test_other_texts_stay_as_they_are(text: str) -> None:
+    assert shortened(text) == text
+
+
+def test_texts_of_a_dataset_are_short_and_its_numbers_as_they_were() -> None:
+    long = "13 stick_slip; 2 sticks; 1 slides"
+    data = xr.Dataset({"regime": ("case", np.array([long, "slides"], dtype=object)), "events": ("case", [1.0, 2.0])})
+    found = in_short(data)
+    assert found["regime"].values.tolist() == ["13 stick_slip; 3 others", "slides"]
+    assert data["regime"].values.tolist() == [long, "slides"]
+    xr.testing.assert_identical(found["events"], data["events"])
+
+
+def test_the_commonest_text_has_its_share_of_the_members_that_say_something() -> None:
+    assert commonest("slides") == ("slides", 1.0)
+    assert commonest(counted(["slides", "sticks", "slides", ""])) == ("slides", 2 / 3)
+
+
+def test_texts_that_differ_in_numbers_alone_are_told_once_with_the_members_of_all() -> None:
+    falls = [f"the force falls by {share}%; raise limits.events" for share in (2.3, 4.0, 1e-05)]
+    assert joined(counted([*falls, falls[0], "no slip"])) == f"4 {falls[0]} (numbers differ); 1 no slip"
+    assert joined(counted(["no slip"] * 2 + ["stop"])) == "2 no slip; 1 stop"
+    assert joined("2.3% too little") == "2.3% too little"
+
+
+def test_every_variable_of_a_dataset_is_described_as_it_describes_itself(dataset: xr.Dataset) -> None:
+    for name, variable in flattened(dataset).items():
+        row, attributes = row_of(name), variable.attrs
+        assert row.meaning == attributes["long_name"], name
+        beside = attributes.get("ancillary_variables", "").split()
+        assert row.uncertainty == next((each for each in beside if each.endswith("_uncertainty")), ""), name
+        told = {"units": row.units, "symbol": row.symbol, "comment": row.comment}
+        assert told == {key: attributes.get(key, "") for key in told}, name
+        assert ("units" in attributes) == (variable.dtype.kind not in "OUTb"), name  # words and switches have none
+
+
+def test_each_is_described_once_in_short_and_what_it_refers_to_is_described_too() -> None:
+    names = [(row.group if row.group.startswith("group ") else "", row.name) for row in rows()]
+    assert len(names) == len(set(names)) > 150
+    for row in rows():
+        assert 0 < len(row.meaning) <= 40, row.name  # fits the label of an axis
+        assert row.dims
+        if row.uncertainty:
+            assert described(row.uncertainty).units == row.units
+            assert described(f"{row.name}_members").dims == row.dims
+
+
+def test_one_variable_in_full_says_all_of_it() -> None:
+    text = text_of(described("surface_stiffness_si"))
+    assert text.startswith("surface_stiffness_si\n  meaning: lateral stiffness\n  symbol: K\n")
+    assert "  unit: N m-1" in text
+    assert "  uncertainty: surface_stiffness_uncertainty" in text_of(described("surface_stiffness"))
+    assert "± of lateral stiffness" in text_of(described("surface_stiffness_uncertainty"))
+
+
+@pytest.mark.parametrize(
+    ("name", "nearest"),
+    [
+        ("ζ", "; nearest: damping_ratio"),  # a symbol of equations
+        ("μ_k", "; nearest: kinetic_friction, fitted_kinetic_friction"),
+        ("plateau_meen", "; nearest: plateau_mean.*"),
+        ("zzzz", ""),
+    ],
+)
+def test_an_unknown_name_or_a_symbol_is_answered_with_the_nearest_variables(name: str, nearest: str) -> None:
+    with pytest.raises(KeyError, match=f"{name}: no variable of a dataset{nearest}'$"):
+        described(name)
+
+
+def test_the_page_of_all_variables_is_as_declared_and_a_cell_ends_where_a_column_does() -> None:
+    kept = (ROOT / "campaigns" / "variables.md").read_text("utf-8")
+    assert kept == page(), "run python -m nanoslip.study.dataset.variables > campaigns/variables.md"
+    anchors = re.findall(r"\]\(#([\w-]+)\)", kept)
+    titles = re.findall(r"^## (.+)$", kept, re.MULTILINE)
+    assert anchors == [title.lower().replace(" ", "-") for title in titles]
+    lines = [line for line in kept.partition("\n## ")[2].splitlines() if line.startswith("|")]
+    assert {line.replace("\\|", "").count("|") for line in lines} == {8}

@@ -1,15 +1,35 @@
-"""A file gives back what was written, and what it cannot give is one clear message."""
+"""A file gives back what was written, as xarray itself would write it; what it cannot give is one clear message."""
 
+import copy
+import pickle
+import subprocess
+import sys
+import tracemalloc
 from pathlib import Path
+from typing import Any
 
 import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
 
+from nanoslip.study.api import run
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.file import SMALLEST_COMPRESSED, carrying, groups_of
+from nanoslip.study.dataset.file import (
+    SMALLEST_COMPRESSED,
+    LostGroupsError,
+    carrying,
+    flattened,
+    groups_of,
+    loaded,
+    longest,
+    opened,
+    read_texts,
+    tree_of,
+    write_tree,
+)
 from nanoslip.study.results.store import StoreError
+from tests.study.dataset.campaigns import FULL
 from tests.study.results.results import NO_FILES
 
 
@@ -22,71 +42,6 @@ def made(size: int) -> xr.Dataset:
     )
 
 
-@pytest.mark.parametrize("size", [1, SMALLEST_COMPRESSED])
-def test_what_is_read_is_what_was_written_compressed_where_it_is_long(tmp_path, size):
-    file.write(made(size), tmp_path / "one.nc")
-    with file.read(tmp_path / "one.nc") as again:
-        xr.testing.assert_identical(again.load(), made(size))
-        assert groups_of(again)["record"]["kind"].dtype == np.int8
-        xr.testing.assert_identical(groups_of(again)["record"].load(), groups_of(made(size))["record"])
-    with netCDF4.Dataset(tmp_path / "one.nc") as opened:
-        assert opened["record/force"].filters()["zlib"] == (size > 1)
-
-
-def test_texts_that_are_all_empty_or_none_at_all_are_kept(tmp_path):
-    root = xr.Dataset({"word": ("case", np.array(["", ""], object))}, attrs={file.FORMAT: file.VERSION})
-    none = xr.Dataset({"name": ("software", np.array([], object))})
-    file.write(carrying(root, {"software": none}), tmp_path / "one.nc")
-    with file.read(tmp_path / "one.nc") as again:
-        assert again["word"].values.tolist() == ["", ""]
-        assert groups_of(again)["software"].sizes["software"] == 0
-
-
-@pytest.mark.parametrize(
-    ("has", "said"),
-    [
-        (
-            {file.FORMAT: 2},
-            "has format 2, of an older nanoslip; this one reads formats 3 to 4: nanoslip run writes it anew",
-        ),
-        (
-            {file.FORMAT: 5},
-            "has format 5, of a newer nanoslip; this one reads formats 3 to 4: read it with the newer one",
-        ),
-        (
-            {file.FORMAT: 99, "nanoslip_version": "9.1"},
-            r"has format 99, of a newer nanoslip \(its results are by 9.1\); this one",
-        ),
-        ({}, "no dataset of nanoslip: it has no attribute nanoslip_format"),
-        ({file.FORMAT: "3"}, "no dataset of nanoslip"),
-        ({file.FORMAT: [3, 3]}, "no dataset of nanoslip"),
-        ({file.FORMAT: 3.5}, "no dataset of nanoslip"),
-    ],
-)
-def test_a_file_of_another_format_is_refused_with_what_reads_it(tmp_path, has, said):
-    path = tmp_path / "old.nc"
-    xr.Dataset({"a": 1.0}, attrs=has).to_netcdf(path)
-    with pytest.raises(StoreError, match=rf"old\.nc: {said}"):
-        file.read(path)
-
-
-def test_no_bit_of_a_dataset_changes_without_being_found(tmp_path):
-    path = tmp_path / "one.nc"
-    file.write(made(100), path)
-    whole = path.read_bytes()
-    with file.read(path):
-        pass  # nothing is wrong with it
-    seal = len(whole) - len("\nsha256 \n") - 64
-    for bit in np.random.default_rng(1).permutation(8 * seal)[:500]:
-        changed = bytearray(whole)
-        changed[bit // 8] ^= 1 << bit % 8
-        path.write_bytes(changed)
-        with pytest.raises(
-            StoreError, match=r"one\.nc: its bytes are not those that were collected: .*nanoslip collect"
-        ):
-            file.read(path)
-
-
 def test_a_dataset_that_another_program_has_changed_is_read_as_it_is(tmp_path):
     """netCDF drops what stands behind a file that it changes."""
     path = tmp_path / "one.nc"
@@ -95,36 +50,6 @@ def test_a_dataset_that_another_program_has_changed_is_read_as_it_is(tmp_path):
         changed.setncattr("note", "mine " * 1000)
     with file.read(path) as found:
         assert found.attrs["note"].startswith("mine")
-
-
-@pytest.fixture
-def unchecked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As a file that is too large to be checked when it is opened."""
-    monkeypatch.setattr(file, "MOST_CHECKED", 0)
-
-
-@pytest.mark.usefixtures("unchecked")
-def test_bytes_that_were_damaged_are_refused_when_they_are_read(tmp_path):
-    """Not when the file is opened: a compressed column is unpacked when somebody asks for it."""
-    path = tmp_path / "one.nc"
-    file.write(made(65_536), path)
-    whole = path.read_bytes()
-    middle = len(whole) // 2  # of the one long column
-    path.write_bytes(whole[:middle] + bytes(256) + whole[middle + 256 :])
-    with pytest.raises(StoreError, match=r"one\.nc: cannot be read: .*nanoslip collect"), file.reading(path) as again:
-        groups_of(again)["record"]["force"].load()
-
-
-@pytest.mark.usefixtures("unchecked")
-def test_a_text_that_was_damaged_is_refused_when_the_file_is_opened(tmp_path):
-    path = tmp_path / "one.nc"
-    words = np.array([str(number) * 9 for number in np.random.default_rng(1).random(4096)], object)
-    file.write(carrying(xr.Dataset({"word": ("case", words)}, attrs={file.FORMAT: file.VERSION}), {}), path)
-    whole = path.read_bytes()
-    middle = len(whole) // 2
-    path.write_bytes(whole[:middle] + bytes(256) + whole[middle + 256 :])
-    with pytest.raises(StoreError, match=r"one\.nc: no dataset"):
-        file.read(path)
 
 
 @pytest.mark.parametrize(
@@ -149,3 +74,319 @@ def test_what_is_no_file_is_refused_and_nobody_waits_for_it(tmp_path, no_file):
     no_file(tmp_path / "one.nc")
     with pytest.raises(StoreError, match=r"one\.nc: no dataset \(no regular file\)"):
         file.read(tmp_path / "one.nc")
+
+
+COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
+
+
+DIMS = ("load", "radius", "member")
+
+
+def tree(shape: tuple[int, int, int]) -> xr.DataTree:
+    """Every type of variable that a dataset has, over cases of this shape, and a group with dimensions of its own."""
+    rng, count = np.random.default_rng(1), int(np.prod(shape))
+    numbers = rng.normal(size=shape)
+    numbers.flat[0] = np.nan
+    words = np.array([f"μ_i = {number % 7}" * (number % 3) for number in range(count)], object).reshape(shape)
+    root = xr.Dataset(
+        {
+            "outcome": (DIMS, words, {"long_name": "how it ended"}),
+            "plateau": (DIMS, numbers, {"units": "1", "flag_masks": [np.int32(1), np.int32(2)]}),
+            "flags": (DIMS, rng.integers(0, 9, shape).astype(np.int32)),
+            "empty": (DIMS[:1], np.full(shape[0], "", object)),
+            "alone": ((), "a word"),
+        },
+        {
+            "case_id": (DIMS, np.array([f"{number:012x}" for number in range(count)], object).reshape(shape)),
+            "load": np.linspace(1.0, 2.0, shape[0]),
+            "rows": (DIMS, np.arange(count).reshape(shape)),
+            "start": (DIMS[:2], numbers[..., 0]),
+            "pin": ((), "parabola"),
+            "friction": ((), True),
+            "scale": ((), 1.5),
+        },
+        {"nanoslip_format": 3, "title": "μ", "slab_width": 1e-3},
+    )
+    runs = xr.Dataset({"force": ("event", numbers.ravel()), "kind": ("event", np.zeros(count, np.int8))})
+    labels = {"record": ("record", np.array(["parabola", "b"], object)), "radius": ("record", [1.0, 2.0])}
+    return xr.DataTree.from_dict({"/": root, "runs": runs.assign_coords(labels)})
+
+
+def by_xarray(given: xr.DataTree, path: Path) -> None:
+    """What it writes where each variable is told apart: texts as characters, coordinates without missing values."""
+
+    def encoding(variable: xr.Variable, coordinate: bool) -> dict[str, Any]:
+        compressed = COMPRESSED if variable.size >= SMALLEST_COMPRESSED else {}
+        if variable.dtype.kind in "OUT":
+            return {"dtype": "S1", **compressed}
+        return {**({"_FillValue": None} if coordinate and variable.dtype.kind == "f" else {}), **compressed}
+
+    given.to_netcdf(
+        path,
+        engine="netcdf4",
+        encoding={
+            node.path: {
+                str(name): encoding(each, name in node.coords)
+                for name, each in node.to_dataset(inherit=False).variables.items()
+            }
+            for node in given.subtree
+        },
+    )
+
+
+def declared(group: netCDF4.Dataset) -> Any:
+    """All that a file says of a group but its values, in its order."""
+    variables = [
+        (name, each.dtype, each.dimensions, each.chunking(), each.filters(), repr(each.__dict__))
+        for name, each in group.variables.items()
+    ]
+    sizes = [(name, len(each)) for name, each in group.dimensions.items()]
+    return repr(group.__dict__), sizes, variables, [(name, declared(each)) for name, each in group.groups.items()]
+
+
+def test_no_chunk_stays_in_memory_once_it_is_written(tmp_path):
+    """netCDF keeps 64 MB of each variable until the file is closed. In a process of its own: no other memory is looked at."""
+    script = f"""
+import resource, sys
+import numpy as np, xarray as xr
+from nanoslip.study.dataset.file import write_tree
+values = np.random.default_rng(1).normal(size=500_000)
+peaks = []
+for count in (2, 42):
+    given = xr.Dataset({{f"x{{number}}": ("case", values) for number in range(count)}})
+    write_tree(xr.DataTree(given), {str(tmp_path / "x.nc")!r})
+    peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+print(1024 * (peaks[1] - peaks[0]))
+"""
+    more = int(subprocess.run([sys.executable, "-c", script], capture_output=True, check=True).stdout)
+    assert more < 20e6  # of 40 variables of 4 MB
+
+
+@pytest.mark.parametrize("shape", [(2, 2, 1), (9, 8, 11), (1, 40_000, 3)])  # plain, one chunk, several of the texts
+def test_a_file_says_and_holds_what_xarray_would_have_it(tmp_path, shape):
+    write_tree(tree(shape), tmp_path / "here.nc")
+    by_xarray(tree(shape), tmp_path / "xarray.nc")
+    with netCDF4.Dataset(tmp_path / "here.nc") as here, netCDF4.Dataset(tmp_path / "xarray.nc") as other:
+        assert declared(here) == declared(other)
+    with xr.open_datatree(tmp_path / "here.nc") as here, xr.open_datatree(tmp_path / "xarray.nc") as other:
+        xr.testing.assert_identical(here.load(), other.load())
+
+
+def test_the_same_dataset_is_the_same_bytes(tmp_path):
+    for name in ("one.nc", "two.nc"):
+        write_tree(tree((9, 8, 11)), tmp_path / name)
+    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "two.nc").read_bytes()
+
+
+def test_the_characters_of_texts_are_never_all_in_memory(tmp_path):
+    """A text that one case has takes its length of every case: 60 MB here, of which a chunk of at most 16 MiB is made."""
+    texts = np.full(100_000, "", object)
+    texts[7] = "x" * 600
+    given = xr.DataTree.from_dict({"/": xr.Dataset({f"word{number}": ("case", texts) for number in range(3)})})
+    tracemalloc.start()
+    write_tree(given, tmp_path / "long.nc")
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 40e6  # a chunk, netCDF4's copy of it, and a little
+
+
+@pytest.mark.parametrize("shape", [(1,), (7,), (3, 4, 5)])
+@pytest.mark.parametrize("chunk", [None, 2])
+def test_what_is_read_is_what_was_written_chunk_by_chunk(tmp_path, shape, chunk):
+    texts = np.array([("", "μ_i", "0123456789")[number % 3] for number in range(np.prod(shape))], object).reshape(shape)
+    dims = [f"d{number}" for number in range(len(shape))]
+    chunks = {"chunksizes": [min(chunk, size) for size in (*shape, longest(texts))]} if chunk else {}
+    xr.Dataset({"word": (dims, texts)}).to_netcdf(tmp_path / "texts.nc", encoding={"word": {"dtype": "S1", **chunks}})
+    with xr.open_dataset(tmp_path / "texts.nc") as found:
+        assert read_texts(found["word"].variable).tolist() == texts.tolist()
+
+
+def grouped() -> xr.Dataset:
+    """A root of two cases with one group."""
+    root = xr.Dataset({"a": ("case", [1.0, 2.0])}, {"case": [0, 1], "case_id": ("case", ["x", "y"])})
+    root.attrs[file.FORMAT] = file.VERSION
+    return carrying(root, {"record": xr.Dataset({"row_size": ("record", [3])}, {"record": ["r"]})})
+
+
+KEPT = {
+    "sel": lambda root: root.sel(case=1),
+    "isel": lambda root: root.isel(case=[0]),
+    "one variable": lambda root: root[["a"]],
+    "where": lambda root: root.where(root["a"] > 1.0),
+    "where, dropping": lambda root: root.where(root["a"] > 1.0, drop=True),
+    "squeeze": lambda root: root.isel(case=[0]).squeeze(),
+    "assign": lambda root: root.assign(b=1.0),
+    "a deep copy": lambda root: root.copy(deep=True),
+    "copy.deepcopy": copy.deepcopy,
+    "sortby": lambda root: root.sortby("a"),
+}
+
+
+@pytest.mark.parametrize("change", KEPT.values(), ids=KEPT)
+def test_selections_and_copies_keep_the_groups(change):
+    root = grouped()
+    assert groups_of(change(root)) is groups_of(root)
+
+
+def test_what_was_computed_anew_has_lost_them():
+    with pytest.raises(LostGroupsError, match="has lost its records"):
+        groups_of(xr.Dataset({"a": grouped()["a"].variable}))
+
+
+def test_a_dataset_in_memory_goes_to_another_process_whole():
+    again = pickle.loads(pickle.dumps(grouped()))
+    xr.testing.assert_identical(groups_of(again)["record"], groups_of(grouped())["record"])
+
+
+def test_a_file_gives_root_and_groups_until_it_is_closed(tmp_path):
+    file.write(grouped(), tmp_path / "one.nc")
+    root, groups = opened(tmp_path / "one.nc")
+    assert set(groups) == {"record"}
+    assert flattened(carrying(root, groups)).keys() == {"a", "case", "case_id", "record/row_size", "record/record"}
+    whole = tree_of(loaded(root)).load()
+    root.close()
+    (tmp_path / "one.nc").unlink()
+    assert whole["record"]["row_size"].item() == 3
+
+
+@pytest.fixture(scope="module")
+def parts(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Root and groups, each a file of its own: the checker of groups knows of groups with a dimension `time` only."""
+    found = run(FULL)
+    folder = tmp_path_factory.mktemp("parts")
+    facts = {name: found.attrs[name] for name in ("Conventions", "title", "history")}
+    for name, part in {"root": found, **groups_of(found)}.items():
+        whole = part if name == "root" else part.assign_attrs(facts)
+        file.write(carrying(whole.copy(), {}), folder / f"{name}.nc")
+    return sorted(folder.iterdir())
+
+
+@pytest.mark.slow  # 8 s for the checker's own imports
+def test_root_and_groups_pass_the_checker_of_cf_1_11(parts: list[Path]) -> None:
+    """Its command: what it imports warns, and a warning is an error here."""
+    words = [str(Path(sys.executable).with_name("compliance-checker")), "--test", "cf:1.11", *map(str, parts)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert len(parts) == 6
+    assert done.stdout.count("All tests passed!") == len(parts), done.stdout + done.stderr
+    assert done.returncode == 0
+    assert "exceptions occurred" not in done.stdout + done.stderr
+
+
+def test_coordinates_have_no_missing_values_and_texts_are_characters(parts: list[Path]) -> None:
+    for path in parts:
+        with xr.open_dataset(path) as read, netCDF4.Dataset(path) as written:
+            for name, variable in read.variables.items():
+                assert name not in read.coords or "_FillValue" not in written[str(name)].ncattrs(), name
+                assert written[str(name)].dtype.kind in "fi" or written[str(name)].dtype == "S1", variable
+
+
+HERE = {file.FORMAT: file.VERSION}
+
+
+@pytest.mark.parametrize("size", [1, SMALLEST_COMPRESSED])
+def test_what_is_read_is_what_was_written_compressed_where_it_is_long(tmp_path, size):
+    file.write(made(size), tmp_path / "one.nc")
+    with file.read(tmp_path / "one.nc") as again:
+        xr.testing.assert_identical(again.load(), made(size))
+        assert groups_of(again)["record"]["kind"].dtype == np.int8
+        xr.testing.assert_identical(groups_of(again)["record"].load(), groups_of(made(size))["record"])
+    with netCDF4.Dataset(tmp_path / "one.nc") as opened:
+        assert opened["record/force"].filters()["zlib"] == (size > 1)
+
+
+def test_texts_that_are_all_empty_or_none_at_all_are_kept_and_can_be_turned_about(tmp_path):
+    """As a map of words over two axes needs it."""
+    words = {
+        "empty": ("b", np.array(["", "", ""], object)),
+        "word": (("a", "b"), np.array([["x", "yy", ""]] * 2, object)),
+    }
+    none = xr.Dataset({"name": ("software", np.array([], object))})
+    file.write(
+        carrying(xr.Dataset(words, {"case_id": ("a", ["p", "q"])}, HERE), {"software": none}), tmp_path / "one.nc"
+    )
+    with file.read(tmp_path / "one.nc") as again:
+        assert again["empty"].values.tolist() == ["", "", ""]
+        assert groups_of(again)["software"]["name"].dtype == object
+        assert groups_of(again)["software"].sizes["software"] == 0
+        assert again["word"].transpose("b", "a").values.tolist() == [["x", "x"], ["yy", "yy"], ["", ""]]
+
+
+@pytest.mark.parametrize(
+    ("has", "said"),
+    [
+        ({file.FORMAT: 2}, "has format 2, of an older nanoslip; this one reads formats 3 to 4: nanoslip run writes it"),
+        ({file.FORMAT: 5}, "has format 5, of a newer nanoslip; this one reads formats 3 to 4: read it with the newer"),
+        (
+            {file.FORMAT: 99, "nanoslip_version": "9.1"},
+            r"has format 99, of a newer nanoslip \(its results are by 9.1\); this one",
+        ),
+        ({}, "no dataset of nanoslip: it has no attribute nanoslip_format"),
+        *(({file.FORMAT: other}, "no dataset of nanoslip") for other in ("3", [3, 3], 3.5)),
+    ],
+)
+def test_a_file_of_another_format_is_refused_with_what_reads_it(tmp_path, has, said):
+    xr.Dataset({"a": 1.0}, attrs=has).to_netcdf(tmp_path / "old.nc")
+    with pytest.raises(StoreError, match=rf"old\.nc: {said}"):
+        file.read(tmp_path / "old.nc")
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"nonsense", b"\x89HDF\r\n\x1a\n" + bytes(200)], ids=["empty", "text", "stub"]
+)
+def test_another_file_is_refused_by_name(tmp_path, content):
+    (tmp_path / "other.nc").write_bytes(content)
+    with pytest.raises(StoreError, match=r"other\.nc"):
+        file.read(tmp_path / "other.nc")
+
+
+def test_no_bit_of_a_dataset_changes_without_being_found(tmp_path):
+    path = tmp_path / "one.nc"
+    file.write(made(100), path)
+    whole = path.read_bytes()
+    file.read(path).close()  # nothing is wrong with it
+    seal = len(whole) - len("\nsha256 \n") - 64
+    for bit in np.random.default_rng(1).permutation(8 * seal)[:500]:
+        changed = bytearray(whole)
+        changed[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(changed)
+        with pytest.raises(
+            StoreError, match=r"one\.nc: its bytes are not those that were collected: .*nanoslip collect"
+        ):
+            file.read(path)
+
+
+def damaged(dataset: xr.Dataset, path: Path) -> Path:
+    """The file of a dataset with zeros in the middle, of its one long column."""
+    file.write(dataset, path)
+    whole = path.read_bytes()
+    middle = len(whole) // 2
+    path.write_bytes(whole[:middle] + bytes(256) + whole[middle + 256 :])
+    return path
+
+
+def test_damage_to_a_file_too_large_to_be_checked_is_refused_when_it_is_read(tmp_path, monkeypatch):
+    """Of numbers not when the file is opened: a compressed column is unpacked when somebody asks for it; of texts at once."""
+    monkeypatch.setattr(file, "MOST_CHECKED", 0)
+    path = damaged(made(65_536), tmp_path / "one.nc")
+    with pytest.raises(StoreError, match=r"one\.nc: cannot be read: .*nanoslip collect"), file.reading(path) as again:
+        groups_of(again)["record"]["force"].load()
+    words = np.array([str(number) * 9 for number in np.random.default_rng(1).random(4096)], object)
+    path = damaged(carrying(xr.Dataset({"word": ("case", words)}, attrs=HERE), {}), tmp_path / "two.nc")
+    with pytest.raises(StoreError, match=r"two\.nc: no dataset"):
+        file.read(path)
+
+
+def test_a_file_may_be_open_several_times_and_closed_in_any_order(tmp_path):
+    """Strings of variable length would break netCDF down here."""
+    file.write(grouped(), tmp_path / "one.nc")
+    kept = file.read(tmp_path / "one.nc")
+    for _ in range(30):
+        with file.read(tmp_path / "one.nc") as again:
+            assert groups_of(again)["record"]["record"].values.tolist() == ["r"]
+            assert again["case_id"].values.tolist() == ["x", "y"]
+    np.testing.assert_array_equal(kept["a"], [1.0, 2.0])
+
+
+def test_equal_texts_that_are_read_are_one_object():
+    texts = np.array(["a message " * 3 for _ in range(100)]).astype(object)  # its items are made anew each time
+    assert len(set(map(id, read_texts(xr.Variable("case", texts)).tolist()))) == 1

@@ -1,25 +1,144 @@
-"""A dataset is computed again from itself alone: the same bits after a fresh run, and whatever was changed is named."""
+"""A dataset is computed again from itself alone: the same bits after a fresh run; what was changed is named with its case."""
 
 import hashlib
 import shutil
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import netCDF4
+import numpy as np
 import pytest
 
 from nanoslip.solver.outcome import UNDONE, Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset import verify as verification
-from nanoslip.study.dataset.compare import Verdict
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.compare import Finding, Verdict
 from nanoslip.study.manifest.checker import ManifestError
-from nanoslip.study.origin import computing
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.origin import computing, here
+from nanoslip.study.plan import grids
 from nanoslip.study.plan.grids import Measured, as_text
-from nanoslip.study.plan.task import Task
+from nanoslip.study.plan.kinds import in_stages
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.results import attempts
+from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.compute import run_task
 from tests.conftest import SMALL
-from tests.study.dataset.verifying import RECORDS, computed, verdicts, verified
+
+Change = Callable[[netCDF4.Dataset], None]
+
+
+Run = Callable[[Task, Mapping[str, TaskResult]], TaskResult]
+
+
+RECORDS = SMALL.split("[[drives]]")[0].replace(', "dynamics"', "")
+
+
+STEADY = RECORDS.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[100.0, 200.0]").replace("= 17", "= 65")
+
+
+STEADY = STEADY.replace("events = 200", "presliding = 3.0").replace("members = 1", "members = 3")
+
+
+DRIVEN = STEADY.replace('"slip"]', '"slip", "dynamics"]').replace("[100.0, 200.0]", "[200.0]")
+
+
+DRIVEN += '[[drives]]\nname = "a"\nsamples = 200\n'
+
+
+KNOWN: dict[str, TaskResult] = {}
+
+
+def once(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+    """Compute a task, in this file's tests together once: what is tested is what is made of the results."""
+    if task.key not in KNOWN:
+        KNOWN[task.key] = run_task(task, inputs)
+    return KNOWN[task.key]
+
+
+def computed(
+    folder: Path,
+    text: str,
+    leave_out: Callable[[Task], bool] = lambda _: False,
+    fails: Callable[[Task], Ending | None] = lambda _: None,
+) -> Path:
+    """The dataset of a campaign; what stands beside it is gone.
+
+    fails: how an attempt at a task ends that leaves no result; what needs it is left out, too.
+    """
+    folder.mkdir(exist_ok=True)
+    (folder / "campaign.toml").write_bytes(text.encode())
+    plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
+    store.prepare()
+    lost: set[str] = set()
+    for task in in_stages(plan.tasks):
+        if ending := fails(task):
+            by = here().solver
+            attempts.add(folder, Attempt(task.key, "a task", ending.value, "why", True, False, by, "rank 0", "2026"))
+        if ending or not lost.isdisjoint(task.needs):
+            lost.add(task.key)
+        elif not leave_out(task):
+            store.write(once(task, {key: store.read(key) for key in task.needs}))
+    file.write(collect(plan, store), folder / file.FILE)
+    shutil.rmtree(folder / "results")
+    for path in folder.iterdir():
+        if path.name != file.FILE:
+            path.unlink()
+    return folder / file.FILE
+
+
+def verified(path: Path, folder: Path, count: int | None = None, run: Run = once) -> list[Finding]:
+    folder.mkdir(exist_ok=True)
+    store = Store(folder / "again")
+    store.prepare()
+    with file.reading(path) as found:
+        plan = verification.rebuilt(found, path)
+        cases = verification.sample(verification.computed(plan, found), count)
+        for task in verification.tasks_of(plan, cases, found):
+            store.write(run(task, {key: store.read(key) for key in task.needs}))
+        return list(verification.compare(found, plan, cases, store))
+
+
+def verdicts(findings: list[Finding]) -> list[Verdict]:
+    return [each.verdict for each in findings]
+
+
+CHANGES = [
+    ("surface_stiffness", (0, 1, 0, 0), 1e-6, [2]),
+    ("events", (1, 1, 0, 0), 1, [4]),
+    ("record/event_friction_after", 270, 1e-7, [2]),
+    ("record/event_friction_after", -1, 1e-7, [4]),
+    ("record/event_node", 430, 1, [3]),
+    ("trajectory/sample_position", 41 * 7 + 3, 1e-9, [4]),
+    ("radius", 0, 1.0, [0]),
+    ("normal_load", (), 1e-6, [0]),
+    ("stage_velocity", 0, 1e-6, [0]),
+]
+"""Variable, place and change, and the rows of findings that differ."""
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("", "record_id: recomputed, but none kept"),
+        ("ffffffffffff", "record_id: ffffffffffff is not in the group record"),
+        (1, "case_id: "),
+    ],
+)
+def test_a_record_that_is_not_the_cases_is_different(altered, tmp_path, name, said):
+    """It is lost, in no group, or another case's."""
+
+    def alter(opened: netCDF4.Dataset) -> None:
+        opened["record_id"][0, 0, 0, 0] = opened["record/record"][name] if isinstance(name, int) else name
+
+    findings = verified(altered(alter), tmp_path)
+    assert verdicts(findings) == [0, 2, 0, 0, 0]
+    assert said in findings[1].remark
 
 
 def test_a_fresh_run_is_bit_identical_case_by_case(kept, tmp_path):
@@ -48,45 +167,6 @@ def test_what_cannot_be_computed_again_is_one_clear_message(altered, tmp_path, c
     assert str(refused.value).startswith(f"{path}: ")
 
 
-def test_a_manifest_whose_hash_was_changed_with_it_has_other_cases(altered, tmp_path):
-    def alter(opened: netCDF4.Dataset) -> None:
-        opened.manifest = opened.manifest.replace("n_x = 17", "n_x = 33")
-        opened.manifest_sha256 = hashlib.sha256(opened.manifest.encode()).hexdigest()
-
-    findings = verified(altered(alter), tmp_path, count=1)
-    assert verdicts(findings) == [Verdict.DIFFERENT]
-    assert "case_id" in findings[0].remark
-
-
-@pytest.mark.parametrize(
-    "content", [b"", b"nonsense", b"\x89HDF\r\n\x1a\n" + bytes(200)], ids=["empty", "text", "stub"]
-)
-def test_another_file_is_refused_by_name(tmp_path, content):
-    path = tmp_path / "other.nc"
-    path.write_bytes(content)
-    with pytest.raises(StoreError, match=r"other\.nc"):
-        verified(path, tmp_path)
-
-
-def test_a_dataset_that_lost_bytes_is_refused_by_name(kept, tmp_path):
-    path = tmp_path / "short.nc"
-    path.write_bytes(kept.read_bytes()[:-20_000])
-    with pytest.raises(StoreError, match=r"short\.nc"):
-        verified(path, tmp_path)
-
-
-def test_a_sample_is_spread_evenly_and_is_the_same_every_time(kept, tmp_path):
-    assert [verification.sample(range(10), count) for count in (1, 2, 4)] == [(0,), (0, 9), (0, 3, 6, 9)]
-    assert verification.sample(range(3), 3) == verification.sample(range(3), 7) == verification.sample(range(3), None)
-    findings = verified(kept, tmp_path, count=2)
-    assert verdicts(findings) == 3 * [Verdict.IDENTICAL]
-    assert [each.label.split(",")[0] for each in findings[1:]] == [
-        "intrinsic_friction = 0.25",
-        "intrinsic_friction = 0.5",
-    ]
-    assert len(Store(tmp_path / "again").finished()) == 1 + 2 + 4
-
-
 def test_what_is_pending_is_not_computed(tmp_path):
     def late(task: Task) -> bool:
         case = task.case
@@ -95,36 +175,6 @@ def test_what_is_pending_is_not_computed(tmp_path):
     findings = verified(computed(tmp_path / "part", SMALL, late), tmp_path)
     assert verdicts(findings) == 3 * [Verdict.IDENTICAL]  # all share; two cases of radius 50, without their drives
     assert len(Store(tmp_path / "again").finished()) == 1 + 2
-
-
-UNTIL_KNOWN = RECORDS.replace("ensemble.members = 1", "target.within = 0.02")
-
-
-@pytest.mark.parametrize("ending", UNDONE)
-@pytest.mark.parametrize(
-    ("text", "kind", "number", "cases"),
-    [(SMALL, "record", 1, 3), (SMALL, "drive", 3, 4), (UNTIL_KNOWN, "record", 2, 3)],
-    ids=["a record", "a drive", "records with a target"],
-)
-def test_a_failure_that_says_nothing_of_its_case_is_no_disagreement(tmp_path, ending, text, kind, number, cases):
-    """Nobody knows whether a task in more time or memory, or killed by nobody, would end otherwise; nor what waits for it."""
-    left = [number]
-
-    def fails(task: Task) -> Ending | None:
-        if task.kind != kind:
-            return None
-        left[0] -= 1
-        return ending if left[0] == -1 else None
-
-    path = computed(tmp_path / "kept", text, fails=fails)
-    with file.reading(path) as found:
-        assert ending.value in {
-            *found["outcome"].values.ravel(),
-            *(found.get("drive_outcome", found.outcome).values.ravel()),
-        }
-    findings = verified(path, tmp_path / "again")
-    assert [each.remark for each in findings] == [""] * len(findings)
-    assert verdicts(findings) == (1 + cases) * [Verdict.IDENTICAL]
 
 
 TABLE = "intrinsic_friction, radius\r\n0.25, 50\r\n0.5, 100\r\n"
@@ -162,15 +212,168 @@ DESIGNS = {
 }
 
 
+def test_other_software_is_named(altered):
+    with file.reading(altered(lambda _: None)) as found:
+        assert verification.other_software(found) == ""
+    with file.reading(altered(lambda opened: opened.setncattr("numpy_version", "1.0"))) as found:
+        said = verification.other_software(found)
+    assert "numpy 1.0" in said
+    assert said.endswith(f"recomputed by {computing()}")
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return computed(tmp_path_factory.mktemp("kept"), SMALL)
+
+
+@pytest.fixture
+def altered(kept: Path, tmp_path: Path) -> Callable[[Change], Path]:
+    """A copy of the small campaign's dataset after a change."""
+    return lambda change: changed_file(shutil.copy(kept, tmp_path / "altered.nc"), change)
+
+
+def changed_file(path: Path, change: Change) -> Path:
+    with netCDF4.Dataset(path, "a") as opened:
+        opened.set_auto_mask(False)
+        change(opened)
+    return path
+
+
+@pytest.mark.parametrize(("name", "place", "change", "rows"), CHANGES)
+def test_a_changed_value_is_different_and_named_with_its_case(altered, tmp_path, name, place, change, rows):
+    def alter(opened: netCDF4.Dataset) -> None:
+        opened[name][place] = opened[name][place] + change
+
+    findings = verified(altered(alter), tmp_path)
+    assert [number for number, each in enumerate(findings) if each.verdict is Verdict.DIFFERENT] == rows
+    assert name.rpartition("/")[2] in findings[rows[0]].remark
+
+
+def test_changed_words_and_names_are_different_but_advice_and_last_digits_are_within_tolerance(altered, tmp_path):
+    def alter(opened: netCDF4.Dataset) -> None:
+        opened["outcome"][0, 0, 0, 0] = "no_slip"
+        opened["record/case_id"][1] = "ffffffffffff"
+        opened["message"][1, 0, 0, 0] = "do it otherwise"
+        opened["surface_stiffness"][1, 1, 0, 0] = np.nextafter(opened["surface_stiffness"][1, 1, 0, 0], 1.0)
+        opened["mean_step"].units = "m"
+        opened.slab_width = 2e-3
+        opened.renameVariable("peak_friction", "greatest_friction")
+
+    findings = verified(altered(alter), tmp_path)
+    assert verdicts(findings) == [2, 2, 2, 1, 1]
+    said = ("units of mean_step", "attribute slab_width", "peak_friction: is missing", "greatest_friction")
+    assert all(each in findings[0].remark for each in said)
+    assert "outcome: 'no_slip' kept, 'completed' recomputed" in findings[1].remark
+    assert "case_id: 'ffffffffffff' kept" in findings[2].remark
+    assert "message" in findings[3].remark
+    assert findings[4].remark.startswith("surface_stiffness by ")
+
+
+def test_a_record_on_another_path_is_held_to_what_states_an_uncertainty(tmp_path):
+    """A friction of 1e-5 more turns some decisions and moves no mean by much; a fifth more moves the contact, too."""
+
+    def nudged(by: float) -> Run:
+        def run(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+            if task.case is None:
+                return run_task(task, inputs)
+            case = replace(task.case, intrinsic_friction=task.case.intrinsic_friction * (1.0 + by))
+            return run_task(replace(task, case=case), inputs)
+
+        return run
+
+    path = computed(tmp_path / "steady", STEADY)
+    little, much = (verified(path, tmp_path / f"{by}", run=nudged(by)) for by in (1e-5, 0.2))
+    assert verdicts(little) == [0, 1, 1]
+    assert all("takes another path" in each.remark for each in little[1:])
+    assert verdicts(much) == [0, 2, 2]
+    assert "initial_slips" in much[1].remark  # which precedes sliding
+    assert "contact_half_width" in much[2].remark  # friction pulls at its edges
+
+
+def test_a_drive_may_take_another_path_only_where_last_digits_moved(tmp_path):
+    """As on another processor: a step more, and the friction of one sample on the other side of a tooth; μ_k is held."""
+
+    def touched(digits: float, kinetic: float = 1.0) -> Run:
+        def run(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
+            result = once(task, inputs)
+            if task.kind == "compliance":
+                return result
+            scalars = {name: [value * (1.0 + digits) for value in each] for name, each in result.scalars.items()}
+            arrays = {name: v * (1 + digits) if v.dtype == float else v for name, v in result.arrays.items()}
+            if task.kind == "drive":
+                scalars["steps"] = [steps + 1 for steps in result.scalars["steps"]]
+                scalars["kinetic_friction"] = [kinetic * value for value in scalars["kinetic_friction"]]
+                force = arrays["friction_force"]
+                arrays["friction_force"] = force * np.where(np.arange(len(force)) == 30, 1.03, 1.0)
+            return replace(result, scalars=scalars, arrays=arrays)
+
+        return run
+
+    path = computed(tmp_path / "steady", DRIVEN)
+    for number, (run, verdict, said) in enumerate(
+        (
+            (touched(1e-13), Verdict.WITHIN, ["a drive takes another path"]),
+            (touched(1e-13, kinetic=1.5), Verdict.DIFFERENT, ["kinetic_friction"]),
+            (touched(0.0), Verdict.DIFFERENT, ["sample_friction", "steps"]),
+        )
+    ):
+        shared, case = verified(path, tmp_path / f"{number}", run=run)
+        assert (shared.verdict, case.verdict) == (Verdict.IDENTICAL, verdict)
+        assert all(each in case.remark for each in said)
+
+
+def test_a_manifest_whose_hash_was_changed_with_it_has_other_cases(altered, tmp_path):
+    def alter(opened: netCDF4.Dataset) -> None:
+        opened.manifest = opened.manifest.replace("n_x = 17", "n_x = 33")
+        opened.manifest_sha256 = hashlib.sha256(opened.manifest.encode()).hexdigest()
+
+    (found,) = verified(altered(alter), tmp_path, count=1)
+    assert found.verdict is Verdict.DIFFERENT
+    assert "case_id" in found.remark
+
+
+def test_a_sample_is_spread_evenly_and_is_the_same_every_time(kept, tmp_path):
+    assert [verification.sample(range(10), count) for count in (1, 2, 4)] == [(0,), (0, 9), (0, 3, 6, 9)]
+    assert verification.sample(range(3), 3) == verification.sample(range(3), 7) == verification.sample(range(3), None)
+    findings = verified(kept, tmp_path, count=2)
+    assert verdicts(findings) == 3 * [Verdict.IDENTICAL]
+    assert [each.label.split(", r")[0] for each in findings[1:]] == [f"intrinsic_friction = {mu}" for mu in (0.25, 0.5)]
+    assert len(Store(tmp_path / "again").finished()) == 1 + 2 + 4
+
+
+@pytest.mark.parametrize("ending", UNDONE)
+@pytest.mark.parametrize(
+    ("text", "kind", "number", "cases"),
+    [
+        pytest.param(SMALL, "record", 1, 3, id="a record"),
+        pytest.param(SMALL, "drive", 3, 4, id="a drive"),
+        pytest.param(
+            RECORDS.replace("ensemble.members = 1", "target.within = 0.02"), "record", 2, 3, id="records with a target"
+        ),
+    ],
+)
+def test_a_failure_that_says_nothing_of_its_case_is_no_disagreement(tmp_path, ending, text, kind, number, cases):
+    """Nobody knows whether a task in more time or memory, or killed by nobody, would end otherwise; nor what waits for it."""
+    left = [number]
+
+    def fails(task: Task) -> Ending | None:
+        left[0] -= task.kind == kind
+        return ending if task.kind == kind and left[0] == 0 else None
+
+    path = computed(tmp_path / "kept", text, fails=fails)
+    with file.reading(path) as found:
+        words = (found["outcome"].values, found.get("drive_outcome", found["outcome"]).values)
+        assert ending.value in {word for each in words for word in each.ravel()}
+    findings = verified(path, tmp_path / "again")
+    assert [each.remark for each in findings] == [""] * len(findings)
+    assert verdicts(findings) == (1 + cases) * [Verdict.IDENTICAL]
+
+
 @pytest.mark.parametrize("text", DESIGNS.values(), ids=DESIGNS)
 def test_all_that_a_campaign_is_made_of_is_in_its_dataset(tmp_path, text):
     far = tmp_path / "far"
     far.mkdir()
-    for name, content in (
-        ("cases.csv", TABLE),
-        ("rough.csv", ROUGH),
-        ("front.json", FRONT),
-    ):
+    for name, content in (("cases.csv", TABLE), ("rough.csv", ROUGH), ("front.json", FRONT)):
         (far / name).write_bytes(content.encode())
     path = computed(tmp_path / "campaign", text)
     shutil.rmtree(far)
@@ -182,60 +385,44 @@ def test_all_that_a_campaign_is_made_of_is_in_its_dataset(tmp_path, text):
 def test_a_missing_text_of_a_file_is_named(tmp_path):
     (tmp_path / "front.json").write_text(FRONT)
     path = computed(tmp_path / "campaign", 'front = "../front.json"\n' + RECORDS)
-    with netCDF4.Dataset(path, "a") as opened:
-        opened.delncattr("manifest_front")
+    changed_file(path, lambda opened: opened.delncattr("manifest_front"))
     with pytest.raises(ManifestError, match="front: the text of its file is missing"):
         verified(path, tmp_path)
 
 
 def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_path, monkeypatch):
     path = computed(tmp_path / "campaign", "accuracy = 0.05\n" + RECORDS.replace("n_x = 17", ""))
-    from nanoslip.study.plan import grids as front
-
-    load = front.load_front
     (tmp_path / "new.json").write_text(FRONT)
-    anew = replace(load(tmp_path / "new.json"), name="front.json")
-    monkeypatch.setattr("nanoslip.study.dataset.collect.load_front", lambda *_: anew)
-    monkeypatch.setattr("nanoslip.study.plan.grids.load_front", lambda *_: anew)
+    anew = replace(grids.load_front(tmp_path / "new.json"), name="front.json")
+    for module in ("dataset.collect", "plan.grids"):
+        monkeypatch.setattr(f"nanoslip.study.{module}.load_front", lambda *_: anew)
     assert verdicts(verified(path, tmp_path)) == 5 * [Verdict.IDENTICAL]
 
 
-def test_other_software_is_named(altered):
-    with file.reading(altered(lambda _: None)) as found:
-        assert verification.other_software(found) == ""
-    with file.reading(altered(lambda opened: opened.setncattr("numpy_version", "1.0"))) as found:
-        said = verification.other_software(found)
-    assert "numpy 1.0" in said
-    assert said.endswith(f"recomputed by {computing()}")
+ONE_CASE = SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]") + (
+    "[drive_axes]\nspring_stiffness = [1e5, 2e5]\ndamping_ratio = [0.1, 0.3]\n[outputs]\nfit = false\n"
+)
 
 
-AXES = "[drive_axes]\nspring_stiffness = [1e5, 2e5]\ndamping_ratio = [0.1, 0.3]\n[outputs]\nfit = false\n"
+@pytest.mark.parametrize(("most", "ran"), [(np.inf, 8), (1.5e-3, 4)])
+def test_drives_on_axes_are_recomputed_one_by_one_but_for_those_that_are_pending(tmp_path, most, ran):
+    path = computed(tmp_path / "kept", ONE_CASE, lambda task: bool(task.drive and task.drive.spring_stiffness > most))
+    drives = []
 
+    def run(task, inputs):
+        drives.append(task.drive is not None)
+        return run_task(task, inputs)
 
-def test_drives_on_axes_are_recomputed_one_by_one_but_for_those_that_are_pending(tmp_path):
-    text = SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]") + AXES
-
-    def stiff(task: Task) -> bool:
-        return task.drive is not None and task.drive.spring_stiffness > 1.5e-3
-
-    for name, leave_out in (("whole", lambda _: False), ("part", stiff)):
-        path = computed(tmp_path / name, text, leave_out)
-        ran = []
-
-        def run(task, inputs, ran=ran):
-            ran.append(task)
-            return run_task(task, inputs)
-
-        assert verdicts(verified(path, tmp_path / f"{name} again", run=run)) == 2 * [Verdict.IDENTICAL]
-        assert sum(task.drive is not None for task in ran) == (8 if name == "whole" else 4)
+    assert verdicts(verified(path, tmp_path / "again", run=run)) == 2 * [Verdict.IDENTICAL]
+    assert sum(drives) == ran
 
 
 def test_another_drive_of_the_axes_is_told(tmp_path):
     """One number of one drive is changed: its case is different, and says in what."""
-    text = SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]") + AXES
-    path = computed(tmp_path / "kept", text)
-    with netCDF4.Dataset(path, "a") as opened:
+
+    def alter(opened: netCDF4.Dataset) -> None:
         opened["micro_slips"][..., 1, 0, 1] += 1
-    findings = verified(path, tmp_path / "again")
-    assert verdicts(findings) == [Verdict.IDENTICAL, Verdict.DIFFERENT]
-    assert "micro_slips" in findings[1].remark
+
+    shared, case = verified(changed_file(computed(tmp_path / "kept", ONE_CASE), alter), tmp_path / "again")
+    assert (shared.verdict, case.verdict) == (Verdict.IDENTICAL, Verdict.DIFFERENT)
+    assert "micro_slips" in case.remark

@@ -1,66 +1,92 @@
-"""Sentences are as wide as the terminal; paths, and words to be typed, stay whole; a program reads one line each."""
+"""Sentences and tables fit every width: numbers, paths and words to be typed stay whole, what is left out is named."""
 
 import io
+import itertools
+from collections.abc import Callable
+from typing import Any
 
+import numpy as np
 import pytest
 import rich.console
 from rich.cells import cell_len
 
 from nanoslip.study.report import console
-from nanoslip.study.report.console import print_entries, print_error, say, whole
+from nanoslip.study.report.console import (
+    LEAST_ROOM,
+    WIDE,
+    Table,
+    print_entries,
+    print_error,
+    print_sentences,
+    print_table,
+    say,
+    table_lines,
+    whole,
+    wrapped,
+)
 
 PROSE = "The drives of four cases did not slip, as the spring that pulls them is too soft for the time they have. " * 2
 TYPED = "nanoslip run campaigns/a question of mine.toml --recompute-foreign"
+WIDTHS = (40, 60, 80, 120)
+ADVICE = "the pin is pulled with F/W = 0.201 in the end, it slips at 0.298 to 0.331: raise the drive's duration or stage_velocity"
+HEADER = ("μ_i", "R/L_x", "plateau F/W", "μ_s", "μ_k", "peak F/W", "K/(G·L_y)", "events", "outcome")
+ENDINGS = (
+    "completed",
+    "completed [few_nodes, near_ends]",
+    f"no_slip [few_nodes]: {ADVICE}",
+    "2 completed; 1 no_slip: stop",
+)
+Printed = Callable[..., list[str]]
+
+
+@pytest.fixture
+def printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Printed:
+    """The lines that a call prints on a terminal so wide, or in a pipe."""
+
+    def lines(width: int | None, call: Callable[..., None], *given: Any) -> list[str]:
+        monkeypatch.delenv("COLUMNS", raising=False)
+        if width:
+            monkeypatch.setenv("COLUMNS", str(width))
+        call(*given)
+        return "".join(capsys.readouterr()).splitlines()
+
+    return lines
 
 
 @pytest.mark.parametrize("stderr", [False, True])
-def test_a_sentence_is_as_wide_as_columns_says_and_one_line_without(
-    stderr: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("COLUMNS", "60")
-    say(PROSE, stderr)
-    lines = capsys.readouterr()[stderr].splitlines()
+def test_a_sentence_is_as_wide_as_columns_says_and_one_line_without(printed: Printed, stderr: bool) -> None:
+    lines = printed(60, say, PROSE, stderr)
     assert 50 < max(map(cell_len, lines)) <= 60
     assert " ".join(line.strip() for line in lines) == PROSE.strip()
-    monkeypatch.delenv("COLUMNS")
-    say(PROSE, stderr)
-    assert capsys.readouterr()[stderr] == PROSE.strip() + "\n"
+    assert printed(None, say, PROSE, stderr) == [PROSE.strip()]
 
 
-def test_what_is_to_be_typed_is_on_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for width in (30, 60, 80, 120):
-        monkeypatch.setenv("COLUMNS", str(width))
-        say(f"{PROSE}; {whole(TYPED)} computes them again")
-        assert any(TYPED in line for line in capsys.readouterr().out.splitlines())
-        say(f"{PROSE}; nanoslip collect does it again")
-        assert any("nanoslip collect" in line for line in capsys.readouterr().out.splitlines())
+@pytest.mark.parametrize("width", [30, 60, 80, 120])
+@pytest.mark.parametrize("typed", [TYPED, "nanoslip collect"])
+def test_what_is_to_be_typed_is_on_one_line(printed: Printed, width: int, typed: str) -> None:
+    lines = printed(width, say, f"{PROSE}; {whole(typed) if typed == TYPED else typed} computes them again")
+    assert any(typed in line for line in lines)
 
 
-def test_each_problem_of_an_error_begins_a_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("COLUMNS", "60")
-    print_error(f"a.toml: {PROSE}\nb.toml: {PROSE}")
-    lines = capsys.readouterr().err.splitlines()
+def test_each_problem_of_an_error_begins_a_line(printed: Printed) -> None:
+    lines = printed(60, print_error, f"a.toml: {PROSE}\nb.toml: {PROSE}")
     assert [line[:7] for line in lines if not line.startswith("    ")] == ["Error: ", "b.toml:"]
     assert max(map(cell_len, lines)) <= 60
 
 
-def test_what_names_stand_for_is_in_one_column(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("COLUMNS", "60")
-    print_entries({"sweep": PROSE, "friction_map": "short"})
-    *lines, last = capsys.readouterr().out.splitlines()
+def test_what_names_stand_for_is_in_one_column(printed: Printed) -> None:
+    *lines, last = printed(60, print_entries, {"sweep": PROSE, "friction_map": "short"})
     assert last == "friction_map  short"
     assert lines[0].startswith("sweep" + " " * 9 + "The")
     assert all(line.startswith(" " * 14) for line in lines[1:])
 
 
-def shown_while_counting(monkeypatch: pytest.MonkeyPatch, terminal: bool, patience: float) -> str:
-    """What stands on standard error after 2500 things."""
+@pytest.mark.parametrize(
+    ("terminal", "patience", "shown"), [(True, 0.0, True), (True, 60.0, False), (False, 0.0, False)]
+)
+def test_a_terminal_shows_how_far_it_is_where_that_takes_long_and_nobody_else_does(
+    monkeypatch: pytest.MonkeyPatch, terminal: bool, patience: float, shown: bool
+) -> None:
     screen = io.StringIO()
     out = rich.console.Console(file=screen, force_terminal=terminal, width=80)
     monkeypatch.setattr(console, "console", lambda stderr: out)
@@ -68,15 +94,143 @@ def shown_while_counting(monkeypatch: pytest.MonkeyPatch, terminal: bool, patien
     with console.counting("{} cases planned") as heard:
         for number in range(1, 2501):
             heard(number)
-    return screen.getvalue()
+    assert ("2500 cases planned" in screen.getvalue()) == shown == bool(screen.getvalue())
 
 
-def test_a_terminal_shows_how_far_it_is_where_that_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "2500 cases planned" in shown_while_counting(monkeypatch, terminal=True, patience=0.0)
+def cases(seed: int = 0) -> Table:
+    """Twenty cases as `scalar_table` shows them, each number different from all others."""
+    draw = np.random.default_rng(seed)
+    rows = [
+        (
+            f"{draw.random():.2g}",
+            str(draw.integers(1, 10**6)),
+            *(f"{draw.random():.4g} ± {draw.random() / 100:.1g}" for _ in range(3)),
+            f"{draw.random():.5g}",
+            "–",
+            str(draw.integers(10**5)),
+            ENDINGS[number % len(ENDINGS)],
+        )
+        for number in range(20)
+    ]
+    return Table(HEADER, tuple(rows), 2, frozenset({2}))
 
 
-@pytest.mark.parametrize(("terminal", "patience"), [(True, 60.0), (False, 0.0)])
-def test_no_count_is_shown_where_it_is_quick_or_nobody_looks(
-    monkeypatch: pytest.MonkeyPatch, terminal: bool, patience: float
-) -> None:
-    assert shown_while_counting(monkeypatch, terminal, patience) == ""
+def texts(table: Table, width: int) -> list[str]:
+    """The lines of a table: none is wider."""
+    found = [line.text for line in table_lines(table, width)]
+    assert max(map(cell_len, found)) <= width
+    return found
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_numbers_of_shown_columns_are_whole_and_columns_left_out_are_named(width: int) -> None:
+    lines, table = texts(cases(), width), cases()
+    said = "\n".join(lines)
+    named = " ".join(" ".join(lines).partition("not shown, for lack of width:")[2].split())
+    gone = [title for title in HEADER if title in named]
+    assert gone == list(HEADER[8 - len(gone) : 8])  # from the right, never the last
+    for row in table.rows:
+        (line,) = (line for line in lines if line.split()[:2] == list(row[:2]))
+        for title, cell in zip(HEADER[2:-1], row[2:-1], strict=True):
+            assert cell in line if title not in gone else cell in ("–", "0") or cell not in said
+        assert row[-1].split()[0].rstrip(":") in line.split()
+
+
+def test_outcomes_that_count_members_are_words_and_no_wider_than_the_terminal() -> None:
+    """Where every member count begins a cell the column was taken for numbers, and its header stood at the end of the longest."""
+    endings = ["9000 completed; 500 no_plateau; 300 steep_pin; 200 no_slip", "6000 completed; 4000 no_plateau"]
+    lines = texts(Table(("μ_i", "outcome"), tuple((f"0.{number}", each) for number, each in enumerate(endings))), 40)
+    assert lines[0].split() == ["μ_i", "outcome"]
+    assert lines[0].index("outcome") == lines[2].index("9000")
+
+
+def test_a_wider_table_shows_no_less_and_in_the_end_all() -> None:
+    gone = []
+    for width in range(40, 200):
+        said = " ".join(" ".join(texts(cases(), width)).partition("not shown")[2].split())
+        gone.append(sum(title in said for title in HEADER))
+    assert gone == sorted(gone, reverse=True)
+    assert gone[0] > 3
+    assert not any("not shown" in line for line in texts(cases(), 200))
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_a_message_stands_whole_below_its_row_which_is_marked_as_failed(width: int) -> None:
+    lines = texts(cases(), width)
+    start = next(number for number, text in enumerate(lines) if "no_slip" in text) + 1
+    below = itertools.takewhile(lambda text: text.startswith("    "), lines[start:])
+    assert " ".join(text.strip() for text in below).endswith(ADVICE)
+    marked = [line.text for line in table_lines(cases(), width) if line.sort == "failed"]
+    assert "no_slip" in marked[0]
+    assert " ".join(" ".join(marked[1:]).split()).endswith(ADVICE)
+
+
+def test_labels_that_are_too_wide_become_lines_with_their_titles() -> None:
+    row = ("plateau " * 9, "0.28 ± 0.01", "0.2618 ± 0.0003", "")
+    lines = texts(Table(("claim", "paper", "found", "remark"), (row,), 3), 60)
+    assert "    paper: 0.28 ± 0.01" in lines
+    assert "    found: 0.2618 ± 0.0003" in lines
+    assert not any("remark" in text for text in lines)
+
+
+def test_a_table_without_rows_is_its_header() -> None:
+    assert texts(Table(("case", "outcome"), ()), 80) == ["case  outcome", "─" * 13]
+    assert sum(line.sort == "header" for line in table_lines(cases(), 200)) == 2
+
+
+def test_sentences_break_between_words_and_never_inside_a_number() -> None:
+    lines = wrapped("first μ_i = 0.25, 0.3240 ± 0.008 of W " * 4, 20, first="")
+    assert all(cell_len(line) <= 20 for line in lines)
+    for number in ("μ_i = 0.25", "0.3240 ± 0.008"):
+        assert sum(number in line for line in lines) == 4
+
+
+@pytest.mark.parametrize("width", [None, *WIDTHS])
+def test_a_pipe_is_as_wide_as_columns_says_and_has_no_colours(printed: Printed, width: int | None) -> None:
+    lines = printed(width, print_table, cases()) + printed(width, print_sentences, [ADVICE * 3])
+    assert console.console().width == (width or WIDE)
+    assert width is None or 0.9 * width < max(map(cell_len, lines)) <= width
+    assert not any("\x1b" in line for line in lines)
+
+
+def test_a_terminal_sees_colours(monkeypatch: pytest.MonkeyPatch, printed: Printed) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    assert any("\x1b[31m" in line for line in printed(None, print_table, cases()))
+
+
+def test_a_title_folds_between_its_words_no_narrower_than_its_numbers_and_never_inside_a_name() -> None:
+    """n_x is one word; what fits above numbers as wide stays on one line."""
+    row = ("65", "0.2739 ± 0.0003", "0.0025", "ok")
+    lines = texts(Table(("n_x", "plateau F/W", "scatter of μ_s", "outcome"), (row,)), 41)
+    assert lines[:3] == [" " * 22 + "scatter", "n_x      plateau F/W   of μ_s  outcome", "─" * 38]
+
+
+@pytest.mark.parametrize("width", [50, 60, 80])
+def test_prose_is_folded_in_its_column_and_below_its_row_where_that_is_narrow(width: int) -> None:
+    meaning = "length of the plateau, in node spacings"
+    rows = (("plateau_spacings", "0.386843", meaning), ("events", "2000", "events of the record"))
+    header, _, *lines = texts(Table(("quantity", "value", "meaning"), rows, 2, prose=True), width)
+    assert " ".join(" ".join(lines).split()).startswith(f"plateau_spacings 0.386843 {meaning} events 2000")
+    place = header.index("meaning")
+    indent = " " * (place if width - place >= LEAST_ROOM else 4)
+    assert all(line.startswith(indent) for line in lines if line.startswith(" ") and len(line.split()) < 6)
+
+
+def test_a_sentence_that_begins_like_infinity_is_no_number() -> None:
+    rows = (("a", "influence not known"), ("b", "matters"))
+    lines = texts(Table(("effect", "why"), rows, prose=True), 40)
+    assert lines[2].index("inf") == lines[3].index("mat")
+
+
+@pytest.mark.parametrize("width", [46, 50])
+def test_rows_are_numbered_before_what_was_asked_for_is_left_out(width: int) -> None:
+    """Three long labels leave no room for a number: they stand in a table above, row for row."""
+    rows = tuple((*("label" * 2 for _ in range(3)), f"{number}.5 ± 0.1", "7.25", "completed") for number in range(3))
+    table = Table(("one", "two", "three", "μ_s", "events", "outcome"), rows, 3, asked=1)
+    lines = texts(table, width)
+    assert "not shown" not in " ".join(lines)
+    assert sum(line.split()[:2] == ["2", "label" * 2] for line in lines) == 1
+    assert sum(line.split() == ["2", "1.5", "±", "0.1", "7.25", "completed"] for line in lines) == 1
+    assert texts(table, 120)[0].split() == list(table.header)

@@ -1,4 +1,4 @@
-"""The lines of one case: its record's teeth, the spring force of a single drive, its pressure where it has no record."""
+"""The lines of one case, in text: a record's teeth, a drive's spring force, or its pressure; nothing where there is none."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,71 @@ import xarray as xr
 
 import nanoslip
 from nanoslip.study.dataset.access import one_case
-from nanoslip.study.report.curves import curves
+from nanoslip.study.report.curves import HEIGHT, WIDTH, curves, text_plot
 from tests.study.report.test_page import made_up
+
+BLANK = "\u2800"
+
+
+LABELS = ("place", "height")
+
+
+def letters(drawn: str) -> list[str]:
+    """The rows of the plot without axes."""
+    return [line.split("┤")[1] for line in drawn.splitlines() if "┤" in line]
+
+
+def test_a_plot_has_the_size_that_is_asked_for_and_the_ends_of_its_axes():
+    drawn = text_plot([0.0, 2.5], [-1.0, 3.0], LABELS)
+    lines = drawn.splitlines()
+    assert len(lines) == HEIGHT + 2
+    assert {len(row) for row in letters(drawn)} == {WIDTH}
+    assert lines[0].strip() == "height"
+    assert [lines[1].split()[0], lines[HEIGHT].split()[0]] == ["3", "-1"]
+    assert lines[-1].split() == ["0", "place", "2.5"]
+
+
+@pytest.mark.parametrize(("end", "written"), [(-3.066e-16, "0"), (-0.0, "0"), (-2e-12, "-2e-12")])
+def test_an_end_that_is_rounding_of_the_other_is_written_as_zero(end: float, written: str) -> None:
+    """Doubles resolve 2e-16 of 1; sums of a hundred such roundings stay below 1e-12."""
+    lines = text_plot([0.0, 1.0], [end, 1.0], LABELS).splitlines()
+    assert lines[HEIGHT].split()[0] == written
+
+
+def test_a_rising_line_goes_from_the_bottom_left_to_the_top_right_without_a_gap():
+    rows = letters(text_plot([0.0, 1.0], [0.0, 1.0], LABELS, width=8, height=4))
+    marked = [[column for column, letter in enumerate(row) if letter != BLANK] for row in rows]
+    assert [row[-1] for row in marked] == sorted((row[-1] for row in marked), reverse=True)
+    assert (marked[0][-1], marked[-1][0]) == (7, 0)
+    assert {column for row in marked for column in row} == set(range(8))
+    assert max(map(len, marked)) <= 4  # a quarter of the way, and a dot on either side
+
+
+def test_a_single_high_tooth_between_many_points_is_seen():
+    x = np.linspace(0.0, 1.0, 10_001)
+    y = np.where(np.arange(x.size) == 5000, 1.0, 0.0)
+    rows = letters(text_plot(x, y, LABELS))
+    assert all(row[WIDTH // 2 - 1 : WIDTH // 2 + 1] != 2 * BLANK for row in rows)
+    assert rows[0].replace(BLANK, "") != ""
+    assert len(rows[0].replace(BLANK, "")) <= 2
+
+
+def test_a_level_line_and_a_drop_at_one_place_are_drawn():
+    assert sum(row.strip(BLANK) != "" for row in letters(text_plot([0, 1], [5, 5], LABELS))) == 1
+    rows = letters(text_plot([0.0, 0.5, 0.5, 1.0], [1.0, 1.0, 0.0, 0.0], LABELS, width=10, height=5))
+    assert [rows[0].strip(BLANK), rows[-1].strip(BLANK)] != ["", ""]
+    assert all(row.strip(BLANK) for row in rows)  # the drop joins both levels
+
+
+@pytest.mark.parametrize(("x", "y"), [([], []), ([1.0], [2.0]), ([1.0, 1.0], [0.0, 1.0]), ([0.0, 1.0], [np.nan, 1.0])])
+def test_what_is_no_line_is_no_plot(x, y):
+    assert text_plot(x, y, LABELS) == ""
+
+
+def test_values_that_are_missing_are_left_out():
+    given = text_plot([0.0, 0.5, 1.0], [0.0, np.nan, 1.0], LABELS)
+    assert given == text_plot([0.0, 1.0], [0.0, 1.0], LABELS)
+
 
 CONTACT = {"title": "One contact", "stages": ["contact"], "numerics": {"n_x": 17}}
 

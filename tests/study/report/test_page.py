@@ -1,86 +1,229 @@
-"""The report shows what the dataset holds, needs no other file, and copes with datasets that are not complete."""
+"""The report shows what the dataset holds, needs no other file, follows the page's colours, and says in words what is missing."""
 
 import base64
 import re
-from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from nanoslip.study.dataset.file import carrying, groups_of
+from nanoslip.study.figures.shared import COLORS, column, image
+from nanoslip.study.figures.view import View
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report import summary
+from nanoslip.study.report.page import DARK, accuracy, endings, left_out, picture, regimes, scales, themed
 from nanoslip.study.results.store import StoreError
 
 
+def texts(*words: str) -> tuple[str, np.ndarray]:
+    """Words of cases."""
+    return "case", np.array(words, dtype=object)
+
+
 def made_up(design: str = "product", outcome: str = "completed", drives: int = 1) -> xr.Dataset:
-    """Two cases with two events each, as `nanoslip.study.dataset.collect` lays them out."""
-    dims = ("case",) if design == "case" else ("intrinsic_friction", "n_x")
-    shape = (2,) if design == "case" else (2, 1)
+    """Two cases with two events each, as `nanoslip.study.dataset.collect` lays them out; the second has no numbers."""
+    listed = design == "case"
+    dims = ("case",) if listed else ("intrinsic_friction", "n_x")
 
-    def over_cases(values: list[object]) -> tuple[tuple[str, ...], np.ndarray]:
-        return dims, np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
+    def over_cases(*values: Any) -> tuple[tuple[str, ...], np.ndarray]:
+        return dims, np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(
+            2, *dims[1:] and (1,)
+        )
 
-    def over_drives(values: list[object]) -> tuple[tuple[str, ...], np.ndarray]:
-        if drives == 1:
-            return over_cases(values)
-        return (*dims, "drive"), np.stack([over_cases(values)[1]] * drives, axis=-1)
+    def over_drives(*values: Any) -> tuple[tuple[str, ...], np.ndarray]:
+        many = over_cases(*values)[1]
+        return (dims, many) if drives == 1 else ((*dims, "drive"), np.stack([many] * drives, axis=-1))
 
-    friction = ("case", [0.25, 0.5]) if design == "case" else ("intrinsic_friction", [0.25, 0.5])
     coordinates = {
-        "intrinsic_friction": friction,
-        "n_x": ("case", [17, 17]) if design == "case" else ("n_x", [17]),
-        "case_id": over_cases(["aaaa", "bbbb"]),
+        "intrinsic_friction": ("case" if listed else "intrinsic_friction", [0.25, 0.5]),
+        "n_x": ("case", [17, 17]) if listed else ("n_x", [17]),
+        "case_id": over_cases("aaaa", "bbbb"),
         "drive": ((), "pull") if drives == 1 else ("drive", [f"pull/{number}" for number in range(drives)]),
     }
-    if design == "case":
-        coordinates["case"] = ("case", [0, 1])
-    variables = {
-        "plateau_mean": over_cases([0.14321, np.nan]),
-        "plateau_mean_uncertainty": over_cases([0.00042, np.nan]),
-        "peak_friction": over_cases([0.2, np.nan]),
-        "events": over_cases([2.0, np.nan]),
-        "initial_friction": over_cases([0.0, np.nan]),
-        "outcome": over_cases(["completed", outcome]),
-        "message": over_cases(["", "" if outcome == "completed" else "do < this > instead"]),
-        "static_friction": over_drives([0.15, np.nan]),
-        "kinetic_friction": over_drives([0.14, np.nan]),
-        "drive_outcome": over_drives(["completed", outcome]),
-        "drive_message": over_drives(["", ""]),
-        "record_id": over_cases(["r", ""]),
-        "trajectory_id": over_drives(["t", ""]),
-        "final_displacement": over_cases([0.4, np.nan]),
-        "final_friction": over_cases([0.1, np.nan]),
+    of_cases = {
+        "plateau_mean": 0.14321,
+        "plateau_mean_uncertainty": 0.00042,
+        "peak_friction": 0.2,
+        "events": 2.0,
+        "initial_friction": 0.0,
+        "final_displacement": 0.4,
+        "final_friction": 0.1,
     }
+    variables = {name: over_cases(value, np.nan) for name, value in of_cases.items()} | {
+        "outcome": over_cases("completed", outcome),
+        "message": over_cases("", "" if outcome == "completed" else "do < this > instead"),
+        "static_friction": over_drives(0.15, np.nan),
+        "kinetic_friction": over_drives(0.14, np.nan),
+        "drive_outcome": over_drives("completed", outcome),
+        "drive_message": over_drives("", ""),
+        "record_id": over_cases("r", ""),
+        "trajectory_id": over_drives("t", ""),
+    }
+    forces = {"event_friction_before": ("event", [0.10, 0.12]), "event_friction_after": ("event", [0.05, 0.06])}
+    samples = {"trajectory_row_size": ("trajectory", [2]), "sample_spring_force": ("sample", [0.0, 0.2])}
     groups = {
         "record": xr.Dataset(
-            {
-                "row_size": ("record", [2]),
-                "event_friction_before": ("event", [0.10, 0.12]),
-                "event_friction_after": ("event", [0.05, 0.06]),
-            },
-            {"record": ["r"], "displacement": ("event", [0.1, 0.3])},
+            {"row_size": ("record", [2]), **forces}, {"record": ["r"], "displacement": ("event", [0.1, 0.3])}
         ),
-        "trajectory": xr.Dataset(
-            {"trajectory_row_size": ("trajectory", [2]), "sample_spring_force": ("sample", [0.0, 0.2])},
-            {"trajectory": ["t"], "time": ("sample", [0.0, 0.1])},
-        ),
+        "trajectory": xr.Dataset(samples, {"trajectory": ["t"], "time": ("sample", [0.0, 0.1])}),
     }
     attributes = {"title": "Made <up>", "manifest": 'title = "Made <up>"', "source_commit": "abc"}
-    return carrying(xr.Dataset(variables, coordinates, attributes), groups)
-
-
-def test_the_table_has_a_row_for_each_case_labelled_by_what_varies():
-    table = summary.scalar_table(made_up())
-    assert table.header == ("μ_i", "μ_s", "μ_k", "plateau F/W", "peak F/W", "events", "δ_p/L_x", "outcome")
-    assert table.rows[0] == ("0.25", "0.15", "0.14", "0.1432 ± 0.0004", "0.2", "2", "0.4", "completed")
+    found = xr.Dataset(variables, coordinates, attributes)
+    return carrying(found.assign_coords(case=[0, 1]) if listed else found, groups)
 
 
 def test_a_case_without_numbers_shows_dashes_and_its_advice():
-    row = summary.scalar_table(made_up(outcome="invalid")).rows[1]
-    assert row == ("0.5", "–", "–", "–", "–", "–", "–", "invalid: do < this > instead")
+    table = summary.scalar_table(made_up(outcome="invalid"))
+    assert table.header == ("μ_i", "μ_s", "μ_k", "plateau F/W", "peak F/W", "events", "δ_p/L_x", "outcome")
+    assert table.rows[0] == ("0.25", "0.15", "0.14", "0.1432 ± 0.0004", "0.2", "2", "0.4", "completed")
+    assert table.rows[1] == ("0.5", "–", "–", "–", "–", "–", "–", "invalid: do < this > instead")
+
+
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory) -> str:
+    """The page of one completed and one invalid case, alone in its folder."""
+    path = report_page.write(made_up(outcome="invalid"), tmp_path_factory.mktemp("page"))
+    assert [each.name for each in path.parent.iterdir()] == [report_page.FILE]
+    return path.read_text("utf-8")
+
+
+def test_the_page_holds_all_of_it_and_needs_no_other_file(failing):
+    assert failing.count('<img src="data:image/svg+xml;base64,') == failing.count("<img") == 2  # record and drive
+    mu = "μ<sub>i</sub>"
+    for said in (
+        f"F/W on the plateau over {mu}: 0.5728 ± 0.0017 at {mu} = 0.25, the only one of 2 that has it.",
+        "0.1432 ± 0.0004",
+        "Made &lt;up&gt;",
+        "Lines of many points are thinned",
+        "Not known: nothing beside the dataset says",
+    ):
+        assert said in failing
+    assert "http" not in failing
+    assert "Made <up>" not in failing
+
+
+def test_failures_come_first_each_with_its_advice_and_the_answer_before_what_is_behind_it(failing):
+    assert failing.index('<span class="bad">1 case: invalid') < failing.index('<span class="good">1 case: completed')
+    assert "<li>do &lt; this &gt; instead</li>" in failing
+    assert '<tr class="bad"><td>0.5</td>' in failing
+    titles = ("Answer", "Friction records", "Cases", "About these numbers")
+    places = [failing.index(f"<h2>{title}</h2>") for title in titles]
+    assert places == sorted(places)
+
+
+def test_the_numbers_of_a_figure_are_behind_its_link(failing):
+    record = "displacement,friction_force 0,0 0.1,0.1 0.1,0.05 0.3,0.12 0.3,0.06 0.4,0.1"
+    assert data_of(failing, "records_1").split() == record.split()
+    data = made_up()
+    data["plateau_mean"][1] = 0.3
+    answer = data_of(report_page.page(data, []), "plateau_mean_over_intrinsic_friction").splitlines()
+    assert answer[1].startswith("0.25,0.57284,")
+    assert answer[2] == "0.5,0.6,,False"
+
+
+def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):
+    only = made_up()[["outcome", "message"]]
+    assert summary.scalar_table(only).header == ("μ_i", "outcome")
+    text = report_page.write(only, tmp_path).read_text("utf-8")
+    assert "<img" not in text
+    assert "thinned" not in text
+    assert "No case has numbers" in text
+    (tmp_path / "file").touch()
+    with pytest.raises(StoreError, match=r"report\.html: cannot be written"):
+        report_page.write(only, tmp_path / "file")
+
+
+def ended(words: list[str], messages: list[str]) -> xr.Dataset:
+    return xr.Dataset({"outcome": texts(*words), "message": texts(*messages)})
+
+
+def test_every_case_is_counted_and_failures_come_first() -> None:
+    found = endings(ended(["completed"] * 3 + ["invalid"], ["", "", "", "needs 3 to 6 rows"]))
+    assert [(each.words, each.failed) for each in found] == [("1 case: invalid", True), ("3 cases: completed", False)]
+    assert [each.text for each in found[0].advice] == ["needs 3 to 6 rows"]
+
+
+def test_messages_that_differ_in_numbers_alone_are_said_once_and_more_than_are_shown_are_counted() -> None:
+    messages = [f"still rises by {number}.5%; raise limits.events" for number in range(6)] + ["another"]
+    (found,) = endings(ended(["no_plateau"] * 7, messages))
+    assert found.words == "7 cases: no plateau"
+    assert [(each.text, each.alike) for each in found.advice] == [(messages[0], 5), ("another", 0)]
+    (found,) = endings(ended(["odd"] * 9, list("abcdefghi")))
+    assert len(found.advice) + found.more == 9
+
+
+def test_what_a_drive_inherits_from_its_case_is_said_of_the_case_alone() -> None:
+    case, drive = "8 rows: needs 3 to 6", "the pin never slipped: soften the spring"
+    drives = {"drive_outcome": texts("invalid", "no_slip"), "drive_message": texts(f"the record: {case}", drive)}
+    found = endings(ended(["invalid", "completed"], [case, ""]).assign(drives))
+    assert {each.words: [text.text for text in each.advice] for each in found} == {
+        "1 case: invalid": [case],
+        "1 drive: invalid": [],
+        "1 drive: no slip": [drive],
+        "1 case: completed": [],
+    }
+
+
+def test_accuracy_names_what_is_not_known() -> None:
+    errors = {
+        "discretization_error": [0.001, 0.02, np.nan],
+        "plateau_mean": [0.5, 0.25, np.nan],
+        "plateau_mean_uncertainty": [0.005, 0.0025, np.nan],
+    }
+    grid, plateau = accuracy(xr.Dataset({name: ("case", values) for name, values in errors.items()}))
+    assert grid.endswith(": 0.1 % to 2 %; not measured of 1 of 3 cases.")
+    assert plateau == "F/W on the plateau: ± 1 %; not known of 1 of 3 cases."
+
+
+def test_scales_are_said_in_si_and_left_out_where_a_dataset_does_not_say() -> None:
+    data = xr.Dataset({"mean_step": ("case", [1e-6, 2e-6])}, {"normal_load": 1e-3})
+    assert list(scales(data)) == []
+    assert list(scales(data.assign_attrs(slab_width=1e-3, slab_depth=1e-2, shear_modulus=1e10))) == [
+        "Slab width L_x = 1 mm, depth L_y = 10 mm, shear modulus G = 10 GPa",
+        "Normal load W: 100 N",
+        "Mean step per event: 1 nm to 2 nm",
+    ]
+
+
+def test_records_that_are_not_kept_are_named() -> None:
+    data = xr.Dataset({"plateau_mean": ("case", [0.5])})
+    (said,) = left_out(data)
+    assert said.startswith("Friction records are not kept ([outputs] of the campaign): there are no figures of single")
+    kept = data.assign(record_id=("case", ["r"]))
+    (said,) = left_out(kept)
+    assert said == "Distributions of event sizes are not computed: [outputs] statistics of the campaign."
+    assert list(left_out(kept.assign(slips_exponent=("case", [1.5])))) == []
+
+
+def test_what_all_pins_do_alike_needs_no_count() -> None:
+    mixed = texts("slides", "stick_slip", "slides", "")
+    assert regimes(xr.Dataset({"regime": mixed})) == "2 slides, 1 stick-slip"
+    assert regimes(xr.Dataset({"regime": texts("slides", "slides", "")})) == regimes(xr.Dataset()) == ""
+
+
+def drawn() -> object:
+    with column() as figure:
+        axes = figure.add_subplot()
+        for number in range(len(COLORS)):
+            axes.plot([0, 1], [0, number], "o-", label=f"line {number}")
+        axes.legend()
+    return figure
+
+
+def test_every_colour_is_a_variable_with_a_light_and_a_dark_value() -> None:
+    text = themed(image(drawn(), "svg").decode())
+    ElementTree.fromstring(text)
+    style, _, rest = text.partition("</style>")
+    assert not re.findall(rf"(?:fill|stroke): ?(?:{'|'.join(COLORS)}|#000000)", rest)
+    used = set(re.findall(r"var\(--(\w+)\)", rest))
+    assert used >= {f"c{number}" for number in range(len(COLORS))}
+    for values in style.split("@media(prefers-color-scheme:dark)"):
+        assert all(f"--{name}:" in values for name in used)
+    assert len(DARK) == len(COLORS)
 
 
 @pytest.mark.parametrize("design", ["product", "case"])
@@ -95,47 +238,6 @@ def data_of(text: str, name: str) -> str:
     found = re.search(rf'download="{name}.csv" href="data:text/csv;base64,([^"]*)"', text)
     assert found, name
     return base64.b64decode(found[1]).decode()
-
-
-@pytest.fixture(scope="module")
-def failing(tmp_path_factory):
-    """The page of one completed and one invalid case, alone in its folder."""
-    return report_page.write(made_up(outcome="invalid"), tmp_path_factory.mktemp("page"))
-
-
-def test_the_page_holds_all_of_it_and_needs_no_other_file(failing):
-    text = failing.read_text("utf-8")
-    assert [path.name for path in failing.parent.iterdir()] == [report_page.FILE]
-    assert text.count('<img src="data:image/svg+xml;base64,') == text.count("<img") == 2  # record and drive
-    assert (
-        "F/W on the plateau over μ<sub>i</sub>: 0.5728 ± 0.0017 at μ<sub>i</sub> = 0.25, the only one of 2 that has it."
-        in text
-    )
-    assert "http" not in text
-    assert "0.1432 ± 0.0004" in text
-    assert "Made &lt;up&gt;" in text
-    assert "Made <up>" not in text
-    assert "Lines of many points are thinned" in text
-    assert "thinned" not in report_page.page(made_up()[["outcome", "message"]], [])
-    assert "Not known: nothing beside the dataset says" in text
-
-
-def test_failures_come_first_each_with_its_advice(failing):
-    text = failing.read_text("utf-8")
-    assert text.index('<span class="bad">1 case: invalid') < text.index('<span class="good">1 case: completed')
-    assert "<li>do &lt; this &gt; instead</li>" in text
-    assert '<tr class="bad"><td>0.5</td>' in text
-
-
-def test_the_numbers_of_a_figure_are_behind_its_link(failing):
-    text = failing.read_text("utf-8")
-    record = "displacement,friction_force 0,0 0.1,0.1 0.1,0.05 0.3,0.12 0.3,0.06 0.4,0.1"
-    assert data_of(text, "records_1").split() == record.split()
-    data = made_up()
-    data["plateau_mean"][1] = 0.3
-    answer = data_of(report_page.page(data, []), "plateau_mean_over_intrinsic_friction").splitlines()
-    assert answer[1].startswith("0.25,0.57284,")
-    assert answer[2] == "0.5,0.6,,False"
 
 
 def test_single_cases_that_are_left_out_are_counted(monkeypatch):
@@ -159,31 +261,18 @@ def test_sections_of_one_figure_stand_side_by_side_unless_many_small_ones_go_wit
     assert found == ["", "half", "half", "alone", "", "many", "alone"]
 
 
-def test_the_answer_stands_before_what_is_behind_it(failing):
-    text = failing.read_text("utf-8")
-    places = [
-        text.index(f"<h2>{title}</h2>") for title in ("Answer", "Friction records", "Cases", "About these numbers")
-    ]
-    assert places == sorted(places)
-
-
-def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):
-    only = made_up()[["outcome", "message"]]
-    assert summary.scalar_table(only).header == ("μ_i", "outcome")
-    text = report_page.write(only, tmp_path).read_text("utf-8")
-    assert "<img" not in text
-    assert "No case has numbers" in text
-
-
-def test_a_folder_that_cannot_be_written_is_named(tmp_path):
-    (tmp_path / "file").touch()
-    with pytest.raises(StoreError, match=r"report\.html: cannot be written"):
-        report_page.write(made_up()[["outcome", "message"]], Path(tmp_path / "file"))
-
-
 def test_symbols_have_their_indices_lowered_and_names_of_keys_stay_as_they_are() -> None:
     """And nothing of a title becomes HTML."""
     assert str(report_page.lowered("R/L_x & W/(G·L_x·L_y) <b>")) == (
         "R/L<sub>x</sub> &amp; W/(G·L<sub>x</sub>·L<sub>y</sub>) &lt;b&gt;"
     )
     assert str(report_page.lowered("bottom_row, near_ends, _x, stick_slip")) == "bottom_row, near_ends, _x, stick_slip"
+
+
+def test_a_picture_holds_its_drawing_and_its_numbers() -> None:
+    found = picture(View("name", "What it is.", drawn, dict))
+    kind, _, text = found.source.partition(";base64,")
+    assert kind == "data:image/svg+xml"
+    assert base64.b64decode(text).startswith(b"<svg")
+    assert found.width == round(96 * 3.35)
+    assert found.data.startswith("data:text/csv;base64,")

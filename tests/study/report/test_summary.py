@@ -1,22 +1,35 @@
-"""What is said of a dataset in a few lines: how many drives ended how, in which regime, and what failed."""
+"""What is said of a dataset in a few lines: a row for each case, endings counted, failures named, runs and their cost, tables."""
 
+import csv
+import io
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
+import pytest
 import xarray as xr
 
 from nanoslip.study import api
-from nanoslip.study.report.console import table_lines
-from nanoslip.study.report.page import regimes
+from nanoslip.study.dataset.access import Column, one_case
+from nanoslip.study.report.console import Table, table_lines
+from nanoslip.study.report.page import MOST_RUNS, as_csv, as_json, cost, regimes, run_table
 from nanoslip.study.report.summary import (
     FEW,
+    case_table,
     drive_summary,
+    ending_lines,
     failure_summary,
+    plain,
+    said_once,
     scalar_table,
     short_summary,
     words,
 )
-from tests.study.figures.sweep.cases import product
+from nanoslip.study.results.attempts import RUNS_FILE, Run
+from tests.study.figures.cases import product
+from tests.study.report.test_page import made_up
 
 CONTACTS = {
     "title": "Contacts",
@@ -45,26 +58,6 @@ def over_axes() -> xr.Dataset:
     )
 
 
-def test_the_endings_and_regimes_of_many_drives_are_counted() -> None:
-    many = xr.concat([over_axes()] * 10, "pin_mass", data_vars="all")
-    assert drive_summary(many) == [
-        "drive_outcome of 60 drives: 50 completed, 10 invalid",
-        "regime of 60 drives: 30 slides, 10 sticks, 10 stick_slip",
-    ]
-
-
-def test_a_drive_whose_members_differ_counts_as_most_of_them_did() -> None:
-    many = xr.concat([over_axes()] * 10, "pin_mass", data_vars="all")
-    mixed = many.assign(regime=many.regime.where(many.regime != "slides", "7 slides; 1 stick_slip"))
-    assert drive_summary(mixed) == drive_summary(many)
-    assert regimes(mixed) == regimes(many) == "30 slides, 10 sticks, 10 stick-slip"
-
-
-def test_a_few_drives_need_no_count() -> None:
-    assert over_axes().regime.size < FEW
-    assert drive_summary(over_axes()) == []
-
-
 def failing(endings: list[str], messages: list[str], drives: list[list[str]] | None = None) -> xr.Dataset:
     """Cases over load that ended so; with drives, whose messages are given, they ended as no_slip or as their case."""
     load = ("normal_load",)
@@ -79,40 +72,6 @@ def failing(endings: list[str], messages: list[str], drives: list[list[str]] | N
         variables |= {"drive_outcome": (both, words), "drive_message": (both, texts)}
     found = xr.Dataset(variables, {"normal_load": 10.0 ** -np.arange(1, len(endings) + 1)})
     return found.assign_coords(drive=["a", "b"]) if drives else found
-
-
-def test_failures_that_say_the_same_are_one_line_with_their_number_and_the_first_of_them() -> None:
-    found = failing(
-        ["cascade_limit", "completed", "cascade_limit", "steep_pin"], ["raise it", "", "raise it", "lower it"]
-    )
-    assert failure_summary(found) == [
-        "cascade_limit: 2 of 4 cases, first W/(G·L_x·L_y) = 0.1: raise it",
-        "steep_pin: 1 of 4 cases, first W/(G·L_x·L_y) = 1e-4: lower it",
-    ]
-
-
-def test_failures_that_differ_in_numbers_are_one_line_that_says_so() -> None:
-    found = failing(["no_plateau"] * 3, ["rises by 3.5%: more", "rises by 1e-3%: more", "falls by 3.5%: more"])
-    assert failure_summary(found) == [
-        "no_plateau: 2 of 3 cases, first W/(G·L_x·L_y) = 0.1: rises by 3.5%: more; the others differ in numbers",
-        "no_plateau: 1 of 3 cases, first W/(G·L_x·L_y) = 0.001: falls by 3.5%: more",
-    ]
-
-
-def test_what_a_drive_inherits_from_its_case_is_said_once() -> None:
-    found = failing(
-        ["no_slip", "completed"],
-        ["too flat", ""],
-        [["too flat", "none to repeat: too flat"], ["", "soften the spring"]],
-    )
-    assert failure_summary(found) == [
-        "no_slip: 1 of 2 cases, first W/(G·L_x·L_y) = 0.1: too flat",
-        "no_slip: 1 of 4 drives, first W/(G·L_x·L_y) = 0.01, drive = b: soften the spring",
-    ]
-
-
-def test_what_is_pending_or_completed_is_no_failure() -> None:
-    assert failure_summary(failing(["completed", "pending"], ["", ""])) == []
 
 
 def test_every_drive_of_the_axes_is_a_row_that_names_its_place() -> None:
@@ -159,20 +118,6 @@ def test_rows_that_failed_are_known_and_unfinished_ones_are_no_failures() -> Non
     assert scalar_table(found).failed == {4}
 
 
-def test_a_list_of_cases_is_labelled_by_what_its_author_lists_and_not_by_what_follows() -> None:
-    found = api.run(
-        {
-            "title": "List",
-            "stages": ["contact"],
-            "design": "zip",
-            "axes": {"n_x": [33, 65], "radius": [50.0, 20.0]},
-            "constants": {"normal_load": 1e-4},
-        }
-    )
-    assert len(set(found.bottom_row.values.tolist())) == 2
-    assert scalar_table(found).header[:3] == ("R/L_x", "n_x", "a/L_x")
-
-
 def ensembles(errors: list[float], asked: str = "[target]\nwithin = 0.02") -> xr.Dataset:
     """Cases over the load, whose plateaus are -0.5 and known so well."""
     load = ("normal_load",)
@@ -186,36 +131,12 @@ def ensembles(errors: list[float], asked: str = "[target]\nwithin = 0.02") -> xr
     )
 
 
-def test_numbers_less_known_than_was_asked_for_are_counted_with_the_first_and_the_worst() -> None:
-    assert short_summary(ensembles([0.009, 0.011, 0.034])) == [
-        "plateau_mean is not known within 0.02: 2 of 3 cases, first W/(G·L_x·L_y) = 2e-4; the worst to 6.8%; raise target.most"
-    ]
-
-
-def test_complete_cases_without_a_mean_asked_for_are_counted_too() -> None:
-    """A drive that slides has no stick-slip period, however many members there are; an unfinished one has none yet."""
-    found = ensembles([0.01, np.nan, np.nan])
-    found["plateau_mean"][1:] = np.nan
-    found["outcome"] = "normal_load", ["completed", "completed", "pending"]
-    assert short_summary(found) == [
-        "plateau_mean is not known within 0.02: 1 of 3 cases, first W/(G·L_x·L_y) = 2e-4; too few members have a value"
-    ]
-
-
 def test_numbers_that_are_known_unfinished_or_asked_for_by_nobody_are_not_short_of_anything() -> None:
     assert short_summary(ensembles([0.009, 0.01])) == []
     assert short_summary(ensembles([np.nan])) == []
     assert short_summary(ensembles([0.02], asked="[ensemble]\nmembers = 8")) == []
     assert short_summary(ensembles([0.02], asked='[target]\nwithin = 0.02\nof = ["static_friction"]')) == []
     assert short_summary(xr.Dataset()) == []
-
-
-def test_what_has_ended_is_in_a_table_before_what_has_not_and_the_rest_is_counted() -> None:
-    endings = ["pending"] * 7 + ["completed", "pending", "invalid"]
-    table = scalar_table(failing(endings, [""] * 10), most=4)
-    assert [row[-1] for row in table.rows] == ["pending", "pending", "completed", "invalid", "6 more"]
-    assert table.failed == {3}
-    assert len(scalar_table(failing(endings, [""] * 10), most=10).rows) == 10
 
 
 def test_what_a_campaign_asks_for_stands_before_other_numbers() -> None:
@@ -240,3 +161,247 @@ def test_the_half_width_of_a_punch_and_that_of_its_contact_have_titles_of_their_
     table = scalar_table(punches.assign(contact_half_width=punches["plateau_mean"]))
     assert len(set(table.header)) == len(table.header)
     assert table.header[0] == "a/L_x"
+
+
+def declared(data: xr.Dataset) -> xr.Dataset:
+    for name in data.data_vars:
+        data[name].attrs |= {"long_name": f"meaning of {name}", "units": "1"}
+    data["final_displacement"].attrs["units"] = "m"
+    return data
+
+
+def test_what_failed_is_said_and_its_numbers_are_named_as_missing():
+    case = one_case(declared(made_up(outcome="contact_lost")), {"intrinsic_friction": "0.5"})
+    assert list(ending_lines(case)) == ["outcome: contact_lost: do < this > instead", "drive: contact_lost"]
+    table, missing = case_table(case)
+    assert table.rows == ()
+    assert {"plateau_mean", "static_friction"} <= set(missing)
+
+
+def test_a_mean_has_its_uncertainty_and_how_many_members_have_the_number() -> None:
+    numbers = {"plateau_mean": 2.0, "plateau_mean_uncertainty": 0.5, "plateau_mean_members": 5.0, "members": 8.0}
+    case = xr.Dataset({name: ((), value, {"long_name": name}) for name, value in numbers.items()})
+    table, _ = case_table(case)
+    assert [row[:2] for row in table.rows] == [("plateau_mean", "2.0 ± 0.5 (5 of 8)")]
+    assert list(ending_lines(case))[-1].startswith("numbers are means over 8 members")
+
+
+def test_the_cost_is_that_of_all_runs_or_unknown() -> None:
+    assert cost([]).startswith("Not known")
+    assert cost([KILLED]).startswith("Not known")
+    assert cost([ONE, EIGHT]) == "2 min in 2 runs with up to 8 processes; 10 tasks took 3.33 min of one core."
+    assert cost([ONE]) == "60 s in one run with one process; 5 tasks took 100 s of one core."
+    assert cost([ONE, KILLED]).endswith("of one core. 1 more did not come to their end.")
+
+
+def test_a_library_that_one_run_did_not_have_is_a_column() -> None:
+    table, _ = run_table([ONE, replace(ONE, run="b", libraries={"numpy": "2.4.6", "scipy": "1.17"})])
+    assert [row[table.header.index("scipy")] for row in table.rows] == ["–", "1.17"]
+
+
+MANY = ("k (N/m)", "regime", "plateau F/W", "μ_s", "μ_k", "outcome")
+
+
+def test_a_column_that_never_changes_is_said_once_but_labels_and_endings_stay() -> None:
+    plateau = "0.2739 ± 0.0003"
+    rows = ("1e5", "slides", plateau, "0.30", "–", "completed"), ("2e5", "slides", plateau, "0.31", "–", "completed")
+    left = ("1e5", "0.30", "completed"), ("2e5", "0.31", "completed")
+    found, said = said_once(Table(MANY, rows, 1, frozenset({1})))
+    assert found == Table(("k (N/m)", "μ_s", "outcome"), left, 1, frozenset({1}))
+    assert said == [f"In all rows: regime = slides, plateau F/W = {plateau}.", "Not known in any row: μ_k."]
+    two = Table(("n_x", "drive", "events", "outcome"), (("17", "a", "5", "done"), ("17", "b", "5", "done")), 2)
+    left = ("17", "a", "done"), ("17", "b", "done")
+    assert said_once(two) == (Table(("n_x", "drive", "outcome"), left, 2), ["In all rows: events = 5."])
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        Table(MANY, (("1e5", "slides", "0.27", "0.30", "–", "completed"),)),
+        Table(("n_x", "μ_s", "outcome"), (("17", "0.3", "completed"), ("17", "–", "completed"))),
+    ],
+)
+def test_a_single_row_and_rows_that_differ_stay_as_they_are(table: Table) -> None:
+    assert said_once(table) == (table, [])
+
+
+def test_a_large_whole_number_is_written_whole_and_others_in_their_digits() -> None:
+    written = [plain(value, 5) for value in (199880.0, 2000.0, 0.123456, 275649123.5, 1e30)]
+    assert written == ["199\N{NO-BREAK SPACE}880", "2000", "0.12346", "2.7565e+08", "1e+30"]
+
+
+def test_the_endings_and_regimes_of_many_drives_are_counted_by_what_most_members_did() -> None:
+    many = xr.concat([over_axes()] * 10, "pin_mass", data_vars="all")
+    said = [
+        "drive_outcome of 60 drives: 50 completed, 10 invalid",
+        "regime of 60 drives: 30 slides, 10 sticks, 10 stick_slip",
+    ]
+    assert drive_summary(many) == said
+    mixed = many.assign(regime=many.regime.where(many.regime != "slides", "7 slides; 1 stick_slip"))
+    assert drive_summary(mixed) == said
+    assert regimes(mixed) == regimes(many) == "30 slides, 10 sticks, 10 stick-slip"
+    assert over_axes().regime.size < FEW
+    assert drive_summary(over_axes()) == []  # which need no count
+
+
+FIRST = "first W/(G·L_x·L_y)"
+
+
+FAILURES = {
+    "that say the same are one line with their number and the first of them": (
+        failing(["cascade_limit", "completed", "cascade_limit", "steep_pin"], ["raise it", "", "raise it", "lower it"]),
+        [f"cascade_limit: 2 of 4 cases, {FIRST} = 0.1: raise it", f"steep_pin: 1 of 4 cases, {FIRST} = 1e-4: lower it"],
+    ),
+    "that differ in numbers are one line that says so": (
+        failing(["no_plateau"] * 3, ["rises by 3.5%: more", "rises by 1e-3%: more", "falls by 3.5%: more"]),
+        [
+            f"no_plateau: 2 of 3 cases, {FIRST} = 0.1: rises by 3.5%: more; the others differ in numbers",
+            f"no_plateau: 1 of 3 cases, {FIRST} = 0.001: falls by 3.5%: more",
+        ],
+    ),
+    "that a drive inherits from its case are said once": (
+        failing(
+            ["no_slip", "completed"],
+            ["too flat", ""],
+            [["too flat", "none to repeat: too flat"], ["", "soften the spring"]],
+        ),
+        [
+            f"no_slip: 1 of 2 cases, {FIRST} = 0.1: too flat",
+            f"no_slip: 1 of 4 drives, {FIRST} = 0.01, drive = b: soften the spring",
+        ],
+    ),
+    "are not what is pending or completed": (failing(["completed", "pending"], ["", ""]), []),
+}
+
+
+@pytest.mark.parametrize(("data", "said"), FAILURES.values(), ids=FAILURES)
+def test_failures_are_a_line_for_each_reason(data: xr.Dataset, said: list[str]) -> None:
+    assert failure_summary(data) == said
+
+
+SHORT = f"plateau_mean is not known within 0.02: {{}} of 3 cases, {FIRST} = 2e-4; {{}}"
+
+
+def test_numbers_less_known_than_was_asked_for_are_counted_with_the_first_and_the_worst() -> None:
+    found = short_summary(ensembles([0.009, 0.011, 0.034]))
+    assert found == [SHORT.format(2, "the worst to 6.8%; raise target.most")]
+
+
+def test_complete_cases_without_a_mean_asked_for_are_counted_too() -> None:
+    """A drive that slides has no stick-slip period, however many members there are; an unfinished one has none yet."""
+    found = ensembles([0.01, np.nan, np.nan])
+    found["plateau_mean"][1:] = np.nan
+    found["outcome"] = "normal_load", ["completed", "completed", "pending"]
+    assert short_summary(found) == [SHORT.format(1, "too few members have a value")]
+
+
+def test_a_list_of_cases_is_labelled_by_what_its_author_lists_and_not_by_what_follows() -> None:
+    axes = {"n_x": [33, 65], "radius": [50.0, 20.0]}
+    found = api.run({**CONTACTS, "design": "zip", "axes": axes, "constants": {"normal_load": 1e-4}, "numerics": {}})
+    assert len(set(found.bottom_row.values.tolist())) == 2
+    assert scalar_table(found).header[:3] == ("R/L_x", "n_x", "a/L_x")
+
+
+def test_what_has_ended_is_in_a_table_before_what_has_not_and_the_rest_is_counted() -> None:
+    data = failing(["pending"] * 7 + ["completed", "pending", "invalid"], [""] * 10)
+    table = scalar_table(data, most=4)
+    assert [row[-1] for row in table.rows] == ["pending", "pending", "completed", "invalid", "6 more"]
+    assert table.failed == {3}
+    assert len(scalar_table(data, most=10).rows) == 10
+
+
+@pytest.mark.parametrize("design", ["product", "case"])
+def test_every_scalar_is_in_the_table_of_its_case_once_with_unit_and_meaning(design: str) -> None:
+    data = declared(made_up(design))
+    data["peak_friction"].attrs["long_name"] = "largest pressure, in W/(L_x·L_y)"
+    data["final_friction"].attrs["units"] = "N m-1"
+    table, missing = case_table(one_case(data, {"intrinsic_friction": "0.25"}))
+    apart = {name for name in data.data_vars if name.endswith(("outcome", "message", "_id", "_uncertainty"))}
+    assert sorted(row[0] for row in table.rows) == sorted(set(data.data_vars) - apart)
+    assert missing == []
+    assert {
+        ("plateau_mean", "0.1432 ± 0.0004", "meaning of plateau_mean"),
+        ("final_displacement", "0.4 m", "meaning of final_displacement"),
+        ("peak_friction", "0.2 W/(L_x·L_y)", "largest pressure"),
+        ("final_friction", "0.1 N/m", "meaning of final_friction"),
+    } <= set(table.rows)
+
+
+NAN, INF = float("nan"), float("inf")
+
+
+COLUMNS = [
+    Column("radius", "1", "radius of the pin", [0.1 + 0.2, 1e-300, INF]),
+    Column("events", "1", "events", [2**53 + 1, 0, -1]),
+    Column("stage_velocity", "m s-1", "velocity", [NAN, 1.0, 2.0]),
+    Column("friction", "", "switch", [True, False, True]),
+    Column("message", "", "why", ["", 'raise "n_x", or\nlower it, #1', "μ_i"]),
+]
+
+
+def test_csv_has_a_line_of_units_below_its_header_and_is_read_by_pandas_which_skips_it() -> None:
+    header, units, first, *_ = csv.reader(io.StringIO(as_csv(COLUMNS)))
+    assert header == [each.name for each in COLUMNS]
+    assert units == ["# 1", "1", "m s-1", "", ""]
+    assert first == ["0.30000000000000004", "9007199254740993", "", "true", ""]
+    found = pd.read_csv(
+        io.StringIO(as_csv(COLUMNS)), skiprows=[1], keep_default_na=False, na_values={"stage_velocity": ""}
+    )
+    for each in COLUMNS:
+        np.testing.assert_array_equal(found[each.name], each.values)
+
+
+def test_json_is_strict_and_says_units_and_meanings() -> None:
+    found = json.loads(as_json(COLUMNS, 'A "title"'), parse_constant=pytest.fail)
+    assert found["title"] == 'A "title"'
+    assert found["variables"]["stage_velocity"] == {"units": "m s-1", "long_name": "velocity"}
+    assert [row["radius"] for row in found["rows"]] == [0.1 + 0.2, 1e-300, "inf"]
+    assert [row["stage_velocity"] for row in found["rows"]] == [None, 1.0, 2.0]
+    assert found["rows"][1]["message"] == COLUMNS[4].values[1]
+
+
+def test_a_table_without_rows_is_a_table() -> None:
+    empty = [Column("radius", "1", "", [])]
+    assert as_csv(empty) == "radius\n# 1\n"
+    assert json.loads(as_json(empty, ""))["rows"] == []
+    assert run_table([])[0].rows == ()
+
+
+ONE = Run(
+    run="a",
+    begun="2026-01-01T00:00:00+00:00",
+    processes=1,
+    command="nanoslip run a",
+    solver="5017e2",
+    processor="a processor",
+    libraries={"numpy": "2.4.6"},
+    ended="2026-01-01T00:01:00+00:00",
+    done=4,
+    failed=1,
+    wall_seconds=60.0,
+    core_seconds=100.0,
+)
+
+
+EIGHT = replace(ONE, run="b", processes=8, unit="ranks", hosts={"n1": 5, "n2": 3}, exit_code=99)
+
+
+KILLED = replace(ONE, run="c", ended="", wall_seconds=0.0, core_seconds=0.0)
+
+
+def test_a_table_of_runs_has_a_row_for_each_and_says_once_what_they_share() -> None:
+    table, (said,) = run_table([ONE, EIGHT, KILLED])
+    header = "began (UTC)|end|took|core time|tasks|failed|processes|hosts|command"
+    assert table.header == tuple(header.split("|"))
+    row = "2026-01-01 00:00:00|interrupted|60 s|100 s|4|1|8 ranks|n1: 5, n2: 3|nanoslip run a"
+    assert table.rows[1] == tuple(row.split("|"))
+    assert table.rows[2][2:6] == ("–",) * 4
+    assert [row[1] for row in table.rows] == ["complete", "interrupted", "none: at work, or killed"]
+    assert table.failed == {1, 2}
+    assert said == "All: solver 5017e2; processor a processor; numpy 2.4.6."
+
+
+def test_of_many_runs_the_last_ones_are_shown_and_the_others_counted() -> None:
+    table, said = run_table([replace(ONE, run=str(number), done=number) for number in range(MOST_RUNS + 5)])
+    assert [row[4] for row in table.rows] == [str(number) for number in range(5, MOST_RUNS + 5)]
+    assert said[-1] == f"5 earlier ones are in {RUNS_FILE} beside the dataset."

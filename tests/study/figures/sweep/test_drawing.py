@@ -17,7 +17,7 @@ from nanoslip.study.figures.sweep import (
     panels_of,
 )
 from nanoslip.study.figures.view import view_of
-from tests.study.figures.sweep.cases import listed, product
+from tests.study.figures.cases import listed, product
 
 
 def crosses(figure: Figure) -> list[tuple[float, float]]:

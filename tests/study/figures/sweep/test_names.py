@@ -15,7 +15,7 @@ from nanoslip.study.figures.points import (
     variable_of,
     words,
 )
-from tests.study.figures.sweep.cases import product
+from tests.study.figures.cases import product
 
 DATA = product(intrinsic_friction=[0.2, 0.4], radius=[50.0, 200.0])
 

@@ -7,7 +7,7 @@ import pytest
 
 import nanoslip
 from nanoslip.study.figures.points import points_of, ratio
-from tests.study.figures.sweep.cases import listed, product
+from tests.study.figures.cases import listed, product
 
 LOADS = [1e-4, 1e-3]
 

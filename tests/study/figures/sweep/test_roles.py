@@ -12,7 +12,7 @@ from nanoslip.study.figures.points import (
     together,
     values_of,
 )
-from tests.study.figures.sweep.cases import listed, product
+from tests.study.figures.cases import listed, product
 
 
 def over(**axes: list[object]) -> Points:

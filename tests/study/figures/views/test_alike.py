@@ -4,7 +4,7 @@ import numpy as np
 
 from nanoslip.study.figures.points import points_of
 from nanoslip.study.figures.view import differs, in_words
-from tests.study.figures.sweep.cases import product
+from tests.study.figures.cases import product
 
 NAN = np.nan
 

@@ -14,7 +14,7 @@ from nanoslip.study.figures.shared import image
 from nanoslip.study.figures.view import View, csv_of, view_of
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report.summary import scalar_table
-from tests.study.figures.sweep.cases import listed, product
+from tests.study.figures.cases import listed, product
 
 SVG_AT_MOST = 300_000
 

@@ -1,4 +1,4 @@
-"""Two campaigns' datasets are one: their scalars side by side, every run cut as it was in its own."""
+"""Several campaigns' datasets are one: their scalars side by side, every run cut as it was in its own."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from nanoslip.study.api import concat, open_dataset, run
 from nanoslip.study.dataset.concatenation import NotJoinableError
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.results.store import StoreError
-from tests.study.dataset.access.conftest import FULL
+from tests.study.dataset.campaigns import FULL
 
 
 @pytest.fixture(scope="module")
@@ -73,23 +73,6 @@ def test_xarray_itself_joins_the_scalars_of_both(folders, whole, tmp_path):
 BASE = {"title": "base", "stages": ["contact", "slip"], "numerics": {"n_x": 17}, "limits": {"events": 20}}
 
 
-def test_a_parameter_that_each_has_one_value_of_becomes_an_axis():
-    joined = concat([run(BASE | {"constants": {"normal_load": load}}) for load in (2e-3, 1e-3)])
-    assert joined["plateau_mean"].dims[0] == "normal_load"
-    assert joined["normal_load"].values.tolist() == [1e-3, 2e-3]
-    assert joined.nanoslip.events(normal_load=2e-3).sizes["event"] == 20
-
-
-def test_what_differs_with_an_axis_lies_along_it():
-    parts = [
-        run(BASE | {"numerics": {"n_x": n_x}, "limits": {"events": events}}) for n_x, events in ((17, 20), (33, 30))
-    ]
-    joined = concat(parts)
-    assert joined["events"].values.ravel().tolist() == [20.0, 30.0]
-    assert joined["max_events"].values.ravel().tolist() == [20, 30]
-    assert joined.nanoslip.record(n_x=33).sizes["event"] == 30
-
-
 def test_lists_of_cases_are_numbered_on():
     lists = [
         BASE | {"design": "zip", "axes": {"radius": radii, "normal_load": [1e-3, 2e-3]}}
@@ -146,3 +129,31 @@ def test_what_is_no_dataset_is_refused(tmp_path):
         concat([xr.Dataset()])
     with pytest.raises(NotJoinableError, match="needs at least one"):
         concat([])
+
+
+@pytest.mark.parametrize(
+    ("changes", "along", "labels", "checked"),
+    [
+        ([{"constants": {"normal_load": load}} for load in (2e-3, 1e-3)], "normal_load", [1e-3, 2e-3], "plateau_mean"),
+        (
+            [{"axes": {"radius": radii}} for radii in ([50.0, 80.0], [60.0])],
+            "radius",
+            [50.0, 60.0, 80.0],
+            "plateau_mean",
+        ),
+        ([{"numerics": {"n_x": n}, "limits": {"events": n}} for n in (17, 33)], "n_x", [17, 33], "max_events"),
+    ],
+    ids=["a parameter that each has one value of", "axes between each other", "what differs with an axis"],
+)
+def test_values_lie_where_their_labels_are(changes, along, labels, checked):
+    parts = [run(BASE | each) for each in changes]
+    joined = concat(parts)
+    assert joined[along].values.tolist() == labels
+    for part in parts:
+        for label in part[along].values.ravel():
+            mine, its = (
+                each.isel({along: each[along] == label}) if along in each.dims else each for each in (joined, part)
+            )
+            np.testing.assert_array_equal(np.ravel(mine[checked]), np.ravel(its[checked]))
+            events = int(its["events"].values.ravel()[0])
+            assert joined.nanoslip.events(**{along: label}).sizes["event"] == events
