@@ -141,6 +141,10 @@ PHYSICS = ("aspect_ratio", "poisson", "support")
 """Fields of a slab that say what it is; all others, its scheme's too, say how it is discretized."""
 
 
+LIMITED_BY_SCHEME = ("n_x", "poisson")
+"""Fields of a slab whose allowed values depend on its scheme."""
+
+
 def levels_of(nodes: int | None) -> int:
     """q of a row of 2^q + 1 nodes; 0 where there is none."""
     intervals = (nodes or 0) - 1

@@ -17,7 +17,7 @@ from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Case, Heterogeneit
 from nanoslip.solver.drive import parameters_of_a_drive
 from nanoslip.solver.outcome import SHOWN, InvalidInput, quoted
 from nanoslip.solver.parameter import declared
-from nanoslip.solver.slab import SCHEMES
+from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
 from nanoslip.study.manifest.parameters import Alike, Value, axes, make_case, of_symbol, table_of, words, words_of
 
 # Problems of a campaign, one line each, and its CSV files: the table of cases and the pin's roughness.
@@ -289,7 +289,7 @@ class Checker:
     def values(self, columns: Columns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Any, ...]]:
         """Values in their declared type, by field name. Values out of range are refused and left out.
 
-        slabs: parameters of the campaign's slabs. A setting of a scheme, or an n_x, is refused only if it fits none of them.
+        slabs: parameters of the campaign's slabs. What a scheme sets or limits is refused only if it fits none of them.
             None stands for a setting that a line of a table does not give.
         """
         values: dict[str, tuple[Any, ...]] = {}
@@ -304,7 +304,7 @@ class Checker:
                 if quick and (case := quick(value)):
                     taken.append(getattr(case, name))
                     continue
-                of_slabs = name == "n_x" or name in SCHEMES.settings()
+                of_slabs = name in LIMITED_BY_SCHEME or name in SCHEMES.settings()
                 points = [{**slab, name: value} for slab in slabs] if of_slabs else [{name: value}]
                 wrong = {index: need(make_case, point) for index, point in enumerate(points)}
                 fitting = [point for index, point in enumerate(points) if not wrong[index]]

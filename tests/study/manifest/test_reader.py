@@ -370,13 +370,19 @@ def test_rows_that_fit_one_grid_of_the_campaign_are_no_error_of_the_file(tmp_pat
     )
 
 
-def test_an_n_x_of_one_of_the_campaigns_schemes_is_no_error_of_the_file(tmp_path):
+@pytest.mark.parametrize(
+    ("axes", "fits", "refused"),
+    [
+        ('scheme = ["galerkin", "half_plane"]\naxes.n_x = [33, 101]', [1, 0, 1, 1], "n_x = 101: needs 2^N + 1"),
+        ('scheme = ["galerkin", "strip"]\naxes.poisson = [0.3, 0.5]', [1, 0, 1, 1], "poisson = 0.5: needs less than"),
+        ('scheme = ["strip", "half_plane"]\naxes.poisson = [0.5]', [1, 1], ""),
+    ],
+)
+def test_what_one_of_the_campaigns_schemes_takes_is_no_error_of_the_file(tmp_path, axes, fits, refused):
     """The cases that it does not fit are refused, each by itself."""
-    path = tmp_path / "x.toml"
-    path.write_text('title = "x"\naxes.scheme = ["galerkin", "half_plane"]\naxes.n_x = [33, 101]\n')
-    cases = expand(load_manifest(path))
-    assert [case.case is not None for case in cases] == [True, False, True, True]
-    assert cases[1].outcome.message.startswith("n_x = 101: needs 2^N + 1")
+    cases = expand(read(tmp_path, f'title = "x"\naxes.{axes}'))
+    assert [case.case is not None for case in cases] == fits
+    assert all(case.outcome.message.startswith(refused) for case in cases if case.case is None)
 
 
 def test_a_value_of_one_of_the_campaigns_schemes_is_no_error_of_the_file(tmp_path):
