@@ -130,9 +130,14 @@ class Slab:
 
 
 @lru_cache(maxsize=4)  # asked many times for each case, and few campaigns have more grids at a time
-def surface_x(n_x: int) -> NDArray[np.float64]:
-    """Positions of so many surface nodes from the slab's middle, in L_x, (n_x,), read-only."""
+def surface_x(n_x: int, first_node: int = 0, nodes: int | None = None) -> NDArray[np.float64]:
+    """Positions of a slab's n_x surface nodes from its middle, in L_x, (n_x,), read-only.
+
+    Of a surface without ends also of so many nodes from another one on.
+    """
     places = np.linspace(-0.5, 0.5, n_x)
+    if first_node or nodes not in (None, n_x):
+        places = (np.arange(nodes or n_x) + first_node) / (n_x - 1) - 0.5
     places.setflags(write=False)
     return places
 

@@ -212,14 +212,15 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     """The flags of a friction record from `start` to `end`: what was so at any time; none of one that failed before it slid.
 
     Sizes are known after every event; places from both ends, and from the nodes that triggered an event or slipped in one, which
-    are in contact.
+    are in contact. A surface without ends goes on under the pin: there the contact of start and end says how it fits the grid.
     """
     if not start.outcome.ok or (not record.outcome.ok and not record.node.size):
         return ()
     first = int(start.contact.sum())
     fewest, most = (int(extreme(initial=first)) for extreme in (record.contact_size.min, record.contact_size.max))
-    there = (start.contact | end.contact | (record.node_slips > 0)).nonzero()[0]
-    nodes = np.concatenate((there, record.node))
+    nodes = np.flatnonzero(start.contact | end.contact)
+    if not case.slab.scheme.endless:
+        nodes = np.concatenate((nodes, np.flatnonzero(record.node_slips), record.node))
     travel = record.final_displacement - start.displacement
     half_width = contact_half_width(start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
@@ -301,8 +302,8 @@ def lawfulness(case: Case, start: ContactState, record: FrictionRecord, end: Con
     # Classical sliding has looked at its energy event by event.
     if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end):
         return COMPLETED
-    xi = (surface_from_pin(case) + end.u - end.displacement)[end.contact]
-    steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case)[end.contact]).any()
+    xi = (surface_from_pin(case, end.first_node) + end.u - end.displacement)[end.contact]
+    steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case, end.first_node)[end.contact]).any()
     return STEEP_PIN if steep else energy_created(case)
 
 

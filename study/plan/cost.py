@@ -19,7 +19,7 @@ from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.kernels.slide import STRETCHES
-from nanoslip.solver.sliding.record import FIRST_CAPACITY, OFF_THE_SLAB, farthest
+from nanoslip.solver.sliding.record import FIRST_CAPACITY, farthest, off_the_slab
 from nanoslip.study.plan.kinds import compliance_needs
 from nanoslip.study.plan.task import Task, case_of, drive_of
 
@@ -172,7 +172,11 @@ def coulomb_steps(case: Case, events: float) -> float:
 def _reach(case: Case) -> float:
     """δ_p in L_x at which a record ends at the latest: its limit, or where a pin that follows the surface has left the slab."""
     limit = farthest(case, lateral_stiffness(case))
-    return min(limit, OFF_THE_SLAB) if case.effects.pin_translation or case.slip_rule.residual_shear == 1.0 else limit
+    return (
+        min(limit, off_the_slab(case))
+        if case.effects.pin_translation or case.slip_rule.residual_shear == 1.0
+        else limit
+    )
 
 
 def _most(case: Case) -> float:
@@ -240,14 +244,9 @@ def pulled(drive: Drive, case: Case) -> tuple[float, float]:
 # Seconds of each kind of computation, to a factor of three: its steps, counted, times their rates.
 
 
-def compliance_seconds(case: Case, slides: bool) -> float:
-    """Seconds of the compliance of a case's slab; none where nothing reads its matrix."""
-    return 0.0 if case.contact_by_convolution and not slides else condensation_seconds(case.slab)
-
-
 def condensation_seconds(slab: Slab) -> float:
-    """Seconds of `surface_compliance`."""
-    return NODE * grid_nodes(slab) + ENTRY * slab.n_x**2
+    """Seconds of `surface_compliance`; next to none where it is no matrix."""
+    return 0.0 if slab.scheme.endless else NODE * grid_nodes(slab) + ENTRY * slab.n_x**2
 
 
 def touch_seconds(case: Case) -> float:
@@ -348,7 +347,7 @@ def sliding_bytes(case: Case) -> float:
     anew = (
         case.effects.pin_translation and not case.effects.coupling
     )  # the compliance; else the displacements of the surface
-    whole = wide**2 if anew else wide * entries
+    whole = 0.0 if case.slab.scheme.endless else wide**2 if anew else wide * entries
     return _FLOAT * (_SYSTEMS * entries**2 + whole)
 
 

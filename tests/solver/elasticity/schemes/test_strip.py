@@ -11,8 +11,7 @@ from nanoslip.solver.case import Case, Effects
 from nanoslip.solver.contact.closed_forms import film_half_width, hertz
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState
-from nanoslip.solver.elasticity.compliance import normal_compliance, surface_compliance
-from nanoslip.solver.elasticity.schemes.endless import convolution_of
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab, Support
 from nanoslip.solver.sliding.plateau import plateau_of
@@ -64,7 +63,7 @@ def test_both_oracles_agree_below_one_half(support: Support) -> None:
 def test_entries_sum_to_the_layers_response_to_every_wave(n_x: int, height: float, poisson: float) -> None:
     """To a hundredth of the millionth that is promised: what 10001 aliases leave out is 1e-8 of the whole."""
     slab = Slab(n_x, height, poisson, scheme="strip")
-    found, distance = convolution_of(slab), np.arange(1, n_x) * slab.spacing
+    found, distance = surface_compliance(slab).convolution, np.arange(1, n_x) * slab.spacing
     for k in (0.3 / height, 1.0 / height, 2.5 / height):
         expected = sampled(k, slab)
         even = (half[0] + 2 * half[1:] @ np.cos(k * distance) for half in (found.along_x, found.along_z))
@@ -77,7 +76,7 @@ def test_entries_sum_to_the_layers_response_to_every_wave(n_x: int, height: floa
 def test_a_layer_that_rests_answers_pressure_as_its_waves_do(poisson: float) -> None:
     """Across it stays moved apart, by ν/2 of the force far off: what pressure takes of its height it gains in length."""
     slab = Slab(257, 0.02, poisson, "frictionless", scheme="strip")
-    found, distance = convolution_of(slab), np.arange(1, slab.n_x) * slab.spacing
+    found, distance = surface_compliance(slab).convolution, np.arange(1, slab.n_x) * slab.spacing
     for k in (15.0, 50.0, 125.0):
         expected = sampled(k, slab)[1, 1]
         assert found.along_z[0] + 2 * found.along_z[1:] @ np.cos(k * distance) == pytest.approx(expected, rel=2e-7)
@@ -87,10 +86,10 @@ def test_a_layer_that_rests_answers_pressure_as_its_waves_do(poisson: float) -> 
 def test_a_tall_layer_is_a_half_plane_as_the_square_of_distance_over_height() -> None:
     """Displacements relative to the node under the force; what the base adds is smooth there."""
     for poisson in (0.0, 1 / 3, 0.5):
-        deep = convolution_of(Slab(33, 1.0, poisson, scheme="half_plane"))
+        deep = surface_compliance(Slab(33, 1.0, poisson, scheme="half_plane")).convolution
         differences = []
         for height in (8.0, 16.0, 32.0):
-            found = convolution_of(Slab(33, height, poisson, scheme="strip"))
+            found = surface_compliance(Slab(33, height, poisson, scheme="strip")).convolution
             alike = ((found.along_x, deep.along_x), (found.along_z, deep.along_z))
             differences.append([np.abs((one - one[0]) - (other - other[0])).max() for one, other in alike])
         orders = np.log2(np.divide(differences[:-1], differences[1:]))
@@ -103,7 +102,7 @@ def test_many_nodes_take_the_memory_that_a_contact_is_planned_with(height: float
     slab = Slab(30_001, height, 0.5, scheme="strip")
     tracemalloc.start()
     try:
-        convolution_of(slab)
+        surface_compliance(slab)
         assert tracemalloc.get_traced_memory()[1] < 8 * 40 * slab.n_x
     finally:
         tracemalloc.stop()
@@ -145,7 +144,8 @@ def test_a_contact_on_a_tall_layer_is_hertzs() -> None:
 def test_contact_without_a_matrix_is_that_of_the_matrix(support: Support) -> None:
     slab = Slab(129, 0.3, 0.5, support, scheme="strip")
     case = Case(slab=slab, effects=Effects(friction=False))
-    one, other = (initial_contact(case, compliance(slab)) for compliance in (normal_compliance, surface_compliance))
+    endless = surface_compliance(slab)
+    one, other = initial_contact(case, endless), initial_contact(case, SurfaceCompliance(endless.matrix, slab))
     assert one.outcome.ok
     np.testing.assert_array_equal(one.contact, other.contact)
     np.testing.assert_allclose(one.pressure, other.pressure, atol=1e-8 * other.pressure.max())
