@@ -55,15 +55,8 @@ class Scheme(ABC):
         """The surface compliance, (2n, 2n), in 1/G per unit depth. Raises SingularOperator or InvalidInput."""
 
     def resolves(self, slab: "Slab", half_width: float) -> bool:
-        """Whether pressures and approach of a contact so wide, in L_x, are the slab's own to some 5 %, as far as that is known.
-
-        It fails where the slab resists dilatation so much that it flows under the pin, and the grid cannot follow.
-        """
+        """Whether its nodes give way under a contact so wide, in L_x, as the slab's surface does."""
         return True
-
-    def confinement(self, slab: "Slab") -> float:
-        """(λ+2G)/G of the elements below the surface: the larger, the more of its nodes give way together. 0 without any."""
-        return 0.0
 
     @property
     def bed_stiffness(self) -> float | None:

@@ -56,14 +56,13 @@ def around(followed: Nodes) -> slice:
     return slice(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
 
 
-def inner_nodes(case: Case, window: slice, contact: Nodes) -> tuple[int, int]:
+def inner_nodes(case: Case, window: slice, contact: Nodes, slides: bool) -> tuple[int, int]:
     """First and last node of a window, numbered from its start, that can touch without another window being asked for.
 
-    contact: of the window. Where a surface without ends goes on beyond the window another one follows, unless the contact is
-    as wide as the grid.
+    contact: of the window. Where it slides on a surface without ends the grid goes on beyond, unless the contact is as wide.
     """
     last = window.stop - window.start - 1
-    ahead = window.stop < case.slab.n_x or (case.slab.scheme.endless and not contact[last - GUARD :].any())
+    ahead = window.stop < case.slab.n_x or (slides and case.slab.scheme.endless and not contact[last - GUARD :].any())
     return GUARD if window.start > 0 else 0, last - GUARD if ahead else last
 
 
@@ -246,12 +245,13 @@ def compiled_contact(
     followed: NDArray[np.bool_],
     displacement: float = 0.0,
     first_node: int = 0,
+    slides: bool = False,
 ) -> CompiledContact:
     """State and constants for a given contact set and displacements (u, v at contact nodes; others ignored), the rate that per
     pin displacement.
 
     contact, u, v: shape (n,); followed, (n,): nodes to follow, with a margin (`within_reach`); displacement: δ_p.
-    Raises SingularOperator where the contact's compliance cannot be inverted.
+    slides: whether the grid may go on. Raises SingularOperator where the contact's compliance cannot be inverted.
     """
     window = around(followed)
     state = _state(case, compliance, window, contact[window], displacement, first_node)
@@ -259,7 +259,7 @@ def compiled_contact(
     state.inputs[:nodes] = np.where(state.contact, u[window], 0.0)
     state.inputs[nodes:-1] = np.where(state.contact, v[window], 0.0)
     respond(state)
-    return CompiledContact(case, compliance, window, state, _constants(case, window, state), first_node)
+    return CompiledContact(case, compliance, window, state, _constants(case, window, state, slides), first_node)
 
 
 def _state(
@@ -349,7 +349,7 @@ def slip_constants(case: Case) -> SlipConstants:
     )
 
 
-def _constants(case: Case, window: slice, state: KernelState) -> KernelConstants:
+def _constants(case: Case, window: slice, state: KernelState, slides: bool) -> KernelConstants:
     pin = pin_of(case)
     return KernelConstants(
         slip=slip_constants(case),
@@ -357,7 +357,7 @@ def _constants(case: Case, window: slice, state: KernelState) -> KernelConstants
         half_width=pin.half_width,
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         first_node=window.start,
-        inner_nodes=inner_nodes(case, window, state.contact),
+        inner_nodes=inner_nodes(case, window, state.contact, slides),
         window_until=good_until(case, state),
     )
 

@@ -61,7 +61,7 @@ class CoulombContact:
     """How often each node began to slide."""
     stalled: int = 0
     """Steps since displacement and load last made `motion.PROGRESS`."""
-    mark: float = 0.0
+    mark: float = -np.inf
     """Displacement plus load at that time."""
 
     def __post_init__(self) -> None:

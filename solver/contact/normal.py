@@ -342,7 +342,7 @@ def _pressed(
         heights = heights - system.slope * u
     if system.answers is None:
         forces, approach = system.forces(contact, heights, case.normal_load)
-        moved = (compliance if coupled else compliance.uncoupled()).displacements(forces.reshape(2, n)).ravel()
+        moved = compliance.displacements(forces.reshape(2, n), coupled).ravel()
     else:
         forces, approach, moved = system.answered(contact, heights, case.normal_load)
     u = np.where(contact, 0.0, moved[:n]) if stuck else moved[:n]

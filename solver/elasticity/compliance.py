@@ -51,8 +51,8 @@ class Compliance(OneLine, ABC):
         """The matrix in these rows and columns, (rows, columns), a copy."""
 
     @abstractmethod
-    def displacements(self, forces: Dense) -> Dense:
-        """[u; w] of all surface nodes, (2, n), under nodal forces [f_x; f_z], (2, n)."""
+    def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
+        """[u; w] of all surface nodes, (2, n), under nodal forces [f_x; f_z], (2, n); coupled: as in `uncoupled` if not."""
 
     @abstractmethod
     def uncoupled(self) -> "Compliance":
@@ -104,12 +104,13 @@ class SurfaceCompliance(Compliance):
             return self.matrix.take(rows, 0).take(columns, 1)
         return self.matrix.take(columns, 1).take(rows, 0)
 
-    def displacements(self, forces: Dense) -> Dense:
-        n, nodes = self.slab.n_x, np.flatnonzero(forces.any(axis=0))
-        found = np.zeros(2 * n)
-        for along in range(2 if len(nodes) else 0):
-            loaded = slice(nodes[0], nodes[-1] + 1)
-            found += self.matrix[:, along * n :][:, loaded] @ forces[along, loaded]
+    def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
+        n, found = self.slab.n_x, np.zeros(forces.size)
+        for along in np.flatnonzero(forces.any(axis=1)):  # only what is loaded, and what moves, is read
+            nodes = np.flatnonzero(forces[along])
+            loaded, first = slice(nodes[0], nodes[-1] + 1), along * n
+            moved = slice(None) if coupled else slice(first, first + n)
+            found[moved] += self.matrix[moved, first : first + n][:, loaded] @ forces[along, loaded]
         return found.reshape(2, n)
 
     def uncoupled(self) -> "SurfaceCompliance":
@@ -151,8 +152,8 @@ class EndlessCompliance(Compliance):
         (moved, to), (pushed, at) = divmod(rows[:, None], n), divmod(columns, n)
         return np.asarray(self.convolution.by_distance[moved, pushed, n - 1 + to - at])
 
-    def displacements(self, forces: Dense) -> Dense:
-        return self.convolution.displacements(forces)
+    def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
+        return (self.convolution if coupled else self.convolution.uncoupled()).displacements(forces)
 
     def uncoupled(self) -> "EndlessCompliance":
         return EndlessCompliance(self.convolution.uncoupled(), self.slab)

@@ -215,7 +215,7 @@ def compiled_at(case: Case, compliance: Compliance, state: ContactState, whole: 
         followed = _followed(case, state, whole)
     contact, u, displacement, first = state.contact, state.u, state.displacement, state.first_node
     height = pin_of(case).height(np.where(contact, surface_from_pin(case, first) + u - displacement, 0.0))
-    return compiled_contact(case, compliance, contact, u, height, followed, displacement, first)
+    return compiled_contact(case, compliance, contact, u, height, followed, displacement, first, slides=True)
 
 
 def _followed(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]:
@@ -279,11 +279,10 @@ class TangentialContact:
 
     def state(self, outcome: Outcome) -> ContactState:
         """The contact as it is now; its normal fields are those of initial contact."""
-        start, coupled = self._start, self._case.effects.coupling
-        compliance = self._compliance if coupled else self._compliance.uncoupled()
+        start, compliance = self._start, self._compliance
         force = start.nodal_force.copy()
         force[0, self._nodes] = self._state.shear
-        u = compliance.displacements(force)[0]
+        u = compliance.displacements(force, self._case.effects.coupling)[0]
         u[self._nodes] = self._state.u
         displacement = float(self._state.scalars["displacement"])
         values = {

@@ -321,6 +321,7 @@ _SYSTEMS = 5.0  # copies of its matrix that a contact holds at once
 _CONVOLVED = 40.0  # numbers for each surface node while a contact is looked for without a matrix
 _OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
 _EVENT = 65.0  # bytes of an event in a record
+_FIELDS = 16.0  # fields over the surface while a pin slides: places, forces, displacements, their changes
 _INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
 _NODE = 500.0  # numbers for each node of a slab's grid: its sparse stiffness, copies and products
 _SQUARE = (
@@ -344,10 +345,8 @@ def sliding_bytes(case: Case) -> float:
     """The same while sliding on from initial contact, without the record itself."""
     wide = 2.0 * case.slab.n_x
     entries = max(_touch_entries(case), tableau_entries(case) if case.effects.pin_translation else contact_nodes(case))
-    anew = (
-        case.effects.pin_translation and not case.effects.coupling
-    )  # the compliance; else the displacements of the surface
-    whole = 0.0 if case.slab.scheme.endless else wide**2 if anew else wide * entries
+    anew = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)  # the compliance
+    whole = wide * (wide if anew else _FIELDS)
     return _FLOAT * (_SYSTEMS * entries**2 + whole)
 
 
