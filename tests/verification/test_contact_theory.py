@@ -6,7 +6,6 @@ moves back.
 """
 
 import math
-from dataclasses import replace
 from itertools import product
 
 import numpy as np

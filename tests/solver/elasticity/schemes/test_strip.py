@@ -1,11 +1,13 @@
 """A layer without ends against its own waves, solved by four equations or by the exponential of the equations' matrix."""
 
 import tracemalloc
+from dataclasses import replace
 
 import mpmath
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from skfem import ElementQuadP
 
 from nanoslip.solver.case import Case, Effects
 from nanoslip.solver.contact.closed_forms import film_half_width, hertz
@@ -18,6 +20,7 @@ from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.validity import contact_half_width
 from tests.physics import assert_contact_laws
+from tests.verification.finite_slab import elliptic_energies
 from tests.verification.layer import wave_compliance
 
 Dense = NDArray[np.float64]
@@ -138,6 +141,48 @@ def test_a_contact_on_a_tall_layer_is_hertzs() -> None:
     assert contact_half_width(pressed(Slab(257, 20.0, 0.5, scheme="strip"), 1e-7)) == pytest.approx(
         theory.half_width, rel=5e-3
     )
+
+
+def elliptic(half_width: float, slab: Slab) -> Dense:
+    """Twice the energies of unit elliptic loads along x and along z, (2,), to second order in the spacing and without it."""
+
+    def energies(slab: Slab) -> Dense:
+        theta = (np.arange(40_000) + 0.5) / 40_000 * np.pi
+        place, share = half_width * np.cos(theta), 2.0 * np.sin(theta) ** 2 / 40_000
+        near, along = np.divmod((place + 0.5) / slab.spacing, 1.0)
+        force = np.bincount(near.astype(int), share * (1.0 - along), slab.n_x)
+        force += np.bincount(near.astype(int) + 1, share * along, slab.n_x)
+        compliance, none = surface_compliance(slab), np.zeros(slab.n_x)
+        moved = (compliance.displacements(np.array(forces)) for forces in ((force, none), (none, force)))
+        return np.array([float(force @ uw[axis]) for axis, uw in enumerate(moved)])
+
+    finer = energies(replace(slab, n_x=2 * slab.n_x - 1))
+    return np.asarray(finer + (finer - energies(slab)) / 3.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("support", "poisson", "height", "within"),
+    [("bonded", 0.45, 1 / 16, 5e-5), ("bonded", 0.49, 1 / 16, 5e-5), ("frictionless", 0.49, 1 / 8, 5e-6)],
+)
+def test_energies_of_loads_are_those_of_finite_elements_of_fourth_degree(
+    support: Support, poisson: float, height: float, within: float
+) -> None:
+    """scikit-fem, p = 4, on slabs 8 to 20 times as wide as high: 8 times as wide, a bonded one's ends still take 0.4 %."""
+    half_width = height / 3.0
+    expected = elliptic_energies(half_width, poisson, height, support, height / 30.0, 3.0, ElementQuadP(4))
+    found, along = elliptic(half_width, Slab(513, height, poisson, support, scheme="strip")), support == "frictionless"
+    np.testing.assert_allclose(found[along:], expected[along:], rtol=within)
+
+
+def test_a_large_layer_is_reciprocal_and_stores_energy_under_any_force() -> None:
+    """ν = 0.5, a height of a tenth: symmetric bit for bit at n_x = 4097, and its circle's symbols are above 0."""
+    compliance = surface_compliance(Slab(4097, 0.1, 0.5, scheme="strip"))
+    some = np.random.default_rng(2).integers(0, 2 * 4097, 700)
+    block = compliance.entries(some, some)
+    np.testing.assert_array_equal(block, block.T)
+    for half in (compliance.convolution.along_x, compliance.convolution.along_z):
+        assert np.fft.rfft(np.concatenate((half, half[-2:0:-1]))).real.min() > 0.0
 
 
 @pytest.mark.parametrize("support", ["bonded", "frictionless"])
