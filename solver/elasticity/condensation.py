@@ -1,4 +1,4 @@
-"""From the stiffness of a whole slab to the compliance of its surface: parity, translations, elimination, dissection."""
+"""From the stiffness of a whole slab to the compliance of its surface: parity, elimination, dissection."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -85,84 +85,8 @@ def _numbered(group: NDArray[np.int64], weight: NDArray[np.float64]) -> Fields:
     return Fields(number, weight)
 
 
-# Translations of whole rows of nodes, as unknowns in place of one displacement of each row.
-#
-# Cells much higher than wide resist stretching along x by λ·dz/dx, and shear by dx/dz. The force that moves a row as a whole is
-# a sum of entries that are larger than the sum by λ(dz/dx)². Rounding loses as many digits of it: all of them in a slab
-# stretched 10 000 times at ν = 0.4999. Where a scheme knows that sum exactly, one node of the row, its anchor, stands for the
-# row's translation. Displacements of the row's other nodes are counted relative to it.
-
 Dense = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-
-class Translation(NamedTuple):
-    """A row of nodes that moves along x or z as a whole."""
-
-    anchor: int
-    """Field in whose place it stands."""
-    members: Indices
-    """Fields of the row, the anchor among them."""
-    motion: Dense
-    """Displacements of these per unknown."""
-
-
-def with_translations(k: Stiffness, fields: Fields) -> tuple[Sparse, list[Translation]]:
-    """The stiffness between fields, (count, count), and the translations whose forces stand in its anchors' columns."""
-    matrix = projected(k.matrix, fields)
-    if k.per_row is None:
-        return matrix, []
-    stiffest = np.abs(matrix.diagonal())
-    moving, columns = [], []
-    for row, members in _free_rows(k, fields):
-        anchor = int(members[len(members) // 2])
-        forces = forces_on(fields, k.per_row[:, row])
-        # A power of two rounds nothing, and makes the column as large as the one that it replaces.
-        unit = 2.0 ** np.round(np.log2(stiffest[anchor] / np.abs(forces).max()))
-        moving.append(Translation(anchor, members, unit / fields.weight[fields.first_entries[members]]))
-        columns.append(unit * forces)
-    return _replaced(matrix, [one.anchor for one in moving], columns), moving
-
-
-def displace(compliance: Dense, place: Indices, moving: list[Translation]) -> None:
-    """Turn a compliance that answers in these unknowns into one of displacements, in place.
-
-    place: row of the compliance of every field, -1 for none.
-    """
-    for translation in moving:
-        at = place[translation.anchor]
-        if at >= 0:
-            common = compliance[at].copy()
-            compliance[at] = 0.0
-            compliance[place[translation.members]] += np.outer(translation.motion, common)
-
-
-def _free_rows(k: Stiffness, fields: Fields) -> list[tuple[int, Indices]]:
-    """Rows that these fields can move as a whole, along x or z: their column of `per_row`; their fields from left to right."""
-    of_node = np.repeat(np.arange(k.grid.rows), k.grid.counts)
-    row_of = np.concatenate((of_node, of_node + k.grid.rows))
-    held = np.bincount(row_of, weights=fields.weight <= 0.0) > 0
-    return [(int(row), np.unique(fields.number[row_of == row])) for row in np.flatnonzero(~held)]
-
-
-def forces_on(fields: Fields, forces: Dense) -> Dense:
-    """Forces on the fields, (count,), of forces on displacements, (2·nodes,)."""
-    kept = fields.number >= 0
-    found = np.bincount(fields.number[kept], weights=(fields.weight * forces)[kept], minlength=fields.count)
-    return np.asarray(found, np.float64)
-
-
-def _replaced(matrix: Sparse, places: list[int], columns: list[Dense]) -> Sparse:
-    """The matrix with other columns in these places."""
-    entries = scipy.sparse.coo_array(matrix)
-    rows, others = entries.coords
-    kept = ~np.isin(others, places)
-    filled = [np.flatnonzero(column) for column in columns]
-    values = [entries.data[kept], *(column[at] for column, at in zip(columns, filled, strict=True))]
-    new = [np.full(len(at), place) for place, at in zip(places, filled, strict=True)]
-    coordinates = (np.concatenate((rows[kept], *filled)), np.concatenate((others[kept], *new)))
-    return scipy.sparse.csr_array((np.concatenate(values), coordinates), shape=matrix.shape)
-
 
 # Eliminate some fields of a stiffness: the stiffness left for the others, and what is added to the surface's compliance.
 #
@@ -244,7 +168,6 @@ def _checked(reciprocal_condition: float) -> float:
 
 SMALLEST = 160
 """A piece of at most so many fields is eliminated at once: below, more time goes into calls than into arithmetic."""
-NONE: Indices = np.empty(0, np.int64)
 ROWS_AT_ONCE = 64
 """Rows of a product that are added at once: they stay in the cache."""
 
@@ -295,12 +218,9 @@ class _Slab:
         """Whether the stiffness is symmetric and positive definite."""
         return self.columns is self.rows
 
-    def eliminated(self, inside: Indices, last: Indices = NONE) -> _Piece:
-        """Eliminate the fields `inside`, sorted: first each side of a cut, then the cut, and with it those that come last.
-
-        Raises SingularOperator.
-        """
-        cut, *sides = self._cut(inside, last)
+    def eliminated(self, inside: Indices) -> _Piece:
+        """Eliminate the fields `inside`, sorted: first each side of a cut, then the cut. Raises SingularOperator."""
+        cut, *sides = self._cut(inside)
         pieces = [self.eliminated(side) for side in sides if len(side)]
         acting = [_entries(each, cut) for each in ((self.rows,) if self.symmetric else (self.rows, self.columns))]
         front = self._front(cut, inside, [*(each.columns for each in acting), *(piece.border for piece in pieces)])
@@ -349,11 +269,8 @@ class _Slab:
             rows = one[first - surface.start : last - surface.start]
             self.compliance[first:last, begin : surface.stop] += rows @ other[:, begin - surface.start :]
 
-    def _cut(self, inside: Indices, last: Indices) -> tuple[Indices, Indices, Indices]:
-        """Fields of the shorter cut, upright or level, through the middle, and with it the last; and those on either side."""
-        if len(last):
-            cut, left, right = self._cut(np.setdiff1d(inside, last, assume_unique=True), NONE)
-            return np.sort(np.concatenate((cut, last))), left, right
+    def _cut(self, inside: Indices) -> tuple[Indices, Indices, Indices]:
+        """Fields of the shorter cut, upright or level, through the middle; and those on either side."""
         if len(inside) <= SMALLEST:
             return inside, inside[:0], inside[:0]
         ways = [self._cut_along(inside, self.places[inside, axis]) for axis in (0, 1)]
@@ -373,20 +290,18 @@ class _Slab:
         return below[acting], below[~acting], inside[beyond]
 
 
-def surface_inverse(
-    matrix: Sparse, places: Dense, surface: Indices, last: Indices = NONE, symmetric: bool = False
-) -> tuple[Dense, float]:
+def surface_inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: bool = False) -> tuple[Dense, float]:
     """matrix⁻¹ at the fields `surface` alone, (len(surface), len(surface)); and the least reciprocal condition of the cuts.
 
-    places: x and z of every field, (fields, 2). The surface, given from left to right, has the largest z. last: fields that act
-    far and wide, eliminated after all others. symmetric: whether the matrix is symmetric and positive definite, as what is
-    found then is exactly. Raises SingularOperator where a cut's fields cannot be solved for.
+    places: x and z of every field, (fields, 2). The surface, given from left to right, has the largest z. symmetric: whether
+    the matrix is symmetric and positive definite, as what is found then is exactly. Raises SingularOperator where a cut's fields
+    cannot be solved for.
     """
     number = np.full(len(places), -1)
     number[surface] = np.arange(len(surface))
     found = np.zeros((len(surface), len(surface)))
     columns = matrix if symmetric else scipy.sparse.csr_array(matrix.T)
-    whole = _Slab(matrix, columns, places, number, found).eliminated(np.arange(len(places)), last)
+    whole = _Slab(matrix, columns, places, number, found).eliminated(np.arange(len(places)))
     if symmetric:
         _dissection_mirror(found)
     return found, whole.reciprocal_condition
@@ -477,26 +392,23 @@ def condensed(k: Stiffness) -> Dense:
         where = places[fields.first_entries]
         on_top = np.unique(number[number >= 0])
         on_top = on_top[np.argsort(where[on_top, 0], kind="stable")]
-        matrix, moving = with_translations(k, fields)
-        anchors = np.array([translation.anchor for translation in moving], np.int64)
-        compliance = _inverse(matrix, where, on_top, anchors, k.symmetric and not moving)
+        compliance = _inverse(projected(k.matrix, fields), where, on_top, k.symmetric)
         place = np.full(fields.count, -1)
         place[on_top] = np.arange(len(on_top))
-        displace(compliance, place, moving)
         # A displacement without a field has no weight either: any place will do.
         _add(total, compliance, place[number], weight)
     return total
 
 
-def _inverse(matrix: Sparse, places: Dense, surface: Indices, last: Indices, symmetric: bool) -> Dense:
+def _inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: bool) -> Dense:
     """As `surface_inverse`; where that may have lost digits, it is found a second time. Raises SingularOperator.
 
     Multiplied by a number that is no power of two, each stiffness is rounded otherwise, those that are alike alike: what changes
     in the compliance is not known.
     """
-    found, reciprocal_condition = surface_inverse(matrix, places, surface, last, symmetric)
+    found, reciprocal_condition = surface_inverse(matrix, places, surface, symmetric)
     if reciprocal_condition < DOUBTFUL:
-        change = surface_inverse(OTHERWISE * matrix, places, surface, last, symmetric)[0]
+        change = surface_inverse(OTHERWISE * matrix, places, surface, symmetric)[0]
         change *= OTHERWISE
         change -= found
         share = float(np.abs(change, out=change).max() / np.abs(found).max())

@@ -174,9 +174,7 @@ class Stiffness:
     """{f_x; f_z} = matrix {u; w} for every node, no support applied (Eq. 11).
 
     matrix: sparse, (2·nodes, 2·nodes), in G. fixed_u, fixed_w: masks of the displacements held at zero, (nodes,).
-    symmetric: whether the scheme promises a symmetric positive definite matrix. per_row: forces per translation of each row of
-    nodes, (2·nodes, 2·rows), along x, then along z, where a scheme's cells may be so high and narrow that too few digits are
-    left where its matrix is summed.
+    symmetric: whether the scheme promises a symmetric positive definite matrix.
     """
 
     grid: Grid
@@ -184,7 +182,6 @@ class Stiffness:
     fixed_u: NDArray[np.bool_]
     fixed_w: NDArray[np.bool_]
     symmetric: bool
-    per_row: NDArray[np.float64] | None = None
 
     @property
     def fixed(self) -> NDArray[np.bool_]:

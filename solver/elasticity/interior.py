@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.elasticity.condensation import displace, families, forces_on, with_translations
+from nanoslip.solver.elasticity.condensation import families, projected
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.elasticity.grid import Grid, Stiffness, lagrange, lame, slope
 from nanoslip.solver.elasticity.grid_scheme import solve_sparse, stiffness
@@ -59,14 +59,14 @@ def _solved(whole: Stiffness, poisson: float, nodal_force: NDArray[np.float64]) 
 
 
 def _displaced(whole: Stiffness, forces: Vector) -> Vector:
-    """[u; w] of all nodes, (2·nodes,), under forces on them, with the unknowns that the condensation has."""
+    """[u; w] of all nodes, (2·nodes,), under forces on them."""
     total = np.zeros_like(forces)
     for one in families(whole):
-        matrix, moving = with_translations(whole, one)
-        found = solve_sparse(matrix, forces_on(one, forces))[:, None]
-        displace(found, np.arange(one.count), moving)
         kept = one.number >= 0
-        total[kept] += one.weight[kept] * found[one.number[kept], 0]
+        number, weight = one.number[kept], one.weight[kept]
+        right = np.bincount(number, weight * forces[kept], one.count).astype(np.float64)
+        found = solve_sparse(projected(whole.matrix, one), right)
+        total[kept] += weight * found[number]
     return total
 
 

@@ -14,7 +14,6 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.slide import slide_to_state
@@ -23,7 +22,7 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import column
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.run.compute import compliance_of, run_task
 from tests.physics import assert_contact_laws, assert_friction_law
 
 LONGEST = 60.0
@@ -166,7 +165,7 @@ def check(text: str, folder: Path) -> str:
         first = next(iter(result.members), result.outcome)  # an ensemble is usable without its first member
         if task.kind == "record" and first.usable:
             assert task.case is not None
-            compliance = SurfaceCompliance(results[task.needs[0]].arrays["matrix"], task.slab)
+            compliance = compliance_of(task, results)
             case = task.ensemble.case(task.case, 0)
             record, end = slide_to_state(case, compliance)
             np.testing.assert_array_equal(record.force_after, column(result, "force_after", "event"))

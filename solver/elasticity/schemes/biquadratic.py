@@ -93,25 +93,7 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
         fixed_u=fixed_u,
         fixed_w=fixed_w,
         symmetric=False,
-        per_row=_per_row(grid, dilation),
     )
-
-
-def _per_row(grid: Grid, dilation: float) -> NDArray[np.float64]:
-    """Forces of all nodes per translation of each row, (2·nodes, 2·rows): Σ_k α_k = 1, whose slopes and rises are none."""
-    found = np.zeros((2, grid.nodes, 2, grid.rows))
-    for row in range(grid.rows):
-        used, gamma = _across(grid, row)
-        lower, upper = _ends(grid, row)
-        faces, width = np.zeros(grid.counts[row]), np.full(grid.counts[row], grid.spacing(row))
-        faces[[0, -1]] = 1.0, -1.0  # Elsewhere a volume has two sides, whose normals are opposite.
-        width[[0, -1]] /= 2
-        for q, other in enumerate(used):
-            dz_on_sides = faces * (value(gamma, upper) - value(gamma, lower))[q]
-            dz_on_ends = width * sum(s * slope(gamma, z)[q] for s, z in _inner_ends(grid, row))
-            found[:, grid.row_nodes(row), 0, other] = -dz_on_ends, -dz_on_sides
-            found[:, grid.row_nodes(row), 1, other] = -dilation * dz_on_sides, -(dilation + 2) * dz_on_ends
-    return found.reshape(2 * grid.nodes, 2 * grid.rows)
 
 
 def _across(grid: Grid, row: int) -> tuple[NDArray[np.int64], Basis]:
