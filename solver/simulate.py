@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.initial import compliance_for_contact, initial_contact
+from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
@@ -74,7 +74,7 @@ class DriveResult(Viewed):
 
 def contact_state(case: Case, compliance: Compliance | None = None) -> ContactState:
     """The contact of `case` at initial contact. A compliance at hand is used, else computed from the case's slab."""
-    return initial_contact(case, compliance or compliance_for_contact(case))
+    return initial_contact(case, compliance or surface_compliance(case.slab))
 
 
 def friction_record(case: Case, compliance: Compliance | None = None) -> FrictionRecord:

@@ -55,15 +55,8 @@ class Scheme(ABC):
         """The surface compliance, (2n, 2n), in 1/G per unit depth. Raises SingularOperator or InvalidInput."""
 
     def resolves(self, slab: "Slab", half_width: float) -> bool:
-        """Whether pressures and approach of a contact so wide, in L_x, are the slab's own to some 5 %, as far as that is known.
-
-        It fails where the slab resists dilatation so much that it flows under the pin, and the grid cannot follow.
-        """
+        """Whether its nodes give way under a contact so wide, in L_x, as the slab's surface does."""
         return True
-
-    def confinement(self, slab: "Slab") -> float:
-        """(λ+2G)/G of the elements below the surface: the larger, the more of its nodes give way together. 0 without any."""
-        return 0.0
 
     @property
     def bed_stiffness(self) -> float | None:
@@ -130,9 +123,14 @@ class Slab:
 
 
 @lru_cache(maxsize=4)  # asked many times for each case, and few campaigns have more grids at a time
-def surface_x(n_x: int) -> NDArray[np.float64]:
-    """Positions of so many surface nodes from the slab's middle, in L_x, (n_x,), read-only."""
+def surface_x(n_x: int, first_node: int = 0, nodes: int | None = None) -> NDArray[np.float64]:
+    """Positions of a slab's n_x surface nodes from its middle, in L_x, (n_x,), read-only.
+
+    Of a surface without ends also of so many nodes from another one on.
+    """
     places = np.linspace(-0.5, 0.5, n_x)
+    if first_node or nodes not in (None, n_x):
+        places = (np.arange(nodes or n_x) + first_node) / (n_x - 1) - 0.5
     places.setflags(write=False)
     return places
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.record import FrictionRecord
 
@@ -29,7 +29,7 @@ CARRIED = 64.0 * np.finfo(float).eps
 """The same of approach and δ_p where forces and displacements follow from them: rounded at every step, 34 ε seen in 60 events."""
 
 
-def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -> dict[str, float]:
+def law_errors(state: ContactState, case: Case, compliance: Compliance) -> dict[str, float]:
     """How far the state is from every law, as a share of the load (forces) or of what the load displaces (lengths).
 
     equilibrium: displacements are those the compliance gives for the forces; load: ΣN = W; tension: pressure ≥ 0;
@@ -43,13 +43,13 @@ def law_errors(state: ContactState, case: Case, compliance: SurfaceCompliance) -
     displacement = np.concatenate((state.u, state.w))
     normal, shear = -state.nodal_force[1], limited_shear(state.nodal_force[0], case)
     # Rounding of heights cannot be told from gaps; where a node is far out on a sharp pin that is more than the load moves.
-    height = pin_of(case).height(surface_from_pin(case) + state.u - state.displacement)
+    height = pin_of(case).height(surface_from_pin(case, state.first_node) + state.u - state.displacement)
     blur = np.where(np.isfinite(height), ROUNDING * np.abs(height), 0.0)
     off = np.maximum(np.abs(state.w + state.approach - height) - blur, 0.0)[inside]
     below = np.maximum(-state.gap - blur, 0.0)
     finite_gap = np.where(np.isfinite(state.gap), state.gap, 0.0)
     limited = math.isfinite(case.intrinsic_friction)
-    limit = node_friction(case) * normal if limited else np.inf
+    limit = node_friction(case, state.first_node) * normal if limited else np.inf
     # The limit itself is known to rounding of μ_i·pressure.
     borne = normal_load * max(case.intrinsic_friction, 1.0)
     moved = float((np.abs(compliance.matrix) @ np.abs(force)).max())
@@ -73,14 +73,14 @@ def limited_shear(shear: NDArray[np.float64], case: Case) -> NDArray[np.float64]
     return np.abs(shear) if case.slip_rule.limited_shear == "both_ways" else shear
 
 
-def assert_contact_laws(state: ContactState, case: Case, compliance: SurfaceCompliance) -> None:
+def assert_contact_laws(state: ContactState, case: Case, compliance: Compliance) -> None:
     """Equilibrium, ΣN = W, constraints I-III and complementarity, within LIMITS."""
     errors = law_errors(state, case, compliance)
     broken = {law: error for law, error in errors.items() if not error <= LIMITS[law]}
     assert not broken, broken
 
 
-def assert_friction_law(case: Case, record: FrictionRecord, compliance: SurfaceCompliance) -> None:
+def assert_friction_law(case: Case, record: FrictionRecord, compliance: Compliance) -> None:
     """What is limited of F is at most μ_i·W at the record's start and before and after every event.
 
     But for the share of it that a smallest step may push nodes beyond their limit (1e-4), and rounding; of nodes with different

@@ -27,7 +27,7 @@ from nanoslip.solver.contact.kernels.state import (
 from nanoslip.solver.contact.normal import FEW, KEPT
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import Outcome, SingularOperator
 
 # The window of surface nodes that the kernels follow: the contact and a margin. Slips cost what the window is wide.
@@ -56,13 +56,43 @@ def around(followed: Nodes) -> slice:
     return slice(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
 
 
-def inner_nodes(window: slice, n_x: int) -> tuple[int, int]:
-    """First and last node of a window, numbered from its start, that can touch without a wider one being asked for."""
+def inner_nodes(case: Case, window: slice, contact: Nodes, slides: bool) -> tuple[int, int]:
+    """First and last node of a window, numbered from its start, that can touch without another window being asked for.
+
+    contact: of the window. Where it slides on a surface without ends the grid goes on beyond, unless the contact is as wide.
+    """
     last = window.stop - window.start - 1
-    return GUARD if window.start > 0 else 0, last - GUARD if window.stop < n_x else last
+    ahead = window.stop < case.slab.n_x or (slides and case.slab.scheme.endless and not contact[last - GUARD :].any())
+    return GUARD if window.start > 0 else 0, last - GUARD if ahead else last
 
 
-def within_reach(case: Case, contact: Nodes, u: Vector, v: Vector, displacement: float = 0.0) -> Nodes:
+def left_behind(case: Case, followed: Nodes, contact: Nodes) -> int:
+    """Nodes at its left end that the grid of a surface without ends gives up, to go on as far to its right, so that what is
+    followed keeps its margin; 0 while it has it. followed, contact: (n,)."""
+    nodes, more = np.flatnonzero(contact if followed.all() else followed), margin(len(contact))
+    if not case.slab.scheme.endless or int(nodes[-1]) + more < len(contact):
+        return 0
+    return max(int(nodes[0] + nodes[-1] + 1 - len(contact)) // 2, 0)
+
+
+def following(case: Case, compliance: Compliance, state: ContactState, nodes: int) -> ContactState:
+    """The same contact on a grid that has gone on by so many nodes: those it comes upon move as the forces say."""
+    if not nodes:
+        return state
+    contact, forces = np.roll(state.contact, -nodes), np.roll(state.nodal_force, -nodes, axis=1)
+    uv = compliance.displacements(forces)
+    uv[1] += state.approach
+    kept = contact[:-nodes]
+    uv[0, :-nodes][kept] = state.u[nodes:][kept]
+    uv[1, :-nodes][kept] = (state.w + state.approach)[nodes:][kept]
+    first, found = state.first_node + nodes, (contact, forces, uv[0], uv[1], state.approach)
+    moved = (state.displacement, state.slips, state.outcome, first)
+    return state_from_forces(case, compliance.widths, *found, *moved)
+
+
+def within_reach(
+    case: Case, contact: Nodes, u: Vector, v: Vector, displacement: float = 0.0, first_node: int = 0
+) -> Nodes:
     """Nodes to follow: those in contact, and those that a rough pin could meet before the next window is set up.
 
     contact, u, v = w + approach: (n,), also of free nodes; displacement: δ_p. All in L_x.
@@ -72,16 +102,19 @@ def within_reach(case: Case, contact: Nodes, u: Vector, v: Vector, displacement:
     if not _in_one_spot(contact):
         return np.ones_like(contact)
     farther, deeper = _reach(case)
-    lowest = pin_of(case).lowest_within(surface_from_pin(case) + u - displacement, farther)
+    lowest = pin_of(case).lowest_within(surface_from_pin(case, first_node) + u - displacement, farther)
     return np.asarray(contact | (lowest - deeper <= v))
 
 
 def good_until(case: Case, state: KernelState) -> tuple[float, float, float]:
     """Displacement, and heights of the window's two end nodes under the pin, up to which none beyond can meet a rough pin."""
     nodes = len(state.x)
-    if not case.heterogeneity.roughness or nodes == case.slab.n_x:
+    if not case.heterogeneity.roughness or (nodes == case.slab.n_x and not case.slab.scheme.endless):
         return math.inf, math.inf, math.inf
     farther, deeper = _reach(case)
+    if nodes == case.slab.n_x:  # the next grid is to follow halfway to this one's end
+        room = int(np.argmax(state.contact[::-1])) // 2 * case.slab.spacing
+        return float(state.scalars["displacement"]) + max(room, farther), math.inf, math.inf
     left, right = (float(state.response[nodes + end]) + deeper / NOT_SEEN for end in (0, nodes - 1))
     return float(state.scalars["displacement"]) + farther, left, right
 
@@ -195,38 +228,42 @@ class CompiledContact:
     """What the kernels work on: state and constants for the surface nodes of one window."""
 
     case: Case
-    compliance: SurfaceCompliance
+    compliance: Compliance
     window: slice
     state: KernelState
     constants: KernelConstants
+    first_node: int
+    """Of the surface, which the grid's first is."""
 
 
 def compiled_contact(
     case: Case,
-    compliance: SurfaceCompliance,
+    compliance: Compliance,
     contact: NDArray[np.bool_],
     u: Vector,
     v: Vector,
     followed: NDArray[np.bool_],
     displacement: float = 0.0,
+    first_node: int = 0,
+    slides: bool = False,
 ) -> CompiledContact:
     """State and constants for a given contact set and displacements (u, v at contact nodes; others ignored), the rate that per
     pin displacement.
 
     contact, u, v: shape (n,); followed, (n,): nodes to follow, with a margin (`within_reach`); displacement: δ_p.
-    Raises SingularOperator where the contact's compliance cannot be inverted.
+    slides: whether the grid may go on. Raises SingularOperator where the contact's compliance cannot be inverted.
     """
     window = around(followed)
-    state = _state(case, compliance, window, contact[window], displacement)
+    state = _state(case, compliance, window, contact[window], displacement, first_node)
     nodes = len(state.x)
     state.inputs[:nodes] = np.where(state.contact, u[window], 0.0)
     state.inputs[nodes:-1] = np.where(state.contact, v[window], 0.0)
     respond(state)
-    return CompiledContact(case, compliance, window, state, _constants(case, window, state))
+    return CompiledContact(case, compliance, window, state, _constants(case, window, state, slides), first_node)
 
 
 def _state(
-    case: Case, compliance: SurfaceCompliance, window: slice, contact: NDArray[np.bool_], displacement: float
+    case: Case, compliance: Compliance, window: slice, contact: Nodes, displacement: float, first_node: int
 ) -> KernelState:
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
     few = compliance.slab.n_x <= FEW and compliance.lasting
@@ -236,7 +273,7 @@ def _state(
     inputs = np.zeros(entries)
     inputs[-1] = -case.normal_load
     sticks = math.isinf(case.intrinsic_friction)
-    friction_of_nodes = np.zeros(nodes) if sticks else node_friction(case)[window]
+    friction_of_nodes = np.zeros(nodes) if sticks else node_friction(case, first_node)[window]
     return KernelState(
         matrix=matrix,
         tableau=in_lines(inverted),
@@ -244,7 +281,7 @@ def _state(
         inputs=inputs,
         rate=np.zeros(entries),
         contact=contact.copy(),
-        x=surface_from_pin(case)[window].copy(),  # one array type here too
+        x=surface_from_pin(case, first_node)[window].copy(),  # one array type here too
         node_friction=friction_of_nodes,
         sticks=np.full(nodes, sticks),
         active_friction=np.where(contact & (not sticks), friction_of_nodes, np.nan),
@@ -254,14 +291,11 @@ def _state(
 
 
 def _set_up(
-    compliance: SurfaceCompliance, start: int, stop: int, contact: bytes
+    compliance: Compliance, start: int, stop: int, contact: bytes
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The compliance of the window's nodes among each other, (2n, 2n), and the tableau of those in contact."""
-    surface, nodes = compliance.slab.n_x, stop - start
-    # Blocks are copied as pieces in a row: much faster than by lists of rows and columns.
-    blocks = compliance.matrix.reshape(2, surface, 2, surface)[:, start:stop, :, start:stop]
     # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
-    within = np.array(blocks, order="C").reshape(2 * nodes, 2 * nodes)
+    within = compliance.window(start, stop)
     within.setflags(write=False)
     return within, tableau(within, np.frombuffer(contact, np.bool_))
 
@@ -315,7 +349,7 @@ def slip_constants(case: Case) -> SlipConstants:
     )
 
 
-def _constants(case: Case, window: slice, state: KernelState) -> KernelConstants:
+def _constants(case: Case, window: slice, state: KernelState, slides: bool) -> KernelConstants:
     pin = pin_of(case)
     return KernelConstants(
         slip=slip_constants(case),
@@ -323,7 +357,7 @@ def _constants(case: Case, window: slice, state: KernelState) -> KernelConstants
         half_width=pin.half_width,
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         first_node=window.start,
-        inner_nodes=inner_nodes(window, case.slab.n_x),
+        inner_nodes=inner_nodes(case, window, state.contact, slides),
         window_until=good_until(case, state),
     )
 
@@ -343,12 +377,13 @@ def contact_state(compiled: CompiledContact, outcome: Outcome) -> ContactState:
     forces = np.zeros((2, n))
     forces[:, compiled.window] = np.where(state.contact, response, 0.0)
     approach = float(state.response[-1])
-    uv = _displacements(compiled, forces)
+    whole = len(state.x) == n
+    uv = np.zeros((2, n)) if whole else compiled.compliance.displacements(forces)
     uv[1] += approach
     uv[:, compiled.window] = np.where(state.contact, given, response)
     moved, slips = float(state.scalars["displacement"]), int(state.scalars["slips"])
     found = (contact, forces, uv[0], uv[1], approach, moved, slips)
-    return state_from_forces(compiled.case, compiled.compliance.widths, *found, outcome)
+    return state_from_forces(compiled.case, compiled.compliance.widths, *found, outcome, compiled.first_node)
 
 
 def beyond_window(compiled: CompiledContact, state: ContactState) -> bool:
@@ -356,13 +391,3 @@ def beyond_window(compiled: CompiledContact, state: ContactState) -> bool:
     gap = state.gap.copy()
     gap[compiled.window] = 0.0
     return bool(gap.min() < -compiled.constants.tolerance_gap)
-
-
-def _displacements(compiled: CompiledContact, forces: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[u; w] of all surface nodes, (2, n), under the forces of the window; left zero where there is nothing beyond it."""
-    n = compiled.case.slab.n_x
-    if len(compiled.state.x) == n:
-        return np.zeros((2, n))
-    nodes = np.arange(n)[compiled.window]
-    columns = np.concatenate((nodes, nodes + n))
-    return (compiled.compliance.matrix[:, columns] @ forces[:, compiled.window].ravel()).reshape(2, n)

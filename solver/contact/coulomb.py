@@ -10,7 +10,7 @@ from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverError, TooFarApart
 
 # Classical Coulomb friction, residual_shear 1: some nodes slide at |shear| = μ_i·pressure, the others stick.
@@ -40,13 +40,15 @@ class CoulombContact:
     """A contact being solved; arrays over the n surface nodes, changed in place."""
 
     case: Case
-    compliance: SurfaceCompliance
+    compliance: Compliance
     contact: NDArray[np.bool_]
     sliding: Vector
     """σ of a sliding node, 0 of a sticking or free one."""
     u: Vector
     normal_load: float
     displacement: float = 0.0
+    first_node: int = 0
+    """Of the surface, which the grid's first is."""
     x: Vector = field(init=False)
     """Of every node, from the pin's lowest point at δ_p = 0."""
     node_friction: Vector = field(init=False)
@@ -59,12 +61,21 @@ class CoulombContact:
     """How often each node began to slide."""
     stalled: int = 0
     """Steps since displacement and load last made `motion.PROGRESS`."""
-    mark: float = 0.0
+    mark: float = -np.inf
     """Displacement plus load at that time."""
 
     def __post_init__(self) -> None:
-        self.x, self.node_friction = surface_from_pin(self.case), node_friction(self.case)
-        self.node_slips = np.zeros(len(self.x), np.int64)
+        self.node_slips = np.zeros(len(self.contact), np.int64)
+        self.go_on(0)
+
+    def go_on(self, nodes: int) -> None:
+        """Give up so many nodes at the left end of the grid, none of them in contact, for as many beyond the right one."""
+        self.contact = np.roll(self.contact, -nodes)
+        self.sliding, self.u = np.roll(self.sliding, -nodes), np.roll(self.u, -nodes)
+        self.node_slips = np.roll(self.node_slips, -nodes)
+        self.first_node += nodes
+        self.x = surface_from_pin(self.case, self.first_node)
+        self.node_friction = node_friction(self.case, self.first_node)
         self.solve()
 
     @property
@@ -125,10 +136,10 @@ class CoulombContact:
 
     def _respond(self, tangential: Vector, normal: Vector, normal_load: float) -> Rates:
         """Solve for the contact's forces and the approach: right sides of the tangential, normal and load equations."""
-        c, n, nodes = self.compliance.matrix, len(self.u), np.flatnonzero(self.contact)
+        n, nodes = len(self.u), np.flatnonzero(self.contact)
         m, sigma = len(nodes), self.sliding[nodes]
         columns = np.concatenate((nodes, nodes + n))
-        c_x, c_z, one = c[np.ix_(nodes, columns)], c[np.ix_(nodes + n, columns)], np.eye(m)
+        c_x, c_z, one = *np.split(self.compliance.entries(columns, columns), 2), np.eye(m)
         limit = np.hstack((one, (sigma * self.node_friction[nodes])[:, None] * one))
         slide = (sigma != 0.0)[:, None]
         system = np.zeros((2 * m + 1, 2 * m + 1))
@@ -146,7 +157,7 @@ class CoulombContact:
             raise TooFarApart("the forces of the contact are no numbers: use a load and a radius nearer 1")
         force = np.zeros((2, n))
         force[:, nodes] = solution[:-1].reshape(2, m)
-        u, v = (c[:, columns] @ solution[:-1]).reshape(2, n)
+        u, v = self.compliance.displacements(force)
         approach = float(solution[-1]) + middle
         return force, approach, u, v + approach
 
@@ -323,4 +334,4 @@ def coulomb_state(solved: CoulombContact, outcome: Outcome) -> ContactState:
         solved.displacement,
         solved.slips,
     )
-    return state_from_forces(solved.case, solved.compliance.widths, *found, outcome)
+    return state_from_forces(solved.case, solved.compliance.widths, *found, outcome, solved.first_node)

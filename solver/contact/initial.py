@@ -33,14 +33,7 @@ from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
 from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars, soundness
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.elasticity.compliance import (
-    Compliance,
-    NormalCompliance,
-    SurfaceCompliance,
-    explained,
-    normal_compliance,
-    surface_compliance,
-)
+from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, explained
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
 
 NO_STUCK_TOUCH = Outcome(
@@ -71,11 +64,6 @@ CAUSED_BY_ROUNDING = (
 """Endings that heights known too coarsely can cause."""
 
 
-def compliance_for_contact(case: Case) -> Compliance:
-    """What initial contact of a case needs of its slab: no matrix where that is not read. Raises as `surface_compliance`."""
-    return normal_compliance(case.slab) if case.contact_by_convolution else surface_compliance(case.slab)
-
-
 def initial_contact(case: Case, compliance: Compliance) -> ContactState:
     """Press the pin into the slab at δ_p = 0 as `case.initial_contact` says, until constraints I-III hold.
 
@@ -97,19 +85,17 @@ def checked(case: Case, compliance: Compliance, state: ContactState) -> ContactS
     # Constant pressures are those of initial contact, however far the pin has gone since.
     carried = case.effects.pin_translation or state.displacement == 0.0
     if carried and (outcome.ok or outcome.ending in CAUSED_BY_ROUNDING):
-        found = advised_of_pillars(
-            case, soundness(case, compliance.under_itself(), state.contact, state.u, state.displacement)
-        )
+        where = (state.contact, state.u, state.displacement, state.first_node)
+        found = advised_of_pillars(case, soundness(case, compliance.under_itself(), *where))
         # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
         outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
     return state if outcome is state.outcome else replace(state, outcome=outcome)
 
 
-def _touch(case: Case, given: Compliance) -> ContactState:
+def _touch(case: Case, compliance: Compliance) -> ContactState:
     """Initial contact by the way that the case asks for."""
     if not (case.effects.friction and case.effects.coupling):
-        return _touch_without_shear(case, given)
-    compliance = given.as_matrix()
+        return _touch_without_shear(case, compliance)
     if case.slip_rule.residual_shear == 1.0:
         return _touch_with_coulomb_friction(case, compliance)
     return WAYS_DOWN[case.initial_contact](case, compliance)
@@ -117,10 +103,10 @@ def _touch(case: Case, given: Compliance) -> ContactState:
 
 def _touch_without_shear(case: Case, compliance: Compliance) -> ContactState:
     """Nothing holds the surface, or nothing moves it sideways: the normal problem is all there is."""
-    if isinstance(compliance, NormalCompliance):
+    if isinstance(compliance, EndlessCompliance):
         found = convolved_contact(case, compliance.convolution)
     else:
-        found = normal_contact(case, compliance.as_matrix(), stuck=False)
+        found = normal_contact(case, compliance, stuck=False)
     outcome = COMPLETED if found.converged else _why_unsettled(case, compliance, found)
     return _free_of_shear(case, compliance, found, _at_the_edge(case, found) or outcome)
 
@@ -158,7 +144,7 @@ def _in_under(case: Case, found: NormalContact) -> bool:
     return found.converged and bool((pin.height(xi[under]) - found.v[under] < -INSIDE * case.normal_load).any())
 
 
-def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
+def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
     """Solve the normal problem, nodes stuck or free of friction; then let nodes slip until constraint II holds."""
     found = normal_contact(case, compliance, case.initial_contact == "stick")
     edge = _at_the_edge(case, found) if case.initial_contact == "frictionless" else None
@@ -183,7 +169,7 @@ def _touch_at_once(case: Case, compliance: SurfaceCompliance) -> ContactState:
     return state
 
 
-def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
+def _load_gradually(case: Case, compliance: Compliance) -> ContactState:
     """Start from a millionth of a millionth of the load on the lowest nodes and raise it event by event."""
     x = surface_from_pin(case)
     height = pin_of(case).height(x)
@@ -198,7 +184,7 @@ def _load_gradually(case: Case, compliance: SurfaceCompliance) -> ContactState:
     return contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
 
 
-WAYS_DOWN: dict[InitialContact, Callable[[Case, SurfaceCompliance], ContactState]] = {
+WAYS_DOWN: dict[InitialContact, Callable[[Case, Compliance], ContactState]] = {
     "stick": _touch_at_once,
     "frictionless": _touch_at_once,
     "gradual": _load_gradually,
@@ -206,7 +192,7 @@ WAYS_DOWN: dict[InitialContact, Callable[[Case, SurfaceCompliance], ContactState
 """How the pin comes down -> initial contact of a case whose nodes slip one by one."""
 
 
-def _touch_with_coulomb_friction(case: Case, compliance: SurfaceCompliance) -> ContactState:
+def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactState:
     """The same with classical Coulomb friction, residual_shear 1: the load at once, or raised from a billionth."""
     x = surface_from_pin(case)
     if case.initial_contact == "gradual":

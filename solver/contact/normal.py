@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance
+from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import SingularOperator, TooFarApart
 
 # The linear system of a contact set: forces and approach from the heights of its nodes and the load.
@@ -41,8 +41,8 @@ class ContactSystem:
     u = 0, so that forces f_x count too. Raises SingularOperator.
     """
 
-    def __init__(self, compliance: SurfaceCompliance, base: Contact, slope: Vector | None, held: bool) -> None:
-        self._matrix, self.slope, self._held = compliance.matrix, slope, held
+    def __init__(self, compliance: Compliance, base: Contact, slope: Vector | None, held: bool) -> None:
+        self._compliance, self.slope, self._held = compliance, slope, held
         self._base, self._members = base, np.concatenate((base & held, base))
         self._entries = np.flatnonzero(self._members)
         self._with_load = np.append(self._entries, 2 * len(base))
@@ -61,7 +61,8 @@ class ContactSystem:
     def keep(self) -> "ContactSystem":
         """The same with answers to all right sides: worth while for a set that is met again and again."""
         solved = self._solved(np.eye(len(self._with_load)))
-        self.answers = np.hstack((solved, solved[:, :-1] @ self._matrix.take(self._entries, 1).T))
+        everywhere = self._compliance.entries(np.arange(2 * len(self._base)), self._entries)
+        self.answers = np.hstack((solved, solved[:, :-1] @ everywhere.T))
         return self
 
     def is_of(self, contact: Contact) -> bool:
@@ -146,11 +147,11 @@ class ContactSystem:
 
     def _block(self, rows: Indices, columns: Indices) -> Dense:
         """What the displacements [u; w] of these entries owe to forces on those, w less what u does along the pin."""
-        found = _gathered(self._matrix, rows, columns)
+        found = self._compliance.entries(rows, columns)
         if self.slope is None:
             return found
         nodes = rows - len(self._base)
-        return found - self.slope[nodes, None] * _gathered(self._matrix, nodes, columns)
+        return found - self.slope[nodes, None] * self._compliance.entries(nodes, columns)
 
 
 def _finite(forces: Vector) -> Vector:
@@ -158,13 +159,6 @@ def _finite(forces: Vector) -> Vector:
         # Every comparison with a NaN is false: nothing would seem to be wrong.
         raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")
     return forces
-
-
-def _gathered(matrix: Dense, rows: Indices, columns: Indices) -> Dense:
-    """The entries in these rows and columns: much faster by `take`, along the shorter list first, than by both at once."""
-    if len(rows) <= len(columns):
-        return matrix.take(rows, 0).take(columns, 1)
-    return matrix.take(columns, 1).take(rows, 0)
 
 
 def _factorized(matrix: Dense, symmetric: bool, nodes: int) -> Callable[[Dense], Dense]:
@@ -272,7 +266,7 @@ class NormalContact(NamedTuple):
     converged: bool
 
 
-def normal_contact(case: Case, compliance: SurfaceCompliance, stuck: bool) -> NormalContact:
+def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalContact:
     """The contact at the case's load, its nodes stuck at u = 0 or free of friction. Raises SingularOperator, TooFarApart.
 
     Wrong nodes are exchanged (Exchange) until none is. Sets that are near share factors (ContactSystem); what is returned was
@@ -322,9 +316,7 @@ def _wrong(case: Case, found: NormalContact) -> NDArray[np.bool_]:
     return np.asarray(np.where(found.contact, -found.normal_force, -gap) / case.normal_load > INSIDE)
 
 
-def _system(
-    case: Case, compliance: SurfaceCompliance, contact: NDArray[np.bool_], u: Vector, stuck: bool
-) -> ContactSystem:
+def _system(case: Case, compliance: Compliance, contact: NDArray[np.bool_], u: Vector, stuck: bool) -> ContactSystem:
     """The system of this contact set: without friction, the pin's height under a node depends on its u, linear near this one."""
     coupled = case.effects.coupling
     slope = pin_of(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
@@ -334,14 +326,14 @@ def _system(
 
 
 @lru_cache(maxsize=KEPT)
-def _system_before(compliance: SurfaceCompliance, contact: bytes, held: bool) -> ContactSystem:
+def _system_before(compliance: Compliance, contact: bytes, held: bool) -> ContactSystem:
     system = ContactSystem(compliance, np.frombuffer(contact, np.bool_), None, held)
     # Of a stuck contact the set alone counts, not the last bits. On larger grids it takes longer than it saves.
     return system.keep() if held and compliance.slab.n_x <= ANSWERED else system
 
 
 def _pressed(
-    case: Case, compliance: SurfaceCompliance, system: ContactSystem, contact: NDArray[np.bool_], u: Vector, stuck: bool
+    case: Case, compliance: Compliance, system: ContactSystem, contact: NDArray[np.bool_], u: Vector, stuck: bool
 ) -> NormalContact:
     """The contact with just these nodes on the pin, one Newton step from the given u."""
     n, coupled = compliance.slab.n_x, case.effects.coupling
@@ -350,21 +342,8 @@ def _pressed(
         heights = heights - system.slope * u
     if system.answers is None:
         forces, approach = system.forces(contact, heights, case.normal_load)
-        moved = _displacements(compliance.matrix, forces, contact, coupled, stuck)
+        moved = compliance.displacements(forces.reshape(2, n), coupled).ravel()
     else:
         forces, approach, moved = system.answered(contact, heights, case.normal_load)
     u = np.where(contact, 0.0, moved[:n]) if stuck else moved[:n]
     return NormalContact(contact, -forces[n:], u, moved[n:] + approach, approach, converged=True)
-
-
-def _displacements(
-    matrix: NDArray[np.float64], forces: Vector, contact: NDArray[np.bool_], coupled: bool, stuck: bool
-) -> Vector:
-    """[u; w] (2n,) under these forces (2n,); only what is loaded, and what moves, is read of the compliance."""
-    n, nodes = len(contact), contact.nonzero()[0]
-    first = 0 if coupled else n
-    found = np.zeros(2 * n)
-    for start in (0, n) if stuck and coupled else (n,):
-        loaded = slice(start + nodes[0], start + nodes[-1] + 1)
-        found[first:] += matrix[first:, loaded] @ forces[loaded]
-    return found

@@ -94,9 +94,17 @@ class Pin:
         return np.asarray(steps[np.searchsorted(self.knots, xi, side="right")])
 
 
+def surface_from_pin(case: Case, first_node: int = 0) -> Vector:
+    """The undeformed surface nodes as the pin sees them before it moves: x from its lowest point, (n_x,), in L_x; read-only.
+
+    first_node: of the surface, which the grid's first is; above 0 where a pin has left nodes behind (`following`).
+    """
+    places = _surface_at_first(case)
+    return places + first_node * case.slab.spacing if first_node else places
+
+
 @of_the_last
-def surface_from_pin(case: Case) -> Vector:
-    """The undeformed surface nodes as the pin sees them before it moves: x from its lowest point, (n_x,), in L_x; read-only."""
+def _surface_at_first(case: Case) -> Vector:
     places = surface_x(case.slab.n_x)
     if case.start == 0.0:
         return places
@@ -128,16 +136,16 @@ SHAPES: dict[PinShape, Callable[[Case], Pin]] = {"parabola": _parabola, "flat_pu
 # μ_i of every surface node: one value for all, or drawn from a distribution by the case's own seed.
 
 
-def node_friction(case: Case) -> NDArray[np.float64]:
-    """μ_i of the case's surface nodes, shape (n,)."""
+def node_friction(case: Case, first_node: int = 0) -> NDArray[np.float64]:
+    """μ_i of the case's surface nodes, shape (n,), from this one on."""
     mean, n = case.intrinsic_friction, case.slab.n_x
-    return np.full(n, mean) if case.heterogeneity.spread == 0.0 else mean * _factors(case.heterogeneity, n)
+    return np.full(n, mean) if case.heterogeneity.spread == 0.0 else mean * _factors(case.heterogeneity, first_node, n)
 
 
-def _factors(drawn: Heterogeneity, n: int) -> NDArray[np.float64]:
+def _factors(drawn: Heterogeneity, first: int, n: int) -> NDArray[np.float64]:
     """Independent random numbers with mean 1 and standard deviation `spread`, by inversion of uniform ones."""
     # Of numpy's streams only the raw one is promised to stay the same.
-    raw = np.random.PCG64(drawn.seed).random_raw(n)
+    raw = np.random.PCG64(drawn.seed).advance(first).random_raw(n)
     uniform = (np.right_shift(raw, np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
     return DISTRIBUTIONS[drawn.distribution](uniform, drawn.spread)
 

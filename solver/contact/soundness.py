@@ -142,12 +142,14 @@ COARSEST = 1e-4
 forces change by 1.4 times that share of the load when every height changes by a rounding."""
 
 
-def soundness(case: Case, softness: Vector, contact: NDArray[np.bool_], u: Vector, displacement: float) -> Outcome:
+def soundness(
+    case: Case, softness: Vector, contact: NDArray[np.bool_], u: Vector, displacement: float, first_node: int = 0
+) -> Outcome:
     """COMPLETED where a contact of these nodes, (n,), with displacements u (n,) means something, else why not.
 
     softness: how far each node gives way under a unit force on itself alone, (n,).
     """
-    xi = (surface_from_pin(case) + u - displacement)[contact]
+    xi = (surface_from_pin(case, first_node) + u - displacement)[contact]
     outermost = float(np.abs(xi).max(initial=0.0))
     if not math.isfinite(outermost):
         return NOT_FINITE

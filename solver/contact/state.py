@@ -54,6 +54,8 @@ class ContactState(Viewed):
     displacement: float
     slips: int = field(metadata=quantity("node slips of initial contact", "initial_slips"))
     outcome: Outcome
+    first_node: int = 0
+    """Of the surface, which the first of these is: above 0 where the pin has left nodes behind, on a surface without ends."""
 
     @property
     def normal_force(self) -> float:
@@ -68,7 +70,7 @@ class ContactState(Viewed):
     @property
     def x(self) -> Vector:
         """Positions of the surface nodes from the slab's middle, in L_x, (n,), read-only."""
-        return surface_x(len(self.contact))
+        return surface_x(len(self.contact), self.first_node)
 
     def _facts(self) -> Iterator[str]:
         yield f"{self.contact.sum()} of {len(self.contact)} nodes in contact"
@@ -179,7 +181,7 @@ def mirrored(case: Case, state: ContactState) -> ContactState:
     turned["nodal_force"] = np.array([[-1.0], [1.0]]) * state.nodal_force[:, ::-1]
     for value in turned.values():
         value.setflags(write=False)
-    return replace(state, displacement=-state.displacement, **turned)
+    return replace(state, displacement=-state.displacement, first_node=-state.first_node, **turned)
 
 
 def state_from_forces(
@@ -193,21 +195,25 @@ def state_from_forces(
     displacement: float,
     slips: int,
     outcome: Outcome,
+    first_node: int = 0,
 ) -> ContactState:
     """The state of a contact with these nodal forces (2, n), displacements u and v = w + approach, (n,).
 
     widths: of the surface that each node stands for, in L_x, (n,).
     """
+    xi = surface_from_pin(case, first_node) + u - displacement
     values = {
         "contact": contact,
         "pressure": -forces[1] / widths,
         "shear": forces[0] / widths,
         "slip": np.where(contact, u - displacement, 0.0),
-        "gap": np.where(contact, 0.0, pin_of(case).height(surface_from_pin(case) + u - displacement) - v),
+        "gap": np.where(contact, 0.0, pin_of(case).height(xi) - v),
         "u": u.copy(),
         "w": v - approach,
         "nodal_force": forces,
     }
     for value in values.values():
         value.setflags(write=False)
-    return ContactState(**values, approach=approach, displacement=displacement, slips=slips, outcome=outcome)
+    return ContactState(
+        **values, approach=approach, displacement=displacement, slips=slips, outcome=outcome, first_node=first_node
+    )

@@ -2,42 +2,69 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.elasticity.schemes.endless import Convolution, convolution_of
+from nanoslip.solver.elasticity.schemes.endless import Convolution, EndlessScheme
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.solver.slab import Slab, surface_x
 from nanoslip.solver.view import OneLine
 
+Vector = NDArray[np.float64]
 Dense = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 class Compliance(OneLine, ABC):
-    """Displacements of a slab's surface per nodal force, stored as a matrix or, where all nodes are alike, as a convolution."""
+    """Displacements of a slab's n surface nodes per nodal force, in 1/G per unit depth.
+
+    Entries are numbered as in [u; w] and [f_x; f_z], nodes left to right: x to the right, z upwards (out of the slab).
+    """
 
     __slots__ = ()
     slab: Slab
 
+    @property
     @abstractmethod
-    def under_itself(self) -> NDArray[np.float64]:
-        """w of every surface node per normal force on it, (n,), in 1/G per unit depth."""
-
-    @abstractmethod
-    def as_matrix(self) -> "SurfaceCompliance":
-        """The same as a matrix, which takes 32 n² bytes. Raises InvalidInput."""
+    def matrix(self) -> Dense:
+        """[u; w] = matrix @ [f_x; f_z], (2n, 2n)."""
 
     @property
-    def x(self) -> NDArray[np.float64]:
+    @abstractmethod
+    def lasting(self) -> bool:
+        """Whether what is computed of it may be kept with it: nobody can change it."""
+
+    @abstractmethod
+    def under_itself(self) -> Vector:
+        """w of every surface node per normal force on it, (n,)."""
+
+    @abstractmethod
+    def window(self, start: int, stop: int) -> Dense:
+        """The matrix of the nodes from `start` to before `stop` alone, a copy."""
+
+    @abstractmethod
+    def entries(self, rows: Indices, columns: Indices) -> Dense:
+        """The matrix in these rows and columns, (rows, columns), a copy."""
+
+    @abstractmethod
+    def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
+        """[u; w] of all surface nodes, (2, n), under nodal forces [f_x; f_z], (2, n); coupled: as in `uncoupled` if not."""
+
+    @abstractmethod
+    def uncoupled(self) -> "Compliance":
+        """The same without coupling (Goodman's approximation): normal forces cause no u, and tangential forces no w."""
+
+    @property
+    def x(self) -> Vector:
         """Positions of the surface nodes in L_x, centred on the slab's middle, shape (n,), read-only."""
         return surface_x(self.slab.n_x)
 
     @property
-    def widths(self) -> NDArray[np.float64]:
+    def widths(self) -> Vector:
         """Length of surface that belongs to each node, in L_x, shape (n,), read-only: nodal force = traction × width.
 
         It is the width of a node's control volume, which equals the integral of its hat function. The end nodes have half
@@ -48,14 +75,10 @@ class Compliance(OneLine, ABC):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SurfaceCompliance(Compliance):
-    """Surface compliance of a slab: displacements of the surface nodes per nodal force.
+    """A compliance that is stored as a matrix, (2n, 2n), read-only."""
 
-    matrix: shape (2n, 2n), in 1/G per unit depth, read-only; [u; w] = matrix @ [f_x; f_z], nodes left to right,
-    x to the right, z upwards (out of the slab).
-    """
-
-    matrix: Dense
-    slab: Slab
+    matrix: Dense = field()  # it has no default, though the base has a property of that name
+    slab: Slab = field()
 
     def __post_init__(self) -> None:
         shape = (2 * self.slab.n_x, 2 * self.slab.n_x)
@@ -64,14 +87,38 @@ class SurfaceCompliance(Compliance):
 
     @property
     def lasting(self) -> bool:
-        """Whether what is computed of it may be kept with it: nobody changes a matrix that is read-only."""
         return not self.matrix.flags.writeable
 
-    def under_itself(self) -> NDArray[np.float64]:
+    def under_itself(self) -> Vector:
         return self.matrix.diagonal()[self.slab.n_x :]
 
-    def as_matrix(self) -> "SurfaceCompliance":
-        return self
+    def window(self, start: int, stop: int) -> Dense:
+        # Blocks are copied as pieces in a row: much faster than by lists of rows and columns.
+        n, nodes = self.slab.n_x, stop - start
+        blocks = self.matrix.reshape(2, n, 2, n)[:, start:stop, :, start:stop]
+        return np.array(blocks, order="C").reshape(2 * nodes, 2 * nodes)
+
+    def entries(self, rows: Indices, columns: Indices) -> Dense:
+        # Much faster by `take`, along the shorter list first, than by both at once.
+        if len(rows) <= len(columns):
+            return self.matrix.take(rows, 0).take(columns, 1)
+        return self.matrix.take(columns, 1).take(rows, 0)
+
+    def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
+        n, found = self.slab.n_x, np.zeros(forces.size)
+        for along in np.flatnonzero(forces.any(axis=1)):  # only what is loaded, and what moves, is read
+            nodes = np.flatnonzero(forces[along])
+            loaded, first = slice(nodes[0], nodes[-1] + 1), along * n
+            moved = slice(None) if coupled else slice(first, first + n)
+            found[moved] += self.matrix[moved, first : first + n][:, loaded] @ forces[along, loaded]
+        return found.reshape(2, n)
+
+    def uncoupled(self) -> "SurfaceCompliance":
+        n = self.slab.n_x
+        matrix = np.zeros_like(self.matrix, subok=False)
+        matrix[:n, :n], matrix[n:, n:] = self.matrix[:n, :n], self.matrix[n:, n:]
+        matrix.setflags(write=False)
+        return SurfaceCompliance(matrix, self.slab)
 
     def _facts(self) -> Iterator[str]:
         yield f"{self.slab.n_x} surface nodes"
@@ -80,22 +127,41 @@ class SurfaceCompliance(Compliance):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class NormalCompliance(Compliance):
-    """The compliance under normal forces alone of a surface without ends, as a convolution: n numbers, no matrix."""
+class EndlessCompliance(Compliance):
+    """The compliance of a surface without ends, whose nodes are all alike: n numbers for each pair of directions."""
 
     convolution: Convolution
     slab: Slab
 
-    def under_itself(self) -> NDArray[np.float64]:
+    @property
+    def matrix(self) -> Dense:
+        return self.window(0, self.slab.n_x)
+
+    @property
+    def lasting(self) -> bool:
+        return True
+
+    def under_itself(self) -> Vector:
         return np.full(self.slab.n_x, self.convolution.along_z[0])
 
-    def as_matrix(self) -> SurfaceCompliance:
-        return surface_compliance(self.slab)
+    def window(self, start: int, stop: int) -> Dense:
+        return self.convolution.window(stop - start)
+
+    def entries(self, rows: Indices, columns: Indices) -> Dense:
+        n = self.slab.n_x
+        (moved, to), (pushed, at) = divmod(rows[:, None], n), divmod(columns, n)
+        return np.asarray(self.convolution.by_distance[moved, pushed, n - 1 + to - at])
+
+    def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
+        return (self.convolution if coupled else self.convolution.uncoupled()).displacements(forces)
+
+    def uncoupled(self) -> "EndlessCompliance":
+        return EndlessCompliance(self.convolution.uncoupled(), self.slab)
 
     def _facts(self) -> Iterator[str]:
         yield f"{self.slab.n_x} surface nodes"
         yield f"scheme {self.slab.scheme.name}"
-        yield f"w under a force {self.convolution.along_z[0]:.4g}"
+        yield f"u under a force {self.convolution.along_x[0]:.4g}"
 
 
 @lru_cache(maxsize=4)  # asked for every contact, and few campaigns have more grids at a time
@@ -107,31 +173,21 @@ def _widths(n_x: int, equal: bool) -> NDArray[np.float64]:
     return widths
 
 
-def uncoupled(compliance: SurfaceCompliance) -> SurfaceCompliance:
-    """The same compliance with zero coupling blocks (Goodman's approximation).
-
-    Normal forces then cause no u, and tangential forces no w.
-    """
-    n = compliance.slab.n_x
-    matrix = np.zeros_like(compliance.matrix, subok=False)
-    matrix[:n, :n], matrix[n:, n:] = compliance.matrix[:n, :n], compliance.matrix[n:, n:]
-    matrix.setflags(write=False)
-    return SurfaceCompliance(matrix, compliance.slab)
-
-
-def surface_compliance(slab: Slab) -> SurfaceCompliance:
+def surface_compliance(slab: Slab) -> Compliance:
     """The surface compliance of `slab`, exactly symmetric where its scheme is reciprocal.
 
     Raises SingularOperator where a block cannot be inverted, InvalidInput where the scheme does not fit the slab.
     """
+    if isinstance(slab.scheme, EndlessScheme):
+        return EndlessCompliance(_convolution(slab.scheme, slab), slab)
     matrix = slab.scheme.matrix(slab)
     matrix.setflags(write=False)
     return SurfaceCompliance(matrix, slab)
 
 
-def normal_compliance(slab: Slab) -> NormalCompliance:
-    """The compliance of a slab whose surface has no ends, under normal forces. Raises InvalidInput for others."""
-    return NormalCompliance(convolution_of(slab), slab)
+@lru_cache(maxsize=4)  # asked by every task on it
+def _convolution(scheme: EndlessScheme, slab: Slab) -> Convolution:
+    return scheme.convolution(slab)
 
 
 # Condition number, definiteness and symmetry of a compliance matrix, and advice where they make a contact fail.
@@ -178,12 +234,12 @@ def explained(outcome: Outcome, compliance: Compliance, contact: NDArray[np.bool
     """Add a cause and advice to the message of a bad outcome, where the compliance of the nodes in contact may be the cause.
 
     contact: mask of the surface nodes in contact, shape (n,). Other outcomes are returned unchanged, as is every one of a
-    compliance without a matrix, which is a closed form: positive definite, its condition number about n.
+    surface without ends, which is a closed form: positive definite, its condition number about n.
     """
     if outcome.ending not in _OPERATORS_FAULT or not contact.any() or not isinstance(compliance, SurfaceCompliance):
         return outcome
     nodes = np.flatnonzero(np.concatenate((contact, contact)))
-    found = conditioning(compliance.matrix[np.ix_(nodes, nodes)])
+    found = conditioning(compliance.entries(nodes, nodes))
     operator = f"; the {compliance.slab.scheme} operator of the {int(contact.sum())} nodes in contact"
     figures = f"(asymmetry {found.asymmetry:.1e}, reciprocal condition {found.reciprocal_condition:.1e})"
     if not found.positive_definite and not compliance.slab.scheme.reciprocal:

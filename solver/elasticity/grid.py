@@ -164,11 +164,6 @@ def lame(poisson: float) -> float:
     return 2 * poisson / (1 - 2 * poisson)
 
 
-def confined_modulus(poisson: float) -> float:
-    """Stiffness in compression where nothing can give way sideways, (λ+2G)/G."""
-    return lame(poisson) + 2
-
-
 def in_blocks(k_u: Sparse, c_uw: Sparse, c_wu: Sparse, k_w: Sparse) -> Sparse:
     """The four matrices of Eq. 11, (nodes, nodes), as one."""
     return scipy.sparse.csr_array(scipy.sparse.block_array([[k_u, c_uw], [c_wu, k_w]]))

@@ -83,7 +83,7 @@ class FrictionRecord(Viewed):
     node_x: NDArray[np.float64] = field(
         metadata=at_node("position of the surface node, in L_x", "x", symbol="x/L_x", coordinate=True)
     )
-    """(n_x,), as is the next."""
+    """(n_x,), as is the next; of a surface without ends as many more as the pin has come upon."""
     node_slips: NDArray[np.int64] = field(
         metadata=at_node("slips of the surface node in all events", "slips", dtype=np.int64)
     )
@@ -183,5 +183,10 @@ def farthest(case: Case, stiffness: float) -> float:
     return min(case.farthest, case.max_presliding * length)
 
 
+def off_the_slab(case: Case) -> float:
+    """δ_p in L_x at which a pin that slides on and on has certainly left the slab; infinite on a surface without ends."""
+    return math.inf if case.slab.scheme.endless else OFF_THE_SLAB
+
+
 OFF_THE_SLAB = 2.0
-"""δ_p in L_x at which a pin that slides on and on has certainly left the slab."""
+"""The same of a slab."""

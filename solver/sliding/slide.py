@@ -14,8 +14,10 @@ from nanoslip.solver.contact.compiled_contact import (
     compiled_contact,
     contact_state,
     corrected_for_rounding,
+    following,
     in_lines,
     inverse,
+    left_behind,
     slip_constants,
     within_reach,
 )
@@ -34,16 +36,16 @@ from nanoslip.solver.contact.kernels.state import EventKind, Stop, new_scalars, 
 from nanoslip.solver.contact.pin import LONGEST_STEP, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_ENDING, OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
-from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, uncoupled
+from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
 from nanoslip.solver.slab import surface_x
 from nanoslip.solver.sliding.kernels.slide import Events, TangentialState, refresh, slide_events, slide_tangentially
 from nanoslip.solver.sliding.record import (
     EVENT_TYPES,
     FIRST_CAPACITY,
-    OFF_THE_SLAB,
     FrictionRecord,
     farthest,
+    off_the_slab,
     presliding_length,
 )
 from nanoslip.solver.sliding.validity import lawfulness
@@ -75,6 +77,11 @@ def grown(events: Events) -> Events:
     return grown
 
 
+def reaching(node_slips: NDArray[np.int64], nodes: int) -> NDArray[np.int64]:
+    """The same of so many nodes, if they are more."""
+    return np.pad(node_slips, (0, max(nodes - len(node_slips), 0)))
+
+
 def friction_record(
     case: Case,
     start: ContactState,
@@ -84,7 +91,10 @@ def friction_record(
     held: int,
     end: ContactState,
 ) -> FrictionRecord:
-    """The record of a run of `held` events from `start` to `end`, read-only. node_slips: of each surface node, (n_x,)."""
+    """The record of a run of `held` events from `start` to `end`, read-only.
+
+    node_slips: of each surface node, from the start's first to the end's last.
+    """
     full = held == len(events.displacement)
     columns = {name: column if full else column[:held].copy() for name, column in events._asdict().items()}
     for column in (*columns.values(), node_slips):
@@ -95,7 +105,7 @@ def friction_record(
         final = (float(columns["displacement"][-1]), float(columns["force_after"][-1]))
     return FrictionRecord(
         **columns,
-        node_x=surface_x(case.slab.n_x),
+        node_x=surface_x(case.slab.n_x, start.first_node, len(node_slips)),
         node_slips=node_slips,
         normal_load=case.normal_load,
         spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
@@ -123,14 +133,12 @@ GOING_ON = (Stop.FULL, Stop.INACCURATE, Stop.WINDOW_TOO_NARROW)
 """Why the kernel stops though the run does not."""
 
 
-def slide_full_contact(
-    case: Case, start: ContactState, compliance: SurfaceCompliance
-) -> tuple[FrictionRecord, ContactState]:
+def slide_full_contact(case: Case, start: ContactState, compliance: Compliance) -> tuple[FrictionRecord, ContactState]:
     """Slide from `start` to the limits of `case`: the record, and the contact where it ends.
 
     Without the effect `coupling` shear and pressure do not act on each other.
     """
-    compliance = compliance if case.effects.coupling else uncoupled(compliance)
+    compliance = compliance if case.effects.coupling else compliance.uncoupled()
     found = _slide(case, start, compliance, whole=False)
     if found is None:
         found = _slide(case, start, compliance, whole=True)
@@ -139,7 +147,7 @@ def slide_full_contact(
 
 
 def _slide(
-    case: Case, start: ContactState, compliance: SurfaceCompliance, whole: bool
+    case: Case, start: ContactState, compliance: Compliance, whole: bool
 ) -> tuple[FrictionRecord, ContactState] | None:
     """The run within windows, or on the whole surface; None where a node beyond a window proves to lie inside the pin."""
     compiled = compiled_at(case, compliance, start, whole)
@@ -148,8 +156,11 @@ def _slide(
     events, node_slips, held, windows = first_room(most), np.zeros(case.slab.n_x, np.int64), 0, 0
     while True:
         stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
-        room = first_of(events, stop)
-        status, held = slide_events(compiled.state, compiled.constants, room, node_slips, held, end_at)
+        room, before, first = first_of(events, stop), held, compiled.first_node
+        node_slips = reaching(node_slips, first - start.first_node + case.slab.n_x)
+        of_grid = node_slips[first - start.first_node :]
+        status, held = slide_events(compiled.state, compiled.constants, room, of_grid, held, end_at)
+        events.node[before:held] += first
         if status not in GOING_ON or (status == Stop.FULL and held == most):
             break
         if held == len(events.displacement):
@@ -196,13 +207,20 @@ def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | N
     return None if beyond_window(compiled, state) else compiled_at(compiled.case, compiled.compliance, state, whole)
 
 
-def compiled_at(case: Case, compliance: SurfaceCompliance, state: ContactState, whole: bool) -> CompiledContact:
-    """A compiled contact in this state."""
-    contact, u, displacement = state.contact, state.u, state.displacement
-    height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u - displacement, 0.0))
-    everywhere = np.ones_like(contact)
-    followed = everywhere if whole else within_reach(case, contact, u, state.w + state.approach, displacement)
-    return compiled_contact(case, compliance, contact, u, height, followed, displacement)
+def compiled_at(case: Case, compliance: Compliance, state: ContactState, whole: bool) -> CompiledContact:
+    """A compiled contact in this state; on a surface without ends with a grid that has gone on where the contact has."""
+    followed = _followed(case, state, whole)
+    if nodes := left_behind(case, followed, state.contact):
+        state = following(case, compliance, state, nodes)
+        followed = _followed(case, state, whole)
+    contact, u, displacement, first = state.contact, state.u, state.displacement, state.first_node
+    height = pin_of(case).height(np.where(contact, surface_from_pin(case, first) + u - displacement, 0.0))
+    return compiled_contact(case, compliance, contact, u, height, followed, displacement, first, slides=True)
+
+
+def _followed(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]:
+    where = (state.u, state.w + state.approach, state.displacement, state.first_node)
+    return np.ones_like(state.contact) if whole else within_reach(case, state.contact, *where)
 
 
 # Slide with the pressures of initial contact (pin_translation off): the tangential problem alone.
@@ -213,7 +231,7 @@ def compiled_at(case: Case, compliance: SurfaceCompliance, state: ContactState, 
 
 
 def slide_with_constant_pressures(
-    case: Case, start: ContactState, compliance: SurfaceCompliance
+    case: Case, start: ContactState, compliance: Compliance
 ) -> tuple[FrictionRecord, ContactState]:
     """Slide from `start` to the limits of `case`: the record, and the contact where it ends."""
     contact = TangentialContact(case, compliance, start)
@@ -231,7 +249,7 @@ def slide_with_constant_pressures(
 class TangentialContact:
     """A contact whose nodes slide under the pressures of `start`; nodes in contact need not be neighbours."""
 
-    def __init__(self, case: Case, compliance: SurfaceCompliance, start: ContactState) -> None:
+    def __init__(self, case: Case, compliance: Compliance, start: ContactState) -> None:
         """Raises SingularOperator where the tangential compliance of the contact cannot be inverted."""
         self._case, self._compliance, self._start = case, compliance, start
         self._nodes = np.flatnonzero(start.contact)
@@ -261,14 +279,14 @@ class TangentialContact:
 
     def state(self, outcome: Outcome) -> ContactState:
         """The contact as it is now; its normal fields are those of initial contact."""
-        start, c, n = self._start, self._compliance, self._case.slab.n_x
+        start, compliance = self._start, self._compliance
         force = start.nodal_force.copy()
         force[0, self._nodes] = self._state.shear
-        u = c.matrix[:n, self._nodes] @ self._state.shear + _pushed(self._case, c, start)
+        u = compliance.displacements(force, self._case.effects.coupling)[0]
         u[self._nodes] = self._state.u
         displacement = float(self._state.scalars["displacement"])
         values = {
-            "shear": force[0] / c.widths,
+            "shear": force[0] / compliance.widths,
             "slip": np.where(start.contact, u - displacement, 0.0),
             "u": u,
             "nodal_force": force,
@@ -280,11 +298,11 @@ class TangentialContact:
 
 
 def _tangential_state(
-    case: Case, compliance: SurfaceCompliance, start: ContactState, nodes: NDArray[np.int64]
+    case: Case, compliance: Compliance, start: ContactState, nodes: NDArray[np.int64]
 ) -> TangentialState:
-    block = compliance.matrix[np.ix_(nodes, nodes)]
+    block = compliance.entries(nodes, nodes)
     stiffness = inverse(block, f"tangential compliance of {len(nodes)} nodes")
-    limits = node_friction(case)[nodes] * -start.nodal_force[1, nodes]
+    limits = node_friction(case, start.first_node)[nodes] * -start.nodal_force[1, nodes]
     # A node without pressure has no shear either, even where μ_i is infinite.
     limits = np.where(np.isnan(limits), 0.0, np.maximum(limits, 0.0))
     u = start.u[nodes].copy()
@@ -304,14 +322,6 @@ def _tangential_state(
     return state
 
 
-def _pushed(case: Case, compliance: SurfaceCompliance, start: ContactState) -> NDArray[np.float64]:
-    """u of all surface nodes by the constant normal forces, (n,)."""
-    n = case.slab.n_x
-    if not case.effects.coupling:
-        return np.zeros(n)
-    return np.asarray(compliance.matrix[:n, n:] @ start.nodal_force[1])
-
-
 # Slide with classical Coulomb friction, residual_shear 1: forces are continuous, roles of nodes change.
 
 CREATED_ON_THE_WAY = 1e-4
@@ -319,18 +329,18 @@ CREATED_ON_THE_WAY = 1e-4
 
 
 def slide_with_coulomb_friction(
-    case: Case, start: ContactState, compliance: SurfaceCompliance
+    case: Case, start: ContactState, compliance: Compliance
 ) -> tuple[FrictionRecord, ContactState]:
     """Slide from `start` to the limits of `case`: the record, and the contact where it ends.
 
     An event is a node that begins to slide, is released or touches; forces do not jump. The energy dissipated in sliding
     since the last event is counted at the event.
     """
-    run = _Run(case, start, _contact_at(case, start, compliance if case.effects.coupling else uncoupled(compliance)))
+    run = _Run(case, start, _contact_at(case, start, compliance if case.effects.coupling else compliance.uncoupled()))
     outcome = COMPLETED
     try:
         run.slide_to_limits()
-        if math.isinf(farthest(case, run.initial_stiffness)) and run.solved.displacement >= OFF_THE_SLAB:
+        if math.isinf(farthest(case, run.initial_stiffness)) and run.solved.displacement >= off_the_slab(case):
             outcome = OUTCOME_OF_ENDING[Ending.CONTACT_LOST]
     except CoulombError as error:
         outcome = OUTCOME_OF_ENDING[error.ending]
@@ -339,12 +349,13 @@ def slide_with_coulomb_friction(
     return record, end
 
 
-def _contact_at(case: Case, start: ContactState, compliance: SurfaceCompliance) -> CoulombContact:
+def _contact_at(case: Case, start: ContactState, compliance: Compliance) -> CoulombContact:
     """The contact in this state; nodes at their limit of friction slide."""
-    slides = np.abs(start.nodal_force[0]) >= node_friction(case) * -start.nodal_force[1] * (1 - 1e-9)
+    limits = node_friction(case, start.first_node) * -start.nodal_force[1]
+    slides = np.abs(start.nodal_force[0]) >= limits * (1 - 1e-9)
     sign = np.where(start.contact & slides, np.sign(start.nodal_force[0]), 0.0)
     contact, u = start.contact.copy(), start.u.copy()
-    return CoulombContact(case, compliance, contact, sign, u, case.normal_load, start.displacement)
+    return CoulombContact(case, compliance, contact, sign, u, case.normal_load, start.displacement, start.first_node)
 
 
 @dataclass(eq=False)
@@ -359,7 +370,7 @@ class _Run:
     dissipated: float = 0.0
     """Energy lost since the last event."""
     node_slips: NDArray[np.int64] = field(init=False)
-    """(n,) how often each node began to slide in an event of the record, and in its last row."""
+    """How often each node began to slide in an event of the record, from the start's first node on; and in its last row, (n,)."""
     last_slips: NDArray[np.int64] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -371,7 +382,7 @@ class _Run:
         case, solved = self.case, self.solved
         rates = stick_and_slide_in_motion(solved, 1.0)
         self.initial_stiffness = float(rates[0][0].sum())
-        end_at = min(farthest(case, self.initial_stiffness), OFF_THE_SLAB)
+        end_at = min(farthest(case, self.initial_stiffness), off_the_slab(case))
         while len(self.rows) < (case.max_events or math.inf) and solved.displacement < end_at:
             step, kind, node = next_change(solved, rates, 1.0)
             longest = min(LONGEST_STEP * case.slab.spacing, end_at - solved.displacement)
@@ -383,18 +394,31 @@ class _Run:
                 _refuse_flanks(solved, self.dissipated)
                 changes = ((touching & ~solved.contact).sum(), (solved.contact & ~touching).sum())
                 self._add((kind, node, before, float(rates[0][0].sum())), solved.node_slips - slips, changes)
+            if nodes := left_behind(case, solved.contact, solved.contact):
+                solved.go_on(nodes)
+                rates, self.last_slips = solved.rates(1.0), np.roll(self.last_slips, -nodes)
 
     def _add(
         self, event: tuple[EventKind, int, float, float], slips: NDArray[np.int64], changes: tuple[int, int]
     ) -> None:
         """The row of an event: its kind, node, force before and stiffness after; slips of each node (n,); releases, touches."""
         solved, (kind, node, before, stiffness) = self.solved, event
-        self.node_slips += slips
+        first = solved.first_node - self.start.first_node
+        self.node_slips = reaching(self.node_slips, first + len(slips))
+        self.node_slips[first:][: len(slips)] += slips
         forces = (solved.displacement, before, float(solved.force[0].sum()), stiffness)
         again = bool(self.rows) and self.rows[-1][0] == solved.displacement
         self.last_slips = self.last_slips + slips if again else slips
         sizes = (int(solved.contact.sum()), int(np.count_nonzero(self.last_slips)))
-        row: tuple[float, ...] = (*forces, self.dissipated, kind, node, int(slips.sum()), *changes, *sizes)
+        row: tuple[float, ...] = (
+            *forces,
+            self.dissipated,
+            kind,
+            solved.first_node + node,
+            int(slips.sum()),
+            *changes,
+            *sizes,
+        )
         self.rows.append(_as_one(self.rows.pop(), row) if again else row)
         self.dissipated = 0.0
 
@@ -436,7 +460,7 @@ def _as_one(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, .
 
 # Slide the pin quasistatically from event to event (§2.1.1, §3.2): slip, release, touch -> FrictionRecord.
 
-WayToSlide = Callable[[Case, ContactState, SurfaceCompliance], tuple[FrictionRecord, ContactState]]
+WayToSlide = Callable[[Case, ContactState, Compliance], tuple[FrictionRecord, ContactState]]
 """From a case, a contact to start from and the slab's compliance to a record and the contact where it ends."""
 
 
@@ -461,7 +485,7 @@ def slide_to_state(
     if not start.outcome.ok:
         return _no_record(case, start, start), start
     try:
-        record, end = way_to_slide(case)(case, start, compliance.as_matrix())
+        record, end = way_to_slide(case)(case, start, compliance)
     except (SingularOperator, TooFarApart) as error:
         end = replace(start, outcome=error.outcome)
         record = _no_record(case, start, end)

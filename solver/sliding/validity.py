@@ -46,10 +46,6 @@ within one node."""
 LARGEST_PRESSURE = 0.1
 """Mean pressure over G above which displacements have gradients of about a tenth (Hertz: the slope at the contact's edge is
 4(1 - ν)/π times it, 0.85 at ν = 1/3, the shear below the middle 0.38 times): the share that linear elasticity neglects."""
-LARGEST_CONFINEMENT = 7.25
-"""(λ+2G)/G, that of ν = 0.42, above which a node that gives way hands over so much that plateaus are more than 5 % above those of
-a half-plane's nodes: by 3.6, 5, 7, 13, 25 and 30 % at ν = 0.41, 0.42, 0.43, 0.45, 0.475 and 0.49, by 2 % up to 0.4; on slabs half
-and twice as high as wide, under loads of 5e-4 and 2e-3, and with the biquadratic scheme alike."""
 
 
 class Flag(NamedTuple):
@@ -98,14 +94,9 @@ LARGE_STRAIN = Flag(
 UNRESOLVED_SLAB = Flag(
     128,
     "unresolved_slab",
-    "grid too coarse for a slab so thin or so nearly incompressible: pressures and approach are wrong by more than some 5 %",
-    "use the scheme strip, or raise n_x",
-)
-TOGETHER = Flag(
-    256,
-    "together",
-    "poisson so near 0.5 that nodes of a grid give way together: friction too high, by 5 % at 0.42, 13 % at 0.45, 30 % at 0.49",
-    "use the scheme strip or half_plane, whose nodes give way alike at any poisson",
+    "a grid above poisson 0.38, whose nodes give way together: friction too high, by 2 % at 0.39, 5 % at 0.42, 13 % at 0.45, "
+    "30 % at 0.49; or a film on a biquadratic grid with wider cells than the contact",
+    "use the scheme strip, right up to poisson 0.5",
 )
 FLAGS = (
     FEW_NODES,
@@ -115,10 +106,9 @@ FLAGS = (
     BEYOND_CONTACT,
     LARGE_STRAIN,
     UNRESOLVED_SLAB,
-    TOGETHER,
 )
-"""All of them; only older datasets have the bit 64. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact
-has the last that applies."""
+"""All of them; only older datasets have the bits 64 and 256. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a
+contact has the last that applies."""
 
 Flags = tuple[Flag, ...]
 _NAME_OF_BIT = {flag.mask: flag.name for flag in FLAGS}
@@ -182,7 +172,8 @@ def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
     rounding = 0.499 if case.pin == "flat_punch" else 1e-9
     most = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
     fewest = min(_fewest_nodes(case, half_width, displacement), case.slab.n_x)
-    seen = _Seen(fewest, most, half_width, 0.5 - half_width - displacement, displacement)
+    ahead = 0.0 if case.slab.scheme.endless else displacement
+    seen = _Seen(fewest, most, half_width, 0.5 - half_width - ahead, displacement)
     return _judged(case, seen, half_width)
 
 
@@ -212,14 +203,15 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     """The flags of a friction record from `start` to `end`: what was so at any time; none of one that failed before it slid.
 
     Sizes are known after every event; places from both ends, and from the nodes that triggered an event or slipped in one, which
-    are in contact.
+    are in contact. A surface without ends goes on under the pin: there the contact of start and end says how it fits the grid.
     """
     if not start.outcome.ok or (not record.outcome.ok and not record.node.size):
         return ()
     first = int(start.contact.sum())
     fewest, most = (int(extreme(initial=first)) for extreme in (record.contact_size.min, record.contact_size.max))
-    there = (start.contact | end.contact | (record.node_slips > 0)).nonzero()[0]
-    nodes = np.concatenate((there, record.node))
+    nodes = np.flatnonzero(start.contact | end.contact)
+    if not case.slab.scheme.endless:
+        nodes = np.concatenate((nodes, np.flatnonzero(record.node_slips), record.node))
     travel = record.final_displacement - start.displacement
     half_width = contact_half_width(start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
@@ -270,15 +262,8 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
         BEYOND_CONTACT if seen.travel > seen.half_width else None,
         LARGE_STRAIN if case.normal_load > LARGEST_PRESSURE * 2 * narrowest else None,
         None if case.slab.scheme.resolves(case.slab, max(narrowest, several)) else UNRESOLVED_SLAB,
-        TOGETHER if _together(case, seen) else None,
     )
     return tuple([flag for flag in found if flag])
-
-
-def _together(case: Case, seen: _Seen) -> bool:
-    """Whether nodes slip that hand over too much: not in contacts that nothing drags, nor where slips drop nothing."""
-    drops = seen.travel > 0.0 and case.slip_rule.residual_shear < 1.0
-    return drops and case.slab.scheme.confinement(case.slab) > LARGEST_CONFINEMENT
 
 
 def _place(case: Case, seen: _Seen) -> Flag | None:
@@ -301,8 +286,8 @@ def lawfulness(case: Case, start: ContactState, record: FrictionRecord, end: Con
     # Classical sliding has looked at its energy event by event.
     if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end):
         return COMPLETED
-    xi = (surface_from_pin(case) + end.u - end.displacement)[end.contact]
-    steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case)[end.contact]).any()
+    xi = (surface_from_pin(case, end.first_node) + end.u - end.displacement)[end.contact]
+    steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case, end.first_node)[end.contact]).any()
     return STEEP_PIN if steep else energy_created(case)
 
 

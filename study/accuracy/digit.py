@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.dynamics.integrators import measured
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
 from nanoslip.solver.outcome import SolverError
 from nanoslip.solver.sliding.plateau import plateau_of
@@ -105,7 +105,7 @@ def _samples(setup: Setup, effort: Effort) -> dict[float, Sample]:
     }
 
 
-def _member(setup: Setup, compliance: SurfaceCompliance, length: float, number: int) -> tuple[float, float, float]:
+def _member(setup: Setup, compliance: Compliance, length: float, number: int) -> tuple[float, float, float]:
     """Plateau, μ_s and μ_k of one member; NaN where it has none."""
     case = replace(setup.case, max_events=int(LIMITS["max_events"]), max_displacement=None, max_spacings=None)
     try:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.outcome import InvalidInput, SolverError
 from nanoslip.solver.parameter import choices_of
 from nanoslip.solver.slab import SCHEMES, Slab
@@ -132,12 +132,12 @@ def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> 
     return {name: abs(values[name] / truth[name] - 1.0) for name in values}
 
 
-def observables_on(compliance: SurfaceCompliance, half_widths: Iterable[float]) -> dict[float, dict[str, float]]:
+def observables_on(compliance: Compliance, half_widths: Iterable[float]) -> dict[float, dict[str, float]]:
     """Half-width of the contact -> observable -> value, dimensionless, at a load of 1e-3 G·L_x·L_y."""
     return {width: {**_energies(compliance, width), **_contact(compliance, width)} for width in half_widths}
 
 
-def _energies(compliance: SurfaceCompliance, half_width: float) -> dict[str, float]:
+def _energies(compliance: Compliance, half_width: float) -> dict[str, float]:
     """Energies of unit elliptic loads, and the work of an odd shear on what an elliptic pressure moves sideways."""
     x, n = compliance.x, compliance.slab.n_x
     even = nodal_forces(x, half_width)
@@ -165,7 +165,7 @@ def nodal_forces(x: Vector, half_width: float) -> Vector:
     return np.diff(slope, prepend=share[0], append=share[-1])
 
 
-def _contact(compliance: SurfaceCompliance, half_width: float) -> dict[str, float]:
+def _contact(compliance: Compliance, half_width: float) -> dict[str, float]:
     """What frictionless contact of a parabola is like, and the lateral stiffness of its nodes when they stick."""
     slab, normal_load = compliance.slab, 1e-3
     radius = np.pi * half_width**2 / (2.0 * normal_load * (1.0 - slab.poisson))
@@ -183,7 +183,7 @@ def _contact(compliance: SurfaceCompliance, half_width: float) -> dict[str, floa
     }
 
 
-def lateral_stiffness(compliance: SurfaceCompliance, nodes: NDArray[np.int64]) -> float:
+def lateral_stiffness(compliance: Compliance, nodes: NDArray[np.int64]) -> float:
     """K = dF/dδ_p of nodes that all stick, the load constant and the approach free (Eq. 15), in G·L_y."""
     m, rows = len(nodes), np.concatenate((nodes, nodes + compliance.slab.n_x))
     pressed = np.concatenate((np.zeros(m), np.ones(m)))[:, None]

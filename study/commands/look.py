@@ -27,7 +27,7 @@ from nanoslip.study.manifest.cases import campaign_of, expand
 from nanoslip.study.manifest.checker import ManifestError, number_or_text
 from nanoslip.study.manifest.parameters import make_case, words
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.cost import compliance_seconds, record_seconds, touch_seconds
+from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
 from nanoslip.study.plan.grids import Front, load_front, settled
 from nanoslip.study.plan.plan import plan_of
 from nanoslip.study.plan.task import idle
@@ -308,4 +308,4 @@ def _of_grid(case: Case, front: Front, slides: bool) -> str:
 
 
 def _seconds(case: Case, slides: bool) -> float:
-    return compliance_seconds(case, slides) + (record_seconds(case) if slides else touch_seconds(case))
+    return condensation_seconds(case.slab) + (record_seconds(case) if slides else touch_seconds(case))

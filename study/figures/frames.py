@@ -38,6 +38,8 @@ class Moment:
     """The contact after one event. Arrays are (n,) over the surface nodes; tractions in W/(L_x·L_y), lengths in L_x."""
 
     event: int
+    x: NDArray[np.float64]
+    """Places of the surface nodes, in L_x."""
     displacement: float
     friction: float
     """F/W."""
@@ -56,8 +58,6 @@ class Moments:
     """What a film of one case shows."""
 
     moments: tuple[Moment, ...]
-    x: NDArray[np.float64]
-    """(n,) places of the surface nodes, in L_x."""
     record: FrictionRecord
     """Up to the last of the events."""
     outcome: Outcome
@@ -95,18 +95,21 @@ def moments_of(case: Case, events: Sequence[int]) -> Moments:
     record = slide(replace(case, max_events=max(events[len(states) - 1], 1)), compliance)
     before = [None, *states[:-1]]
     shown = tuple(_moment(*each, case) for each in zip(events, before, states, strict=False))
-    return Moments(shown, compliance.x, record, outcome)
+    return Moments(shown, record, outcome)
 
 
 def _moment(event: int, before: ContactState | None, now: ContactState, case: Case) -> Moment:
     slipped = np.zeros_like(now.contact)
     if before:
-        moved = np.abs(now.slip - before.slip) > ROUNDING * max(np.abs(now.slip).max(), now.displacement)
-        slipped = now.contact & before.contact & moved
-    friction = node_friction(case)
+        ahead = now.first_node - before.first_node
+        slip, contact = np.roll(before.slip, -ahead), np.roll(before.contact, -ahead)
+        moved = np.abs(now.slip - slip) > ROUNDING * max(np.abs(now.slip).max(), now.displacement)
+        slipped = now.contact & contact & moved
+    friction = node_friction(case, now.first_node)
     share = 1.0 / case.normal_load
     return Moment(
         event=event,
+        x=now.x,
         displacement=now.displacement,
         friction=share * now.friction_force,
         pressure=share * now.pressure,
@@ -154,14 +157,14 @@ def draw_frame(figure: Figure, shown: Moments, moment: Moment) -> None:
 def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> None:
     """Tractions with the limits ±μ_i·p of shear, and slips; nodes that slipped since the moment before are marked."""
     upper.fill_between(
-        shown.x, -moment.limit, moment.limit, color=SHEAR, alpha=0.15, linewidth=0.0, label=typeset("±μ_i·p")
+        moment.x, -moment.limit, moment.limit, color=SHEAR, alpha=0.15, linewidth=0.0, label=typeset("±μ_i·p")
     )
-    upper.plot(shown.x, moment.pressure, ".-", color=PRESSURE, markersize=2.0, label="pressure p")
-    upper.plot(shown.x, moment.shear, ".-", color=SHEAR, markersize=2.0, label="shear q")
-    lower.plot(shown.x, moment.slip, ".-", color=PRESSURE, markersize=2.0)
+    upper.plot(moment.x, moment.pressure, ".-", color=PRESSURE, markersize=2.0, label="pressure p")
+    upper.plot(moment.x, moment.shear, ".-", color=SHEAR, markersize=2.0, label="shear q")
+    lower.plot(moment.x, moment.slip, ".-", color=PRESSURE, markersize=2.0)
     for axes, values in ((upper, moment.shear), (lower, moment.slip)):
         axes.plot(
-            shown.x[moment.slipped],
+            moment.x[moment.slipped],
             values[moment.slipped],
             "v",
             color=MARK,
@@ -200,9 +203,10 @@ def _legend(figure: Figure) -> None:
 
 def _span(shown: Moments) -> tuple[float, float]:
     """The part of the surface that is ever in contact, and a little on either side."""
-    ever = np.any([moment.pressure > 0.0 for moment in shown.moments], axis=0)
-    first, last = shown.x[ever][[0, -1]]
-    margin = 0.1 * (last - first) + 2.0 * (shown.x[1] - shown.x[0])
+    x = shown.moments[0].x
+    ever = np.concatenate([moment.x[moment.pressure > 0.0] for moment in shown.moments])
+    first, last = ever.min(), ever.max()
+    margin = 0.1 * (last - first) + 2.0 * (x[1] - x[0])
     return float(first - margin), float(last + margin)
 
 

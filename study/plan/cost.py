@@ -19,7 +19,7 @@ from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.kernels.slide import STRETCHES
-from nanoslip.solver.sliding.record import FIRST_CAPACITY, OFF_THE_SLAB, farthest
+from nanoslip.solver.sliding.record import FIRST_CAPACITY, farthest, off_the_slab
 from nanoslip.study.plan.kinds import compliance_needs
 from nanoslip.study.plan.task import Task, case_of, drive_of
 
@@ -172,7 +172,11 @@ def coulomb_steps(case: Case, events: float) -> float:
 def _reach(case: Case) -> float:
     """δ_p in L_x at which a record ends at the latest: its limit, or where a pin that follows the surface has left the slab."""
     limit = farthest(case, lateral_stiffness(case))
-    return min(limit, OFF_THE_SLAB) if case.effects.pin_translation or case.slip_rule.residual_shear == 1.0 else limit
+    return (
+        min(limit, off_the_slab(case))
+        if case.effects.pin_translation or case.slip_rule.residual_shear == 1.0
+        else limit
+    )
 
 
 def _most(case: Case) -> float:
@@ -240,14 +244,9 @@ def pulled(drive: Drive, case: Case) -> tuple[float, float]:
 # Seconds of each kind of computation, to a factor of three: its steps, counted, times their rates.
 
 
-def compliance_seconds(case: Case, slides: bool) -> float:
-    """Seconds of the compliance of a case's slab; none where nothing reads its matrix."""
-    return 0.0 if case.contact_by_convolution and not slides else condensation_seconds(case.slab)
-
-
 def condensation_seconds(slab: Slab) -> float:
-    """Seconds of `surface_compliance`."""
-    return NODE * grid_nodes(slab) + ENTRY * slab.n_x**2
+    """Seconds of `surface_compliance`; next to none where it is no matrix."""
+    return 0.0 if slab.scheme.endless else NODE * grid_nodes(slab) + ENTRY * slab.n_x**2
 
 
 def touch_seconds(case: Case) -> float:
@@ -322,6 +321,7 @@ _SYSTEMS = 5.0  # copies of its matrix that a contact holds at once
 _CONVOLVED = 40.0  # numbers for each surface node while a contact is looked for without a matrix
 _OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
 _EVENT = 65.0  # bytes of an event in a record
+_FIELDS = 16.0  # fields over the surface while a pin slides: places, forces, displacements, their changes
 _INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
 _NODE = 500.0  # numbers for each node of a slab's grid: its sparse stiffness, copies and products
 _SQUARE = (
@@ -345,10 +345,8 @@ def sliding_bytes(case: Case) -> float:
     """The same while sliding on from initial contact, without the record itself."""
     wide = 2.0 * case.slab.n_x
     entries = max(_touch_entries(case), tableau_entries(case) if case.effects.pin_translation else contact_nodes(case))
-    anew = (
-        case.effects.pin_translation and not case.effects.coupling
-    )  # the compliance; else the displacements of the surface
-    whole = wide**2 if anew else wide * entries
+    anew = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)  # the compliance
+    whole = wide * (wide if anew else _FIELDS)
     return _FLOAT * (_SYSTEMS * entries**2 + whole)
 
 

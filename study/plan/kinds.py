@@ -157,19 +157,12 @@ def compliance_task(slab: Slab) -> Task:
 
 @lru_cache(maxsize=4096)  # all cases on it share the text, and the tuple
 def compliance_needs(slab: Slab) -> tuple[str, ...]:
-    """What a task needs that reads the compliance of a slab."""
-    return (compliance_task(slab).key,)
-
-
-def contact_needs(case: Case) -> tuple[str, ...]:
-    """Tasks that initial contact of a case needs, whether or not it slides afterwards."""
-    return () if case.contact_by_convolution else compliance_needs(case.slab)
+    """What a task needs that reads the compliance of a slab; one of a surface without ends is found faster than read."""
+    return () if slab.scheme.endless else (compliance_task(slab).key,)
 
 
 def _compliance_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    if case.contact_by_convolution and "slip" not in manifest.stages:
-        return ()
-    return (Wanted(compliance_task(case.slab)),)
+    return () if case.slab.scheme.endless else (Wanted(compliance_task(case.slab)),)
 
 
 COMPLIANCE: Final = Kind("compliance", lambda _: True, _compliance_tasks)
@@ -200,7 +193,7 @@ def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool =
     ensemble, text = _contact_ensemble(ensemble)
     key = task_key("contact", *of_contact(case), text, *scalars_only_mark(scalars_only))
     return Task(
-        key, "contact", case.slab, case, ensemble=ensemble, needs=contact_needs(case), scalars_only=scalars_only
+        key, "contact", case.slab, case, ensemble=ensemble, needs=compliance_needs(case.slab), scalars_only=scalars_only
     )
 
 
@@ -352,7 +345,7 @@ def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
     """The contact of a case after each of some events of its record, and the inside of the slab."""
     physics = of_record(case) if any(events) else of_contact(case)
     key = task_key("states", *physics, events, subsurface)
-    needs = compliance_needs(case.slab) if any(events) else contact_needs(case)
+    needs = compliance_needs(case.slab)
     return Task(key, "states", case.slab, case, events=events, subsurface=subsurface, needs=needs)
 
 

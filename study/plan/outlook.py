@@ -10,6 +10,7 @@ from operator import attrgetter
 from typing import NamedTuple
 
 from nanoslip.solver.case import Case
+from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
 from nanoslip.study.manifest.parameters import Value, in_words
 from nanoslip.study.plan.cost import expected_displacement, record_bytes
@@ -145,18 +146,19 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
 
 def _most(tasks: Sequence[Task]) -> float:
     """No task of these needs more; said faster than what the worst ones need, as there may be millions."""
-    memory, n_x = (max(map(attrgetter(name), tasks), default=0) for name in ("memory", "slab.n_x"))
-    return PROGRAM + float(memory) + _map_bytes(n_x)
+    memory = max(map(attrgetter("memory"), tasks), default=0)
+    slabs = {id(task.slab): task.slab for task in tasks}
+    return PROGRAM + float(memory) + max(map(_map_bytes, slabs.values()), default=0.0)
 
 
 def need_of(*tasks: Task) -> float:
     """Bytes that processes with one task of a plan each need; all that read a compliance map the same copy of it."""
     read = {task.slab for task in tasks if task.needs[:1] == compliance_needs(task.slab)}
-    return sum(_map_bytes(slab.n_x) for slab in read) + sum(PROGRAM + task.memory for task in tasks)
+    return sum(map(_map_bytes, read)) + sum(PROGRAM + task.memory for task in tasks)
 
 
-def _map_bytes(n_x: int) -> float:
-    return 8.0 * (2.0 * n_x) ** 2
+def _map_bytes(slab: Slab) -> float:
+    return 0.0 if slab.scheme.endless else 8.0 * (2.0 * slab.n_x) ** 2
 
 
 def _named(task: Task) -> str:

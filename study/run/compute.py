@@ -22,7 +22,7 @@ from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.dynamics.regime import count_sticks
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
 from nanoslip.solver.effects import SPARED, LeftOut
-from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, normal_compliance, surface_compliance
+from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, surface_compliance
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.elasticity.interior import interior_fields
 from nanoslip.solver.ensemble import Ensemble, change_by, needed
@@ -264,10 +264,9 @@ def whole_again(kind: type[Value], result: TaskResult, member: int = 0, prefix: 
 
 
 def compliance_of(task: Task, inputs: Inputs) -> Compliance:
-    """The compliance that a task needs before anything else; where it needs none, what the slab's surface says by itself."""
-    if not task.needs:
-        return normal_compliance(task.slab)
-    return compliance_in(inputs[task.needs[0]], task.slab)
+    """The compliance that a task needs; one of a surface without ends is no task of its own."""
+    stored = [inputs[key] for key in task.needs if inputs[key].kind == "compliance"]
+    return compliance_in(stored[0], task.slab) if stored else surface_compliance(task.slab)
 
 
 @lru_cache(maxsize=4)  # tasks that follow each other get the same one: the solver keeps what it computes of it
@@ -331,7 +330,7 @@ def _states(task: Task, inputs: Inputs) -> Computed:
     states, outcome = states_at(case_of(task), compliance, task.events)
     values: tuple[object, ...] = ()
     if states:
-        values = (_surfaces(task.events, states, compliance),)
+        values = (_surfaces(task.events, states),)
         if task.subsurface:
             inside = [interior_fields(task.slab, state.nodal_force) for state in states]
             nodes = [len(each.x) for each in inside]
@@ -339,13 +338,12 @@ def _states(task: Task, inputs: Inputs) -> Computed:
     return Computed((Member(values, outcome),))
 
 
-def _surfaces(events: Sequence[int], states: Sequence[ContactState], compliance: Compliance) -> SurfaceStates:
-    nodes = len(compliance.x)
+def _surfaces(events: Sequence[int], states: Sequence[ContactState]) -> SurfaceStates:
     columns = {name: np.concatenate([getattr(state, name) for state in states]) for name in _OF_STATE}
-    return SurfaceStates(event=np.repeat(events[: len(states)], nodes), x=np.tile(compliance.x, len(states)), **columns)
+    return SurfaceStates(event=np.repeat(events[: len(states)], len(states[0].x)), **columns)
 
 
-_OF_STATE = tuple(item.name for item in fields(SurfaceStates) if item.name not in ("event", "x"))
+_OF_STATE = tuple(item.name for item in fields(SurfaceStates) if item.name != "event")
 
 
 def _behind(parts: Sequence[InteriorFields]) -> InteriorFields:
@@ -420,7 +418,7 @@ def _drive(task: Task, inputs: Inputs) -> Computed:
 
 def _slid(case: Case, task: Task, inputs: Inputs) -> Recorded:
     """The record of a member that has none yet."""
-    _, plateau, _, record = computed_record(case, compliance_in(inputs[task.needs[1]], task.slab)).values
+    _, plateau, _, record = computed_record(case, compliance_of(task, inputs)).values
     assert isinstance(record, FrictionRecord)
     assert isinstance(plateau, Plateau)
     return record, plateau

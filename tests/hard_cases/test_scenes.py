@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, uncoupled
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.slide import slide_to_state
@@ -173,7 +173,7 @@ def check(text: str, folder: Path) -> str:
             assert np.all(np.diff(record.displacement) > 0.0)
             assert_friction_law(case, record, compliance)
             if case.effects.pin_translation:  # else it is carried along in thought only
-                assert_contact_laws(end, case, compliance if case.effects.coupling else uncoupled(compliance))
+                assert_contact_laws(end, case, compliance if case.effects.coupling else compliance.uncoupled())
     if not results:
         return str(plan.cases[0].outcome.ending)
     return str(results[plan.tasks[-1].key].outcome.ending)

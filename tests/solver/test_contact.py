@@ -16,7 +16,7 @@ from nanoslip.solver.contact.compiled_contact import compiled_contact, tableau
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.normal import PATIENCE, ContactSystem, Exchange
 from nanoslip.solver.contact.pin import surface_from_pin
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance, uncoupled
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending, SingularOperator, TooFarApart
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide_to_state
@@ -188,7 +188,7 @@ def test_half_the_compliance_or_a_quarter_is_all_that_is_read(case, unread, monk
 @pytest.mark.parametrize("residual_shear", [0.0, 1.0])
 def test_without_coupling_every_first_touch_is_the_same(way, residual_shear):
     """The full solvers agree with the normal problem alone when they are given an uncoupled compliance."""
-    zero, alone = uncoupled(COMPLIANCE), initial_contact(UNCOUPLED, COMPLIANCE)
+    zero, alone = COMPLIANCE.uncoupled(), initial_contact(UNCOUPLED, COMPLIANCE)
     whole = initial_contact(replace(CASE, initial_contact=way, slip_rule=SlipRule(residual_shear=residual_shear)), zero)
     assert_contact_laws(alone, UNCOUPLED, zero)
     # 1e-9: raised event by event, the load gathers the rounding of some hundred steps.

@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Effects, Heterogeneity
-from nanoslip.solver.contact import convolved, initial, normal
+from nanoslip.solver.contact import convolved, normal
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
 from nanoslip.solver.contact.convolved import pressed
-from nanoslip.solver.contact.initial import compliance_for_contact, initial_contact
+from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
-from nanoslip.solver.elasticity.compliance import NormalCompliance, normal_compliance, surface_compliance
-from nanoslip.solver.elasticity.schemes.endless import convolution_of
+from nanoslip.solver.elasticity.compliance import EndlessCompliance, SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from tests.physics import assert_contact_laws
@@ -36,7 +35,7 @@ def case_of(n_x=129, poisson=1 / 3, effects=UNCOUPLED, **given):
 
 
 def convolved_contact(case):
-    return initial_contact(case, compliance_for_contact(case))
+    return initial_contact(case, surface_compliance(case.slab))
 
 
 PINS = {
@@ -64,8 +63,9 @@ SCENES = [
 def test_the_contact_is_that_of_the_matrix(pin, effects, slab):
     """Both solve for the forces of the same nodes: to rounding, 1e-12 of the load; and its laws hold."""
     case = case_of(*slab, effects, **PINS[pin])
-    dense = surface_compliance(case.slab)
-    expected, found = initial_contact(case, dense), initial_contact(case, normal_compliance(case.slab))
+    endless = surface_compliance(case.slab)
+    dense = SurfaceCompliance(endless.matrix, case.slab)
+    expected, found = initial_contact(case, dense), initial_contact(case, endless)
     assert found.outcome.ending == expected.outcome.ending
     np.testing.assert_array_equal(found.contact, expected.contact)
     for name in ("nodal_force", "u", "w", "approach"):
@@ -82,8 +82,8 @@ def test_equilibrium_and_complementarity_on_a_hundred_thousand_nodes(pin):
     # Nodes that move sideways by half a spacing, 5e-6, have come in under a punch's edge.
     given = {**PINS[pin], "normal_load": 1e-5} if pin == "punch" else PINS[pin]
     case = case_of(100_001, effects=FRICTIONLESS, **given)
-    compliance = compliance_for_contact(case)
-    assert isinstance(compliance, NormalCompliance)
+    compliance = surface_compliance(case.slab)
+    assert isinstance(compliance, EndlessCompliance)
     state = initial_contact(case, compliance)
     assert state.outcome.ok
     load, force, place = case.normal_load, -state.nodal_force[1], surface_from_pin(case)
@@ -136,7 +136,7 @@ def energy(convolution, heights, force):
 def test_the_contact_has_the_least_energy_of_all_that_push_with_the_load():
     """Moving some of the load to other nodes, in contact or not, costs energy."""
     case = case_of(257, **rough(3e-5))
-    body = convolution_of(case.slab), pin_of(case).face(surface_from_pin(case))
+    body = surface_compliance(case.slab).convolution, pin_of(case).face(surface_from_pin(case))
     force, generator = -convolved_contact(case).nodal_force[1], np.random.default_rng(5)
     for _ in range(20):
         other = np.where(generator.random(257) < 0.1, generator.random(257), 0.0)
@@ -188,25 +188,13 @@ def test_a_punch_whose_node_moves_out_from_under_it_is_named():
     assert convolved_contact(case).outcome == initial_contact(case, surface_compliance(case.slab)).outcome
 
 
-def test_only_a_pin_that_drags_nothing_needs_no_matrix(monkeypatch):
-    drags = case_of(33, effects=Effects())
-    assert not drags.contact_by_convolution
-    assert not Case(effects=FRICTIONLESS).contact_by_convolution
-    assert case_of(effects=FRICTIONLESS).contact_by_convolution
-    found = initial_contact(drags, normal_compliance(drags.slab))  # its matrix is made of the slab
-    np.testing.assert_array_equal(found.nodal_force, initial_contact(drags, surface_compliance(drags.slab)).nodal_force)
-    monkeypatch.setattr(initial, "surface_compliance", None)
-    assert case_of().contact_by_convolution
-    assert convolved_contact(case_of()).outcome.ok
-
-
 def test_a_datum_too_near_is_refused_without_a_matrix_too():
     with pytest.raises(InvalidInput, match="needs a deeper datum"):
-        normal_compliance(Slab(n_x=129, aspect_ratio=0.4, scheme="half_plane"))
+        surface_compliance(Slab(n_x=129, aspect_ratio=0.4, scheme="half_plane"))
 
 
 SLAB = Slab(n_x=129, scheme="half_plane")
-N, CONVOLUTION = SLAB.n_x, convolution_of(SLAB)
+N, CONVOLUTION = SLAB.n_x, surface_compliance(SLAB).convolution
 X, PLACES = np.linspace(-0.5, 0.5, N), np.arange(N)
 CONTACTS = {
     "one node": PLACES == 64,
@@ -262,5 +250,5 @@ def test_steps_do_not_grow_with_the_nodes(monkeypatch):
         x = np.linspace(-0.5, 0.5, n_x)
         contact = np.abs(x) < 0.3
         start = np.where(contact, LOAD / contact.sum(), 0.0)
-        pressed(convolution_of(Slab(n_x=n_x, scheme="half_plane")), contact, x**2 / 2, start, 1e-13)
+        pressed(surface_compliance(Slab(n_x=n_x, scheme="half_plane")).convolution, contact, x**2 / 2, start, 1e-13)
     assert taken.count(16_385) <= 2 * taken.count(129) <= 40

@@ -19,6 +19,7 @@ from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding import record as friction_record
 from nanoslip.solver.sliding import slide as sliding
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_KINDS, EVENT_TYPES, drops
@@ -420,7 +421,7 @@ def test_after_first_touch_only_the_tangential_block_is_read(monkeypatch):
     start, matrix = initial_contact(GOODMAN, OF_WIDE), np.full_like(OF_WIDE.matrix, np.nan)
     matrix[:N, :N] = OF_WIDE.matrix[:N, :N]
     whole = slide(GOODMAN, OF_WIDE, start)
-    for builder in ("initial_contact", "compiled_contact", "uncoupled"):
+    for builder in ("initial_contact", "compiled_contact"):
         monkeypatch.setattr(sliding, builder, None)
     alone = slide(GOODMAN, SurfaceCompliance(matrix, WIDE), start)
     for name in ("displacement", "force_after", "node", "slips", "dissipated"):
@@ -530,7 +531,7 @@ def test_the_work_of_pin_and_load_is_stored_or_dissipated_in_classical_sliding(o
 
 
 def test_a_pin_that_slides_on_and_on_leaves_the_slab(monkeypatch):
-    monkeypatch.setattr(sliding, "OFF_THE_SLAB", 5e-3)
+    monkeypatch.setattr(friction_record, "OFF_THE_SLAB", 5e-3)
     record = slide(replace(CLASSICAL, max_displacement=None, max_events=10**6), COMPLIANCE)
     assert record.outcome.ending is Ending.CONTACT_LOST
     assert record.final_displacement == record.displacement[-1]

@@ -8,6 +8,7 @@ from scipy.sparse.linalg import splu
 from skfem import (
     Basis,
     BilinearForm,
+    Element,
     ElementQuad2,
     ElementVector,
     FacetBasis,
@@ -63,10 +64,12 @@ def elliptic_energies(
     support: Support,
     smallest: float = 1e-3,
     growth: float = 2.0,
+    element: Element | None = None,
 ) -> NDArray[np.float64]:
     """Twice the energies of unit elliptic loads on the slab's middle, along x and along z, in 1/G per unit depth, shape (2,).
 
     The mesh is graded towards the load's edges and towards bottom and sides. `frictionless`: the energy along z alone.
+    element: of each component, quadratic if not given.
     """
     right = np.concatenate(
         (
@@ -76,9 +79,9 @@ def elliptic_energies(
     )
     x = np.concatenate((-right[::-1], right[1:]))
     mesh = MeshQuad.init_tensor(x, graded(-aspect_ratio, 0.0, smallest, growth, both=True))
-    element = ElementVector(ElementQuad2())
-    basis = Basis(mesh, element)
-    top = FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda p: np.isclose(p[1], 0.0)), intorder=40)
+    vector = ElementVector(element or ElementQuad2())
+    basis = Basis(mesh, vector)
+    top = FacetBasis(mesh, vector, facets=mesh.facets_satisfying(lambda p: np.isclose(p[1], 0.0)), intorder=40)
 
     @LinearForm
     def along_x(v, at):

@@ -1,4 +1,4 @@
-"""Near ν = 0.5 surface nodes of finite elements give way together, which makes friction too high: the flag `together`."""
+"""Near ν = 0.5 surface nodes of finite elements give way together, which makes friction too high: the flag `unresolved_slab`."""
 
 from functools import lru_cache
 
@@ -7,16 +7,16 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.solver.sliding.validity import TOGETHER, contact_flags, expected_flags, record_flags
+from nanoslip.solver.sliding.validity import UNRESOLVED_SLAB, contact_flags, expected_flags, record_flags
 from tests.verification.seen import seen
 
 
 @lru_cache
-def compliance(slab: Slab) -> SurfaceCompliance:
+def compliance(slab: Slab) -> Compliance:
     return surface_compliance(slab)
 
 
@@ -53,11 +53,11 @@ def test_friction_that_is_too_high_is_flagged_and_other_is_not(n_x: int) -> None
         case = Case(normal_load=5e-4, slab=Slab(n_x, poisson=poisson, scheme=scheme), max_events=None, max_spacings=1.0)
         start = initial_contact(case, compliance(case.slab))
         record, end = slide_to_state(case, compliance(case.slab), start)
-        assert TOGETHER not in contact_flags(case, start)
-        assert (TOGETHER in expected_flags(case, 0.1)) == (TOGETHER in record_flags(case, start, record, end))
-        return plateau_of(record).mean, TOGETHER in expected_flags(case, 0.1)
+        every = (expected_flags(case, 0.1), contact_flags(case, start), record_flags(case, start, record, end))
+        assert len({UNRESOLVED_SLAB in flags for flags in every}) == 1
+        return plateau_of(record).mean, UNRESOLVED_SLAB in every[0]
 
-    for poisson in (1 / 3, 0.41, 0.44, 0.45, 0.49):
+    for poisson in (1 / 3, 0.38, 0.41, 0.44, 0.45, 0.49):
         slab, endless = found("galerkin", poisson), found("half_plane", poisson)
         assert not endless[1]
-        assert slab[1] == (poisson > 0.42) == (slab[0] > 1.05 * endless[0])
+        assert slab[1] == (poisson > 0.38) == (slab[0] > 1.025 * endless[0])

@@ -19,7 +19,6 @@ from nanoslip.solver.elasticity.grid import (
     Grid,
     Stiffness,
     binary_hierarchy,
-    confined_modulus,
     in_blocks,
     integral,
     lagrange,
@@ -32,8 +31,6 @@ from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.parameter import check, parameter, require
 from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
 
-MOST_CONFINED = 10.0
-"""Largest (λ+2G)/G, ν = 0.444: above, approach or largest pressure are 7 % wrong and more, on nearly all grids."""
 WIDEST_BOTTOM = 1.25
 """Largest spacing of the bottom row in half-widths of the contact, of a slab lower than that spacing: 4 to 7 % wrong, whatever
 n_x is. The row has 3 nodes unless `rows` are fewer than the paper's."""
@@ -67,7 +64,7 @@ class Biquadratic(GridScheme):
         assert self.rows  # completed
         bottom = 2 ** (self.rows - 2) * slab.spacing
         follows = bottom < slab.aspect_ratio or bottom <= WIDEST_BOTTOM * half_width
-        return follows and confined_modulus(slab.poisson) <= MOST_CONFINED
+        return follows and GridScheme.resolves(self, slab, half_width)
 
     def stiffness(self, slab: Slab) -> Stiffness:
         return biquadratic(self.grid(slab), slab.poisson, slab.support)

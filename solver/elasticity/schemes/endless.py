@@ -12,8 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Scheme, Slab
+from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, Scheme, Slab
 
 Vector = NDArray[np.float64]
 Dense = NDArray[np.float64]
@@ -30,6 +29,8 @@ class Convolution:
     along_x: Vector
     along_z: Vector
     across: Vector
+    by_distance: Dense = field(init=False)
+    """[[u per f_x, u per f_z], [w per f_x, w per f_z]] at -(n-1) … n-1 nodes to the right of the force, (2, 2, 2n-1)."""
     _symbol: Vector = field(init=False)
     _inverse: Vector = field(init=False)
 
@@ -38,15 +39,11 @@ class Convolution:
         symbol = scipy.fft.rfft(np.concatenate((self.along_z, self.along_z[-2:0:-1]))).real
         inverse = 1.0 / np.abs(symbol)
         inverse[0] = inverse[1]  # a half-plane's is a datum, which may have any sign
-        object.__setattr__(self, "_symbol", symbol)
-        object.__setattr__(self, "_inverse", inverse)
-
-    @property
-    def by_distance(self) -> Dense:
-        """[[u per f_x, u per f_z], [w per f_x, w per f_z]] at -(n-1) … n-1 nodes to the right of the force, (2, 2, 2n-1)."""
         x, z = (np.concatenate((half[:0:-1], half)) for half in (self.along_x, self.along_z))
         across = np.concatenate((-self.across[:0:-1], self.across))
-        return np.array([[x, across], [-across, z]])
+        object.__setattr__(self, "by_distance", np.array([[x, across], [-across, z]]))
+        object.__setattr__(self, "_symbol", symbol)
+        object.__setattr__(self, "_inverse", inverse)
 
     def w(self, forces: Vector) -> Vector:
         """w of all nodes, (n,), under normal forces f_z (n,)."""
@@ -55,6 +52,26 @@ class Convolution:
     def u(self, forces: Vector) -> Vector:
         """u of all nodes, (n,), under normal forces f_z (n,)."""
         return np.asarray(scipy.linalg.matmul_toeplitz((self.across, -self.across), forces))
+
+    def window(self, nodes: int) -> Dense:
+        """[u; w] per [f_x; f_z] of so many neighbours, (2·nodes, 2·nodes)."""
+        n = len(self.along_x)
+        near = self.by_distance[:, :, n - nodes : n + nodes - 1]
+        blocks = np.lib.stride_tricks.sliding_window_view(near, nodes, axis=-1)[..., ::-1]
+        return np.array(blocks.transpose(0, 2, 1, 3), order="C").reshape(2 * nodes, 2 * nodes)
+
+    def displacements(self, forces: Dense) -> Dense:
+        """[u; w] of all nodes under nodal forces [f_x; f_z]; both (2, n)."""
+        f_x, f_z = forces
+        along = (
+            scipy.linalg.matmul_toeplitz(self.along_x, f_x) if f_x.any() else 0.0
+        )  # a layer that rests has no number for it
+        sideways = scipy.linalg.matmul_toeplitz((self.across, -self.across), forces.T)
+        return np.array([along + sideways[:, 1], self.w(f_z) - sideways[:, 0]])
+
+    def uncoupled(self) -> "Convolution":
+        """The same where normal forces cause no u, and tangential forces no w."""
+        return Convolution(self.along_x, self.along_z, np.zeros_like(self.across))
 
     def forces_about(self, w: Vector) -> Vector:
         """Forces, (n,), that would cause these w on the circle: near those that cause them, and found without a solve."""
@@ -82,17 +99,7 @@ class EndlessScheme(Scheme):
         """Displacements per force by distance. Raises InvalidInput."""
 
     def matrix(self, slab: Slab) -> Dense:
-        found, nodes = self.convolution(slab).by_distance, np.arange(slab.n_x)
-        blocks = found[:, :, slab.n_x - 1 + nodes[:, None] - nodes]
-        return np.asarray(blocks.transpose(0, 2, 1, 3).reshape(2 * slab.n_x, -1))
-
-
-def convolution_of(slab: Slab) -> Convolution:
-    """The slab's compliance by distance. Raises InvalidInput where its surface has ends."""
-    if isinstance(slab.scheme, EndlessScheme):
-        return slab.scheme.convolution(slab)
-    having = ", ".join(name for name, kind in SCHEMES.items() if issubclass(kind, EndlessScheme))
-    raise InvalidInput(f"scheme = {slab.scheme.name!r}: needs one whose surface has no ends: {having}")
+        return self.convolution(slab).window(slab.n_x)
 
 
 def mean_log(distance: NDArray[Any]) -> Vector:

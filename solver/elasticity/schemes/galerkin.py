@@ -33,7 +33,6 @@ from nanoslip.solver.elasticity.grid import (
     Grid,
     Sparse,
     Stiffness,
-    confined_modulus,
     gram,
     in_blocks,
     lagrange,
@@ -49,17 +48,6 @@ from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
 
 Dense = NDArray[np.float64]
 MOST_ROWS_PER_LEVEL = 1024
-ONE_STRIP = 3
-"""Rows of the grid of a slab too thin for its node spacing."""
-MOST_FLOW_IN_A_STRIP = 7.0
-"""Largest (λ+2G)/G · height · min(height, half-width)/half-width² of a slab of one strip: in a film 3 (l/half-width)².
-
-A film is pressed flat by p·height/(λ+2G), and gives way sideways by p''·height³/3G: they balance over the length
-l = height · ((λ+2G)/3G)^½. That flow needs w of third degree in z, and one strip has the second. Approach and largest pressure
-are 4 % wrong at this limit, and no finer grid mends it until there is a second strip."""
-MOST_FLOW = 30.0
-"""Largest (λ+2G)/G · spacing · min(height, half-width)/half-width² of other slabs: pressures of neighbouring nodes differ by 3 to
-9 % there, as the uppermost elements resist dilatation everywhere, more than their displacements can obey."""
 
 
 @SCHEMES.register()
@@ -112,14 +100,6 @@ class Galerkin(GridScheme):
     def stiffness(self, slab: Slab) -> Stiffness:
         return galerkin(self.grid(slab), slab.poisson, slab.support)
 
-    def resolves(self, slab: Slab, half_width: float) -> bool:
-        flow = confined_modulus(slab.poisson) * min(slab.aspect_ratio, half_width) / half_width**2
-        if flow * max(slab.spacing / MOST_FLOW, slab.aspect_ratio / MOST_FLOW_IN_A_STRIP) <= 1.0:  # by any grid
-            return True
-        if _rows(self, slab) == ONE_STRIP:
-            return flow * slab.aspect_ratio <= MOST_FLOW_IN_A_STRIP
-        return flow * slab.spacing <= MOST_FLOW
-
     def matrix(self, slab: Slab) -> Dense:
         found = condensed(self.stiffness(trunk(slab)))
         if trunk(slab) != slab:
@@ -127,12 +107,6 @@ class Galerkin(GridScheme):
             longer = acting.T @ lengthening(slab) @ acting
             found += (longer + longer.T) / 2
         return found
-
-
-@lru_cache(maxsize=256)  # asked for every case of a campaign and for every record, which share few slabs
-def _rows(scheme: Galerkin, slab: Slab) -> int:
-    """Rows of a slab's grid."""
-    return scheme.grid(slab).rows
 
 
 def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:

@@ -25,6 +25,7 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
         "numerics": {"n_x": 33},
     },
     "figures/continuum": {"axes": {"n_x": [17, 33, 65]}},
+    "figures/layers": {"numerics": {"n_x": 33}, "ensemble": {"members": 3}},
     "figures/chain": {"numerics": {"n_x": 33}, "limits": {"events": 1500}, "ensemble": {"members": 1}},
     "maps/stick_slip": {
         "numerics": {"n_x": 17},

@@ -96,8 +96,6 @@ def driven(**drive: object) -> Task:
 TASKS: dict[str, Task] = {
     **{f"compliance, n_x = {n_x}, height {height}": compliance(n_x=n_x, aspect_ratio=height)
        for n_x, height in ((65, 0.5), (129, 4.0), (513, 0.2))},
-    "compliance of a half-plane": compliance(n_x=1025, scheme="half_plane"),
-    "compliance of a chain": compliance(n_x=1025, scheme="chain"),
     "contact of a heavy pin": touch(257, normal_load=3e-3),
     "contact of a light pin": touch(513, normal_load=5e-5),
     "contact without friction": touch(513, effects=Effects(friction=False), radius=100.0),

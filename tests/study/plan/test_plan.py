@@ -163,19 +163,11 @@ def test_an_excluded_case_has_no_tasks(tmp_path):
     assert len(planned.tasks) == 2
 
 
-@pytest.mark.parametrize(
-    ("text", "compliances"),
-    [
-        ('stages = ["contact"]\neffects.coupling = false', 0),
-        ('stages = ["contact"]\neffects.friction = false', 0),
-        ('stages = ["contact"]\naxes.coupling = [true, false]', 1),
-        ('stages = ["contact"]', 1),
-        ('stages = ["contact", "slip"]\neffects.coupling = false', 1),
-    ],
-)
-def test_a_half_plane_has_a_compliance_only_where_its_matrix_is_read(tmp_path, text, compliances):
-    found = kinds(plan(tmp_path, f'{text}\nnumerics.scheme = "half_plane"\nnumerics.n_x = 33'))
-    assert found.get("compliance", 0) == compliances
+def test_a_surface_without_ends_has_no_matrix_to_compute(tmp_path):
+    both = plan(
+        tmp_path, 'stages = ["contact", "slip"]\naxes.scheme = ["strip", "half_plane", "galerkin"]\nnumerics.n_x = 33'
+    )
+    assert [task.slab.scheme.name for task in both.tasks if task.kind == "compliance"] == ["galerkin"]
 
 
 def test_a_contact_without_a_matrix_is_cheap_on_any_grid(tmp_path):

@@ -1,5 +1,6 @@
 """The paper's stencil (Eq. 4-10): exact for linear fields on every volume, whatever the grid; mirror symmetric."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -94,3 +95,4 @@ def test_a_film_is_followed_under_a_contact_as_wide_as_the_grids_own_bottom_cell
     least = grid.spacing(grid.rows - 1) / WIDEST_BOTTOM
     assert [film.scheme.resolves(film, share * least) for share in (0.99, 1.01)] == [False, True]
     assert tall.scheme.resolves(tall, 0.01 * least)
+    assert not tall.scheme.resolves(replace(tall, poisson=0.39), 1.0)

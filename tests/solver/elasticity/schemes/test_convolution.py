@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nanoslip.solver.elasticity.schemes.endless import convolution_of
+from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 
 
@@ -15,7 +15,7 @@ def slab(request: pytest.FixtureRequest) -> Slab:
 
 def test_displacements_are_those_of_the_matrix(slab: Slab) -> None:
     """Rounding of an FFT: some machine epsilons of the largest sum of displacements."""
-    n, found = slab.n_x, convolution_of(slab)
+    n, found = slab.n_x, surface_compliance(slab).convolution
     forces = np.random.default_rng(1).standard_normal(n)
     expected = slab.scheme.matrix(slab)[:, n:] @ forces
     rounding = 1e-14 * np.abs(found.along_z).max() * np.abs(forces).sum()
@@ -25,7 +25,7 @@ def test_displacements_are_those_of_the_matrix(slab: Slab) -> None:
 
 def test_forces_about_a_displacement_do_positive_work_on_it(slab: Slab) -> None:
     """What conjugate gradients ask of them: symmetric and positive definite on forces without a sum."""
-    found, identity = convolution_of(slab), np.eye(slab.n_x)
+    found, identity = surface_compliance(slab).convolution, np.eye(slab.n_x)
     matrix = np.array([found.forces_about(column) for column in identity])
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-13 * np.abs(matrix).max())
     assert np.linalg.eigvalsh(matrix)[0] > 0.0
@@ -34,7 +34,7 @@ def test_forces_about_a_displacement_do_positive_work_on_it(slab: Slab) -> None:
 def test_on_the_whole_circle_the_forces_about_a_displacement_are_those_that_cause_it() -> None:
     """A wave that fits the circle of 2(n-1) nodes, far smaller there than its sum over all turns: to a share of its length."""
     slab = Slab(n_x=1025, scheme="half_plane")
-    found, nodes = convolution_of(slab), np.arange(slab.n_x)
+    found, nodes = surface_compliance(slab).convolution, np.arange(slab.n_x)
     wave = np.cos(2 * np.pi * 256 * nodes / 2048) * np.sin(np.pi * nodes / 1024) ** 2
     inside = slice(256, -256)
     np.testing.assert_allclose(found.w(found.forces_about(wave))[inside], wave[inside], atol=2e-3)

@@ -4,7 +4,7 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.elasticity.compliance import surface_compliance
-from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, convolution_of
+from nanoslip.solver.elasticity.schemes.endless import EndlessScheme
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide_to_state
@@ -31,8 +31,6 @@ def test_other_numbers_of_nodes_are_refused_by_name(n_x: int) -> None:
 def test_a_grid_still_needs_rows_that_can_be_halved(scheme: str) -> None:
     with pytest.raises(InvalidInput, match=r"n_x = 100001: needs 2\^N \+ 1"):
         Slab(n_x=100_001, scheme=scheme)
-    with pytest.raises(InvalidInput, match=f"scheme = '{scheme}': needs one whose surface has no ends: half_plane"):
-        convolution_of(Slab(scheme=scheme))
 
 
 def test_a_pin_slides_over_an_odd_number_of_nodes_as_over_any() -> None:

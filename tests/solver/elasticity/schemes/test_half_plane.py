@@ -9,7 +9,6 @@ from nanoslip.solver.contact.closed_forms import hertz
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.grid_scheme import stiffness
-from nanoslip.solver.elasticity.schemes.endless import convolution_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
 
@@ -64,7 +63,7 @@ def test_far_entries_are_those_of_a_force_at_a_point_but_for_what_a_hat_adds() -
     """
     slab = Slab(n_x=1_000_001, poisson=0.0, scheme="half_plane")
     k = np.arange(2.0, slab.n_x)
-    mean = -np.pi * (convolution_of(slab).along_z[2:] + 1 / (2 * np.pi)) - np.log(slab.spacing)
+    mean = -np.pi * (surface_compliance(slab).convolution.along_z[2:] + 1 / (2 * np.pi)) - np.log(slab.spacing)
     astray = np.abs(mean - np.log(k) + 1 / (12 * k**2))
     assert (astray <= 1 / (50 * k**4) + 1e-14).all()
 
