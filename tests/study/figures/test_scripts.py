@@ -1,5 +1,6 @@
 """Scripts beside the shipped campaigns: their claims are those of the datasets, their closed forms and fits hold."""
 
+import csv
 import math
 
 import numpy as np
@@ -28,6 +29,9 @@ from continuum import EXCESS, STEP, followed, law, verdict
 from drive import closed_form, damper_force, decay_time, load_of, stick_of
 from findings import Starts, all_starts, slope_of_kinetic
 from friction import claims_of_share, share_of
+from layers import COLUMNS, POISSON, of_scheme
+from layers import rows as layer_rows
+from layers import value as layer_value
 from modulation import BINS, modulation
 from power_law import PowerLaw, fit_power_law
 from punch import INNER, pressure
@@ -43,6 +47,7 @@ import nanoslip
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.sliding.power_law import SIGNIFICANT
 from nanoslip.solver.sliding.sizes import DISCRETE, EventSizes
+from nanoslip.study import shipped
 from nanoslip.study.figures.shared import PAGE, column
 from tests.study.figures.shipped_small import small
 
@@ -607,3 +612,26 @@ def test_tiles_lie_at_their_coordinates_whatever_the_order_of_dimensions() -> No
         regime_legend(figure)
     np.testing.assert_array_equal(np.ma.filled(axes.collections[0].get_array(), np.nan), codes(WORDS))
     assert [text.get_text() for text in figure.legends[0].texts] == [word.replace("_", "-") for word in REGIMES]
+
+
+# Layers of all heights: the table is what its script writes, and neither ν nor height changes the plateau much.
+
+
+def test_the_table_is_what_its_script_writes() -> None:
+    path = shipped.campaigns()["figures/layers"].with_suffix(".csv")
+    header, *written = csv.reader(path.read_text("utf-8").splitlines())
+    assert tuple(header) == COLUMNS
+    for text, (scheme, *numbers) in zip(written[::7], list(layer_rows())[::7], strict=True):
+        assert text[0] == scheme
+        np.testing.assert_allclose(np.array(text[1:], float), numbers, rtol=1e-3)
+
+
+def test_plateaus_hardly_depend_on_the_layer_and_stiffness_falls_with_its_height() -> None:
+    data = small("figures/layers")
+    for poisson in POISSON["strip"]:
+        plateau, _ = layer_value(of_scheme(data, "strip", poisson), "plateau_ratio")
+        stiffness, _ = layer_value(of_scheme(data, "strip", poisson), "surface_stiffness")
+        thicker = plateau[1:]  # the thinnest is lower than nodes are apart at n_x = 33
+        assert np.all((thicker > 0.5) & (thicker < 0.65))  # of 13 nodes; 0.507 to 0.538 at n_x = 129
+        assert np.all(np.diff(stiffness) < 0.0)
+        assert stiffness[0] == pytest.approx(20.0, rel=0.2)  # 2a/L_z of a thin film that is sheared alone
