@@ -1,13 +1,20 @@
-"""The surface compliance: what a user may rely on whatever the scheme, and what the paper's stencil does not give."""
+"""Compliance of the surface: its matrix, its condition, and the boundary values it solves."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-from nanoslip.solver.outcome import InvalidInput, SingularOperator
+from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.elasticity.compliance import SurfaceCompliance, conditioning, explained, surface_compliance
+from nanoslip.solver.elasticity.grid_scheme import blank, solve_mixed, stiffness
+from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
 from nanoslip.solver.slab import Slab, Support
+from nanoslip.solver.sliding.slide import slide
+from tests.physics import coupled_half_plane, half_plane
+
+# The surface compliance: what a user may rely on whatever the scheme, and what the paper's stencil does not give.
 
 N = 65
 
@@ -97,3 +104,148 @@ def test_wrong_input_is_refused() -> None:
 def test_a_nearly_incompressible_slab_is_refused_rather_than_wrong() -> None:
     with pytest.raises(SingularOperator, match="poisson is not too close"):
         surface_compliance(replace(Slab(n_x=33), poisson=0.5 - 1e-16))
+
+
+# What a compliance's numbers say of it: condition, definiteness, reciprocity, and the advice that follows.
+
+CONDITIONED = Slab(33, scheme="biquadratic")
+
+
+def _with_eigenvalues(smallest: float) -> SurfaceCompliance:
+    """A reciprocal operator whose smallest eigenvalue is a given share of its largest."""
+    values, vectors = np.linalg.eigh(half_plane(CONDITIONED).matrix)
+    values[0] = smallest * values[-1]
+    return SurfaceCompliance((vectors * values) @ vectors.T, CONDITIONED)
+
+
+def test_tiny_pivots_are_seen_in_the_reciprocal_condition() -> None:
+    # The estimate is in another norm: within a factor of the size.
+    assert 1e-16 < conditioning(_with_eigenvalues(1e-14).matrix).reciprocal_condition < 1e-12
+    assert conditioning(half_plane(CONDITIONED).matrix).reciprocal_condition > 1e-4
+
+
+@pytest.mark.parametrize("operator", [half_plane, coupled_half_plane])
+def test_reciprocal_operators_are_known_as_such(operator: object) -> None:
+    found = conditioning(operator(CONDITIONED).matrix)  # type: ignore[operator]
+    assert found.asymmetry == 0.0
+    assert found.positive_definite
+
+
+def test_a_negative_eigenvalue_is_found() -> None:
+    assert conditioning(_with_eigenvalues(1e-6).matrix).positive_definite
+    assert not conditioning(_with_eigenvalues(-1e-6).matrix).positive_definite
+
+
+def test_the_stencil_of_the_paper_is_not_reciprocal() -> None:
+    assert conditioning(surface_compliance(CONDITIONED).matrix).asymmetry > 1e-3
+
+
+def test_only_a_bad_end_on_a_bad_operator_is_explained() -> None:
+    everywhere = np.ones(33, dtype=np.bool_)
+    bad = Outcome(Ending.SLIP_UNBOUNDED, "no slip")
+    broken, sound = _with_eigenvalues(-0.1), half_plane(CONDITIONED)
+    assert explained(COMPLETED, broken, everywhere) is COMPLETED
+    assert explained(bad, sound, everywhere) is bad
+    assert explained(bad, broken, ~everywhere) is bad
+    assert "ill-conditioned" in explained(bad, _with_eigenvalues(1e-12), everywhere).message
+    message = explained(bad, broken, everywhere).message
+    assert message.startswith("no slip; the biquadratic operator of the 33 nodes in contact is not positive definite")
+    assert "galerkin" in message
+
+
+@pytest.mark.parametrize("sway", [4e15, 1e17])
+@pytest.mark.parametrize("effects", [Effects(), Effects(pin_translation=False, coupling=False)], ids=["full", "frozen"])
+def test_a_contact_singular_to_rounding_is_named(effects: Effects, sway: float) -> None:
+    """A sway of so much beside a local compliance of 1: hardly a digit of the latter is left, and then none; no library is to
+    say so instead."""
+    slab = Slab(33)
+    matrix = half_plane(slab).matrix.copy()
+    matrix[:33, :33] += sway
+    case = Case(slab=slab, effects=effects, max_events=3)
+    outcome = slide(case, SurfaceCompliance(matrix, slab)).outcome
+    assert outcome.ending is Ending.SINGULAR_OPERATOR
+    assert "aspect_ratio nearer 1" in outcome.message
+
+
+def test_a_pillar_is_not_sent_to_the_scheme_that_it_has() -> None:
+    """What rounding takes from `galerkin` no scheme brings back."""
+    slab = Slab(33, 1e4)
+    broken = SurfaceCompliance(-np.eye(66), slab)
+    message = explained(Outcome(Ending.SLIP_UNBOUNDED, "no slip"), broken, np.ones(33, dtype=np.bool_)).message
+    assert "not positive definite" in message
+    assert "use the scheme" not in message
+    assert "aspect_ratio nearer 1" in message
+
+
+# The mixed problem of §2.1.4: either of each pair in, the other out; too much or too little is refused by name.
+
+SLAB = Slab(n_x=17, poisson=0.3)
+
+
+def test_forces_in_displacements_out_and_back() -> None:
+    k = stiffness(SLAB)
+    given = blank(k)
+    given.f_x[4], given.f_z[9] = 1.0, -2.0
+    solved = solve_mixed(k, given)
+    again = replace(given, u=given.u.copy(), f_x=given.f_x.copy(), w=given.w.copy(), f_z=given.f_z.copy())
+    again.u[4], again.f_x[4] = solved.u[4], np.nan
+    again.w[9], again.f_z[9] = solved.w[9], np.nan
+    back = solve_mixed(k, again)
+    assert back.f_x[4] == pytest.approx(1.0, rel=1e-11)  # rounding × condition number (about 1e3)
+    assert back.f_z[9] == pytest.approx(-2.0, rel=1e-11)
+    np.testing.assert_allclose(back.u, solved.u, atol=1e-12)
+    np.testing.assert_allclose(
+        k.matrix @ np.concatenate((solved.u, solved.w)), np.concatenate((solved.f_x, solved.f_z)), atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("support", ["bonded", "frictionless", "right_side"])
+@pytest.mark.parametrize(
+    "grid",
+    [{"scheme": "biquadratic", "rows": 3}, {"scheme": "biquadratic", "rows": 4}, {"scheme": "biquadratic"}, {},
+     {"coarsest_row": 3}, {"coarsest_row": 3, "bottom_row": 3, "rows_per_level": 1}],
+)  # fmt: skip
+def test_it_agrees_with_the_surface_compliance(support: Support, grid: dict[str, Any]) -> None:
+    slab = Slab.of({"n_x": 17, "poisson": 0.3, "support": support, **grid})
+    k = stiffness(slab)
+    given = blank(k)
+    given.f_x[3], given.f_z[11] = 0.7, -1.3
+    solved = solve_mixed(k, given)
+    forces = np.zeros(34)
+    forces[3], forces[17 + 11] = 0.7, -1.3
+    surface = surface_compliance(slab).matrix @ forces
+    expected = np.concatenate((solved.u[:17], solved.w[:17]))
+    np.testing.assert_allclose(surface, expected, atol=1e-11 * np.abs(expected).max())
+
+
+def test_over_and_under_determined_input_is_refused_by_node_and_pair() -> None:
+    k = stiffness(SLAB)
+    both = blank(k)
+    both.u[5] = 0.0
+    with pytest.raises(InvalidInput, match="over-determined: node 5 has both u and f_x"):
+        solve_mixed(k, both)
+    neither = blank(k)
+    neither.f_z[7] = np.nan
+    with pytest.raises(InvalidInput, match="under-determined: node 7 has neither of w and f_z"):
+        solve_mixed(k, neither)
+    short = blank(k)
+    with pytest.raises(InvalidInput, match="one value per node"):
+        solve_mixed(k, replace(short, u=short.u[:-1]))
+
+
+def test_a_body_that_can_move_freely_is_refused() -> None:
+    k = stiffness(SLAB)
+    free = blank(k)
+    free.u[:], free.w[:] = np.nan, np.nan
+    free.f_x[:], free.f_z[:] = 0.0, 0.0
+    free.f_x[0] = 1.0
+    with pytest.raises(SingularOperator, match="prescribe enough displacements"):
+        solve_mixed(k, free)
+
+
+def test_a_fully_prescribed_body_needs_no_solve() -> None:
+    k = stiffness(SLAB)
+    x, _ = k.grid.coordinates().T
+    unknown = np.full(k.grid.nodes, np.nan)
+    solved = solve_mixed(k, replace(blank(k), u=0.1 * x, w=0.0 * x, f_x=unknown, f_z=unknown.copy()))
+    assert solved.f_x.sum() == pytest.approx(0.0, abs=1e-13)

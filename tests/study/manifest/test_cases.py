@@ -3,7 +3,6 @@
 import itertools
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,15 +16,9 @@ from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, make_case, words, words_of
-from nanoslip.study.manifest.reader import load_manifest
+from tests.study.plan.running import read
 
 RECORDED = ["0d87c6b70f5a", "6e043805bebd", "e3adee2311d8", "347274bebc47"]
-
-
-def campaign(folder: Path, text: str) -> Manifest:
-    path = folder / "mine.toml"
-    path.write_text(f'title = "x"\n{text}', "utf-8")
-    return load_manifest(path)
 
 
 def ids(manifest: Manifest) -> set[str]:
@@ -41,11 +34,11 @@ def alone(parameters: dict[str, Any]) -> Case | str:
 
 
 def test_no_axes_are_one_case(tmp_path):
-    assert [case.case for case in expand(campaign(tmp_path, "constants.radius = 50"))] == [Case(radius=50, **LIMITS)]
+    assert [case.case for case in expand(read(tmp_path, "constants.radius = 50"))] == [Case(radius=50, **LIMITS)]
 
 
 def test_zip_reads_the_axes_together(tmp_path):
-    cases = expand(campaign(tmp_path, 'design = "zip"\naxes.radius = [50, 200]\naxes.n_x = [17, 33]'))
+    cases = expand(read(tmp_path, 'design = "zip"\naxes.radius = [50, 200]\naxes.n_x = [17, 33]'))
     assert [case.case for case in cases] == [
         Case(radius=50, slab=Slab(17), **LIMITS),
         Case(radius=200, slab=Slab(33), **LIMITS),
@@ -54,22 +47,20 @@ def test_zip_reads_the_axes_together(tmp_path):
 
 def test_a_table_gives_a_case_per_line(tmp_path):
     (tmp_path / "cases.csv").write_text("slip_order,residual_shear\nsimultaneous,0\nworst_first,0.5\n")
-    cases = expand(campaign(tmp_path, 'table = "cases.csv"\nconstants.normal_load = 2e-3'))
+    cases = expand(read(tmp_path, 'table = "cases.csv"\nconstants.normal_load = 2e-3'))
     rules = [SlipRule("simultaneous"), SlipRule(residual_shear=0.5)]
     assert [case.case for case in cases] == [Case(normal_load=2e-3, slip_rule=rule, **LIMITS) for rule in rules]
 
 
 def test_cases_that_are_the_same_are_named_by_the_words_of_the_manifest(tmp_path):
-    manifest = campaign(tmp_path, "axes.events = [5, 5]\naxes.radius = [50]")
+    manifest = read(tmp_path, "axes.events = [5, 5]\naxes.radius = [50]")
     with pytest.raises(ManifestError, match=r"cases 1 and 2 are the same: .*radius = 50\.0, .*, events = 5$") as error:
         expand(manifest)
     assert str(error.value).startswith(f"{tmp_path}/mine.toml: cases")
 
 
 def test_labels_are_the_standard_four_and_the_axes(tmp_path):
-    (case,) = expand(
-        campaign(tmp_path, 'axes.normal_load = [1e-3]\naxes.pin = ["flat_punch"]\nconstants.poisson = 0.25')
-    )
+    (case,) = expand(read(tmp_path, 'axes.normal_load = [1e-3]\naxes.pin = ["flat_punch"]\nconstants.poisson = 0.25'))
     assert case.parameters == {
         "intrinsic_friction": 0.5, "radius": 200.0, "aspect_ratio": 1.0, "n_x": 129, "normal_load": 1e-3, "pin": "flat_punch"
     }  # fmt: skip
@@ -77,10 +68,10 @@ def test_labels_are_the_standard_four_and_the_axes(tmp_path):
 
 def test_the_name_knows_content_only(tmp_path):
     """Neither the order of axes, nor what is an axis, a default or an int, nor titles, scales and drives matter."""
-    first = ids(campaign(tmp_path, "axes.radius = [50, 200]\naxes.n_x = [17, 33]"))
+    first = ids(read(tmp_path, "axes.radius = [50, 200]\naxes.n_x = [17, 33]"))
     drive = '[[drives]]\nname = "other"\n[scales]\nslab_width = 1.0\n'
     second = ids(
-        campaign(tmp_path, f"axes.n_x = [33, 17]\naxes.radius = [200.0, 5e1]\nconstants.normal_load = 1e-3\n{drive}")
+        read(tmp_path, f"axes.n_x = [33, 17]\naxes.radius = [200.0, 5e1]\nconstants.normal_load = 1e-3\n{drive}")
     )
     assert len(first) == 4
     assert first == second
@@ -94,7 +85,7 @@ def test_the_name_knows_content_only(tmp_path):
     ],
 )  # fmt: skip
 def test_every_parameter_is_in_the_name(tmp_path, other):
-    assert ids(campaign(tmp_path, "")).isdisjoint(ids(campaign(tmp_path, other)))
+    assert ids(read(tmp_path, "")).isdisjoint(ids(read(tmp_path, other)))
 
 
 @pytest.mark.parametrize(
@@ -108,7 +99,7 @@ def test_every_parameter_is_in_the_name(tmp_path, other):
 )
 def test_each_case_is_what_its_parameters_make_alone(tmp_path, text):
     """Cases share what they have in common; nothing of one is in another."""
-    manifest = campaign(tmp_path, text)
+    manifest = read(tmp_path, text)
     cases = expand(manifest)
     assert len(cases) == math.prod(map(len, manifest.axes.values()))
     for case, values in zip(cases, itertools.product(*manifest.axes.values()), strict=True):
@@ -122,17 +113,17 @@ def test_each_case_is_what_its_parameters_make_alone(tmp_path, text):
 def test_the_names_of_cases_are_what_they_were(tmp_path):
     """They are coordinates of datasets that are there."""
     text = "numerics.n_x = 17\naxes.radius = [50, 60.5]\naxes.spread = [0, 0.1]\nensemble.members = 2"
-    assert [case.case_id for case in expand(campaign(tmp_path, text))] == RECORDED
+    assert [case.case_id for case in expand(read(tmp_path, text))] == RECORDED
 
 
 def test_a_default_spelled_out_is_the_same_case(tmp_path):
     (tmp_path / "cases.csv").write_text("n_x,bottom_row\n17,17\n17,9\n17,17\n")
     with pytest.raises(ManifestError, match="cases 1 and 3 are the same"):
-        expand(campaign(tmp_path, 'table = "cases.csv"'))
+        expand(read(tmp_path, 'table = "cases.csv"'))
 
 
 def test_a_point_that_excludes_itself_is_a_case_with_an_outcome(tmp_path):
-    cases = expand(campaign(tmp_path, "axes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}"))
+    cases = expand(read(tmp_path, "axes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}"))
     assert [case.outcome.ending for case in cases] == [Ending.INVALID, Ending.COMPLETED]
     assert cases[0].case is None
     assert cases[0].outcome.message == "rows = 6: needs 3 to 5 rows at n_x = 17"
@@ -140,8 +131,8 @@ def test_a_point_that_excludes_itself_is_a_case_with_an_outcome(tmp_path):
 
 
 def test_a_displacement_limit_stands_alone_unless_events_are_given(tmp_path):
-    (alone,) = expand(campaign(tmp_path, "limits.displacement = 1e-3"))
-    (both,) = expand(campaign(tmp_path, "limits.displacement = 1e-3\nlimits.events = 7"))
+    (alone,) = expand(read(tmp_path, "limits.displacement = 1e-3"))
+    (both,) = expand(read(tmp_path, "limits.displacement = 1e-3\nlimits.events = 7"))
     limits = [(case.case.max_events, case.case.max_displacement) for case in (alone, both) if case.case]
     assert limits == [(None, 1e-3), (7, 1e-3)]
 

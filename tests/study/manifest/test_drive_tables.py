@@ -1,25 +1,18 @@
 """Axes of drives make one drive of each table at each point; what is wrong with them is told like all else."""
 
 import math
-from pathlib import Path
 
 import pytest
 
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.study.manifest.checker import ManifestError
-from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
-from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.manifest.manifest import NamedDrive, drive_parameters
 from tests.study.manifest.test_reader import said
+from tests.study.plan.running import read
 
 TABLE = '[[drives]]\nname = "a"\n'
 AXES = "[drive_axes]\nspring_stiffness = [1e5, 200_000]\nstage_velocity = [1e-3, 2e-3, 3e-3]\n"
-
-
-def read(folder: Path, text: str) -> Manifest:
-    path = folder / "mine.toml"
-    path.write_text(f'title = "x"\n{text}')
-    return load_manifest(path)
 
 
 def test_a_table_is_driven_at_every_point_of_the_axes(tmp_path):

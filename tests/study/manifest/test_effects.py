@@ -22,15 +22,16 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive
-from nanoslip.study.manifest.reader import effects, load_manifest
+from nanoslip.study.manifest.reader import effects
 from nanoslip.study.plan.cost import estimate, sliding_bytes
 from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, needed_kinds, record_task, states_task
-from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import compute as computing
 from nanoslip.study.run.compute import run_task
 from tests.study.dataset.campaigns import compute
+from tests.study.plan.running import planned, run
 
 ALONE = "ensemble.members = 1\n"
 DRIVES = '[[drives]]\nname = "a"\nsamples = 40\n'
@@ -39,15 +40,8 @@ CASE = Case(radius=50.0, slab=Slab(17), max_events=200)
 DRIVE: Drive = NamedDrive.of("paper", samples=50).dimensionless(Scales())
 
 
-def planned(folder: Path, text: str) -> Plan:
-    path = folder / "mine.toml"
-    path.write_text(f'title = "x"\n{text}', "utf-8")
-    return make_plan(load_manifest(path))
-
-
 def states(case: Case, events: tuple[int, ...], subsurface: bool = False) -> TaskResult:
-    slab = run_task(compliance_task(case.slab), {})
-    return run_task(states_task(case, events, subsurface), {slab.key: slab})
+    return run(compliance_task(case.slab), states_task(case, events, subsurface))
 
 
 def computed(plan: Plan, folder: Path) -> Store:
@@ -100,7 +94,7 @@ def test_a_contact_study_sets_up_no_sliding(tmp_path, monkeypatch):
 def test_a_half_plane_makes_no_grid(monkeypatch):
     monkeypatch.setattr(grid_scheme, "condensed", None)
     task = compliance_task(Slab(17, scheme="half_plane"))
-    assert run_task(task, {}).outcome.ok
+    assert run(task).outcome.ok
 
 
 def test_sliding_without_friction_is_refused_before_anything_is_computed(tmp_path):

@@ -1,17 +1,31 @@
-"""A tiny case and its drive, and running their tasks."""
+"""Campaigns read and planned from a text, a tiny case and its drive, and running tasks."""
+
+from pathlib import Path
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.slab import Slab
-from nanoslip.study.manifest.manifest import NamedDrive
+from nanoslip.study.manifest.manifest import Manifest, NamedDrive
+from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import compliance_task, drive_task, record_task
+from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
 
 CASE = Case(radius=50.0, slab=Slab(33), max_events=300)
-
-
 DRIVE = NamedDrive.of("paper", samples=50).dimensionless(Scales())
+
+
+def read(folder: Path, text: str) -> Manifest:
+    """The campaign of this text below a title, in a file `mine.toml`."""
+    path = folder / "mine.toml"
+    path.write_text(f'title = "x"\n{text}', "utf-8")
+    return load_manifest(path)
+
+
+def planned(folder: Path, text: str) -> Plan:
+    """Its plan."""
+    return make_plan(read(folder, text))
 
 
 def first(result: TaskResult, member: int = 0) -> dict[str, float]:

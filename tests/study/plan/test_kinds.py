@@ -3,7 +3,6 @@
 import math
 import pickle
 from dataclasses import fields, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,7 +19,6 @@ from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.manifest.checker import ManifestError
-from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import (
     KINDS,
     MEMBER,
@@ -33,9 +31,8 @@ from nanoslip.study.plan.kinds import (
     states_task,
     statistics_task,
 )
-from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.run.compute import compliance_of, records_in, run_task, whole_again
-from tests.study.plan.running import CASE, DRIVE, drive, first, run, slid
+from tests.study.plan.running import CASE, DRIVE, drive, first, planned, run, slid
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
@@ -246,12 +243,6 @@ def test_a_drive_knows_nothing_that_its_record_forgot():
     task = drive_task(CASE, DRIVE)
     first, second = (run_task(task, {task.needs[0]: need}) for need in (record, copy))
     np.testing.assert_array_equal(first.arrays["position"], second.arrays["position"])
-
-
-def planned(folder: Path, lines: str) -> Plan:
-    path = folder / "campaign.toml"
-    path.write_text(f'title = "x"\n{lines}\nnumerics.n_x = 17\nlimits.events = 50\n')
-    return make_plan(load_manifest(path))
 
 
 @pytest.mark.parametrize("members", [1, 3])

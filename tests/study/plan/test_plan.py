@@ -21,15 +21,10 @@ from nanoslip.study.plan.plan import PENDING, Plan, drive_outcome, ended, longes
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
 from tests.conftest import SMALL
+from tests.study.plan.running import planned as plan
 
 CAMPAIGNS = Path(__file__).parents[3] / "campaigns"
 DRIVES = '[[drives]]\nname = "a"\n[[drives]]\nname = "b"\nstage_velocity = 1e-3\n'
-
-
-def plan(folder: Path, text: str) -> Plan:
-    path = folder / "mine.toml"
-    path.write_text(f'title = "x"\n{text}', "utf-8")
-    return make_plan(load_manifest(path))
 
 
 def kinds(planned: Plan) -> dict[str, int]:

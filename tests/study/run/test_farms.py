@@ -1,4 +1,4 @@
-"""Whoever computes, every task is computed once, after its needs; no run becomes lone ones; a signal leaves nobody behind."""
+"""Farms hand tasks to agents and children; an executor reads what tasks of one slab need once."""
 
 import math
 import os
@@ -8,21 +8,31 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study import origin
+from nanoslip.study.plan.kinds import compliance_task, contact_task
+from nanoslip.study.results import entry as own
+from nanoslip.study.results.store import Store
+from nanoslip.study.run import executor as executor_module
 from nanoslip.study.run import mail
 from nanoslip.study.run.dispatch import Done, Tally
+from nanoslip.study.run.executor import executor
 from nanoslip.study.run.farm import Coordinator, FarmError, ProcessFarm, SerialFarm
 from nanoslip.study.run.launch import WARNING, Interruption, Program, end_of_time, launcher_rank
 from nanoslip.study.run.mail import Begun, Mail, News, Outbox
 from nanoslip.study.run.mpi import open_farm
 from tests.conftest import longer
+from tests.study.plan.running import CASE
 from tests.study.results.results import until_written, written
 from tests.study.run import faults
 from tests.study.run.made_up import DIAMOND, Diary, Work
+
+# Whoever computes, every task is computed once, after its needs; no run becomes lone ones; a signal leaves nobody behind.
 
 NOTHING = Program("builtins", "callable")
 PATIENCE = 120.0
@@ -343,3 +353,54 @@ def test_a_signal_ends_all_processes_and_the_next_run_goes_on(environment, tmp_p
     assert (out / "begun.txt").exists() == (number == signal.SIGKILL)
     assert 4 <= len(written(out)) < 3 * 80
     assert not (out / "results.nc").exists()
+
+
+# What tasks of one slab need is read once; what cannot be read is no input, and is looked for again.
+
+SLAB = compliance_task(CASE.slab)
+CONTACTS = [contact_task(replace(CASE, normal_load=factor * CASE.normal_load)) for factor in (1.0, 0.9, 0.8)]
+
+
+@pytest.fixture
+def store(tmp_path):
+    store = Store(tmp_path)
+    store.prepare()
+    return store
+
+
+def test_an_input_is_read_once_for_tasks_that_follow_each_other(tmp_path, store, monkeypatch):
+    reads, plain = [], Store.read
+    monkeypatch.setattr(Store, "read", lambda store, key: (reads.append(key), plain(store, key))[1])
+    execute = executor(tmp_path)
+    assert all(execute(task).ok for task in (SLAB, *CONTACTS))
+    assert reads == [SLAB.key]
+
+
+def test_a_task_that_leaves_no_file_to_open_changes_nothing_of_what_results_state(tmp_path, store, monkeypatch):
+    origin.arithmetic.cache_clear()
+    origin.computing.cache_clear()
+    execute = executor(tmp_path)
+    monkeypatch.setattr(origin, "_processor", lambda _names: "")  # as where the system's file cannot be read
+    execute(SLAB)
+    (stated,) = store.read(SLAB.key).origins
+    assert stated == replace(origin.here(), **origin.arithmetic())
+    assert stated.processor_features != origin.features()
+
+
+def test_a_damaged_input_is_an_error_of_the_machine_until_it_is_whole_again(tmp_path, store):
+    execute, path = executor(tmp_path), own.path_of(store.folder, SLAB.key)
+    execute(SLAB)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-1])
+    with pytest.raises(OSError, match=SLAB.key):
+        execute(CONTACTS[0])
+    path.write_bytes(whole)
+    assert execute(CONTACTS[0]).ok
+
+
+def test_a_result_of_another_key_is_a_defect_and_kept_nowhere(tmp_path, store, monkeypatch):
+    compute = executor_module.run_task
+    monkeypatch.setattr(executor_module, "run_task", lambda *words: replace(compute(*words), key=20 * "0"))
+    with pytest.raises(ValueError, match=f"a defect: what came of task {SLAB.key}"):
+        executor(tmp_path)(SLAB)
+    assert store.finished() == set()

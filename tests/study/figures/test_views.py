@@ -1,7 +1,9 @@
-"""A dataset gets the views that its shape calls for, and no others; each names what it shows and holds its numbers."""
+"""A dataset gets the views that its shape calls for; lines are thinned, and places are spread evenly."""
 
 import csv
 import io
+import itertools
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -11,10 +13,125 @@ import nanoslip
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import points_of
 from nanoslip.study.figures.shared import image
-from nanoslip.study.figures.view import View, csv_of, view_of
+from nanoslip.study.figures.view import View, csv_of, differs, in_words, spread, thinned, view_of
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report.summary import scalar_table
 from tests.study.figures.cases import listed, product
+
+# What is shown of many is spread over all axes, each value of an axis as often as the others.
+
+AXES = {"friction": [0.25, 0.5, 1.0], "radius": [50, 100, 200, 400], "aspect": [0.5, 1.0], "support": ["b", "r"]}
+PRODUCT = [dict(zip(AXES, values, strict=True)) for values in itertools.product(*AXES.values())]
+
+
+@pytest.mark.parametrize("count", [1, 6, 7, 100])
+def test_along_one_axis_it_is_spread_evenly(count: int) -> None:
+    found = spread([{"x": value} for value in range(count)], 6)
+    assert found == sorted(set(found))
+    assert len(found) == min(count, 6)
+    steps = np.diff(found)
+    assert count <= 6 or steps.max() - steps.min() <= 1
+
+
+@pytest.mark.parametrize("most", [4, 6, 12, 24])
+def test_every_value_of_every_axis_is_shown_as_often_as_the_others(most: int) -> None:
+    chosen = [PRODUCT[position] for position in spread(PRODUCT, most)]
+    for name, values in AXES.items():
+        counts = Counter(place[name] for place in chosen)
+        assert len(counts) == min(len(values), most), name
+        assert max(counts.values()) - min(counts.values()) <= 1, name
+
+
+def test_pairs_of_axes_are_mixed() -> None:
+    """Of 12 pairs of friction and radius 8 are seen, where an even stride through all places would show 3 of them or 4."""
+    chosen = [PRODUCT[position] for position in spread(PRODUCT, 12)]
+    assert len({(place["friction"], place["radius"]) for place in chosen}) >= 8
+    assert len({(place["aspect"], place["support"]) for place in chosen}) == 4
+
+
+def test_places_without_coordinates_lie_in_their_order() -> None:
+    assert spread([{}] * 9, 3) == [1, 4, 7]
+
+
+def test_ten_thousand_places_take_no_time() -> None:
+    many = [{"a": a, "b": b} for a in range(100) for b in range(100)]
+    assert len({many[position]["a"] for position in spread(many, 24)}) == 24
+
+
+# A number that differs has a figure; one that does not is said in a sentence, with the cases that have it.
+
+NAN = np.nan
+
+
+def said(values: list[float]) -> tuple[bool, list[str]]:
+    """Whether the plateaus of some radii differ, and what is said of them where they do not."""
+    radii = [float(number) for number in range(1, len(values) + 1)]
+    table = dict(zip(radii, values, strict=True))
+    data = product(lambda radius: np.vectorize(table.get)(radius).astype(float), radius=radii)
+    points = points_of(data, "plateau_mean")
+    return differs(points), list(in_words([points]))
+
+
+def test_what_differs_is_drawn() -> None:
+    assert said([0.1, 0.2, 0.2])[0]
+    assert not said([0.1, 0.1, NAN])[0]
+    assert not said([0.1, 0.1 + 1e-12])[0]
+
+
+def test_what_does_not_differ_is_said_with_the_cases_that_have_it() -> None:
+    assert said([0.25]) == (False, ["F/W on the plateau: 0.250 ± 0.003."])
+    assert said([0.25, 0.25])[1] == ["F/W on the plateau: 0.250 ± 0.003 in all cases."]
+    assert said([0.25, NAN, 0.25])[1] == ["F/W on the plateau: 0.250 ± 0.003 in all cases that have it, 2 of 3."]
+    assert said([NAN, 0.25, NAN])[1] == [
+        "F/W on the plateau: 0.250 ± 0.003 at R/L_x = 2, the only one of 3 that has it."
+    ]
+
+
+def test_values_to_be_taken_with_care_are_said_to_be() -> None:
+    """A contact of one node is as wide from every start: ± 0 says nothing of its grid, the flag does."""
+    data = product(lambda radius: np.where(radius < 3.0, 0.25, NAN), radius=[1.0, 2.0, 3.0])
+    for flags, care in (
+        ([0, 0, 1], ""),
+        ([1, 0, 1], "; 1 of them to be taken with care"),
+        ([1, 1, 0], "; to be taken with care"),
+    ):
+        data["validity_flags"].values[:] = flags
+        (text,) = in_words([points_of(data, "plateau_mean")])
+        assert text == f"F/W on the plateau: 0.250 ± 0.003 in all cases that have it, 2 of 3{care}."
+
+
+def test_what_no_case_has_is_named_together() -> None:
+    data = product(lambda radius: NAN * radius, radius=[1.0, 2.0])
+    data["peak_friction"] = data.plateau_mean
+    points = [points_of(data, name) for name in ("plateau_mean", "peak_friction", "outcome")]
+    assert not any(map(differs, points))
+    assert list(in_words(points)) == [
+        "How the case ended: no-plateau in all cases.",
+        "Not known of any case: F/W on the plateau, largest F/W of the record.",
+    ]
+
+
+# Thinned lines look as they did: extremes stay.
+
+
+def test_a_thinned_line_keeps_ends_extremes_and_order() -> None:
+    x = np.linspace(0.0, 1.0, 20_001)
+    y = np.sin(40.0 * x)
+    y[12_345] = 7.0
+    kept = thinned(x, y)
+    assert len(kept) <= 602
+    assert np.all(np.diff(kept) > 0)
+    assert {0, 12_345, 20_000} <= set(kept.tolist())
+    fine = np.interp(x, x[kept], y[kept])
+    assert np.abs(fine - y)[:12_000].max() < 40.0 / 300  # the slope over the width of a bin
+
+
+def test_a_short_line_stays_whole_and_a_drop_keeps_both_sides() -> None:
+    assert thinned(np.array([0.0, 0.5, 0.5, 1.0]), np.array([0.0, 1.0, 0.2, 0.7])).tolist() == [0, 1, 2, 3]
+    assert thinned(np.zeros(1000), np.arange(1000.0)).tolist()[::1][-1] == 999
+
+
+# A dataset gets the views that its shape calls for, and no others; each names what it shows and holds its numbers.
 
 SVG_AT_MOST = 300_000
 

@@ -1,4 +1,4 @@
-"""A picture has a journal's width in every format, and the same drawing gives the same bytes."""
+"""What all figures share: pictures of a journal's width, and claims beside the paper's numbers."""
 
 import io
 from pathlib import Path
@@ -12,7 +12,9 @@ from matplotlib.lines import Line2D
 
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.figures import shared as canvas
-from nanoslip.study.figures.shared import FORMATS, column, format_of, image
+from nanoslip.study.figures.shared import FORMATS, Claim, Stated, column, compared, format_of, image, over_starts, table
+
+# A picture has a journal's width in every format, and the same drawing gives the same bytes.
 
 
 def drawn() -> Figure:
@@ -76,3 +78,28 @@ def test_a_name_without_a_format_is_told_which_there_are(name: str) -> None:
 
 def test_a_column_is_85_millimetres() -> None:
     assert drawn().get_figwidth() * 25.4 == pytest.approx(85.0, abs=0.1)
+
+
+# A claim says mean, scatter and range of starts, and whether the paper's number is among them.
+
+STATED = Stated("slips", 1952, "3.2.1", 0.5)
+
+
+def test_over_starts_gives_mean_deviation_and_range_and_leaves_out_what_is_missing() -> None:
+    assert over_starts(np.array([1.0, 3.0, np.nan]), 3) == "2.0 (s.d. 1.4, 1 to 3)"
+    assert over_starts(np.array([2.0, 2.0])) == "2 from every start"
+    assert over_starts(np.array([0.002]), scale=1e3) == "2"
+    assert over_starts(np.array([np.nan])) == "none"
+
+
+def test_a_number_is_within_the_range_or_so_many_deviations_off() -> None:
+    assert compared(STATED, np.array([1900.0, 1952.4, 1940.0])).remark == "within the range of starts"
+    assert compared(STATED, np.array([1900.0, 1902.0])).remark.startswith("36 standard deviations off")
+    assert compared(STATED, np.array([0.0, 0.0]), "none can").remark == "differs; none can"
+    assert compared(STATED, np.array([1952.0])).remark == "agrees"
+
+
+def test_a_table_is_markdown_whose_bars_are_escaped() -> None:
+    lines = table([Claim("|F|", "1 (§1)", "2")]).splitlines()
+    assert lines[0] == "|  | paper | found | remark |"
+    assert lines[2] == "| \\|F\\| | 1 (§1) | 2 |  |"

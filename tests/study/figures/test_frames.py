@@ -1,0 +1,148 @@
+"""What a film or a strip shows of a record: its moments, each at the same scale."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from PIL import Image
+
+from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.slab import Slab
+from nanoslip.study.figures import frames as film
+from nanoslip.study.figures.frames import MOST, MOST_IN_STRIP, Moments, draw_frame, events_of, moments_of, strip
+
+# What a film shows is what the record knows: forces, limits of shear, and which nodes slip in an event.
+
+CASE = Case(intrinsic_friction=0.5, radius=50.0, slab=Slab(n_x=17), max_events=30)
+
+
+@pytest.fixture(scope="module")
+def shown() -> Moments:
+    return moments_of(CASE, range(31))
+
+
+def test_a_moment_lies_on_the_record(shown: Moments) -> None:
+    assert [moment.event for moment in shown.moments] == list(range(31))
+    after = shown.record.force_after / CASE.normal_load
+    places = [moment.displacement for moment in shown.moments[1:]]
+    np.testing.assert_allclose(places, shown.record.displacement, rtol=1e-9)
+    np.testing.assert_allclose([moment.friction for moment in shown.moments[1:]], after, atol=1e-9)
+
+
+def test_shear_stays_within_its_limits(shown: Moments) -> None:
+    for moment in shown.moments:
+        assert np.all(np.abs(moment.shear) <= moment.limit * (1.0 + 1e-9) + 1e-12)
+        np.testing.assert_array_equal(moment.limit, 0.5 * moment.pressure)
+        assert moment.pressure.sum() * CASE.slab.spacing == pytest.approx(1.0, rel=1e-9)
+
+
+def test_marked_nodes_are_those_that_slip_in_the_event(shown: Moments) -> None:
+    """Those that touch in the event may slip as well; they are not marked, as they were not there before."""
+    marked = np.array([moment.slipped.sum() for moment in shown.moments[1:]])
+    whole = (shown.record.touches == 0) & (shown.record.releases == 0)
+    assert whole.sum() > 10
+    np.testing.assert_array_equal(marked[whole], shown.record.extent[whole])
+    assert not shown.moments[0].slipped.any()
+
+
+def test_what_the_record_does_not_reach_is_left_out() -> None:
+    short = Case(intrinsic_friction=0.5, radius=50.0, slab=Slab(n_x=17), max_events=None, max_displacement=3.3e-4)
+    found = moments_of(short, (0, 1, 100_000))
+    assert [moment.event for moment in found.moments] == [0, 1]
+    assert len(found.record.displacement) == 1
+
+
+def test_a_node_that_cannot_slip_has_no_limit() -> None:
+    assert np.isnan(
+        moments_of(Case(intrinsic_friction=np.inf, radius=50.0, slab=Slab(n_x=17)), (0,)).moments[0].limit
+    ).all()
+
+
+def test_nothing_to_show_is_refused_with_the_reason() -> None:
+    steep = Case(normal_load=1.0, radius=0.1, slab=Slab(n_x=17))
+    with pytest.raises(InvalidInput, match=f"no contact after event 0: {Ending.STEEP_PIN}: "):
+        moments_of(steep, (0,))
+    with pytest.raises(InvalidInput, match="no event 9: the record ends before"):
+        moments_of(Case(max_events=5, slab=Slab(n_x=17)), (9,))
+    with pytest.raises(InvalidInput, match="friction = false"):
+        moments_of(Case(effects=Effects(friction=False), slab=Slab(n_x=17)), (0, 5))
+
+
+def test_events_are_a_range_or_a_list() -> None:
+    assert events_of("0:20:5") == (0, 5, 10, 15, 20)
+    assert events_of("3:5") == (3, 4, 5)
+    assert events_of("12,0,5") == (0, 5, 12)
+    assert len(events_of(f"1:{MOST}")) == MOST
+
+
+@pytest.mark.parametrize("text", ["", "a", "5:1", "5:1:-1", "-1", "0:5:0", "0:1:2:3", f"0:{10**9}", "1.5", "1,,2"])
+def test_other_events_are_refused(text: str) -> None:
+    with pytest.raises(InvalidInput, match=r"^events = .*: needs first:last:step"):
+        events_of(text)
+
+
+# A film has one picture for each moment, all at one scale; a strip has all of them side by side.
+
+
+@pytest.fixture(scope="module")
+def film_shown() -> Moments:
+    return moments_of(CASE, (0, 10, 20))
+
+
+def test_a_strip_shows_every_moment_and_where_in_the_record_it_is(film_shown: Moments) -> None:
+    *contacts, record = strip(film_shown).axes
+    assert len(contacts) == 6
+    assert [axes.get_title() for axes in contacts[::2]] == ["event 0", "event 10", "event 20"]
+    points = record.lines[-1]
+    np.testing.assert_array_equal(points.get_xdata(), [moment.displacement for moment in film_shown.moments])
+    assert [text.get_text() for text in record.texts] == ["0", "10", "20"]
+
+
+def test_subscripts_are_lowered_in_every_text(film_shown: Moments) -> None:
+    film_of_one = Figure()
+    draw_frame(film_of_one, film_shown, film_shown.moments[0])
+    for figure in (strip(film_shown), film_of_one):
+        texts = [text.get_text() for text in figure.findobj(Text)]
+        assert any("μ_{i}" in text for text in texts)
+        assert [text for text in texts if "_" in re.sub(r"\$[^$]*\$", "", text)] == []
+
+
+def test_pictures_of_a_film_share_their_scales(film_shown: Moments) -> None:
+    limits = set()
+    for moment in film_shown.moments:
+        figure = Figure()
+        draw_frame(figure, film_shown, moment)
+        limits.add(tuple((axes.get_xlim(), axes.get_ylim()) for axes in figure.axes))
+        pressure = figure.axes[0].lines[0]
+        np.testing.assert_array_equal(pressure.get_ydata(), moment.pressure)
+    assert len(limits) == 1
+
+
+def test_a_film_has_a_picture_for_each_moment(tmp_path: Path) -> None:
+    film.frames(CASE, "0:20:10", tmp_path / "pin.gif")
+    assert [path.name for path in tmp_path.iterdir()] == ["pin.gif"]
+    with Image.open(tmp_path / "pin.gif") as found:
+        assert found.n_frames == 3
+        assert np.ptp(np.asarray(found.convert("L"))) > 100
+
+
+def test_a_film_in_mp4_needs_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "pin.mp4"
+    if film.FILMS["mp4"].isAvailable():
+        film.frames(CASE, (0, 5), path)
+        assert path.read_bytes()[4:8] == b"ftyp"
+    monkeypatch.setattr(film.FILMS["mp4"], "isAvailable", lambda: False)
+    with pytest.raises(InvalidInput, match=r"pin\.mp4: needs the program ffmpeg, .* or take \.gif"):
+        film.frames(CASE, (0, 5), path)
+
+
+def test_what_cannot_be_drawn_is_refused_before_anything_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(film, "moments_of", None)
+    with pytest.raises(InvalidInput, match=r"pin\.jpg: needs a name that ends in \.pdf, \.svg, \.png, \.gif, \.mp4"):
+        film.frames(CASE, (0,), "pin.jpg")
+    with pytest.raises(InvalidInput, match=rf"pin\.png: 11 events: a strip holds at most {MOST_IN_STRIP}"):
+        film.frames(CASE, range(11), "pin.png")

@@ -1,0 +1,463 @@
+"""Figures of a sweep: names are found, points hold every case, axes get roles, and what is drawn is what the points hold."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import nanoslip
+from nanoslip.study.figures.points import (
+    MOST_PANELS,
+    Points,
+    UnknownNameError,
+    axis_named,
+    held_at,
+    in_text,
+    label,
+    points_named,
+    points_of,
+    ratio,
+    roles_of,
+    scattered,
+    short,
+    symbol,
+    together,
+    typeset,
+    values_of,
+    variable_of,
+    words,
+)
+from nanoslip.study.figures.sweep import (
+    FAILED,
+    SHORTEST,
+    UNSURE,
+    begins_with_zero,
+    draw_lines,
+    draw_scattered,
+    draw_tiles,
+    is_logarithmic,
+    panels_of,
+)
+from nanoslip.study.figures.view import view_of
+from tests.study.figures.cases import listed, product
+
+# Variables are found by their names, their symbols in either alphabet, and the start of a mean; what is unknown is named.
+
+DATA = product(intrinsic_friction=[0.2, 0.4], radius=[50.0, 200.0])
+
+
+@pytest.mark.parametrize(
+    ("word", "name"),
+    [("radius", "radius"), ("R/L_x", "radius"), ("μ_i", "intrinsic_friction"), ("mu_i", "intrinsic_friction"),
+     ("R", "radius"), ("F", "plateau_mean"), ("plateau", "plateau_mean"), ("F/W", "plateau_mean")],
+)  # fmt: skip
+def test_a_word_means_a_variable(word: str, name: str) -> None:
+    assert variable_of(DATA, word) == name
+
+
+@pytest.mark.parametrize(
+    ("word", "name"),
+    [
+        ("plateau/mu_i", "plateau_mean/intrinsic_friction"),
+        ("R/L_x/plateau", "radius/plateau_mean"),
+        ("R/L_x", "radius"),
+    ],
+)
+def test_a_slash_divides_unless_it_is_part_of_a_symbol(word: str, name: str) -> None:
+    assert points_named(DATA, word).name == name
+
+
+def test_unknown_words_are_answered_with_what_there_is() -> None:
+    with pytest.raises(UnknownNameError, match=r"^radios: no variable of this dataset; nearest: radius"):
+        variable_of(DATA, "radios")
+    with pytest.raises(UnknownNameError, match=r"^mu_x: no variable"):
+        points_named(DATA, "plateau/mu_x")
+    for half in ("/", "plateau/", "/plateau", "//"):
+        with pytest.raises(UnknownNameError, match=rf"^{half}: needs a variable, or a ratio of two as plateau/mu_i"):
+            points_named(DATA, half)
+    with pytest.raises(UnknownNameError, match=r"F/W: several variables are called so: .*peak_friction"):
+        points_named(DATA.assign(peak_friction=DATA.plateau_mean), "F/W")
+    with pytest.raises(
+        UnknownNameError,
+        match=r"^outcome: cases do not differ in it; they differ in intrinsic_friction \(μ_i\), radius \(R/L_x\)$",
+    ):
+        axis_named(points_of(DATA, "plateau_mean"), DATA, "outcome")
+    with pytest.raises(
+        UnknownNameError, match=r"^Q: no variable of this dataset; they differ in intrinsic_friction \(μ_i\), radius"
+    ):
+        axis_named(points_of(DATA, "plateau_mean"), DATA, "Q")
+
+
+def test_an_axis_has_its_symbol_before_any_other_variable() -> None:
+    """Alone `a` may be another length, too; of the axes it is one."""
+    data = product(lambda intrinsic_friction, half_width: intrinsic_friction + half_width,
+                   intrinsic_friction=[0.2, 0.4], half_width=[0.1, 0.2])  # fmt: skip
+    data = data.assign(contact_half_width=data.plateau_mean)
+    for word in ("a", "a/L_x", "half_width"):
+        assert axis_named(points_of(data, "plateau_mean"), data, word) == "half_width"
+    with pytest.raises(UnknownNameError, match="a: several variables"):
+        variable_of(data, "a")
+
+
+def test_labels_say_meaning_symbol_and_unit() -> None:
+    assert label("radius") == "radius of the pin R/L_x"
+    assert label("stage_velocity") == "velocity of the stage V_o (m/s)"
+    assert label("toy") == "toy"
+    assert (short("stage_velocity"), short("radius"), short("slip_order")) == ("V_o (m/s)", "R/L_x", "slip order")
+    assert (symbol("n_x"), symbol("stage_travel")) == ("n_x", "stage travel")
+    assert typeset("μ_i over R/L_x") == "$μ_{i}$ over R/$L_{x}$"
+    assert typeset("support = right_side, slip order = worst_first") == "support = right_side, slip order = worst_first"
+
+
+def test_values_are_as_short_as_they_can_be() -> None:
+    values = (0.25, 200.0, 30000.0, 2.5e-4, 0.001, 1e-10, 12345.6, 65, "bonded", float("inf"))
+    assert list(map(in_text, values)) == [
+        "0.25",
+        "200",
+        "3e4",
+        "2.5e-4",
+        "0.001",
+        "1e-10",
+        "12345.6",
+        "65",
+        "bonded",
+        "inf",
+    ]
+    assert words({"radius": 50.0, "n_x": 33, "spring_stiffness": 1e5}) == "R/L_x = 50, n_x = 33, k = 1e5 N/m"
+
+
+# Points hold every case once, with its axes; a ratio's uncertainty follows from both numbers; members are mean and error.
+
+LOADS = [1e-4, 1e-3]
+
+
+def test_every_case_is_a_point_beside_its_axes() -> None:
+    points = points_of(product(intrinsic_friction=[0.2, 0.4, 0.6], normal_load=LOADS, n_x=[33]), "plateau_mean")
+    assert list(points.axes) == ["intrinsic_friction", "normal_load"]  # one n_x is no axis
+    np.testing.assert_array_equal(points.values, 0.5 * points.axes["intrinsic_friction"])
+    np.testing.assert_allclose(points.errors, 0.01 * points.values, rtol=1e-12)
+    assert points.label == "F/W on the plateau"
+
+
+def test_some_of_the_points_are_these_in_every_array() -> None:
+    points = points_of(product(intrinsic_friction=[0.2, 0.4, 0.6], normal_load=LOADS), "plateau_mean")
+    some = points.at(np.array([4, 1]))
+    for name, values in points.columns().items():
+        assert some.columns()[name].tolist() == [values[4], values[1]]
+    for each in fields(points):
+        if isinstance(array := getattr(points, each.name), np.ndarray):
+            np.testing.assert_array_equal(getattr(some, each.name), array[[4, 1]])
+
+
+def test_a_ratio_has_the_uncertainties_of_both() -> None:
+    data = product(intrinsic_friction=[0.2, 0.4], normal_load=LOADS)
+    data["peak_friction"] = 2.0 * data.plateau_mean
+    exact = points_of(data, "plateau_mean", "intrinsic_friction")
+    np.testing.assert_allclose(exact.values, 0.5)
+    np.testing.assert_allclose(exact.errors, 0.005)
+    data["kinetic_friction"] = data.plateau_mean
+    data["kinetic_friction_uncertainty"] = data.plateau_mean_uncertainty
+    both = points_of(data, "kinetic_friction", "plateau_mean")
+    np.testing.assert_allclose(both.errors, np.sqrt(2.0) * 0.01)
+    assert np.isnan(points_of(data, "peak_friction", "intrinsic_friction").errors).all()
+
+
+def test_a_ratio_of_a_number_to_itself_is_exact() -> None:
+    """Of the plateau it was 1 ± 0.0099."""
+    same = points_of(product(intrinsic_friction=[0.0, 0.4], normal_load=LOADS), "plateau_mean", "plateau_mean")
+    np.testing.assert_array_equal(same.values, [np.nan, np.nan, 1.0, 1.0])
+    np.testing.assert_array_equal(same.errors, [np.nan, np.nan, 0.0, 0.0])
+
+
+def test_a_ratio_to_nothing_is_no_number() -> None:
+    points = points_of(product(intrinsic_friction=[0.0, 0.4]), "plateau_mean", "intrinsic_friction")
+    assert points.there.tolist() == [False, True]
+
+
+def test_of_a_list_of_cases_what_follows_from_its_columns_is_no_axis() -> None:
+    columns = {"radius": [50.0, 100.0], "n_x": [33, 65], "bottom_row": [17, 33]}
+    data = listed(columns, [0.2, 0.3], manifest='design = "zip"\n[axes]\nradius = [50.0, 100.0]\nn_x = [33, 65]\n')
+    assert list(points_of(data, "plateau_mean").axes) == ["radius", "n_x"]
+    data.attrs["manifest_table"] = "n_x, radius\n33, 50\n65, 100\n"
+    assert list(points_of(data, "plateau_mean").axes) == ["radius", "n_x"]
+
+
+def test_a_setting_that_some_cases_lack_becomes_words() -> None:
+    data = listed({"coupling_stiffness": [np.nan, 10.0]}, [0.2, 0.3])
+    assert points_of(data, "plateau_mean").axes["coupling_stiffness"].tolist() == ["–", "10"]
+    never = listed({"intrinsic_friction": [np.inf, 0.5]}, [0.2, 0.3])
+    assert points_of(never, "plateau_mean").axes["intrinsic_friction"].tolist() == ["inf", "0.5"]
+
+
+def test_numbers_are_means_with_their_uncertainty() -> None:
+    data = nanoslip.run({
+        "title": "Starts",
+        "stages": ["contact", "slip"],
+        "axes": {"intrinsic_friction": [0.25, 0.5]},
+        "numerics": {"n_x": 17},
+        "limits": {"presliding": 3.0},
+        "ensemble": {"members": 3},
+    })  # fmt: skip
+    points = points_of(data, "plateau_mean")
+    assert points.values.shape == (2,)
+    np.testing.assert_array_equal(points.values, data.plateau_mean.values.ravel())
+    np.testing.assert_array_equal(points.errors, data.plateau_mean_uncertainty.values.ravel())
+    assert (points.errors > 0.0).all()
+    assert points.members.tolist() == [3, 3]
+
+
+def test_a_variable_that_is_not_there_is_named() -> None:
+    with pytest.raises(KeyError, match="static_friction"):
+        points_of(product(intrinsic_friction=[0.2]), "static_friction")
+
+
+def test_a_ratio_is_named_before_what_its_upper_part_is_measured_in() -> None:
+    """It read "... in L_x over F/W"."""
+    assert ratio("mean_step", "plateau_mean") == "mean step per event over F/W, in L_x"
+    assert ratio("surface_stiffness", "normal_load") == "lateral stiffness K over W/(G·L_x·L_y), in G·L_y"
+    assert ratio("plateau_mean", "intrinsic_friction") == "F/W on the plateau over μ_i"
+    assert ratio("stage_velocity", "spring_stiffness") == "velocity of the stage V_o (m/s) over k (N/m)"
+
+
+# The axis of most values runs along x, the next in colours, the others in panels; what is too much is held, and said.
+
+
+def over(**axes: list[object]) -> Points:
+    return points_of(product(**axes), "plateau_mean")
+
+
+def test_roles_go_by_the_number_of_values() -> None:
+    roles = roles_of(over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0, 4.0], n_x=[17, 33, 65]))
+    assert (roles.x, roles.hue, roles.panels, dict(roles.held)) == ("radius", "n_x", ("intrinsic_friction",), {})
+
+
+def test_words_come_after_numbers() -> None:
+    roles = roles_of(over(support=["bonded", "right_side", "frictionless"], intrinsic_friction=[0.1, 0.2]))
+    assert (roles.x, roles.hue) == ("intrinsic_friction", "support")
+
+
+def test_what_is_chosen_keeps_its_place() -> None:
+    points = over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0])
+    assert roles_of(points, x="intrinsic_friction").hue == "radius"
+    assert roles_of(points, hue="radius").x == "intrinsic_friction"
+
+
+def test_an_axis_has_one_place() -> None:
+    with pytest.raises(ValueError, match="radius: the only axis: needs to be x"):
+        roles_of(over(intrinsic_friction=[0.5], radius=[1.0, 2.0]), hue="radius")
+    with pytest.raises(ValueError, match="radius: is x and hue"):
+        roles_of(over(intrinsic_friction=[0.5], radius=[1.0, 2.0], n_x=[17, 33]), x="radius", hue="radius")
+
+
+def test_more_panels_than_a_page_bears_are_held_at_a_value_that_is_there() -> None:
+    five = [1.0, 2.0, 3.0, 4.0, 5.0]
+    points = over(intrinsic_friction=[*five, 6.0, 7.0], radius=[*five, 6.0], normal_load=five, aspect_ratio=five)
+    roles = roles_of(points)
+    assert roles.panels == ("normal_load",)
+    assert dict(roles.held) == {"aspect_ratio": 3.0}
+    assert len(values_of(points, "normal_load")) <= MOST_PANELS
+    assert len(held_at(points, roles.held).values) == len(points.values) / 5
+
+
+def test_axes_that_vary_together_are_one_unless_it_cannot_tell_the_cases_apart() -> None:
+    def over_list(radius: list[float], n_x: list[int], design: str = "zip") -> Points:
+        manifest = f'design = "{design}"\n[axes]\nradius = {radius}\nn_x = {n_x}\n'
+        return points_of(listed({"radius": radius, "n_x": n_x}, [0.1, 0.2, 0.3], manifest), "plateau_mean")
+
+    points = over_list([50.0, 100.0, 200.0], [17, 33, 17])
+    assert (list(together(points)[0].axes), together(points)[1]) == (["radius"], "radius")
+    for chosen in (("n_x",), ("radius", "n_x")):
+        assert together(points, chosen) == (points, "")
+    neither = over_list([50.0, 50.0, 200.0], [17, 33, 17])
+    assert together(neither) == (neither, "")
+    other = over_list([50.0, 100.0, 200.0], [17, 33, 65], "product")
+    assert together(other) == (other, "")
+
+
+def test_a_design_that_fills_little_of_its_product_is_scattered() -> None:
+    columns = {"radius": [50.0, 100.0, 200.0], "n_x": [17, 33, 65]}
+    assert scattered(points_of(listed(columns, [0.1, 0.2, 0.3]), "plateau_mean"))
+    assert not scattered(over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0]))
+    assert not scattered(points_of(listed({"radius": [50.0, 100.0]}, [0.1, 0.2]), "plateau_mean"))
+
+
+def test_numbers_that_some_cases_lack_are_in_their_order_and_the_missing_one_is_last() -> None:
+    points = points_of(listed({"aspect_ratio": [1.0, float("nan"), 1e4, 1e-4]}, [0.1] * 4), "plateau_mean")
+    assert values_of(points, "aspect_ratio") == ["1e-4", "1", "1e4", "–"]
+
+
+# What is drawn is what the points hold: every value at its place, crosses where there is none.
+
+
+def crosses(figure: Figure) -> list[tuple[float, float]]:
+    return [
+        place
+        for axes in figure.axes
+        for line in axes.lines
+        if line.get_color() == FAILED
+        for place in zip(*map(list, line.get_data()), strict=True)
+    ]
+
+
+def test_lines_hold_the_values_in_the_order_of_x() -> None:
+    points = points_of(product(intrinsic_friction=[0.4, 0.2], radius=[3.0, 1.0, 2.0]), "plateau_mean")
+    axes = draw_lines(points, roles_of(points)).axes[0]
+    found = {bars.get_label(): bars.lines[0].get_data() for bars in axes.containers}
+    assert {label: (list(x), list(y)) for label, (x, y) in found.items()} == {
+        "0.2": ([1.0, 2.0, 3.0], [0.1] * 3),
+        "0.4": ([1.0, 2.0, 3.0], [0.2] * 3),
+    }
+    assert crosses(axes.figure) == []
+
+
+def test_cases_without_a_value_are_crosses_on_the_lower_edge() -> None:
+    data = product(lambda radius: np.where(radius == 2.0, np.nan, radius), radius=[1.0, 2.0, 4.0])
+    points = points_of(data, "plateau_mean")
+    assert crosses(draw_lines(points, roles_of(points))) == [(2.0, pytest.approx(0.02))]
+
+
+def test_a_line_breaks_where_a_value_is_missing() -> None:
+    data = product(lambda radius: np.where(radius == 2.0, np.nan, radius), radius=[4.0, 1.0, 2.0, 3.0])
+    points = points_of(data, "plateau_mean")
+    line = draw_lines(points, roles_of(points)).axes[0].containers[0].lines[0]
+    np.testing.assert_array_equal(line.get_ydata(), [1.0, np.nan, 3.0, 4.0])
+
+
+def test_each_value_has_its_tile() -> None:
+    data = product(
+        lambda radius, n_x: np.where((radius == 2.0) & (n_x == 65), np.nan, radius * n_x),
+        radius=[4.0, 1.0, 2.0],
+        n_x=[17, 65],
+    )
+    points = points_of(data, "plateau_mean")
+    figure = draw_tiles(points, roles_of(points))
+    tiles = np.asarray(figure.axes[0].collections[0].get_array()).reshape(2, 3)
+    np.testing.assert_array_equal(tiles, [[17.0, 34.0, 68.0], [65.0, np.nan, 260.0]])
+    assert crosses(figure) == [(2.0, 65.0)]
+
+
+def test_words_have_tiles_of_their_own_colour() -> None:
+    data = product(
+        lambda radius, n_x: np.where(radius * n_x > 40.0, np.nan, radius), radius=[1.0, 2.0, 4.0], n_x=[17, 33]
+    )
+    points = points_of(data, "outcome")
+    figure = draw_tiles(points, roles_of(points))
+    tiles = np.asarray(figure.axes[0].collections[0].get_array()).reshape(2, 3)
+    np.testing.assert_array_equal(tiles, [[0, 0, 1], [0, 1, 1]])
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["completed", "no-plateau"]
+
+
+@pytest.mark.parametrize("count", [6, 9])
+def test_each_word_has_its_own_colour_and_stands_whole_in_the_legend(count: int) -> None:
+    """Nine words are more than there are colours of lines."""
+    data = product(lambda radius, n_x: radius + n_x, radius=np.arange(1.0, count + 1.0).tolist(), n_x=[17, 33])
+    words = [f"stick_slip of sort {number}; and slides" for number in range(count)]
+    data["outcome"] = (("radius", "n_x"), np.array([[word, word] for word in words], dtype=object))
+    figure = draw_tiles(points := points_of(data, "outcome"), roles_of(points))
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [word.replace("_", "-") for word in words]
+    box = legend.get_window_extent()
+    assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
+    mesh = figure.axes[0].collections[0]
+    assert len({tuple(color) for color in mesh.to_rgba(np.arange(count)).tolist()}) == count
+
+
+def test_a_scattered_design_has_a_panel_for_each_coordinate() -> None:
+    data = listed({"radius": [50.0, 200.0, 100.0], "n_x": [17, 33, 65]}, [0.1, 0.2, 0.3])
+    figure = draw_scattered(points_of(data, "plateau_mean"))
+    drawn = [list(axes.containers[0].lines[0].get_xdata()) for axes in figure.axes]
+    assert drawn == [[50.0, 100.0, 200.0], [17, 33, 65]]
+
+
+@pytest.mark.parametrize(
+    ("values", "logarithmic"),
+    [
+        ([1.0, 2.0, 4.0, 8.0], True),
+        ([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], False),
+        ([0.0, 1.0, 100.0], False),
+        ([1.0, 2.0], False),
+    ],
+)
+def test_a_scale_is_logarithmic_where_numbers_are_even_on_it(values: list[float], logarithmic: bool) -> None:
+    assert is_logarithmic(np.array(values)) == logarithmic
+
+
+def test_panels_of_two_coordinates_stand_in_rows_and_columns_of_their_values() -> None:
+    data = product(
+        radius=[1.0, 2.0, 3.0, 4.0], n_x=[17, 33, 65], intrinsic_friction=[0.1, 0.2, 0.3], aspect_ratio=[1.0, 2.0]
+    )
+    points = points_of(data, "plateau_mean")
+    roles = roles_of(points)
+    assert roles.panels == ("intrinsic_friction", "aspect_ratio")
+    panels, columns = panels_of(points, roles)
+    assert columns == 3
+    assert [panel["intrinsic_friction"] for panel in panels] == [0.1, 0.2, 0.3] * 2
+    assert [panel["aspect_ratio"] for panel in panels] == [1.0] * 3 + [2.0] * 3
+
+
+def test_what_stands_below_a_narrow_panel_is_short() -> None:
+    data = listed({"radius": [50.0, 200.0, 100.0], "stage_velocity": [1.0, 3.0, 2.0]}, [0.1, 0.2, 0.3])
+    figure = draw_scattered(points_of(data, "plateau_mean"))
+    assert [axes.get_xlabel() for axes in figure.axes] == ["R/$L_{x}$", "$V_{o}$ (m/s)"]
+
+
+@pytest.mark.parametrize(("values", "line"), [([1.0, 2.0], "-"), (["bonded", "frictionless"], "None")])
+def test_a_line_joins_numbers_and_no_words(values: list[float] | list[str], line: str) -> None:
+    data = product(lambda support: np.arange(2.0), support=values)
+    points = points_of(data, "plateau_mean")
+    axes = draw_lines(points, roles_of(points)).axes[0]
+    assert axes.containers[0].lines[0].get_linestyle() == line
+
+
+def test_a_point_without_a_known_uncertainty_has_a_mark_and_no_bar() -> None:
+    """Without a bar alone it would look like the most precise one."""
+    data = product(radius=[1.0, 2.0, 4.0], intrinsic_friction=[0.2])
+    data["plateau_mean_uncertainty"] = data["plateau_mean_uncertainty"].where(data["radius"] != 2.0)
+    points = points_of(data, "plateau_mean")
+    axes = draw_lines(points, roles_of(points)).axes[0]
+    marks = [list(line.get_xdata()) for line in axes.lines if line.get_marker() == UNSURE]
+    assert marks == [[2.0]]
+    assert "± not known of 1 of 3 points" in view_of(points).caption
+    exact = points_of(data, "radius", "intrinsic_friction")  # parameters have no uncertainty that could be missing
+    assert not exact.unsure.any()
+
+
+def test_a_bar_of_all_of_a_number_is_an_arrow_on_a_logarithmic_axis() -> None:
+    """Such an axis has no 0: the bar would be a line through all decades, to the floor."""
+    data = product(lambda radius: radius, radius=[1.0, 10.0, 100.0])
+    data["plateau_mean_uncertainty"] = ("radius", np.array([0.1, 10.0, 7.0]))
+    points = points_of(data, "plateau_mean")
+    axes = draw_lines(points, roles_of(points)).axes[0]
+    assert axes.get_yscale() == "log"
+    (bars,) = (container.lines[2][0] for container in axes.containers)
+    lower = [float(segment[0][1]) for segment in bars.get_segments()]
+    assert lower == pytest.approx([0.9, SHORTEST * 10.0, 93.0])
+    assert [list(line.get_xdata()) for line in axes.lines if line.get_marker() == "v"] == [[10.0]]
+    assert "Arrows" in view_of(points).caption
+
+
+def test_members_that_differ_have_the_colour_of_what_most_do_and_the_paler_the_fewer() -> None:
+    data = product(lambda radius, n_x: radius + n_x, radius=[1.0, 2.0, 4.0], n_x=[17, 33])
+    words = [["slides", "12 slides; 4 sticks"], ["9 sticks; 7 slides", "8 sticks"], ["sticks", "11 sticks"]]
+    data["outcome"] = (("radius", "n_x"), np.array(words, dtype=object))
+    points = points_of(data, "outcome")
+    figure = draw_tiles(points, roles_of(points))
+    mesh = figure.axes[0].collections[0]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["slides", "sticks"]
+    np.testing.assert_array_equal(np.asarray(mesh.get_array()).reshape(2, 3), [[0, 1, 1], [0, 1, 1]])
+    np.testing.assert_allclose(np.asarray(mesh.get_alpha()).reshape(2, 3), [[1.0, 9 / 16, 1.0], [0.75, 1.0, 1.0]])
+    assert "the paler the fewer" in view_of(points).caption
+
+
+def test_a_zero_beside_many_decades_has_a_place_of_its_own_on_the_axis() -> None:
+    """On a linear scale it lay on the smallest numbers, label on label."""
+    data = product(stage_velocity=[1e3, 0.0, 1e-12, 2e-3], intrinsic_friction=[0.2])
+    points = points_of(data, "plateau_mean")
+    figure = draw_lines(points, roles_of(points))
+    axes = figure.axes[0]
+    places = axes.transAxes.inverted().transform(axes.transData.transform([(x, 0.1) for x in axes.get_xticks()]))
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["0", "1e-12", "0.002", "1000"]
+    assert (np.diff(places[:, 0]) > 0.1).all()
+    assert not begins_with_zero(np.array([0.0, 0.3, 3.0]))
