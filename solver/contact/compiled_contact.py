@@ -77,8 +77,6 @@ def left_behind(case: Case, followed: Nodes, contact: Nodes) -> int:
 
 def following(case: Case, compliance: Compliance, state: ContactState, nodes: int) -> ContactState:
     """The same contact on a grid that has gone on by so many nodes: those it comes upon move as the forces say."""
-    if not nodes:
-        return state
     contact, forces = np.roll(state.contact, -nodes), np.roll(state.nodal_force, -nodes, axis=1)
     uv = compliance.displacements(forces)
     uv[1] += state.approach

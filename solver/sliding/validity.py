@@ -259,7 +259,7 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     found = (
         FEW_NODES if seen.fewest < FEWEST_NODES else None,
         _place(case, seen),
-        BEYOND_CONTACT if seen.travel > seen.half_width else None,
+        BEYOND_CONTACT if seen.travel > seen.half_width and not case.slab.scheme.endless else None,
         LARGE_STRAIN if case.normal_load > LARGEST_PRESSURE * 2 * narrowest else None,
         None if case.slab.scheme.resolves(case.slab, max(narrowest, several)) else UNRESOLVED_SLAB,
     )
