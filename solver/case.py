@@ -22,6 +22,7 @@ InitialContact = Literal["stick", "frictionless", "gradual"]
 SlipOrder = Literal["worst_first", "simultaneous"]
 LimitedShear = Literal["both_ways", "forward"]
 Distribution = Literal["lognormal", "uniform", "normal"]
+Loads = Literal["equal", "exponential"]
 
 LEAST_APART, FARTHEST_POINT = 1e-12, 1e6
 """ξ between two points of a rough pin, and ξ or height of one, in L_x: atoms are further apart, and no slab is as large."""
@@ -29,6 +30,8 @@ LARGEST_FRICTION = 1e12
 """The largest finite μ_i: nothing slips at it, as at `inf`, and its square is still a number in every sum."""
 WIDEST_SPREAD = 100.0
 """The largest spread of lognormal μ_i, over their mean: beyond it nearly all of the mean is in nodes that no surface has."""
+MOST_CONTACTS = 10**6
+"""Contacts that an interface may be asked to have: the same contacts at other starts say no more."""
 MOST_EVENTS = 10**9
 """Events that a record may be asked to hold: more would not fit any memory."""
 
@@ -152,6 +155,24 @@ def _check_roughness(points: Roughness) -> None:
 
 
 @dataclass(frozen=True, slots=True)
+class Interface:
+    """Contacts of one rigid slider, moved together. They do not feel each other: each is on a slab of its own.
+
+    contacts: their number N; 1 is a pin by itself. Each other one has a start, nodes and a place on the profile of its own.
+    loads: `equal`, or `exponential`, as asperities of exponentially distributed heights have whose load grows as their
+        compression (Greenwood and Williamson's). The case's normal_load is their mean: N times it is what the slider weighs.
+    """
+
+    contacts: int = parameter(
+        1, table="interface", meaning="contacts of the slider", symbol="N", least=1, most=MOST_CONTACTS
+    )
+    loads: Loads = parameter("equal", table="interface", meaning="loads of the contacts", unit="")
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True, slots=True)
 class Case:
     """One physics point: pin, slab, load, friction and the limits of the run; no path, no rank.
 
@@ -207,6 +228,7 @@ class Case:
     slip_rule: SlipRule = field(default_factory=SlipRule)
     effects: Effects = field(default_factory=Effects)
     heterogeneity: Heterogeneity = field(default_factory=Heterogeneity)
+    interface: Interface = field(default_factory=Interface)
     max_events: int | None = parameter(
         2000, table="limits", word="events", meaning="events after which a record ends", least=1, most=MOST_EVENTS
     )
@@ -242,6 +264,11 @@ class Case:
         """δ_p in L_x at which a record ends by its limits of length; infinite without such a limit."""
         far = math.inf if self.max_displacement is None else self.max_displacement
         return far if self.max_spacings is None else min(far, self.max_spacings * self.slab.spacing)
+
+    @property
+    def total_load(self) -> float:
+        """What all contacts carry together, in G·L_x·L_y."""
+        return self.normal_load * self.interface.contacts
 
     @property
     def contact_by_convolution(self) -> bool:
@@ -298,12 +325,22 @@ def _refuse_combinations(case: Case) -> None:
     if case.max_events is None and case.max_presliding is None and math.isinf(case.farthest):
         *first, last = STOP_CONDITIONS
         raise InvalidInput(f"{', '.join(first)} and {last} are all missing: a record needs at least one limit")
+    if case.interface.contacts > 1 and case.max_presliding is None and math.isinf(case.farthest):
+        raise InvalidInput(
+            f"contacts = {case.interface.contacts}: needs presliding, displacement or spacings among the limits, "
+            "as contacts of one slider end at one displacement"
+        )
 
 
 STOP_CONDITIONS: Final = tuple(name for name, each in declared(Case).items() if each.table == "limits")
 """The parameters of a case that each may end its record: the first that is reached does."""
 
-PARTS: Final[dict[str, type]] = {"slip_rule": SlipRule, "effects": Effects, "heterogeneity": Heterogeneity}
+PARTS: Final[dict[str, type]] = {
+    "slip_rule": SlipRule,
+    "effects": Effects,
+    "heterogeneity": Heterogeneity,
+    "interface": Interface,
+}
 """Field of a case -> type of its part, the slab apart: the parameters of these are parameters of the case."""
 
 

@@ -48,9 +48,14 @@ class Ensemble:
         """The case of a member, by its number from 0."""
         if self.members == 1:
             return case
-        drawn, (start, place) = case.heterogeneity, chance_of(case, number)
+        start, place, _ = chance_of(case, number)
+        return self.moved(case, start, place, case.heterogeneity.seed + number * SEEDS)
+
+    def moved(self, case: Case, start: float, place: float, seed: int) -> Case:
+        """The case `start` spacings further, at a place in [0, 1) on its profile, with nodes of this seed."""
+        drawn = case.heterogeneity
         if drawn.spread:
-            drawn = replace(drawn, seed=drawn.seed + number * SEEDS)
+            drawn = replace(drawn, seed=seed)
         if drawn.roughness and self.places == "drawn":
             drawn = replace(drawn, roughness=elsewhere(drawn.roughness, place))
         return replace(case, start=(case.start + start) % 1.0, heterogeneity=drawn)
@@ -83,17 +88,24 @@ class Ensemble:
         return Ensemble(min(FEWEST, self.members), places=self.places)
 
 
-def chance_of(case: Case, number: int) -> tuple[float, float]:
-    """Where a member comes down: between two nodes, in spacings from its case's start, and on the profile; uniform in [0, 1).
+class Chance(NamedTuple):
+    """What is drawn of a start: where between two nodes, in spacings, and on the profile, in [0, 1); a seed below 2^63."""
 
-    Drawn by load, size of the pin and nodes, on which every result depends: independent from one contact to another.
+    start: float
+    place: float
+    seed: int
+
+
+def chance_of(case: Case, number: int, *further: float) -> Chance:
+    """Where a member comes down, in spacings from its case's start.
+
+    Drawn by load, size of the pin and nodes, on which every result depends, and by further numbers: independent from one contact
+    to another.
     """
-    size = getattr(case, PIN_SIZES[case.pin])
-    words = np.array(
-        [number, case.slab.n_x, *struct.unpack("<4I", struct.pack("<2d", case.normal_load, size))], np.uint32
-    )
-    start, place = (np.random.PCG64(words).random_raw(2) >> 11) * 2.0**-53
-    return float(start), float(place)
+    numbers = (case.normal_load, getattr(case, PIN_SIZES[case.pin]), *further)
+    words = [number, case.slab.n_x, *struct.unpack(f"<{2 * len(numbers)}I", struct.pack(f"<{len(numbers)}d", *numbers))]
+    start, place, seed = np.random.PCG64(np.array(words, np.uint32)).random_raw(3).tolist()
+    return Chance((start >> 11) * 2.0**-53, (place >> 11) * 2.0**-53, seed >> 1)
 
 
 @lru_cache(maxsize=16)

@@ -21,6 +21,7 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.sliding.plateau import Plateau, plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
+from nanoslip.solver.sliding.slider import interface
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, as_dataset, in_words, labelled
 
 if TYPE_CHECKING:
@@ -78,12 +79,13 @@ def contact_state(case: Case, compliance: Compliance | None = None) -> ContactSt
 
 
 def friction_record(case: Case, compliance: Compliance | None = None) -> FrictionRecord:
-    """The friction record of `case`, from initial contact to its limits.
+    """The friction record of `case`, from initial contact to its limits; of several contacts their sum.
 
     Without limits of its own a case ends after 2000 events, as the paper's do. A campaign's records without limits are eight
     presliding lengths long instead: `Case(max_events=100_000, max_presliding=8.0)`.
     """
-    return slide(case, compliance or surface_compliance(case.slab))
+    compliance = compliance or surface_compliance(case.slab)
+    return interface(case, compliance).record if case.interface.contacts > 1 else slide(case, compliance)
 
 
 def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None) -> DriveResult:

@@ -36,8 +36,8 @@ class ContactState(Viewed):
     """
 
     contact: NDArray[np.bool_]
-    pressure: Vector = field(metadata=at_node("pressure, in W/(L_x·L_y)", "pressure", symbol="p", per="normal_load"))
-    shear: Vector = field(metadata=at_node("shear traction, in W/(L_x·L_y)", "shear", symbol="q", per="normal_load"))
+    pressure: Vector = field(metadata=at_node("pressure, in W/(L_x·L_y)", "pressure", symbol="p", per="contact_load"))
+    shear: Vector = field(metadata=at_node("shear traction, in W/(L_x·L_y)", "shear", symbol="q", per="contact_load"))
     slip: Vector = field(metadata=at_node("slip of the node, in L_x", "slip", symbol="s/L_x"))
     gap: Vector = field(metadata=at_node("gap between slab and pin, in L_x", "gap"))
     u: Vector
@@ -84,13 +84,13 @@ class ContactState(Viewed):
         yield from labelled(contact_summary(self))
 
     def _factors(self) -> dict[str, float]:
-        return {"normal_load": 1.0 / self.normal_force if self.contact.any() else float("nan")}
+        return {"contact_load": 1.0 / self.normal_force if self.contact.any() else float("nan")}
 
     def _picture(self) -> Picture:
         """Pressure and shear over the nodes in contact and their neighbours."""
         touching = np.flatnonzero(self.contact)
         shown = slice(max(touching[0] - 2, 0), touching[-1] + 3) if len(touching) else slice(None)
-        share = self._factors()["normal_load"]
+        share = self._factors()["contact_load"]
         curves = [
             Curve(self.x[shown], share * values[shown], name, ".-")
             for name, values in (("pressure p", self.pressure), ("shear q", self.shear))
@@ -107,7 +107,7 @@ class ContactSummary:
         metadata=quantity(
             "mean pressure, in W/(L_x·L_y)",
             symbol="p",
-            per="normal_load",
+            per="contact_load",
             ensemble=True,
             of_grid=True,
             comment="after initial contact: the load over the contact's width",
@@ -117,7 +117,7 @@ class ContactSummary:
         metadata=quantity(
             "largest pressure, in W/(L_x·L_y)",
             symbol="p",
-            per="normal_load",
+            per="contact_load",
             ensemble=True,
             of_grid=True,
             comment="after initial contact",
@@ -127,7 +127,7 @@ class ContactSummary:
         metadata=quantity(
             "F/W after initial contact",
             "initial_friction",
-            per="normal_load",
+            per="contact_load",
             symbol="F/W",
             comment="friction force over load",
         )

@@ -36,11 +36,11 @@ class InteriorFields:
     u: Vector = field(metadata=inside("displacement to the right, in L_x", "u", symbol="u/L_x"))
     w: Vector = field(metadata=inside("displacement upwards, in L_x", "w", symbol="w/L_x"))
     stress_xx: Vector = field(
-        metadata=inside("normal stress along x, in W/(L_x·L_y)", "stress_xx", symbol="σ_xx", per="normal_load")
+        metadata=inside("normal stress along x, in W/(L_x·L_y)", "stress_xx", symbol="σ_xx", per="contact_load")
     )
     stress_zz: Vector = field(
-        metadata=inside("normal stress along z, in W/(L_x·L_y)", "stress_zz", symbol="σ_zz", per="normal_load")
+        metadata=inside("normal stress along z, in W/(L_x·L_y)", "stress_zz", symbol="σ_zz", per="contact_load")
     )
     stress_xz: Vector = field(
-        metadata=inside("shear stress, in W/(L_x·L_y)", "stress_xz", symbol="σ_xz", per="normal_load")
+        metadata=inside("shear stress, in W/(L_x·L_y)", "stress_xz", symbol="σ_xz", per="contact_load")
     )

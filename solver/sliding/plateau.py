@@ -97,6 +97,13 @@ class Teeth:
     start: NDArray[np.float64]
     end: NDArray[np.float64]
 
+    def force(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """F at each x within the edges; at a jump what follows it."""
+        piece = self.edges[1:-1].searchsorted(x, side="right")
+        part, width = x - self.edges[piece], np.diff(self.edges)[piece]
+        share = np.divide(part, width, out=np.zeros_like(part), where=part > 0.0)
+        return np.asarray(self.start[piece] + (self.end - self.start)[piece] * share)
+
     def integral(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """∫F from the first edge to each x within the edges, without approximation."""
         width = self.edges[1:] - self.edges[:-1]

@@ -192,7 +192,8 @@ def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, f
     friction = case.intrinsic_friction
     return {
         "": 1.0,
-        "normal_load": 1.0 / case.normal_load,
+        "normal_load": 1.0 / case.total_load,
+        "contact_load": 1.0 / case.normal_load,
         "intrinsic_friction": 1.0 / friction if 0.0 < friction < np.inf else np.nan,
         **scales.units(drive.pin_mass if drive else 1.0),
     }

@@ -246,6 +246,7 @@ class Manifest:
     slip_rule: Mapping[str, Value]
     effects: Mapping[str, Value]
     heterogeneity: Mapping[str, Value]
+    interface: Mapping[str, Value]
     limits: Mapping[str, Value]
     task_seconds: float | None
     """Seconds after which a task is taken to hang; None where the estimate of its cost decides."""
@@ -280,7 +281,15 @@ class Manifest:
     @property
     def fixed(self) -> dict[str, Value]:
         """The parameters that the tables give, by field name: the same for all cases."""
-        tables = (self.constants, self.numerics, self.slip_rule, self.effects, self.heterogeneity, self.limits)
+        tables = (
+            self.constants,
+            self.numerics,
+            self.slip_rule,
+            self.effects,
+            self.heterogeneity,
+            self.interface,
+            self.limits,
+        )
         return {name: value for table in tables for name, value in table.items()}
 
 

@@ -13,7 +13,7 @@ from nanoslip.solver.slab import PHYSICS, SCHEMES, Slab
 
 Value = float | int | str
 
-TABLES: Final = ("constants", "numerics", "slip", "effects", "heterogeneity", "limits")
+TABLES: Final = ("constants", "numerics", "slip", "effects", "heterogeneity", "interface", "limits")
 """Tables of a manifest that take parameters of a case."""
 STANDARD: Final = ("intrinsic_friction", "radius", "aspect_ratio", "n_x")
 """The parameters that label every case, in the order of a dataset's dimensions."""

@@ -315,6 +315,7 @@ class _Reader(NamedFiles):
             slip_rule=constants["slip"],
             effects=constants["effects"],
             heterogeneity=constants["heterogeneity"],
+            interface=constants["interface"],
             limits=constants["limits"],
             task_seconds=seconds,
             scales=scales,
@@ -452,6 +453,8 @@ def refusal(manifest: Manifest, case: Case) -> str:
         return 'friction = false: needs stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
     if manifest.outputs.subsurface and not isinstance(case.slab.scheme, GridScheme):
         return f"subsurface = true with scheme = {case.slab.scheme}: needs a scheme that has a grid, others are a surface only"
+    if manifest.outputs.statistics and case.interface.contacts > 1:
+        return f"contacts = {case.interface.contacts} with statistics = true: sizes of events are those of one contact"
     return ""
 
 

@@ -18,6 +18,7 @@ from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.interface import PIECES, batches
 from nanoslip.solver.sliding.kernels.slide import STRETCHES
 from nanoslip.solver.sliding.record import FIRST_CAPACITY, farthest, off_the_slab
 from nanoslip.study.plan.kinds import compliance_needs
@@ -218,6 +219,8 @@ def teeth_of(drive: Drive, case: Case, way: float) -> float:
     """Teeth on a way of the pin, in L_x."""
     if drive.profile == "mean":
         return 0.0
+    if case.interface.contacts > 1:
+        return way * PIECES / _reach(case)
     return way / max(mean_step(case), case.slab.spacing / COARSE if drive.profile == "coarse" else 0.0)
 
 
@@ -227,7 +230,7 @@ def pulled(drive: Drive, case: Case) -> tuple[float, float]:
     It moves once the spring's force has reached the plateau's. Slips are those of the closed form: one for each cycle, or a
     single one where damping takes what a slip gains from its excess.
     """
-    force = steady_friction(case) * case.normal_load
+    force = steady_friction(case) * case.total_load
     way = drive.stage_velocity * drive.duration - force / drive.spring_stiffness
     if not way > 0.0:
         return 0.0, 0.0
@@ -425,9 +428,22 @@ _CONTACT_ARRAYS = 250.0  # numbers' worth of the names of its arrays
 _CONTACT_PER_NODE = 10.0  # numbers of each surface node
 
 
+def _contacts(task: Task) -> Estimate:
+    case, (first, beyond) = case_of(task), task.contacts
+    memory = sliding_bytes(case) + record_bytes(case) + 2.0 * _FLOAT * _PORTION
+    return Estimate((beyond - first) * record_seconds(case), memory, disk_of(_RECORD_SCALARS, _PORTION))
+
+
+_PORTION = 8.0 * PIECES  # numbers of a portion
+
+
 def _record(task: Task) -> Estimate:
     case = case_of(task)
     members = task.ensemble.likely
+    if case.interface.contacts > 1:
+        arrays = 0.0 if task.scalars_only else _RECORD_ARRAYS + _RECORD_PER_EVENT * PIECES
+        inputs = members * len(batches(case.interface.contacts)) * _FLOAT * _PORTION
+        return Estimate(0.0, inputs + _FLOAT * members * arrays, disk_of(members * _RECORD_SCALARS, members * arrays))
     if task.needs[:1] != compliance_needs(case.slab):  # another record's scalars
         return Estimate(0.0, 0.0, disk_of(members * _RECORD_SCALARS))
     arrays = (
@@ -489,6 +505,7 @@ _DRIVE_PER_EVENT = 16.0  # numbers of the record that it is pulled over
 ESTIMATES: Final[Mapping[str, Callable[[Task], Estimate]]] = {
     "compliance": _compliance,
     "contact": _contact,
+    "contacts": _contacts,
     "record": _record,
     "statistics": _statistics,
     "states": _states,

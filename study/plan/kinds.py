@@ -23,10 +23,11 @@ from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.dynamics.stick_slip import StickSlipFit
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.elasticity.fields import InteriorFields
-from nanoslip.solver.ensemble import ALONE, Ensemble
+from nanoslip.solver.ensemble import ALONE, Ensemble, Places
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.parameter import Quantity, quantities, quantity
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.interface import Collective, Portion, batches
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import EventDistributions, SizeBins
@@ -69,6 +70,8 @@ class Wanted(NamedTuple):
     """Label of its drive, where it has one."""
     free: bool = False
     """Whether it only reads off another task's result."""
+    part: bool = False
+    """Whether it is a part of another task of the case, which has its result in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,6 +227,55 @@ CONTACT: Final = Kind(
 )
 
 
+# Contacts of an interface, in batches: what their friction records add up to. The record of the slider is made of them.
+
+
+def contacts_task(case: Case, places: Places, contacts: tuple[int, int]) -> Task:
+    """A batch of the contacts of an interface, which is one member of an ensemble."""
+    key = task_key("contacts", *of_record(case), places, contacts)
+    return Task(
+        key,
+        "contacts",
+        case.slab,
+        case,
+        contacts=contacts,
+        intermediate=True,
+        ensemble=Ensemble(places=places),
+        shared=True,
+        needs=compliance_needs(case.slab),
+    )
+
+
+def batches_of(member: Case, ensemble: Ensemble) -> Iterator[Task]:
+    """The batches of a member of an ensemble; none where it has one contact."""
+    if member.interface.contacts > 1:
+        for batch in batches(member.interface.contacts):
+            yield contacts_task(member, ensemble.places, batch)
+
+
+def _batches(case: Case, ensemble: Ensemble) -> tuple[Task, ...]:
+    """Those of all members that are certain to be computed."""
+    return tuple(
+        task for member in range(ensemble.likely) for task in batches_of(ensemble.case(case, member), ensemble)
+    )
+
+
+def _contacts_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    return tuple(Wanted(task, part=True) for task in _batches(case, own_ensemble(RECORD, manifest.ensemble)[0]))
+
+
+def _interface(manifest: Manifest) -> bool:
+    return "contacts" in manifest.fixed or "contacts" in manifest.axes
+
+
+CONTACTS: Final = Kind(
+    "contacts",
+    lambda manifest: "slip" in manifest.stages and _interface(manifest),
+    _contacts_tasks,
+    (Part(Portion, whole=True),),
+)
+
+
 # The friction record of a case, with its plateau and statistics. Where drives or statistics need a record that the campaign
 # does not keep, it is intermediate, and another task reads off its scalars.
 
@@ -245,7 +297,8 @@ def _record_of_scalars(case: Case, ensemble: Ensemble) -> Task:
 def _record(case: Case, ensemble: Ensemble, *marks: str) -> Task:
     ensemble, text = _record_ensemble(ensemble)
     key = task_key("record", *of_record(case), text, *marks)
-    return Task(key, "record", case.slab, case, ensemble=ensemble, needs=compliance_needs(case.slab))
+    needs = (*compliance_needs(case.slab), *(batch.key for batch in _batches(case, ensemble)))
+    return Task(key, "record", case.slab, case, ensemble=ensemble, needs=needs)
 
 
 @lru_cache(maxsize=64)  # of all cases
@@ -280,6 +333,7 @@ RECORD: Final = Kind(
         Part(Plateau, Plateau.PREFIX, whole=True),
         Part(EventStatistics),
         Part(FrictionRecord, whole=True),
+        Part(Collective, wanted=_interface),
     ),
     (
         Ragged("record", "event", "row_size", _kept),
@@ -457,7 +511,7 @@ DRIVE: Final = Kind(
 )
 
 
-KINDS: Final = {kind.name: kind for kind in (COMPLIANCE, CONTACT, RECORD, STATISTICS, STATES, DRIVE)}
+KINDS: Final = {kind.name: kind for kind in (COMPLIANCE, CONTACT, CONTACTS, RECORD, STATISTICS, STATES, DRIVE)}
 """Name -> kind of task: a stage each, none of which needs a later one."""
 
 

@@ -123,9 +123,9 @@ class Plan:
         return foreign_among({task.key: finished[task.key] for task in self.tasks if task.key in finished})
 
     def obsolete(self, finished: Collection[str]) -> tuple[str, ...]:
-        """Intermediate records that no task needs any more, given the keys that are finished."""
+        """Intermediate results that no task needs any more, given the keys that are finished."""
         ended = [
-            task.key for task in self.tasks if task.intermediate and task.kind == "record" and task.key in finished
+            task.key for task in self.tasks if task.intermediate and task.kind != "compliance" and task.key in finished
         ]
         wanted = {need for task in self.remaining(finished) for need in task.needs} if ended else set()
         return tuple(key for key in ended if key not in wanted)
@@ -151,7 +151,9 @@ def plan_of(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = la
         for each in wanted:
             if each.task.key not in tasks:
                 tasks[each.task.key] = _planned(each, case, manifest.task_seconds)
-        case_tasks[case.case_id] = CaseTasks({(each.task.kind, each.drive): each.task.key for each in wanted})
+        case_tasks[case.case_id] = CaseTasks(
+            {(each.task.kind, each.drive): each.task.key for each in wanted if not each.part}
+        )
         heard(number)
     return Plan(manifest, tuple(cases), longest_chain_first(tasks.values()), case_tasks)
 

@@ -39,6 +39,8 @@ class Task:
     """How the pin is pulled; drive tasks only."""
     events: tuple[int, ...] = ()
     """Events after which the contact is looked at; states tasks only."""
+    contacts: tuple[int, int] = (0, 0)
+    """First contact of an interface, and the first beyond; contacts tasks only."""
     subsurface: bool = False
     """Whether the inside of the slab is looked at too; states tasks only."""
     scalars_only: bool = False
@@ -112,7 +114,7 @@ Inputs = Mapping[str, TaskResult]
 #
 # So a new field of a case changes the keys at once. A field is left out only by a line here that gives the reason.
 
-SOLVER_VERSION = "28"
+SOLVER_VERSION = "29"
 """Part of every key: raise it whenever a change of the solver changes a result, or what numbers it has."""
 
 
@@ -144,11 +146,13 @@ OF_ALL = (
         "without a spread nothing is drawn",
         lambda case: case.heterogeneity.spread == 0.0,
     ),
+    Exclusion(("interface.loads",), "one contact carries all", lambda case: case.interface.contacts == 1),
 )
 """What no result depends on."""
 OF_CONTACT = (
     *OF_ALL,
     Exclusion(STOP_CONDITIONS, "initial contact comes before any limit"),
+    Exclusion(("interface",), "it is of the first contact"),
     Exclusion(("effects.pin_translation",), "at initial contact the pin has not moved"),
     Exclusion(
         (

@@ -30,10 +30,12 @@ from nanoslip.solver.last import of_the_last
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import quantities
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.interface import Portion
 from nanoslip.solver.sliding.plateau import Plateau, plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.solver.sliding.slide import slide_to_state, states_at
+from nanoslip.solver.sliding.slider import collective, portion, slider
 from nanoslip.solver.sliding.statistics import event_statistics
 from nanoslip.solver.sliding.validity import contact_validity, record_validity
 from nanoslip.study.origin import computing, stemming
@@ -47,6 +49,7 @@ from nanoslip.study.plan.kinds import (
     Part,
     SurfaceNodes,
     SurfaceStates,
+    batches_of,
     column,
     declared,
     rows_of,
@@ -297,17 +300,34 @@ Recorded = tuple[FrictionRecord, Plateau]
 """A member's record and its steady part."""
 
 
+def _contacts(task: Task, inputs: Inputs) -> Computed:
+    found = portion(case_of(task), compliance_of(task, inputs), *task.contacts, task.ensemble)
+    return Computed((Member((found,), found.outcome),))
+
+
 def _record(task: Task, inputs: Inputs) -> Computed:
     compliance = compliance_of(task, inputs)
-    return Computed(computed_members(RECORD, task, lambda case, number: computed_record(case, compliance)))
+    return Computed(
+        computed_members(RECORD, task, lambda case, number: computed_record(case, compliance, task.ensemble, inputs))
+    )
 
 
-def computed_record(case: Case, compliance: Compliance) -> Member:
-    """The record of one member, and all that is read off it."""
+def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs: Inputs) -> Member:
+    """The record of one member, and all that is read off it. inputs: batches of its contacts, of those that are computed."""
+    if case.interface.contacts > 1:
+        tasks = list(batches_of(case, places))
+        there = (whole_again(Portion, inputs[task.key]) if task.key in inputs else None for task in tasks)
+        each = zip(there, tasks, strict=True)
+        found = slider(case, (one or portion(case, compliance, *task.contacts, places) for one, task in each))
+        plateau = plateau_of(found.record)
+        together = collective(found.record, plateau, found.bound, found.lost)
+        values = (found.validity, plateau, found.statistics, found.record, together)
+        return Member(values, plateau.outcome.adding(found.record.outcome.message))
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
-    values = (record_validity(case, start, record, end), plateau, event_statistics(record), record)
+    valid = record_validity(case, start, record, end)
+    values = (valid, plateau, event_statistics(record), record, collective(record, plateau))
     return Member(values, plateau.outcome if record.outcome.ok else record.outcome)
 
 
@@ -418,7 +438,7 @@ def _drive(task: Task, inputs: Inputs) -> Computed:
 
 def _slid(case: Case, task: Task, inputs: Inputs) -> Recorded:
     """The record of a member that has none yet."""
-    _, plateau, _, record = computed_record(case, compliance_of(task, inputs)).values
+    _, plateau, _, record, _ = computed_record(case, compliance_of(task, inputs), task.ensemble, {}).values
     assert isinstance(record, FrictionRecord)
     assert isinstance(plateau, Plateau)
     return record, plateau
@@ -427,6 +447,7 @@ def _slid(case: Case, task: Task, inputs: Inputs) -> Recorded:
 COMPUTE: Final[Mapping[str, Callable[[Task, Inputs], Computed]]] = {
     "compliance": _compliance,
     "contact": _contact,
+    "contacts": _contacts,
     "record": _record,
     "statistics": _statistics,
     "states": _states,

@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from nanoslip.solver.case import PARTS, Case, Effects, Heterogeneity, SlipRule
+from nanoslip.solver.case import PARTS, Case, Effects, Heterogeneity, Interface, SlipRule
 from nanoslip.solver.compiled import reporting_compilation
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
@@ -101,7 +101,7 @@ def _choices_of(task: Task) -> tuple[object, ...]:
 
 
 @lru_cache(maxsize=4096)
-def _choices(part: Drive | SlipRule | Effects | Heterogeneity) -> tuple[object, ...]:
+def _choices(part: Drive | SlipRule | Effects | Heterogeneity | Interface) -> tuple[object, ...]:
     """Words and switches: they decide which kernels run, the numbers do not."""
     flat = part.flat if isinstance(part, Drive) else {name: getattr(part, name) for name in declared(type(part))}
     return tuple((name, value) for name, value in flat.items() if isinstance(value, str | bool))

@@ -35,7 +35,7 @@ def test_start_and_place_are_the_first_uniform_numbers_of_their_generator():
     """Taken from numpy's raw stream, the one that is promised to stay the same."""
     words = struct.unpack("<4I", struct.pack("<2d", CASE.normal_load, CASE.radius))
     for number in range(50):
-        assert chance_of(CASE, number) == tuple(np.random.default_rng([number, CASE.slab.n_x, *words]).random(2))
+        assert chance_of(CASE, number)[:2] == tuple(np.random.default_rng([number, CASE.slab.n_x, *words]).random(2))
 
 
 def test_contacts_have_starts_of_their_own_and_drags_of_one_contact_the_same():

@@ -1,0 +1,120 @@
+"""An interface: contacts of one rigid slider, displaced together, and the sum of their friction records.
+
+The first contact is the case itself. Each other one has a start, nodes and a place on the profile of its own, and its share of
+the load. They do not feel each other. The sum is in nanoslip.solver.sliding.slider.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case, Interface
+from nanoslip.solver.ensemble import ALONE, Ensemble, chance_of
+from nanoslip.solver.outcome import COMPLETED, Outcome
+from nanoslip.solver.parameter import quantity
+
+PIECES: Final = 2**14
+"""Equal parts of the displacement in which records are added: 2000 in a presliding length of a record of eight."""
+BATCHES: Final = 64
+"""Batches of the contacts of an interface, at the most."""
+SMALLEST: Final = 16
+"""Contacts of a batch, at the least, where there are as many."""
+
+Counts = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Collective:
+    """What the contacts of an interface do together; of one contact it is its own."""
+
+    static_excess: float = field(
+        metadata=quantity(
+            "highest force over plateau, less 1",
+            symbol="F_max/F - 1",
+            ensemble=True,
+            comment="of the whole record of the slider: peak_friction over plateau_mean, less 1",
+        )
+    )
+    fluctuation: float = field(
+        metadata=quantity(
+            "fluctuation of the plateau",
+            ensemble=True,
+            comment="standard deviation of the force of the slider over its mean, on the steady part of its record",
+        )
+    )
+    unseen_force: float = field(
+        metadata=quantity(
+            "bound of the force between two readings",
+            comment="by how much the highest force may lie above the one that was read, over the plateau; 0 of one contact",
+        )
+    )
+    lost_contacts: float = field(
+        metadata=quantity(
+            "contacts without a record", comment="of the slider: the others carry their load, and the outcome says why"
+        )
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Portion:
+    """Sums over some contacts of an interface; forces in G·L_x·L_y."""
+
+    force: NDArray[np.float64]
+    """(PIECES + 1,) Exact, at the ends of the pieces."""
+    contact_size: Counts
+    highest: NDArray[np.float64]
+    """(PIECES,) Each contact's highest force in a piece, added: the sum is nowhere higher."""
+    slips: Counts
+    releases: Counts
+    touches: Counts
+    extent: Counts
+    dissipated: NDArray[np.float64]
+    contacts: int
+    load: float
+    end: float
+    """δ_p in L_x at which all of them end."""
+    stiffness: float
+    presliding_length: float
+    """The longest of them."""
+    half_width: float
+    validity_flags: int
+    """Those that any of them has."""
+    end_nodes: int
+    initial_slips: int
+    events: int
+    slip_events: int
+    release_events: int
+    touch_events: int
+    fallen: float
+    """Drops of force, added."""
+    lost: int
+    ending: int
+    """Of the first that is lost: its place in `Ending`; `outcome` says why."""
+    outcome: Outcome = COMPLETED
+
+
+def shares(case: Case) -> NDArray[np.float64]:
+    """(N,) Load of each contact over their mean."""
+    count = case.interface.contacts
+    if case.interface.loads == "equal":
+        return np.ones(count)
+    drawn = np.random.PCG64(chance_of(case, 0, case.start).seed).random_raw(count)
+    loads = -np.log1p(-((drawn >> np.uint64(11)) * 2.0**-53))
+    return np.asarray(loads * (count / loads.sum()))
+
+
+def contact_of(case: Case, number: int, share: float = 1.0, places: Ensemble = ALONE) -> Case:
+    """A contact of an interface by its number from 0, as a case of its own."""
+    alone = replace(case, interface=Interface(), normal_load=case.normal_load * share)
+    if number == 0:
+        return alone
+    return places.moved(alone, *chance_of(case, number, case.start))
+
+
+def batches(contacts: int) -> list[tuple[int, int]]:
+    """First contact of each batch, and the first beyond it: by their number alone, so that sums have the same order."""
+    size = max(math.ceil(contacts / BATCHES), SMALLEST)
+    return [(first, min(first + size, contacts)) for first in range(0, contacts, size)]

@@ -1,0 +1,237 @@
+"""The sum of the friction records of all contacts of an interface (nanoslip.solver.sliding.interface), and its record.
+
+All contacts are slid to one displacement. Each record is read at PIECES equal distances, where its force is exact, and added:
+what is held does not grow with the number of contacts. Between two of these places the sum may be higher, by at most
+`unseen_force`: each contact's highest force there is added, too.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from functools import reduce
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import Compliance
+from nanoslip.solver.ensemble import ALONE, Ensemble, needed
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
+from nanoslip.solver.sliding.interface import PIECES, Collective, Counts, Portion, batches, contact_of, shares
+from nanoslip.solver.sliding.plateau import Plateau, teeth
+from nanoslip.solver.sliding.record import FrictionRecord, farthest
+from nanoslip.solver.sliding.slide import slide, slide_to_state
+from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
+from nanoslip.solver.sliding.validity import Validity, record_validity
+
+_ENDINGS: Final = tuple(Ending)
+_LARGEST: Final = ("end", "presliding_length", "end_nodes")
+
+
+def portion(case: Case, compliance: Compliance, first: int, beyond: int, places: Ensemble = ALONE) -> Portion:
+    """The sum over contacts `first` to `beyond` - 1. A contact without a record is lost, and counted: never raises."""
+    loads = shares(case)
+    heaviest = int(loads.argmax())
+    found = _empty()
+    try:
+        end = _end(contact_of(case, heaviest, loads[heaviest], places), compliance)
+    except SolverError as error:
+        return _without(found, error.outcome, beyond - first)
+    for number in range(first, beyond):
+        try:
+            found = _together(found, _alone(contact_of(case, number, loads[number], places), compliance, end))
+        except SolverError as error:
+            found = _without(found, error.outcome, 1)
+    return found
+
+
+def _end(case: Case, compliance: Compliance) -> float:
+    """δ_p at which the records of all contacts end: the limit of this one."""
+    begun = slide(replace(case, max_events=1), compliance)
+    end = farthest(case, begun.initial_stiffness)
+    if not begun.outcome.ok:
+        raise _ended(begun.outcome)
+    if not 0.0 < end < math.inf:
+        raise _ended(
+            Outcome(
+                Ending.INVALID, f"contacts of one slider end at one displacement, not at {end:g}: give limits.spacings"
+            )
+        )
+    return end
+
+
+def _ended(outcome: Outcome) -> SolverError:
+    error = SolverError(outcome.message)
+    error.ending = outcome.ending
+    return error
+
+
+def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
+    """The portion of one contact. Raises SolverError where it has no record up to `end`."""
+    case = replace(case, max_presliding=None, max_spacings=None, max_displacement=end)
+    start = initial_contact(case, compliance)
+    record, last = slide_to_state(case, compliance, start)
+    if not record.outcome.ok:
+        raise _ended(record.outcome)
+    if not record.final_displacement >= end * (1.0 - 1e-12):  # rounding of a sum of steps
+        reached = f"{len(record.displacement)} events reach {record.final_displacement / end:.2g} of the slider's way"
+        raise _ended(Outcome(Ending.INVALID, f"{reached}: raise limits.events"))
+    whole, edges = teeth(record), np.linspace(0.0, end, PIECES + 1)
+    force = whole.force(np.minimum(edges, whole.edges[-1]))
+    force[-1] = record.final_force
+    piece = np.clip(edges.searchsorted(record.displacement, side="right") - 1, 0, PIECES - 1)
+    highest = np.maximum(force[:-1], force[1:])
+    np.maximum.at(highest, piece, np.maximum(record.force_before, record.force_after))
+    sizes = np.concatenate(([record.initial_contact_size], record.contact_size))
+    valid, counted = record_validity(case, start, record, last), event_statistics(record)
+
+    def added(column: NDArray[Any]) -> Counts:
+        return np.bincount(piece, column, PIECES).astype(float)
+
+    return Portion(
+        force=force,
+        contact_size=sizes[record.displacement.searchsorted(edges, side="right")].astype(float),
+        highest=highest,
+        slips=added(record.slips),
+        releases=added(record.releases),
+        touches=added(record.touches),
+        extent=added(record.extent),
+        dissipated=added(record.dissipated),
+        contacts=1,
+        load=record.normal_load,
+        end=end,
+        stiffness=record.initial_stiffness,
+        presliding_length=record.presliding_length,
+        half_width=valid.contact_half_width,
+        validity_flags=valid.validity_flags,
+        end_nodes=record.end_nodes,
+        initial_slips=record.initial_slips,
+        events=counted.events,
+        slip_events=counted.slips,
+        release_events=counted.releases,
+        touch_events=counted.touches,
+        fallen=counted.mean_drop * counted.events * record.normal_load if counted.events else 0.0,
+        lost=0,
+        ending=0,
+    )
+
+
+def _empty() -> Portion:
+    numbers = dict.fromkeys((item.name for item in fields(Portion)), 0)
+    arrays = {name: np.zeros(PIECES + 1) for name in ("force", "contact_size")}
+    arrays |= {name: np.zeros(PIECES) for name in ("highest", "slips", "releases", "touches", "extent", "dissipated")}
+    made: dict[str, Any] = {**numbers, **arrays, "outcome": COMPLETED}
+    return Portion(**made)
+
+
+def _without(found: Portion, outcome: Outcome, lost: int) -> Portion:
+    """A portion with some contacts lost. It is completed itself: what is lost is counted, and told once."""
+    first = not found.lost
+    ending = _ENDINGS.index(outcome.ending) if first else found.ending
+    message = outcome.message if first else found.outcome.message
+    return replace(found, lost=found.lost + lost, ending=ending, outcome=Outcome(Ending.COMPLETED, message))
+
+
+def _together(one: Portion, other: Portion) -> Portion:
+    """The sum of two portions."""
+    found: dict[str, Any] = {}
+    for name in (item.name for item in fields(Portion)):
+        ours, theirs = getattr(one, name), getattr(other, name)
+        found[name] = max(ours, theirs) if name in _LARGEST else ours + theirs if name not in _OF_THE_FIRST else ours
+    found["validity_flags"] = one.validity_flags | other.validity_flags
+    told = one if one.lost else other
+    return Portion(**{**found, "ending": told.ending, "outcome": told.outcome})
+
+
+_OF_THE_FIRST: Final = ("validity_flags", "ending", "outcome")
+
+
+@dataclass(frozen=True, slots=True)
+class Slider:
+    """An interface as one record: of the sum of its contacts."""
+
+    validity: Validity
+    statistics: EventStatistics
+    record: FrictionRecord
+    bound: float
+    """Its force is nowhere higher, in G·L_x·L_y."""
+    lost: int
+
+
+def slider(case: Case, portions: Iterable[Portion]) -> Slider:
+    """The sum of all portions, in their order. Its events are pieces in which the contacts have theirs; none has a node.
+
+    Raises SolverError where fewer than half of the contacts have a record.
+    """
+    total = reduce(_together, portions)
+    if total.contacts < needed(case.interface.contacts):
+        raise _ended(Outcome(_ENDINGS[total.ending], total.outcome.message))
+    there = case.total_load / total.load
+    edges = np.linspace(0.0, total.end, PIECES + 1)
+    force = total.force * there
+    whole = {name: getattr(total, name) for name in ("slips", "releases", "touches", "extent")}
+    kinds = {"slips": np.int64, "releases": np.int32, "touches": np.int32, "extent": np.int32, "contact_size": np.int32}
+    columns = {
+        "displacement": edges[1:],
+        "force_before": force[1:],
+        "force_after": force[1:],
+        "stiffness": np.append(np.diff(force)[1:], 0.0) * (PIECES / total.end),
+        "kind": np.zeros(PIECES, np.int8),
+        "node": np.full(PIECES, -1, np.int32),
+        "contact_size": total.contact_size[1:].astype(np.int32),
+        **{name: column.astype(kinds[name]) for name, column in whole.items()},
+        "dissipated": total.dissipated * there,
+        "node_x": np.empty(0),
+        "node_slips": np.empty(0, np.int64),
+    }
+    for column in columns.values():
+        column.setflags(write=False)
+    lost = f"{total.lost} of {case.interface.contacts} contacts {_ENDINGS[total.ending]}: {total.outcome.message}"
+    record = FrictionRecord(
+        **columns,
+        normal_load=case.total_load,
+        spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
+        presliding_length=total.presliding_length,
+        initial_force=float(force[0]),
+        initial_stiffness=total.stiffness * there,
+        initial_slips=total.initial_slips,
+        initial_contact_size=int(total.contact_size[0]),
+        end_nodes=total.end_nodes,
+        final_displacement=total.end,
+        final_force=float(force[-1]),
+        outcome=Outcome(Ending.COMPLETED, lost if total.lost else ""),
+    )
+    each = 1.0 / total.events if total.events else math.nan
+    statistics = replace(
+        event_statistics(record),
+        events=total.events,
+        cycle_events=0,
+        cycle_spacings=0.0,
+        slips=total.slip_events,
+        releases=total.release_events,
+        touches=total.touch_events,
+        mean_step=total.end * each,
+        mean_slips=float(total.slips.sum()) * each,
+        mean_drop=total.fallen / total.load * each,
+    )
+    validity = Validity(total.validity_flags, total.half_width / total.contacts)
+    return Slider(validity, statistics, record, float(total.highest.max()) * there, total.lost)
+
+
+def interface(case: Case, compliance: Compliance, places: Ensemble = ALONE) -> Slider:
+    """All contacts of a case, summed in this process."""
+    return slider(case, (portion(case, compliance, *batch, places) for batch in batches(case.interface.contacts)))
+
+
+def collective(record: FrictionRecord, plateau: Plateau, bound: float | None = None, lost: int = 0) -> Collective:
+    """The same of a record. bound: of its highest force, in G·L_x·L_y, where it is not exact."""
+    steady = plateau.mean * record.normal_load
+    highest = max(
+        record.initial_force, record.force_before.max(initial=record.final_force), record.force_after.max(initial=0.0)
+    )
+    unseen = 0.0 if bound is None else max(bound - highest, 0.0)
+    if not steady > 0.0:
+        return Collective(math.nan, math.nan, math.nan, lost)
+    return Collective(highest / steady - 1.0, plateau.std / plateau.mean, unseen / steady, lost)

@@ -1,0 +1,190 @@
+"""Contacts of one rigid slider: their sum is exact where it is read, bounded between, and what independent springs add up to."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nanoslip.solver import Case, Chain, Effects, Heterogeneity, InvalidInput, Slab, friction_record, plateau_of
+from nanoslip.solver.case import Interface
+from nanoslip.solver.contact.pin import node_friction
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.ensemble import Ensemble
+from nanoslip.solver.outcome import Ending, SolverError
+from nanoslip.solver.sliding.interface import PIECES, batches, contact_of, shares
+from nanoslip.solver.sliding.plateau import Teeth, teeth
+from nanoslip.solver.sliding.slide import slide
+from nanoslip.solver.sliding.slider import collective, interface, portion, slider
+
+SLAB = Slab(n_x=33, scheme="strip")
+COMPLIANCE = surface_compliance(SLAB)
+CASE = Case(slab=SLAB, max_events=100_000, max_presliding=4.0)
+
+
+def interface_of(contacts: int, case: Case = CASE, **more: object) -> Case:
+    return replace(case, interface=Interface(contacts, **more))  # type: ignore[arg-type]
+
+
+def test_as_many_equal_contacts_are_so_many_times_one() -> None:
+    one = portion(interface_of(4), COMPLIANCE, 0, 1)
+    found = slider(interface_of(4), [one] * 4)
+    np.testing.assert_array_equal(found.record.force_before, 4.0 * one.force[1:])
+    assert found.record.initial_stiffness == 4.0 * one.stiffness
+    assert found.statistics.mean_drop == pytest.approx(
+        slider(interface_of(1), [one]).statistics.mean_drop / 4.0, rel=1e-12
+    )
+
+
+def test_one_contact_is_the_case_itself() -> None:
+    """Read at fixed distances it has the record's force there, to the last bit, and its highest force is in the bound."""
+    alone = slide(CASE, COMPLIANCE)
+    found = slider(interface_of(1), [portion(interface_of(1), COMPLIANCE, 0, 1)])
+    np.testing.assert_array_equal(found.record.force_after[:-1], teeth(alone).force(found.record.displacement[:-1]))
+    assert found.record.final_force == alone.final_force
+    assert found.bound == max(alone.force_before.max(), alone.force_after.max(), alone.initial_force)
+    assert found.statistics.events == len(alone.displacement)
+    assert found.record.slips.sum() == alone.slips.sum()
+    assert plateau_of(found.record).mean == pytest.approx(
+        plateau_of(alone).mean, rel=2e-4
+    )  # read 2000 times in a length
+    whole = collective(alone, plateau_of(alone))
+    assert whole.static_excess == pytest.approx(found.bound / (plateau_of(alone).mean * CASE.normal_load) - 1.0)
+    assert whole.unseen_force == 0.0
+
+
+@pytest.mark.parametrize("loads", ["equal", "exponential"])
+def test_sum_is_exact_where_it_is_read_and_bounded_between(loads: str) -> None:
+    case = interface_of(5, replace(CASE, heterogeneity=Heterogeneity(spread=0.2)), loads=loads)
+    found = interface(case, COMPLIANCE)
+    end, each = found.record.final_displacement, shares(case)
+    records = [
+        teeth(slide(replace(contact_of(case, n, each[n]), max_presliding=None, max_displacement=end), COMPLIANCE))
+        for n in range(5)
+    ]
+    np.testing.assert_allclose(
+        found.record.force_before[:-1], sum(one.force(found.record.displacement[:-1]) for one in records), rtol=1e-12
+    )
+    jumps = np.unique(np.concatenate([one.edges for one in records]))
+    before = sum(_before(one, jumps[1:-1]) for one in records)
+    exact = float(max(np.max(before), found.record.force_before.max()))
+    assert found.record.force_before.max() <= exact <= found.bound * (1.0 + 1e-12)
+    assert found.bound < 1.005 * exact  # a piece is a two thousandth of what it takes to slide
+    assert found.record.normal_load == 5.0 * CASE.normal_load
+
+
+def _before(one: Teeth, x: np.ndarray) -> np.ndarray:
+    """The force just before each x."""
+    return one.force(np.nextafter(x, 0.0))
+
+
+def test_sum_does_not_depend_on_who_adds_it() -> None:
+    """Batches in any number are the same contacts; the order of a sum matters to rounding alone, and is fixed by their number."""
+    case = interface_of(7)
+    whole = slider(case, [portion(case, COMPLIANCE, 0, 7)]).record
+    parts = slider(case, [portion(case, COMPLIANCE, *each) for each in ((0, 2), (2, 3), (3, 7))]).record
+    np.testing.assert_allclose(whole.force_before, parts.force_before, rtol=1e-13)
+    again = friction_record(case)
+    np.testing.assert_array_equal(again.force_before, interface(case, COMPLIANCE).record.force_before)
+    for contacts in (2, 16, 17, 1000, 4096, 10**5):
+        found = batches(contacts)
+        assert len(found) <= 64
+        assert [first for first, _ in found[1:]] == [beyond for _, beyond in found[:-1]]
+        assert (found[0][0], found[-1][1]) == (0, contacts)
+
+
+def test_contacts_are_drawn_independently() -> None:
+    """Starts are uniform, of one interface and from one interface to another; nodes are the contact's own."""
+    case = replace(CASE, heterogeneity=Heterogeneity(spread=0.1))
+    members = [Ensemble(members=2).case(interface_of(500, case), member) for member in range(2)]
+    starts = [np.array([contact_of(member, n).start for n in range(500)]) for member in members]
+    for each in starts:
+        counts = np.histogram(each, 10, (0.0, 1.0))[0]
+        assert ((counts - 50.0) ** 2 / 50.0).sum() < 27.9  # chi squared of 9 degrees of freedom: one in a thousand
+    shifted = (starts[0] - starts[1]) % 1.0
+    assert ((np.histogram(shifted, 10, (0.0, 1.0))[0] - 50.0) ** 2 / 50.0).sum() < 27.9
+    assert len({contact_of(member, n).heterogeneity.seed for member in members for n in range(500)}) == 1000
+    assert contact_of(members[0], 0) == replace(members[0], interface=Interface())
+
+
+def test_loads_are_exponential_and_their_mean_is_the_load() -> None:
+    each = shares(interface_of(20_000, loads="exponential"))
+    assert each.mean() == pytest.approx(1.0, rel=1e-12)
+    assert np.sort(each)[10_000] == pytest.approx(np.log(2.0), rel=0.03)  # four standard errors of a median of so many
+    assert each.std() == pytest.approx(1.0, rel=0.04)
+
+
+def test_what_cannot_be_computed_is_counted_and_said() -> None:
+    """Large loads need more events to the common end. The others carry on; without half of them there is no interface."""
+    case = interface_of(8, replace(CASE, max_events=10), loads="equal")
+    with pytest.raises(SolverError, match=r"raise limits\.events") as caught:
+        interface(case, COMPLIANCE)
+    assert caught.value.outcome.ending is Ending.INVALID
+    good = [portion(interface_of(8), COMPLIANCE, n, n + 1) for n in range(5)]
+    some = slider(interface_of(8), [*good, portion(case, COMPLIANCE, 5, 8)])
+    assert some.lost == 3
+    assert some.record.outcome.ok
+    assert some.record.outcome.message.startswith("3 of 8 contacts invalid: 10 events reach")
+    carried = sum(one.force for one in good)
+    np.testing.assert_allclose(some.record.force_before, carried[1:] * 8.0 / 5.0, rtol=1e-13)
+
+
+def test_contacts_of_one_slider_need_a_common_end() -> None:
+    with pytest.raises(InvalidInput, match="contacts = 2: needs presliding, displacement or spacings"):
+        Case(interface=Interface(2))
+
+
+# Independent springs. Blocks of a chain without coupling under a flat punch are springs of one stiffness k, each with a threshold
+# μ_i·p that is its own and stays: spring j carries k·(δ mod x_j) with x_j = μ_j·p/k, so the slider N·k·E[δ mod x]. Before any
+# spring slips for the second time that is the master equation of springs whose thresholds are drawn anew at each slip, too
+# (Farkas, Dahmen and Wolf, cond-mat/0502644; Braun and Peyrard, arXiv 0802.2144): F = N·k·(δ·P(x > δ) + E[δ - x; x < δ]).
+
+
+SPRINGS = Case(
+    pin="flat_punch",
+    half_width=0.25,
+    slab=Slab(n_x=65, scheme=Chain(coupling_stiffness=0.0)),
+    effects=Effects(coupling=False, pin_translation=False),
+    heterogeneity=Heterogeneity(distribution="uniform", spread=0.2),
+    max_events=None,
+    max_presliding=6.0,
+)
+
+
+def test_springs_follow_the_master_equation() -> None:
+    contacts = 600
+    found = interface(interface_of(contacts, SPRINGS), surface_compliance(SPRINGS.slab))
+    record = found.record
+    mean = (
+        SPRINGS.intrinsic_friction * SPRINGS.normal_load / (record.initial_stiffness / contacts)
+    )  # k x = μ p, node by node
+    low, high = mean * (1.0 - 0.2 * np.sqrt(3.0)), mean * (1.0 + 0.2 * np.sqrt(3.0))
+    thresholds = np.linspace(low, high, 20_001)
+    x = record.displacement[:: PIECES // 256]
+    expected = record.initial_stiffness * np.array([np.mean(one % thresholds) for one in x])
+    # 20,000 springs, whose shear scatters by 0.3 of its mean: 0.2 %, four times over
+    np.testing.assert_allclose(record.force_after[:: PIECES // 256], expected, atol=0.008 * expected.max())
+    once = x < 2.0 * low  # no spring has slipped twice
+    slipped = np.clip((x - low) / (high - low), 0.0, 1.0)
+    rest = np.where(slipped < 1.0, 0.5 * (x - low) * slipped, x - mean)
+    redrawn = record.initial_stiffness * (x * (1.0 - slipped) + np.where(x > low, rest, 0.0))
+    np.testing.assert_allclose(expected[once], redrawn[once], rtol=1e-3)
+    together = collective(record, plateau_of(record), found.bound)
+    assert 1.0 < 1.0 + together.static_excess < 2.0  # a slider of equal springs would reach twice its mean
+
+
+def test_nodes_of_contacts_are_their_own() -> None:
+    case = interface_of(3, SPRINGS)
+    nodes = [node_friction(contact_of(case, number), 0) for number in range(3)]
+    assert not np.array_equal(nodes[0], nodes[1])
+    assert not np.array_equal(nodes[1], nodes[2])
+
+
+def test_fluctuations_of_independent_contacts_fall_as_the_root_of_their_number() -> None:
+    """± over 6 interfaces; the exponent of 4 to 64 contacts within four of its standard errors, about 0.05 each."""
+    case = replace(CASE, heterogeneity=Heterogeneity(spread=0.2))
+    found = {}
+    for contacts in (4, 64):
+        ensemble = Ensemble(members=6)
+        sums = (interface(ensemble.case(interface_of(contacts, case), number), COMPLIANCE) for number in range(6))
+        found[contacts] = np.mean([collective(one.record, plateau_of(one.record)).fluctuation for one in sums])
+    assert np.log(found[64] / found[4]) / np.log(16.0) == pytest.approx(-0.5, abs=0.1)
