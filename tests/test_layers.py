@@ -22,7 +22,7 @@ ORDER = {
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane strip chain",
     "nanoslip.solver.contact": "kernels closed_forms pin state soundness normal convolved compiled_contact coulomb initial",
     "nanoslip.solver.contact.kernels": "state events",
-    "nanoslip.solver.sliding": "kernels record plateau validity slide statistics power_law sizes",
+    "nanoslip.solver.sliding": "kernels record plateau validity slide statistics interface slider power_law sizes",
     "nanoslip.solver.sliding.kernels": "slide",
     "nanoslip.solver.dynamics": "friction_limit kernels result coefficients integrators stick_slip regime",
     "nanoslip.solver.dynamics.kernels": "motion steps",
@@ -73,7 +73,7 @@ DEEPEST, MOST_ENTERED = 18, 90
 
 BODIES = (
     *(f"contact.{name}" for name in ("normal", "convolved", "compiled_contact", "coulomb", "initial")),
-    *("elasticity.compliance", "elasticity.interior", "sliding.slide"),
+    *("elasticity.compliance", "elasticity.interior", "sliding.slide", "sliding.slider"),
 )
 """Files of the solver that compute: whoever only declares, plans or shows has no need of them."""
 DECLARING = (

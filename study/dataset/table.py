@@ -322,7 +322,7 @@ class Table:
         units: dict[str, NDArray[Any]] = {}
         for known in (scalars(kind), companions(kind)):
             for name, quantity in known.items():
-                if quantity.name == VALIDITY.name or name not in found:
+                if quantity.name == VALIDITY.name or name not in found or quantity.name not in self._values:
                     continue
                 if quantity.per not in units:
                     units[quantity.per] = np.array([by[quantity.per] for by in factors])

@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
-from nanoslip.solver.case import Case
+from nanoslip.solver.case import Case, Interface
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
+from nanoslip.solver.parameter import declared
 from nanoslip.study.canonical import Texts, content_hash
 from nanoslip.study.manifest.checker import ManifestError, key_shown, number_or_text, shown, unknown
 from nanoslip.study.manifest.manifest import (
@@ -100,7 +101,7 @@ class _Expansion:
     def __init__(self, manifest: Manifest) -> None:
         self._manifest, self._labels = manifest, labels_of(manifest)
         self._alike = Alike(manifest.fixed, self._labels.names)
-        self._texts = Texts(lambda case: case.flat)
+        self._texts = Texts(lambda case: naming(case.flat))
 
     def case(self, point: Point) -> CampaignCase:
         """The one with these values of the axes, refused or not."""
@@ -119,7 +120,13 @@ class _Expansion:
         if case is not None:
             return content_hash("case", self._texts(case), length=12)
         given = {**Case.of({}).flat, **self._manifest.fixed, **dict(zip(self._labels.names, point, strict=True))}
-        return content_hash("case", given, length=12)
+        return content_hash("case", naming(given), length=12)
+
+
+def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters that name a case: those of an interface only where it is one, of several contacts."""
+    alone = parameters["contacts"] == 1
+    return {name: value for name, value in parameters.items() if not (alone and name in declared(Interface))}
 
 
 # The campaign of a single case, from its parameters in the words of a manifest.

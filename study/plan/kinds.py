@@ -247,14 +247,14 @@ def contacts_task(case: Case, places: Places, contacts: tuple[int, int]) -> Task
 
 
 def batches_of(member: Case, ensemble: Ensemble) -> Iterator[Task]:
-    """The batches of a member of an ensemble; none where it has one contact."""
-    if member.interface.contacts > 1:
-        for batch in batches(member.interface.contacts):
-            yield contacts_task(member, ensemble.places, batch)
+    """The batches of a member of an ensemble."""
+    return (contacts_task(member, ensemble.places, batch) for batch in batches(member.interface.contacts))
 
 
 def _batches(case: Case, ensemble: Ensemble) -> tuple[Task, ...]:
     """Those of all members that are certain to be computed."""
+    if case.interface.contacts == 1:
+        return ()
     return tuple(
         task for member in range(ensemble.likely) for task in batches_of(ensemble.case(case, member), ensemble)
     )

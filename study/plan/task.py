@@ -152,7 +152,8 @@ OF_ALL = (
 OF_CONTACT = (
     *OF_ALL,
     Exclusion(STOP_CONDITIONS, "initial contact comes before any limit"),
-    Exclusion(("interface",), "it is of the first contact"),
+    Exclusion(("interface.contacts",), "it is that of the first contact"),
+    Exclusion(("interface.loads",), "it is that of the first contact", lambda case: case.interface.contacts > 1),
     Exclusion(("effects.pin_translation",), "at initial contact the pin has not moved"),
     Exclusion(
         (

@@ -33,6 +33,8 @@ OPEN = ("gap", "restick_time", "restick_position")
 
 REPEATED = ("stick_slip_period", "spring_force_amplitude", "spring_force_range")
 """What a drive has only where its second half is long enough to show it."""
+SHARES = ("fluctuation", "unseen_force")
+"""What is over the force of a plateau, which may be 0."""
 LACKS = {
     Ending.NO_PLATEAU: (
         "plateau_mean",
@@ -184,7 +186,7 @@ def _assert_finite(result: TaskResult) -> None:
     members = len(next(iter(result.scalars.values())))
     for member, outcome in enumerate(result.members or [result.outcome] * members):
         inertia = ("static_friction",) if "is inertia and damper" in outcome.message else ()
-        lacking = (*REPEATED, *LACKS.get(outcome.ending, ()), *inertia)
+        lacking = (*REPEATED, *SHARES, *LACKS.get(outcome.ending, ()), *inertia)
         refused = not outcome.ok and all(math.isnan(numbers[member]) for numbers in result.scalars.values())
         for name, numbers in result.scalars.items() if outcome.usable and not refused else ():
             missing = name.startswith("fit") or name.endswith("_excess") or name in lacking  # a fit needs slips

@@ -205,8 +205,8 @@ def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only():
 
 
 def test_parameters_without_effect_are_named_as_a_campaign_names_them():
-    assert without_effect(Case()) == {"half_width", "distribution", "seed"}
-    assert without_effect(Case(pin="flat_punch", heterogeneity=Heterogeneity(spread=0.1))) == {"radius"}
+    assert without_effect(Case()) == {"half_width", "distribution", "seed", "loads"}
+    assert without_effect(Case(pin="flat_punch", heterogeneity=Heterogeneity(spread=0.1))) == {"radius", "loads"}
     uncoupled = without_effect(Case(effects=Effects(coupling=False)), OF_CONTACT)
     assert {"intrinsic_friction", "slip_order", "residual_shear", "event_floor", "max_events"} <= uncoupled
     assert uncoupled <= set(Case().flat)

@@ -82,7 +82,7 @@ def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x):
         together, alone = (
             numbers(
                 RECORD,
-                [compute.computed_record(FOUR.case(case, number), compliance) for number in range(4)],
+                [compute.computed_record(FOUR.case(case, number), compliance, FOUR, {}) for number in range(4)],
                 scalars_only=not whole,
             )
             for compliance in (kept, nothing_kept)
