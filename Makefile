@@ -24,7 +24,7 @@ reproduce:  ## the paper's campaign
 	$(MAKE) run CAMPAIGN=campaigns/streator2022.toml
 
 figures: .venv/installed  ## the paper's figures and further ones, with tables: results/figures, results/maps
-	@for campaign in campaigns/figures/*.toml campaigns/maps/*.toml campaigns/schemes.toml; do \
+	@for campaign in campaigns/figures/*.toml campaigns/maps/*.toml campaigns/interface/*.toml campaigns/schemes.toml; do \
 		name=$${campaign#campaigns/}; \
 		$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $$campaign --out results/$${name%.toml} || exit; \
 	done
@@ -52,7 +52,7 @@ check: .venv/installed  ## style and types
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m ruff format --check .
 	$(BIN)/python -m mypy
-	MYPYPATH=campaigns/figures:campaigns/maps $(BIN)/python -m mypy campaigns/figures/*.py campaigns/maps/*.py campaigns/schemes.py
+	MYPYPATH=campaigns/figures:campaigns/maps:campaigns/interface $(BIN)/python -m mypy campaigns/figures/*.py campaigns/maps/*.py campaigns/interface/*.py campaigns/schemes.py
 
 format: .venv/installed
 	$(BIN)/python -m ruff format .

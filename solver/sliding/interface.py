@@ -18,12 +18,12 @@ from nanoslip.solver.parameter import quantity
 
 PIECES: Final = 2**14
 """Equal parts of the displacement in which records are added: 2000 in a presliding length of a record of eight."""
-BATCHES: Final = 64
+BATCHES: Final = 16
 """Batches of the contacts of an interface, at the most."""
 SMALLEST: Final = 16
 """Contacts of a batch, at the least, where there are as many."""
 
-Counts = NDArray[np.float64]
+Counts = NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -67,7 +67,7 @@ class Portion:
     contact_size: Counts
     highest: NDArray[np.float64]
     """(PIECES,) Each contact's highest force in a piece, added: the sum is nowhere higher."""
-    slips: Counts
+    slips: NDArray[np.int64]
     releases: Counts
     touches: Counts
     extent: Counts

@@ -19,7 +19,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.ensemble import ALONE, Ensemble, needed
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
-from nanoslip.solver.sliding.interface import PIECES, Collective, Counts, Portion, batches, contact_of, shares
+from nanoslip.solver.sliding.interface import PIECES, Collective, Portion, batches, contact_of, shares
 from nanoslip.solver.sliding.plateau import Plateau, teeth
 from nanoslip.solver.sliding.record import FrictionRecord, farthest
 from nanoslip.solver.sliding.slide import slide, slide_to_state
@@ -87,12 +87,12 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
     sizes = np.concatenate(([record.initial_contact_size], record.contact_size))
     valid, counted = record_validity(case, start, record, last), event_statistics(record)
 
-    def added(column: NDArray[Any]) -> Counts:
-        return np.bincount(piece, column, PIECES).astype(float)
+    def added(column: NDArray[Any]) -> Any:
+        return np.bincount(piece, column, PIECES).astype(column.dtype)
 
     return Portion(
         force=force,
-        contact_size=sizes[record.displacement.searchsorted(edges, side="right")].astype(float),
+        contact_size=sizes[record.displacement.searchsorted(edges, side="right")],
         highest=highest,
         slips=added(record.slips),
         releases=added(record.releases),
@@ -119,10 +119,10 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
 
 
 def _empty() -> Portion:
-    numbers = dict.fromkeys((item.name for item in fields(Portion)), 0)
-    arrays = {name: np.zeros(PIECES + 1) for name in ("force", "contact_size")}
-    arrays |= {name: np.zeros(PIECES) for name in ("highest", "slips", "releases", "touches", "extent", "dissipated")}
-    made: dict[str, Any] = {**numbers, **arrays, "outcome": COMPLETED}
+    made: dict[str, Any] = {item.name: 0 for item in fields(Portion)}
+    made |= {"force": np.zeros(PIECES + 1), "highest": np.zeros(PIECES), "dissipated": np.zeros(PIECES)}
+    made |= {name: np.zeros(PIECES, np.int32) for name in ("releases", "touches", "extent")}
+    made |= {"contact_size": np.zeros(PIECES + 1, np.int32), "slips": np.zeros(PIECES, np.int64), "outcome": COMPLETED}
     return Portion(**made)
 
 
@@ -171,8 +171,6 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
     there = case.total_load / total.load
     edges = np.linspace(0.0, total.end, PIECES + 1)
     force = total.force * there
-    whole = {name: getattr(total, name) for name in ("slips", "releases", "touches", "extent")}
-    kinds = {"slips": np.int64, "releases": np.int32, "touches": np.int32, "extent": np.int32, "contact_size": np.int32}
     columns = {
         "displacement": edges[1:],
         "force_before": force[1:],
@@ -180,8 +178,8 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
         "stiffness": np.append(np.diff(force)[1:], 0.0) * (PIECES / total.end),
         "kind": np.zeros(PIECES, np.int8),
         "node": np.full(PIECES, -1, np.int32),
-        "contact_size": total.contact_size[1:].astype(np.int32),
-        **{name: column.astype(kinds[name]) for name, column in whole.items()},
+        "contact_size": total.contact_size[1:].copy(),
+        **{name: getattr(total, name).copy() for name in ("slips", "releases", "touches", "extent")},
         "dissipated": total.dissipated * there,
         "node_x": np.empty(0),
         "node_slips": np.empty(0, np.int64),

@@ -124,9 +124,10 @@ class _Expansion:
 
 
 def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters that name a case: those of an interface only where it is one, of several contacts."""
-    alone = parameters["contacts"] == 1
-    return {name: value for name, value in parameters.items() if not (alone and name in declared(Interface))}
+    """The parameters that name a case: those of an interface only where they are given, as cases had names before these."""
+    usual = {name: getattr(Interface(), name) for name in declared(Interface)}
+    alone = all(parameters[name] == value for name, value in usual.items())
+    return {name: value for name, value in parameters.items() if not (alone and name in usual)}
 
 
 # The campaign of a single case, from its parameters in the words of a manifest.

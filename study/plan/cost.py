@@ -434,7 +434,7 @@ def _contacts(task: Task) -> Estimate:
     return Estimate((beyond - first) * record_seconds(case), memory, disk_of(_RECORD_SCALARS, _PORTION))
 
 
-_PORTION = 8.0 * PIECES  # numbers of a portion
+_PORTION = 6.0 * PIECES  # numbers' worth of a portion
 
 
 def _record(task: Task) -> Estimate:

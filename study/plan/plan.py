@@ -124,9 +124,7 @@ class Plan:
 
     def obsolete(self, finished: Collection[str]) -> tuple[str, ...]:
         """Intermediate results that no task needs any more, given the keys that are finished."""
-        ended = [
-            task.key for task in self.tasks if task.intermediate and task.kind != "compliance" and task.key in finished
-        ]
+        ended = [task.key for task in self.tasks if task.passing and task.key in finished]
         wanted = {need for task in self.remaining(finished) for need in task.needs} if ended else set()
         return tuple(key for key in ended if key not in wanted)
 

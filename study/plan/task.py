@@ -74,6 +74,11 @@ class Task:
         return planned
 
     @property
+    def passing(self) -> bool:
+        """Whether its result is dropped once all that need it are computed. A compliance is kept, for cases to come."""
+        return self.intermediate and self.kind != "compliance"
+
+    @property
     def label(self) -> str:
         """For humans, in the words of a manifest."""
         pairs = zip(self.names, self.values, strict=True)

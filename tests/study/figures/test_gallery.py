@@ -11,6 +11,8 @@ from tests.study.figures.shipped_small import small
 
 FIGURES = shipped_figures()
 
+FOLDERS = ("figures", "interface", "maps")
+
 
 def test_a_figure_is_its_pictures_and_its_table(tmp_path: Path) -> None:
     figure = FIGURES["fig8"]
@@ -29,8 +31,8 @@ def test_a_gallery_shows_every_figure_that_was_drawn_there_in_order_and_leads_to
         place(figure, tmp_path).mkdir(exist_ok=True)
         (place(figure, tmp_path) / f"{name}.md").write_text(f"# {name}\n\n| a table |\n", "utf-8")
     (tmp_path / "figures" / "fig7.md").unlink()
-    assert sorted(write_indexes(tmp_path)) == [tmp_path / "figures" / INDEX, tmp_path / "maps" / INDEX]
-    for folder in ("figures", "maps"):
+    assert sorted(write_indexes(tmp_path)) == [tmp_path / name / INDEX for name in FOLDERS]
+    for folder in FOLDERS:
         text = (tmp_path / folder / INDEX).read_text("utf-8")
         here = [figure for figure in FIGURES.values() if figure.campaign.startswith(folder) and figure.name != "fig7"]
         titles = [f"## [{figure.title}]({figure.name}.md)" for figure in here]

@@ -1,0 +1,86 @@
+"""Highest force over plateau of a slider, over the number of its contacts, by their making and the spread of their nodes."""
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from nanoslip.solver.ensemble import student
+from nanoslip.study.figures.points import typeset
+from nanoslip.study.figures.shared import COLORS, WITHOUT_PAPER, CampaignFigure, Claim, column
+
+MARKERS: Final = ("o", "s", "^", "D")
+PANELS: Final = {"static_excess": "excess F_max/F - 1", "fluctuation": "fluctuation of F"}
+"""Variable -> its label."""
+
+
+def of_way(dataset: xr.Dataset, way: str, spread: float, name: str) -> tuple[Any, Any]:
+    """A number of the slider and its ±, each over the numbers of contacts."""
+    found = dataset.squeeze().sel(initial_contact=way, spread=spread)
+    return found[name].values, found[f"{name}_uncertainty"].values
+
+
+def exponent(contacts: Any, values: Any, errors: Any) -> tuple[float, float]:
+    """Of a power law through the values, each weighed by its relative ±, and its own ±."""
+    x, y, weight = np.log(contacts), np.log(values), (values / errors) ** 2
+    x0, y0 = (weight @ x) / weight.sum(), (weight @ y) / weight.sum()
+    square = weight @ (x - x0) ** 2
+    slope = float(weight @ ((x - x0) * (y - y0)) / square)
+    scatter = float(weight @ (y - y0 - slope * (x - x0)) ** 2) / (len(x) - 2)
+    return slope, float(student(len(x) - 1) * np.sqrt(max(scatter, 1.0) / square))
+
+
+def draw(dataset: xr.Dataset) -> Figure:
+    """Excess and fluctuation over the contacts: a column for each way to make them, a line for each spread."""
+    ways, spreads, contacts = (dataset[name].values for name in ("initial_contact", "spread", "contacts"))
+    with column(4.4) as figure:
+        panels = figure.subplots(len(PANELS), len(ways), sharex=True, sharey="row")
+        for row, (name, label) in zip(panels, PANELS.items(), strict=True):
+            row[0].set_ylabel(typeset(label))
+            for axes, way in zip(row, ways, strict=True):
+                for number, spread in enumerate(spreads):
+                    values, errors = of_way(dataset, way, spread, name)
+                    style = {"color": COLORS[number], "marker": MARKERS[number], "markersize": 3, "capsize": 1.5}
+                    axes.errorbar(contacts, values, errors, label=f"spread {spread:g}", **style)
+                first, _ = of_way(dataset, way, spreads[-1], name)
+                axes.plot(contacts, first[0] / np.sqrt(contacts), "k:", linewidth=0.8, label=typeset("N^-1/2"))
+                axes.set(xscale="log", yscale="log")
+        for axes, way in zip(panels[0], ways, strict=True):
+            axes.set_title(way)
+        for axes in panels[-1]:
+            axes.set_xlabel("contacts N")
+        figure.legend(*panels[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    return figure
+
+
+def claims(dataset: xr.Dataset) -> Iterator[Claim]:
+    """Exponents over the contacts, what is left at the most of them, and what spread does to the plateau."""
+    contacts, spreads = dataset["contacts"].values, dataset["spread"].values
+    for way in dataset["initial_contact"].values:
+        for spread in spreads:
+            values, errors = of_way(dataset, way, spread, "static_excess")
+            slope, doubt = exponent(contacts, values, errors)
+            rest = f"{values[-1]:.4f} ± {errors[-1]:.4f} at N = {contacts[-1]}"
+            yield Claim(f"{way}, spread {spread:g}: exponent of the excess", "", f"{slope:.3f} ± {doubt:.3f}", rest)
+    plateau, error = of_way(dataset, "stick", spreads[0], "plateau_mean")
+    for spread in spreads[1:]:
+        found, own = of_way(dataset, "stick", spread, "plateau_mean")
+        rise, doubt = found[-1] / plateau[-1] - 1.0, np.hypot(own[-1] / found[-1], error[-1] / plateau[-1])
+        yield Claim(
+            f"plateau at spread {spread:g} over that of equal nodes, less 1", "", f"{rise:.3f} ± {doubt:.3f}", "stick"
+        )
+
+
+PREPARATION: Final = CampaignFigure(
+    "preparation",
+    "Static friction of many contacts",
+    "Highest force over plateau, less 1, and standard deviation of the force on the plateau, of a rigid slider with N contacts: "
+    "means over 8 interfaces and their ±. A column for each way to bring contacts down, a line for each spread of the nodes' μ_i "
+    "(standard deviation over mean). Dotted: what independent contacts average to.",
+    draw,
+    claims,
+    WITHOUT_PAPER,
+)
+FIGURES: Final = (PREPARATION,)
