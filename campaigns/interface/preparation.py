@@ -45,7 +45,7 @@ def draw(dataset: xr.Dataset) -> Figure:
                     style = {"color": COLORS[number], "marker": MARKERS[number], "markersize": 3, "capsize": 1.5}
                     axes.errorbar(contacts, values, errors, label=f"spread {spread:g}", **style)
                 first, _ = of_way(dataset, way, spreads[-1], name)
-                axes.plot(contacts, first[0] / np.sqrt(contacts), "k:", linewidth=0.8, label=typeset("N^-1/2"))
+                axes.plot(contacts, first[0] / np.sqrt(contacts), "k:", linewidth=0.8, label="$N^{-1/2}$")
                 axes.set(xscale="log", yscale="log")
         for axes, way in zip(panels[0], ways, strict=True):
             axes.set_title(way)
@@ -69,7 +69,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         found, own = of_way(dataset, "stick", spread, "plateau_mean")
         rise, doubt = found[-1] / plateau[-1] - 1.0, np.hypot(own[-1] / found[-1], error[-1] / plateau[-1])
         yield Claim(
-            f"plateau at spread {spread:g} over that of equal nodes, less 1", "", f"{rise:.3f} ± {doubt:.3f}", "stick"
+            f"plateau at spread {spread:g} over that of equal nodes, less 1", "", f"{rise:.4f} ± {doubt:.4f}", "stick"
         )
 
 

@@ -27,6 +27,12 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     "figures/continuum": {"axes": {"n_x": [17, 33, 65]}},
     "figures/layers": {"numerics": {"n_x": 33}, "ensemble": {"members": 3}},
     "figures/chain": {"numerics": {"n_x": 33}, "limits": {"events": 1500}, "ensemble": {"members": 1}},
+    "interface/preparation": {
+        "axes": {"initial_contact": ["stick", "frictionless"], "spread": [0.0, 0.1], "contacts": [1, 4, 16]},
+        "numerics": {"n_x": 33},
+        "limits": {"presliding": 4.0},
+        "ensemble": {"members": 3},
+    },
     "maps/stick_slip": {
         "numerics": {"n_x": 17},
         "drive_axes": {

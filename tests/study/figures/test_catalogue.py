@@ -12,7 +12,8 @@ FIGURES = shipped_figures()
 
 
 def test_every_campaign_of_figures_has_a_figure_and_the_other_way_round() -> None:
-    campaigns = {name for name in shipped.campaigns() if name.startswith(("figures/", "maps/")) or name == "schemes"}
+    folders = ("figures/", "maps/", "interface/")
+    campaigns = {name for name in shipped.campaigns() if name.startswith(folders) or name == "schemes"}
     assert {figure.campaign for figure in FIGURES.values()} == campaigns
     assert set(SMALLER) <= campaigns
 

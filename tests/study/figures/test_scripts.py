@@ -34,6 +34,7 @@ from layers import rows as layer_rows
 from layers import value as layer_value
 from modulation import BINS, modulation
 from power_law import PowerLaw, fit_power_law
+from preparation import exponent, of_way
 from punch import INNER, pressure
 from punch import closed_form as pressure_of_half_plane
 from schemes import DEFAULTS
@@ -635,3 +636,23 @@ def test_plateaus_hardly_depend_on_the_layer_and_stiffness_falls_with_its_height
         assert np.all((thicker > 0.5) & (thicker < 0.65))  # of 13 nodes; 0.507 to 0.538 at n_x = 129
         assert np.all(np.diff(stiffness) < 0.0)
         assert stiffness[0] == pytest.approx(20.0, rel=0.2)  # 2a/L_z of a thin film that is sheared alone
+
+
+# Many contacts.
+
+
+def test_an_exponent_is_that_of_the_law_and_its_doubt_that_of_the_scatter() -> None:
+    contacts = np.array([1.0, 4.0, 16.0, 64.0])
+    slope, doubt = exponent(contacts, 0.1 * contacts**-0.5, 0.01 * contacts**-0.5)
+    assert slope == pytest.approx(-0.5, abs=1e-12)
+    # With 10 % each: 0.1 over the root of the squares of ln N about their mean; 1.2 of it is Student's interval of three numbers.
+    error = 0.1 / np.sqrt(((np.log(contacts) - np.log(contacts).mean()) ** 2).sum())
+    assert error < doubt < 1.5 * error
+
+
+def test_peaks_of_independent_contacts_average_out() -> None:
+    data = small("interface/preparation")
+    for spread in data["spread"].values:
+        excess, _ = of_way(data, "stick", spread, "static_excess")
+        assert excess[2] < excess[1] < excess[0]
+        assert 0.125 * excess[0] < excess[2] < 0.5 * excess[0]  # a quarter, of sixteen contacts of 17 nodes
