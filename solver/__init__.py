@@ -20,7 +20,8 @@ Eq. 1-7, 11       elasticity.schemes (biquadratic: the paper's stencil; galerkin
 §2.1.4            elasticity.boundary_value (the mixed problem), elasticity.compliance (condensation)
 §2.1.1            contact.pin, contact.initial (initial contact), contact.coulomb (residual_shear 1)
 §3.1              contact.closed_forms (flat punch, Hertz, Cattaneo-Mindlin, sliding with coupling)
-§3.2              sliding.events (from event to event), sliding.plateau, sliding.statistics
+§3.2              sliding.slide (from event to event), sliding.plateau, sliding.statistics
+-                 sliding.slider (contacts of one slider, summed)
 -                 sliding.distributions (sizes of events: power laws, their rivals, correlations)
 §2.2.2, Eq. 13-15 dynamics.friction_limit (sawtooth, periodic extension, relaxation point)
 Eq. 12, §2.2.3    dynamics.integrate (rk4: the paper's; exact: from crossing to crossing; rigid: the same as K → ∞)
@@ -35,7 +36,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
+    from nanoslip.solver.case import Case, Effects, Heterogeneity, Interface, SlipRule
     from nanoslip.solver.contact.state import ContactState, mirrored
     from nanoslip.solver.drive import Drive, Scales
     from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
@@ -69,6 +70,7 @@ __all__ = [
     "Galerkin",
     "HalfPlane",
     "Heterogeneity",
+    "Interface",
     "InvalidInput",
     "NodalFields",
     "Outcome",

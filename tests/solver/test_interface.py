@@ -5,8 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nanoslip.solver import Case, Chain, Drive, Effects, Heterogeneity, InvalidInput, Slab, friction_record, plateau_of
-from nanoslip.solver.case import Interface
+from nanoslip.solver import (
+    Case,
+    Chain,
+    Drive,
+    Effects,
+    Heterogeneity,
+    Interface,
+    InvalidInput,
+    Slab,
+    friction_record,
+    plateau_of,
+)
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.elasticity.compliance import surface_compliance

@@ -16,7 +16,7 @@ RECIPES, executed, gallery, page, recipe = (
     PAGES[name] for name in ("RECIPES", "executed", "gallery", "page", "recipe")
 )
 
-MOST_LINES = 15
+MOST_LINES = 17
 
 
 def printed(text: str) -> str:
