@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import MOST_EVENTS, Case
+from nanoslip.solver.case import MOST_EVENTS, Case, Interface
 from nanoslip.solver.contact.compiled_contact import (
     CompiledContact,
     beyond_window,
@@ -512,8 +512,9 @@ def way_to_slide(case: Case) -> WayToSlide:
 def states_at(case: Case, compliance: Compliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:
     """The contact after each of these events, as far as the record of `case` gets, and how that went.
 
-    events: increasing numbers; 0 is initial contact.
+    events: increasing numbers; 0 is initial contact. Of an interface it is the first contact, by itself.
     """
+    case = replace(case, interface=Interface())
     state, done = initial_contact(case, compliance), 0
     states: list[ContactState] = []
     events = [event for event in events if event <= (case.max_events or event)]  # pieces know nothing of that limit

@@ -22,7 +22,16 @@ from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
 from nanoslip.study.manifest.reader import refusal
-from nanoslip.study.plan.kinds import KINDS, compliance_task, contact_task, declared, drive_task, names_of, record_task
+from nanoslip.study.plan.kinds import (
+    KINDS,
+    all_batches,
+    compliance_task,
+    contact_task,
+    declared,
+    drive_task,
+    names_of,
+    record_task,
+)
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
 
@@ -155,7 +164,9 @@ def _tasks(scenes: Scenes, case: Case, drives: Drives, ensemble: Ensemble) -> It
     if not slides or {*scenes.variables} & {*OF_CONTACTS}:
         yield "", contact_task(case, ensemble, scalars_only=True)
     if slides:
-        yield "", record_task(case, ensemble)
+        record = record_task(case, ensemble)
+        yield from (("", batch) for batch in all_batches(case, record.ensemble))
+        yield "", record
     for label, drive in drives.items():
         yield label, drive_task(case, drive, ensemble, scalars_only=True, fitted=scenes.manifest.outputs.fit)
 

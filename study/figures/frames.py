@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import Case
+from nanoslip.solver.case import Case, Interface
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import surface_compliance
@@ -84,9 +84,9 @@ def moments_of(case: Case, events: Sequence[int]) -> Moments:
     """The contact of a case after each of these events, as far as its record gets.
 
     events: increasing numbers; 0 is initial contact. Raises InvalidInput for a case without friction, and where there is no
-    contact to begin with.
+    contact to begin with. Of an interface it is the first contact, by itself.
     """
-    compliance = surface_compliance(case.slab)
+    case, compliance = replace(case, interface=Interface()), surface_compliance(case.slab)
     states, outcome = states_at(case, compliance, events)
     if not states and outcome.ok:
         raise InvalidInput(f"no event {events[0]}: the record ends before")

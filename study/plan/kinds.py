@@ -251,8 +251,8 @@ def batches_of(member: Case, ensemble: Ensemble) -> Iterator[Task]:
     return (contacts_task(member, ensemble.places, batch) for batch in batches(member.interface.contacts))
 
 
-def _batches(case: Case, ensemble: Ensemble) -> tuple[Task, ...]:
-    """Those of all members that are certain to be computed."""
+def all_batches(case: Case, ensemble: Ensemble) -> tuple[Task, ...]:
+    """The batches of all members that are certain to be computed; none of a case that is one contact."""
     if case.interface.contacts == 1:
         return ()
     return tuple(
@@ -261,7 +261,7 @@ def _batches(case: Case, ensemble: Ensemble) -> tuple[Task, ...]:
 
 
 def _contacts_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return tuple(Wanted(task, part=True) for task in _batches(case, own_ensemble(RECORD, manifest.ensemble)[0]))
+    return tuple(Wanted(task, part=True) for task in all_batches(case, own_ensemble(RECORD, manifest.ensemble)[0]))
 
 
 def _interface(manifest: Manifest) -> bool:
@@ -297,7 +297,7 @@ def _record_of_scalars(case: Case, ensemble: Ensemble) -> Task:
 def _record(case: Case, ensemble: Ensemble, *marks: str) -> Task:
     ensemble, text = _record_ensemble(ensemble)
     key = task_key("record", *of_record(case), text, *marks)
-    needs = (*compliance_needs(case.slab), *(batch.key for batch in _batches(case, ensemble)))
+    needs = (*compliance_needs(case.slab), *(batch.key for batch in all_batches(case, ensemble)))
     return Task(key, "record", case.slab, case, ensemble=ensemble, needs=needs)
 
 

@@ -1,5 +1,6 @@
 """A campaign of interfaces: one contact is the record that it was, a sum has the same bytes whoever adds it, and is pulled."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -88,3 +89,25 @@ def test_a_slider_whose_contacts_have_no_records_is_an_outcome() -> None:
     found = computed(interface={"contacts": 4}, limits={"presliding": 4.0, "events": 5})
     assert found.outcome.item() == "invalid"
     assert "raise limits.events" in found.message.item()
+
+
+def test_a_look_at_a_slider_is_one_at_its_first_contact(tmp_path: Path) -> None:
+    """Tractions, states after events and frames: the same as of the contact by itself, over the load that it carries."""
+    outputs = {"tractions": True, "tractions_at": [0, 3]}
+    one, many = computed(outputs=outputs), computed(outputs=outputs, interface={"contacts": 3})
+    there, here = (found.nanoslip.contact() for found in (many, one))
+    for name in ("pressure", "shear", "slip"):
+        np.testing.assert_array_equal(there[name].values, here[name].values)
+    assert float(many.mean_pressure) == float(one.mean_pressure)
+    case = nanoslip.Case(slab=nanoslip.Slab(n_x=17, scheme="strip"), max_events=100, max_presliding=4.0)
+    slider = replace(case, interface=nanoslip.Interface(3))
+    looks = [nanoslip.frames(each, (0, 5), tmp_path / "strip.png") for each in (case, slider)]
+    np.testing.assert_array_equal(np.asarray(looks[0].record.force_before), np.asarray(looks[1].record.force_before))
+
+
+def test_effects_are_left_out_of_all_contacts(tmp_path: Path, main: Any) -> None:
+    text = 'title = "i"\ninterface.contacts = 3\nnumerics = {n_x = 17, scheme = "strip"}\nlimits = {presliding = 3.0}\n'
+    (tmp_path / "i.toml").write_text(text, "utf-8")
+    code, shown, said = main("effects", str(tmp_path / "i.toml"))
+    assert code == 0, said
+    assert "pin_translation" in shown
