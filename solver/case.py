@@ -22,7 +22,7 @@ InitialContact = Literal["stick", "frictionless", "gradual"]
 SlipOrder = Literal["worst_first", "simultaneous"]
 LimitedShear = Literal["both_ways", "forward"]
 Distribution = Literal["lognormal", "uniform", "normal"]
-Loads = Literal["equal", "exponential"]
+Loads = Literal["equal", "exponential", "heights"]
 
 LEAST_APART, FARTHEST_POINT = 1e-12, 1e6
 """ξ between two points of a rough pin, and ξ or height of one, in L_x: atoms are further apart, and no slab is as large."""
@@ -159,8 +159,9 @@ class Interface:
     """Contacts of one rigid slider, moved together. They do not feel each other: each is on a slab of its own.
 
     contacts: their number N; 1 is a pin by itself. Each other one has a start, nodes and a place on the profile of its own.
-    loads: `equal`, or `exponential`, as asperities of exponentially distributed heights have whose load grows as their
-        compression (Greenwood and Williamson's). The case's normal_load is their mean: N times it is what the slider weighs.
+    loads: `equal`; or those under a rigid plane of asperities with exponentially distributed heights (Greenwood and Williamson):
+        `exponential` where load grows as compression, `heights` by the normal contact of this pin on this slab without friction.
+        The case's normal_load is their mean: N times it is what the slider weighs.
     """
 
     contacts: int = parameter(

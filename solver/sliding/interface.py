@@ -96,14 +96,10 @@ class Portion:
     outcome: Outcome = COMPLETED
 
 
-def shares(case: Case) -> NDArray[np.float64]:
-    """(N,) Load of each contact over their mean."""
-    count = case.interface.contacts
-    if case.interface.loads == "equal":
-        return np.ones(count)
-    drawn = np.random.PCG64(chance_of(case, 0, case.start).seed).random_raw(count)
-    loads = -np.log1p(-((drawn >> np.uint64(11)) * 2.0**-53))
-    return np.asarray(loads * (count / loads.sum()))
+def compressions(case: Case) -> NDArray[np.float64]:
+    """(N,) How far the plane presses each asperity down, over the mean: heights are exponentially distributed, whatever it is."""
+    drawn = np.random.PCG64(chance_of(case, 0, case.start).seed).random_raw(case.interface.contacts)
+    return np.asarray(-np.log1p(-((drawn >> np.uint64(11)) * 2.0**-53)))
 
 
 def contact_of(case: Case, number: int, share: float = 1.0, places: Ensemble = ALONE) -> Case:

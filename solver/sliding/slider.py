@@ -12,14 +12,15 @@ from functools import reduce
 from typing import Any, Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import Case
+from nanoslip.solver.case import Case, Effects, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.ensemble import ALONE, Ensemble, needed
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
-from nanoslip.solver.sliding.interface import PIECES, Collective, Portion, batches, contact_of, shares
+from nanoslip.solver.sliding.interface import PIECES, Collective, Portion, batches, compressions, contact_of
 from nanoslip.solver.sliding.plateau import Plateau, teeth
 from nanoslip.solver.sliding.record import FrictionRecord, farthest
 from nanoslip.solver.sliding.slide import slide, slide_to_state
@@ -30,12 +31,40 @@ _ENDINGS: Final = tuple(Ending)
 _LARGEST: Final = ("end", "presliding_length", "end_nodes")
 
 
+def shares(case: Case, compliance: Compliance) -> NDArray[np.float64]:
+    """(N,) Load of each contact over their mean."""
+    if case.interface.loads == "equal":
+        return np.ones(case.interface.contacts)
+    drawn = compressions(case)
+    loads = drawn if case.interface.loads == "exponential" else _carried(case, compliance, drawn)
+    return np.asarray(loads / loads.mean())
+
+
+def _carried(case: Case, compliance: Compliance, compressed: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) What contacts carry that are pressed down by so many times one depth, over their mean: it is found from that."""
+    alone = replace(contact_of(case, 0), effects=Effects(friction=False), slip_rule=SlipRule())
+    loads = case.normal_load * 2.0 ** np.arange(-20.0, 8.0)
+    loads = loads[loads <= 1.0]
+    found = [initial_contact(replace(alone, normal_load=load), compliance) for load in loads.tolist()]
+    good = np.array([state.outcome.ok and state.approach > 0.0 for state in found])
+    if not good[loads <= 2.0 * case.normal_load].all() or not loads[good][-1] >= 2.0 * case.normal_load:
+        unknown = Outcome(Ending.INVALID, 'loads = "heights": no normal contact about this load; use "exponential"')
+        raise _ended(next((state.outcome for state in found if not state.outcome.ok), unknown))
+    loads, depth = loads[good], np.log([state.approach for state, fine in zip(found, good, strict=True) if fine])
+
+    def over_mean(logarithm: float) -> NDArray[np.float64]:
+        return np.asarray(np.exp(np.interp(logarithm + np.log(compressed), depth, np.log(loads / case.normal_load))))
+
+    mean = scipy.optimize.brentq(lambda each: float(over_mean(each).mean()) - 1.0, depth[0] - 1.0, depth[-1] + 1.0)
+    return over_mean(mean)
+
+
 def portion(case: Case, compliance: Compliance, first: int, beyond: int, places: Ensemble = ALONE) -> Portion:
     """The sum over contacts `first` to `beyond` - 1. A contact without a record is lost, and counted: never raises."""
-    loads = shares(case)
-    heaviest = int(loads.argmax())
     found = _empty()
     try:
+        loads = shares(case, compliance)
+        heaviest = int(loads.argmax())
         end = _end(contact_of(case, heaviest, loads[heaviest], places), compliance)
     except SolverError as error:
         return _without(found, error.outcome, beyond - first)

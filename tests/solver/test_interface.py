@@ -17,15 +17,16 @@ from nanoslip.solver import (
     friction_record,
     plateau_of,
 )
+from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import Ending, SolverError
-from nanoslip.solver.sliding.interface import PIECES, batches, contact_of, shares
+from nanoslip.solver.sliding.interface import PIECES, batches, compressions, contact_of
 from nanoslip.solver.sliding.plateau import Teeth, teeth
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.solver.sliding.slider import collective, interface, portion, slider
+from nanoslip.solver.sliding.slider import collective, interface, portion, shares, slider
 
 SLAB = Slab(n_x=33, scheme="strip")
 COMPLIANCE = surface_compliance(SLAB)
@@ -77,11 +78,11 @@ def test_one_contact_is_the_case_itself() -> None:
     assert whole.unseen_force == 0.0
 
 
-@pytest.mark.parametrize("loads", ["equal", "exponential"])
+@pytest.mark.parametrize("loads", ["equal", "exponential", "heights"])
 def test_sum_is_exact_where_it_is_read_and_bounded_between(loads: str) -> None:
     case = interface_of(5, replace(CASE, heterogeneity=Heterogeneity(spread=0.2)), loads=loads)
     found = interface(case, COMPLIANCE)
-    end, each = found.record.final_displacement, shares(case)
+    end, each = found.record.final_displacement, shares(case, COMPLIANCE)
     records = [
         teeth(slide(replace(contact_of(case, n, each[n]), max_presliding=None, max_displacement=end), COMPLIANCE))
         for n in range(5)
@@ -132,10 +133,28 @@ def test_contacts_are_drawn_independently() -> None:
 
 
 def test_loads_are_exponential_and_their_mean_is_the_load() -> None:
-    each = shares(interface_of(20_000, loads="exponential"))
+    each = shares(interface_of(20_000, loads="exponential"), COMPLIANCE)
     assert each.mean() == pytest.approx(1.0, rel=1e-12)
     assert np.sort(each)[10_000] == pytest.approx(np.log(2.0), rel=0.03)  # four standard errors of a median of so many
     assert each.std() == pytest.approx(1.0, rel=0.04)
+
+
+def test_a_rigid_plane_presses_all_asperities_to_one_depth() -> None:
+    """Each contact alone, without friction, goes down as far as its height asks, to what a table of loads by twos leaves."""
+    case = interface_of(40, replace(CASE, slab=Slab(n_x=257, scheme="strip")), loads="heights")
+    compliance = surface_compliance(case.slab)
+    loads, heights = case.normal_load * shares(case, compliance), compressions(case)
+    heaviest = np.argsort(loads)[-30:]  # of the lightest two or three nodes touch
+    alone = [replace(CASE, slab=case.slab, normal_load=loads[n], effects=Effects(friction=False)) for n in heaviest]
+    depth = np.array([initial_contact(each, compliance).approach for each in alone]) / heights[heaviest]
+    assert loads.mean() == pytest.approx(case.normal_load, rel=1e-9)
+    np.testing.assert_allclose(depth, depth.mean(), rtol=0.01)
+    assert np.argsort(loads).tolist() == np.argsort(heights).tolist()
+
+
+def test_loads_that_no_contact_tells_are_an_outcome() -> None:
+    with pytest.raises(SolverError, match='loads = "heights": no normal contact about this load'):
+        interface(interface_of(2, replace(CASE, normal_load=0.9), loads="heights"), COMPLIANCE)
 
 
 def test_what_cannot_be_computed_is_counted_and_said() -> None:

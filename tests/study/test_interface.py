@@ -82,7 +82,7 @@ def test_a_wrong_number_or_sharing_is_a_problem_of_the_file() -> None:
     with pytest.raises(nanoslip.ManifestError) as caught:
         computed(interface={"contacts": 0, "loads": "gaussian"})
     assert "interface.contacts = 0: needs 1 to 1000000" in str(caught.value)
-    assert 'interface.loads = "gaussian": needs one of equal, exponential' in str(caught.value)
+    assert 'interface.loads = "gaussian": needs one of equal, exponential, heights' in str(caught.value)
 
 
 def test_a_slider_whose_contacts_have_no_records_is_an_outcome() -> None:
