@@ -12,7 +12,7 @@ from functools import lru_cache
 from typing import Any, Final, Literal, Self
 
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import MOST_WHOLE, Parameter, Roughness, check, declared, parameter, require
+from nanoslip.solver.parameter import MOST_WHOLE, Numbers, Parameter, Roughness, check, declared, parameter, require
 from nanoslip.solver.slab import SCHEMES, Slab
 
 PinShape = Literal["parabola", "flat_punch"]
@@ -132,7 +132,13 @@ class Heterogeneity:
     )
     seed: int = parameter(1, table="heterogeneity", meaning="seed of the nodes' μ_i", least=0, most=MOST_WHOLE)
     roughness: Roughness = parameter(
-        (), table="heterogeneity", meaning="points (ξ, height) of the pin's roughness, in L_x", axis=False
+        (),
+        table="heterogeneity",
+        meaning="points (ξ, height) of the pin's roughness, in L_x",
+        columns=("xi", "height"),
+        least=-FARTHEST_POINT,
+        most=FARTHEST_POINT,
+        need=f"|ξ| and |height| up to {FARTHEST_POINT:g}",
     )
 
     def __post_init__(self) -> None:
@@ -149,9 +155,6 @@ def _check_roughness(points: Roughness) -> None:
         require("roughness", (before, after), before < after, "points with increasing ξ")
         apart = after - before >= LEAST_APART
         require("roughness", (before, after), apart, f"points at least {LEAST_APART:g} apart")
-    for point in points:
-        allowed = max(map(abs, point)) <= FARTHEST_POINT
-        require("roughness", point, allowed, f"|ξ| and |height| up to {FARTHEST_POINT:g}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,15 +165,27 @@ class Interface:
     loads: `equal`; or those under a rigid plane of asperities with exponentially distributed heights (Greenwood and Williamson):
         `exponential` where load grows as compression, `heights` by the normal contact of this pin on this slab without friction.
         The case's normal_load is their mean: N times it is what the slider weighs.
+    measured_loads: loads, in any unit, from which those of the contacts are drawn instead; () is none.
     """
 
     contacts: int = parameter(
         1, table="interface", meaning="contacts of the slider", symbol="N", least=1, most=MOST_CONTACTS
     )
     loads: Loads = parameter("equal", table="interface", meaning="loads of the contacts", unit="")
+    measured_loads: Numbers = parameter(
+        (),
+        table="interface",
+        meaning="loads that contacts were seen to have",
+        columns=("load",),
+        above=0.0,
+        below=math.inf,
+        need="finite loads above 0",
+    )
 
     def __post_init__(self) -> None:
         check(self)
+        if self.measured_loads and self.loads != "equal":
+            raise InvalidInput(f"loads = {self.loads} with measured_loads: needs one of them")
 
 
 @dataclass(frozen=True, slots=True)

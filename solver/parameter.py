@@ -7,7 +7,7 @@ import dataclasses
 import itertools
 import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from functools import lru_cache
 from operator import attrgetter
@@ -149,6 +149,7 @@ def _named(declared: Quantity, key: str) -> Quantity:
 
 
 Roughness = tuple[tuple[float, float], ...]
+Numbers = tuple[float, ...]
 
 MOST_WHOLE = 2**63 - 1
 """The largest whole number that arrays and files hold."""
@@ -181,8 +182,8 @@ class Parameter:
     """What is allowed, where the bounds alone do not say it."""
     note: str = ""
     """Remark after the bounds, in messages."""
-    axis: bool = True
-    """Whether a campaign can vary it."""
+    columns: tuple[str, ...] = ()
+    """Columns of the CSV file that a campaign names as its value; a parameter without is a value itself, and can be an axis."""
     scale: str = ""
     """Of a drive: the scale (a method or property of `Scales`) that its value in SI is a multiple of."""
     si: Any = None
@@ -292,8 +293,10 @@ class _Check(NamedTuple):
         if self.plain is None:
             return given
         value = _CONVERSIONS[self.plain](self.name, given)
-        if self.plain in (int, float) and not self.stated.holds(value):
-            require(self.name, value, False, self.stated.allowed(self.name, self.plain is int))
+        for each in (value,) if self.plain in (int, float) else value if self.stated.columns else ():
+            numbers = each if self.plain is Roughness else (each,)
+            if not all(map(self.stated.holds, numbers)):
+                require(self.name, each, False, self.stated.allowed(self.name, self.plain is int))
         return value
 
 
@@ -341,11 +344,18 @@ def _as_points(name: str, given: Any) -> Roughness:
     return points
 
 
+def _as_numbers(name: str, given: Any) -> Numbers:
+    if not isinstance(given, Iterable) or isinstance(given, str):
+        raise InvalidInput(f"{name} = {quoted(given)}: needs a list of numbers")
+    return tuple(as_float(name, each) for each in given)
+
+
 _CONVERSIONS: dict[Any, Callable[[str, Any], Any]] = {
+    Roughness: _as_points,
+    Numbers: _as_numbers,
     bool: _as_bool,
     int: as_int,
     float: as_float,
-    Roughness: _as_points,
 }
 """Declared type -> how a value becomes of it."""
 

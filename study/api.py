@@ -22,6 +22,7 @@ from nanoslip.study.dataset.file import loaded
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.manifest.checker import ManifestError, read_text
 from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.parameters import NAMED, in_files
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
@@ -161,9 +162,10 @@ def _manifest(campaign: Campaign) -> Manifest:
 
 def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
     """The texts of the files that a campaign names, by their keys. Raises ManifestError."""
-    heterogeneity = campaign.get("heterogeneity")
-    roughness = heterogeneity.get("roughness") if isinstance(heterogeneity, Mapping) else None
-    named = {"table": campaign.get("table"), "front": campaign.get("front"), "roughness": roughness}
+    named = {key: campaign.get(key) for key in NAMED}
+    for word, stated in in_files().items():
+        table = campaign.get(stated.table)
+        named[word] = table.get(word) if isinstance(table, Mapping) else None
     return {key: read_text(Path(name))[1] for key, name in named.items() if isinstance(name, str | os.PathLike)}
 
 

@@ -96,10 +96,15 @@ class Portion:
     outcome: Outcome = COMPLETED
 
 
-def compressions(case: Case) -> NDArray[np.float64]:
-    """(N,) How far the plane presses each asperity down, over the mean: heights are exponentially distributed, whatever it is."""
+def chances(case: Case) -> NDArray[np.float64]:
+    """(N,) Numbers from 0 to below 1 that decide the contacts' loads."""
     drawn = np.random.PCG64(chance_of(case, 0, case.start).seed).random_raw(case.interface.contacts)
-    return np.asarray(-np.log1p(-((drawn >> np.uint64(11)) * 2.0**-53)))
+    return np.asarray((drawn >> np.uint64(11)) * 2.0**-53)
+
+
+def compressions(drawn: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) How far the plane presses each asperity down, over the mean: heights are exponentially distributed, whatever it is."""
+    return -np.log1p(-drawn)
 
 
 def contact_of(case: Case, number: int, share: float = 1.0, places: Ensemble = ALONE) -> Case:

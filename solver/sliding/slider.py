@@ -20,7 +20,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.ensemble import ALONE, Ensemble, needed
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
-from nanoslip.solver.sliding.interface import PIECES, Collective, Portion, batches, compressions, contact_of
+from nanoslip.solver.sliding.interface import PIECES, Collective, Portion, batches, chances, compressions, contact_of
 from nanoslip.solver.sliding.plateau import Plateau, teeth
 from nanoslip.solver.sliding.record import FrictionRecord, farthest
 from nanoslip.solver.sliding.slide import slide, slide_to_state
@@ -33,10 +33,14 @@ _LARGEST: Final = ("end", "presliding_length", "end_nodes")
 
 def shares(case: Case, compliance: Compliance) -> NDArray[np.float64]:
     """(N,) Load of each contact over their mean."""
-    if case.interface.loads == "equal":
-        return np.ones(case.interface.contacts)
-    drawn = compressions(case)
-    loads = drawn if case.interface.loads == "exponential" else _carried(case, compliance, drawn)
+    drawn, seen = chances(case), np.array(case.interface.measured_loads)
+    if len(seen):
+        loads = seen[(drawn * len(seen)).astype(np.int64)]
+    elif case.interface.loads == "equal":
+        return np.ones(len(drawn))
+    else:
+        compressed = compressions(drawn)
+        loads = compressed if case.interface.loads == "exponential" else _carried(case, compliance, compressed)
     return np.asarray(loads / loads.mean())
 
 

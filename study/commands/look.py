@@ -275,7 +275,7 @@ def explain_case(campaign: Path, parameters: tuple[str, ...], show_effects: bool
         if case.case is None:
             raise Refusal(f"{case.point}: {case.outcome.message}")
         seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
-        front = load_front(manifest.front, manifest.front_text)
+        front = load_front(manifest.front, manifest.files.get("front"))
         say(f"case {case.point}")
         grid = _of_grid(case.case, front, "slip" in manifest.stages)
         print_sentences([f"estimated time, to a factor of three: {roughly(seconds)}", grid])

@@ -81,7 +81,7 @@ def planned_from(manifest: Manifest) -> Plan:
 def idle_lines(plan: Plan) -> list[str]:
     """The parameters of a campaign that change nothing in any of its cases, each with the reason; limits of contacts aside."""
     manifest = plan.manifest
-    given = {*manifest.axes, *manifest.fixed} - {*manifest.limits}
+    given = {*manifest.axes, *manifest.fixed} - {*manifest.tables["limits"]}
     cases = [case.case for case in plan.cases if case.case is not None]
     return list(idle(cases, given, manifest.stages == ("contact",)))
 

@@ -123,7 +123,7 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
     Raises StoreError. heard: callback, called with the number of cases so far.
     """
     manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
-    front = load_front(manifest.front, manifest.front_text)
+    front = load_front(manifest.front, manifest.files.get("front"))
     table = Table(manifest, layout, [each.group for each in runs])
     finished, origins = Finished(plan, store), dict[str, Origins]()
     for number, (place, case) in enumerate(zip(layout.places.tolist(), plan.cases, strict=True), 1):
@@ -157,9 +157,7 @@ def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
 
 def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
     texts = {
-        "manifest_table": manifest.table_text,
-        "manifest_roughness": manifest.profile_text,
-        "manifest_front": manifest.front_text,
+        **{f"manifest_{key}": text for key, text in manifest.files.items()},
         CHOSEN: json.dumps(grid) if manifest.accuracy is not None and (grid := chosen(manifest)) else None,
     }
     return {
@@ -185,8 +183,8 @@ NOTE: Final = "dataset.json"
 
 def made_of(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
-    front = load_front(manifest.front, manifest.front_text)
-    texts = (manifest.text, manifest.table_text, manifest.profile_text, front.sha256)
+    front = load_front(manifest.front, manifest.files.get("front"))
+    texts = (manifest.text, *manifest.files.items(), front.sha256)
     asked = content_hash(all_sources_hash(), manifest.path.name, *texts)
     found = hashlib.sha256(asked.encode())
     for key, seal in store.seals():

@@ -183,7 +183,7 @@ def parameters() -> dict[str, Quantity]:
     return {
         name: Quantity(name, each.meaning, each.unit, symbol=each.symbol, comment=each.comment)
         for name, each in stated.items()
-        if each.axis
+        if not each.columns
     }
 
 

@@ -48,7 +48,7 @@ from nanoslip.study.dataset.variables import (
 from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.checker import shown
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import TABLES, Value, words_of
+from nanoslip.study.manifest.parameters import HASHED, NAMED, TABLES, Value, words_of
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.origin import Origin, computing
 from nanoslip.study.plan.plan import NOTHING_KNOWN, PENDING, Plan, make_plan, plan_of
@@ -305,8 +305,6 @@ def _verdict(both: tuple[Any, Any], errors: tuple[float, float], scale: float) -
 
 # Differences in the origin of two datasets: parameters, keys of their campaigns, scales, software and what ± means.
 
-_TEXTS: Final = ("manifest_table", "manifest_roughness")
-"""Attributes with the text of a file that a campaign names."""
 _NO_FACTS: Final = ("title", "axes", "drives", "drive_axes", "scales", *TABLES)
 """Parts of a campaign whose values are parameters or scales, which are compared as what they came to."""
 
@@ -351,7 +349,7 @@ def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:
             yield name, ", ".join(map(_word, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
     for key, value in _keys_of_facts(from_toml(str(root.attrs.get("manifest", "")))):
         yield key, shown(value)
-    for name in _TEXTS:
+    for name in (f"manifest_{key}" for key in HASHED):
         if name in root.attrs:
             yield name, f"a file of hash {content_hash(root.attrs[name], length=12)}"
     for name in ("discretization_front", *(item.name for kind in (Scales, Origin) for item in fields(kind))):
@@ -392,8 +390,6 @@ def _keys_of_facts(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 #
 # One wrong number in a file is never taken for either.
 
-_BESIDE: Final = ("table", "roughness", "front")
-"""Keys of a manifest that name a file, whose text is the attribute manifest_<key>."""
 _BOM: Final = b"\xef\xbb\xbf"
 
 
@@ -412,7 +408,7 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
         )
     if "manifest" not in facts or not {"case_id", OUTCOMES[""][0].name} <= set(found.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
-    beside = {key: str(facts[f"manifest_{key}"]) for key in _BESIDE if f"manifest_{key}" in facts}
+    beside = {key: str(facts[f"manifest_{key}"]) for key in NAMED if f"manifest_{key}" in facts}
     _untouched(path, facts, beside)
     # A byte order mark is no part of the text, but it was hashed.
     manifest = replace(parse_manifest(path, str(facts["manifest"]), beside), sha256=str(facts["manifest_sha256"]))
@@ -423,13 +419,15 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
 
 def _untouched(path: Path, facts: Mapping[str, Any], beside: Mapping[str, str]) -> None:
     """Raise NotVerifiableError unless the texts are those that were hashed; files may have begun with a byte order mark."""
-    parts = [str(facts["manifest"]), *(beside[key] for key in ("table", "roughness") if key in beside)]
+    parts = {"manifest": str(facts["manifest"])}
+    parts |= {f"manifest_{key}": beside[key] for key in HASHED if key in beside}
     for marks in itertools.product((b"", _BOM), repeat=len(parts)):
-        content = b"".join(mark + part.encode() for mark, part in zip(marks, parts, strict=True))
+        content = b"".join(mark + part.encode() for mark, part in zip(marks, parts.values(), strict=True))
         if hashlib.sha256(content).hexdigest() == facts.get("manifest_sha256"):
             return
-    names = ", ".join(["manifest", *(f"manifest_{key}" for key in ("table", "roughness") if key in beside)])
-    raise NotVerifiableError(f"{path}: {names}: not what manifest_sha256 is of: changed after it was written")
+    raise NotVerifiableError(
+        f"{path}: {', '.join(parts)}: not what manifest_sha256 is of: changed after it was written"
+    )
 
 
 def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
@@ -440,7 +438,7 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
         chosen = dict(json.loads(facts[file.CHOSEN]))
     except (KeyError, ValueError, TypeError):
         raise NotVerifiableError(f"{path}: {file.CHOSEN}: missing or damaged: needs what its accuracy chose") from None
-    manifest = replace(manifest, numerics={**manifest.numerics, **chosen})
+    manifest = manifest.discretized(chosen)
     return plan_of(manifest, expand(manifest))
 
 

@@ -13,14 +13,24 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Case, Heterogeneity, parameters_of_a_case
+from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import parameters_of_a_drive
 from nanoslip.solver.outcome import SHOWN, InvalidInput, quoted
 from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
-from nanoslip.study.manifest.parameters import Alike, Value, axes, make_case, of_symbol, table_of, words, words_of
+from nanoslip.study.manifest.parameters import (
+    Alike,
+    Value,
+    axes,
+    in_files,
+    make_case,
+    of_symbol,
+    table_of,
+    words,
+    words_of,
+)
 
-# Problems of a campaign, one line each, and its CSV files: the table of cases and the pin's roughness.
+# Problems of a campaign, one line each, and its CSV files: the table of cases and parameters that are files.
 
 # Messages about a wrong campaign: one line per problem, with its place, the value and what is allowed.
 
@@ -167,53 +177,59 @@ def read_table(path: Path, given: str | None = None) -> Table:
 
 
 @dataclass(frozen=True, slots=True)
-class PinProfile:
-    """A CSV file of a pin's roughness: the header `xi,height`, then one point of the profile per line, in L_x."""
+class Rows:
+    """A CSV file that is the value of a parameter: a header, then numbers."""
 
     raw: bytes
     text: str
-    points: tuple[tuple[float, float], ...]
+    value: tuple[Any, ...]
 
 
-def read_profile(path: Path, given: str | None = None) -> PinProfile:
-    """Read a pin's roughness from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
+def read_rows(word: str, path: Path, given: str | None = None) -> Rows:
+    """The value of a parameter from its file, or from `given`, the file's text. Raises ManifestError with a line per problem."""
     raw, text = read_text(path, given)
-    lines = _lines(path, text)
-    if not lines or [word.strip() for word in lines[0][1]] != ["xi", "height"]:
-        raise ManifestError([f"{path}: line {lines[0][0] if lines else 1}: needs the header xi,height"])
-    problems: list[str] = []
-    points: list[tuple[float, float]] = []
-    for line, row in lines[1:]:
-        point = _point(row)
-        if wrong := _wrong_point(point, points[-1:]):
-            problems.append(f"{path}: line {line}: {shown(','.join(row))}: {wrong}")
-        elif point:
-            points.append(point)
-    if not problems and len(points) < 2:
-        problems.append(f"{path}: number of points = {len(points)}: needs at least 2")
+    lines, stated = _lines(path, text), in_files()[word]
+    header = ",".join(stated.columns)
+    if not lines or [cell.strip() for cell in lines[0][1]] != [*stated.columns]:
+        raise ManifestError([f"{path}: line {lines[0][0] if lines else 1}: needs the header {header}"])
+    problems: dict[int, str] = {}
+    good: dict[int, Any] = {}
+    for line, cells in lines[1:]:
+        row = _numbers(cells)
+        if len(row) != len(stated.columns):
+            problems[line] = f"needs finite numbers: {header}"
+        elif not all(map(stated.holds, row)):
+            problems[line] = f"needs {stated.need}"
+        else:
+            good[line] = row if len(row) > 1 else row[0]
+    value = tuple(good.values())
+    if wrong := need(make_case, {word: value}) if value else "needs numbers below its header":
+        problems |= _beside_the_last(word, good) or ({} if problems else {lines[-1][0]: wrong})
     if problems:
-        raise ManifestError(problems)
-    return PinProfile(raw, text, tuple(points))
+        cells_of = {line: shown(",".join(cells)) for line, cells in lines}
+        raise ManifestError(f"{path}: line {line}: {cells_of[line]}: {problems[line]}" for line in sorted(problems))
+    return Rows(raw, text, value)
 
 
-def _point(row: list[str]) -> tuple[float, float] | None:
-    """The point of a line; None where it is none."""
+def _beside_the_last(word: str, given: Mapping[int, Any]) -> dict[int, str]:
+    """Line -> what is wrong with its value behind the last right one."""
+    last: tuple[Any, ...] = ()
+    found = {}
+    for line, value in given.items():
+        if last and (wrong := need(make_case, {word: (*last, value)})):
+            found[line] = wrong
+        else:
+            last = (value,)
+    return found
+
+
+def _numbers(cells: list[str]) -> tuple[float, ...]:
+    """The numbers of a line; none where it has something else."""
     try:
-        xi, height = map(float, row)
+        row = tuple(map(float, cells))
     except ValueError:
-        return None
-    return (xi, height) if math.isfinite(xi) and math.isfinite(height) else None
-
-
-def _wrong_point(point: tuple[float, float] | None, before: list[tuple[float, float]]) -> str:
-    """What is needed instead of a point of a profile, behind the last good one; empty where all is well."""
-    if point is None:
-        return "needs two finite numbers, xi and height"
-    if max(map(abs, point)) > FARTHEST_POINT:
-        return f"needs |ξ| and |height| up to {FARTHEST_POINT:g}"
-    if before and point[0] - before[0][0] < LEAST_APART:
-        return need(partial(Heterogeneity, roughness=(*before, point)))
-    return ""
+        return ()
+    return row if all(map(math.isfinite, row)) else ()
 
 
 def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
@@ -351,7 +367,7 @@ def _quick(name: str) -> Callable[[Any], Case | None] | None:
     return made
 
 
-# Read the files that a campaign names: its table of cases, the pin's roughness, a measured front.
+# Read the files that a campaign names: its table of cases, parameters that are files, a measured front.
 
 Content = TypeVar("Content")
 
@@ -368,19 +384,22 @@ class NamedFiles(Checker):
                 self.refuse(other, f"needs to be left out beside table = {shown(top['table'])}")
         return self._read(read_table, "table", top["table"])
 
-    def profile(self, content: dict[str, Any]) -> PinProfile | None:
-        """The pin's roughness; None where the table [heterogeneity] names none or it is refused."""
-        name = content.get("roughness")
-        if name is None:
-            return None
-        if not isinstance(name, str):
-            self.refuse(f"heterogeneity.roughness = {shown(name)}", "needs the path of a CSV file with xi and height")
-            return None
-        return self._read(read_profile, "roughness", name)
+    def rows(self, fixed: dict[str, Columns]) -> dict[str, Rows]:
+        """Values of the parameters of the tables that are files, by their words; they take the place of the files' names."""
+        found: dict[str, Rows] = {}
+        for table, content in fixed.items():
+            for word in [word for word in in_files() if word in content]:
+                where, name = content.pop(word)[0]
+                if not isinstance(name, str):
+                    columns = " and ".join(in_files()[word].columns)
+                    self.problems.append(f"{where} = {shown(name)}: needs the path of a CSV file with {columns}")
+                elif read := self._read(partial(read_rows, word), word, name):
+                    found[word], fixed[table][word] = read, [Given(where, read.value)]
+        return found
 
-    def measured(self, key: str, content: dict[str, Any]) -> str | None:
+    def front(self, content: dict[str, Any]) -> str | None:
         """The text of a measured front; None where the campaign names none or it is refused."""
-        found = self._read(read_text, key, content[key]) if key in content else None
+        found = self._read(read_text, "front", content["front"]) if "front" in content else None
         return found[1] if found else None
 
     def _read(self, read: Callable[[Path, str | None], Content], key: str, name: str) -> Content | None:

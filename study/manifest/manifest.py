@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
@@ -230,24 +230,17 @@ class Manifest:
     path: Path
     text: str
     """Text of the campaign file."""
-    table_text: str | None
-    """Text of the table of cases; None unless the design is `table`."""
-    profile_text: str | None
-    """Text of the file of the pin's roughness; None where the pin is smooth."""
+    files: Mapping[str, str]
+    """Key that names a file, of `NAMED` -> the file's text."""
     sha256: str
-    """SHA-256 of the bytes of the campaign file, the table and the roughness, one after the other."""
+    """SHA-256 of the bytes of the campaign file and of the files in `HASHED`, one after the other."""
     title: str
     stages: tuple[Stage, ...]
     design: Design
     axes: Mapping[str, tuple[Value, ...]]
     """Parameter -> its values; with `zip` and `table` the i-th values of all axes are one case."""
-    constants: Mapping[str, Value]
-    numerics: Mapping[str, Value]
-    slip_rule: Mapping[str, Value]
-    effects: Mapping[str, Value]
-    heterogeneity: Mapping[str, Value]
-    interface: Mapping[str, Value]
-    limits: Mapping[str, Value]
+    tables: Mapping[str, Mapping[str, Value]]
+    """Table of parameters -> parameter -> its value."""
     task_seconds: float | None
     """Seconds after which a task is taken to hang; None where the estimate of its cost decides."""
     scales: Scales
@@ -260,8 +253,6 @@ class Manifest:
     """Relative error asked for instead of a discretization (see nanoslip.study.plan.grids)."""
     front: Path | None = None
     """File of the measured front to choose the discretization from; None for the one that comes with this package."""
-    front_text: str | None = None
-    """Text of that file."""
     drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     """Parameter of a drive -> its values."""
     drives_left_out: tuple[str, ...] = ()
@@ -281,16 +272,11 @@ class Manifest:
     @property
     def fixed(self) -> dict[str, Value]:
         """The parameters that the tables give, by field name: the same for all cases."""
-        tables = (
-            self.constants,
-            self.numerics,
-            self.slip_rule,
-            self.effects,
-            self.heterogeneity,
-            self.interface,
-            self.limits,
-        )
-        return {name: value for table in tables for name, value in table.items()}
+        return {name: value for table in self.tables.values() for name, value in table.items()}
+
+    def discretized(self, chosen: Mapping[str, Value]) -> "Manifest":
+        """The campaign with these parameters of its slabs' discretization."""
+        return replace(self, tables={**self.tables, "numerics": {**self.tables["numerics"], **chosen}})
 
 
 def _increasing(value: Any) -> bool:

@@ -53,8 +53,19 @@ def words_of(table: str) -> tuple[str, ...]:
 
 
 def axes() -> tuple[str, ...]:
-    """The words that can be an axis: all but those declared with `axis=False`."""
-    return tuple(stated.word or name for name, stated in parameters_of_a_case().items() if stated.axis)
+    """The words that can be an axis: all but those whose values are files."""
+    return tuple(stated.word or name for name, stated in parameters_of_a_case().items() if not stated.columns)
+
+
+def in_files() -> dict[str, Parameter]:
+    """Word of each parameter whose value is a CSV file that the campaign names -> its declaration."""
+    return {stated.word or name: stated for name, stated in parameters_of_a_case().items() if stated.columns}
+
+
+HASHED: Final = ("table", *in_files())
+"""Keys of the files that a campaign consists of: its hash is of their bytes, too."""
+NAMED: Final = (*HASHED, "front")
+"""Keys that name a file; a dataset holds its text as the attribute manifest_<key>."""
 
 
 def table_of(word: str) -> str:

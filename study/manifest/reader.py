@@ -24,7 +24,6 @@ from nanoslip.study.manifest.checker import (
     Given,
     ManifestError,
     NamedFiles,
-    PinProfile,
     key_shown,
     need,
     one_line,
@@ -50,7 +49,7 @@ from nanoslip.study.manifest.manifest import (
     field_names,
     is_share,
 )
-from nanoslip.study.manifest.parameters import TABLES, Value, axes, make_case, settings, words
+from nanoslip.study.manifest.parameters import HASHED, TABLES, Value, axes, make_case, settings, words
 from nanoslip.study.toml_text import from_toml
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].
@@ -209,8 +208,8 @@ def load_manifest(path: Path) -> Manifest:
 def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest:
     """The same from texts, without reading any file. Raises ManifestError with one line per problem.
 
-    path: name of the campaign file for messages. beside: texts of the files that it names, by the keys that name them (`table`,
-    `roughness`, `front`).
+    path: name of the campaign file for messages. beside: texts of the files that it names, by the keys that name them
+    (nanoslip.study.manifest.parameters.NAMED).
     """
     return _Reader(path, beside).manifest(text.encode(), text, _document(path, text))
 
@@ -288,13 +287,13 @@ class _Reader(NamedFiles):
         top = self._top(document)
         table = self.table(top)
         given = table.columns if table else self._axes(top.get("axes", {}))
-        profile = self.profile(top.get("heterogeneity", {}))
         seconds = self._task_seconds(top)
-        fixed = self._tables(top, profile)
+        fixed = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
+        hashed = {"table": table} | self.rows(fixed) if table else self.rows(fixed)
+        front = self.front(top)
         self.one_place(given, fixed)
         accuracy = self._accuracy(top, {**given, **fixed["numerics"]})
         slabs = _slabs({**fixed["numerics"], **given})
-        constants = {name: _single(self.values(part, slabs)) for name, part in fixed.items()}
         scales = Scales(**self.checked("scales", top.get("scales", {}), Scales, field_names(Scales)))
         stages = self._stages(top)
         outputs = self._outputs(top.get("outputs", {}), stages)
@@ -303,20 +302,13 @@ class _Reader(NamedFiles):
         result = Manifest(
             path=self.path,
             text=text,
-            table_text=table.text if table else None,
-            profile_text=profile.text if profile else None,
-            sha256=hashlib.sha256(raw + b"".join(part.raw for part in (table, profile) if part)).hexdigest(),
+            files={key: each.text for key, each in hashed.items()} | ({} if front is None else {"front": front}),
+            sha256=hashlib.sha256(raw + b"".join(hashed[key].raw for key in HASHED if key in hashed)).hexdigest(),
             title=top.get("title", ""),
             stages=stages,
             design="table" if table else self._design(top, given),
             axes=self.values(given, slabs),
-            constants=constants["constants"],
-            numerics=constants["numerics"],
-            slip_rule=constants["slip"],
-            effects=constants["effects"],
-            heterogeneity=constants["heterogeneity"],
-            interface=constants["interface"],
-            limits=constants["limits"],
+            tables={name: _single(self.values(part, slabs)) for name, part in fixed.items()},
             task_seconds=seconds,
             scales=scales,
             drives=pulled.drives,
@@ -326,7 +318,6 @@ class _Reader(NamedFiles):
             ensemble=_ensemble(self, top, stages, outputs.tractions),
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
-            front_text=self.measured("front", top),
         )
         self._counts(result)
         if self.problems:
@@ -340,14 +331,6 @@ class _Reader(NamedFiles):
             self.refuse(f"{cases} cases", f"needs at most {MOST_CASES}")
         elif cases * drives > MOST_DRIVEN:
             self.refuse(f"{cases} cases with {drives} drives each", f"needs at most {MOST_DRIVEN} drives in all")
-
-    def _tables(self, top: dict[str, Any], profile: PinProfile | None) -> dict[str, Columns]:
-        """The tables of parameters. The pin's roughness is that of its file."""
-        found = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
-        found["heterogeneity"].pop("roughness", None)
-        if profile:
-            found["heterogeneity"]["roughness"] = [Given(f"{self.path}: heterogeneity.roughness", profile.points)]
-        return found
 
     def _top(self, document: dict[str, Any]) -> dict[str, Any]:
         """The top-level entries of the file that are known and of the right type; the others are refused."""

@@ -5,7 +5,7 @@ import itertools
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -235,7 +235,7 @@ def settled(manifest: Manifest) -> Manifest:
     if manifest.accuracy is None and manifest.front is None:
         return manifest
     # A file that is no front is better known now than when all is computed.
-    front = load_front(manifest.front, manifest.front_text)
+    front = load_front(manifest.front, manifest.files.get("front"))
     if manifest.accuracy is None:
         return manifest
     cases = [case.case for case in expand(manifest) if case.case is not None]
@@ -246,7 +246,7 @@ def settled(manifest: Manifest) -> Manifest:
     except UnreachableError as error:
         wrong = f"{manifest.path}: accuracy = {manifest.accuracy!r}: {error}"
         raise ManifestError([wrong + _lacking(front, manifest)]) from None
-    return replace(manifest, numerics={**manifest.numerics, **_given(chosen)})
+    return manifest.discretized(_given(chosen))
 
 
 def _lacking(front: Front, manifest: Manifest) -> str:
@@ -267,7 +267,8 @@ def choice(manifest: Manifest) -> str:
 
 def chosen(manifest: Manifest) -> dict[str, Value]:
     """The chosen discretization of a manifest from `settled`, by field name."""
-    return {name: manifest.numerics[name] for name in parameters.settings() if name in manifest.numerics}
+    numerics = manifest.tables["numerics"]
+    return {name: numerics[name] for name in parameters.settings() if name in numerics}
 
 
 class UnreachableError(Exception):

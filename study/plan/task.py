@@ -151,14 +151,22 @@ OF_ALL = (
         "without a spread nothing is drawn",
         lambda case: case.heterogeneity.spread == 0.0,
     ),
-    Exclusion(("interface.loads",), "one contact carries all", lambda case: case.interface.contacts == 1),
+    Exclusion(
+        ("interface.loads", "interface.measured_loads"),
+        "one contact carries all",
+        lambda case: case.interface.contacts == 1,
+    ),
 )
 """What no result depends on."""
 OF_CONTACT = (
     *OF_ALL,
     Exclusion(STOP_CONDITIONS, "initial contact comes before any limit"),
     Exclusion(("interface.contacts",), "it is that of the first contact"),
-    Exclusion(("interface.loads",), "it is that of the first contact", lambda case: case.interface.contacts > 1),
+    Exclusion(
+        ("interface.loads", "interface.measured_loads"),
+        "it is that of the first contact",
+        lambda case: case.interface.contacts > 1,
+    ),
     Exclusion(("effects.pin_translation",), "at initial contact the pin has not moved"),
     Exclusion(
         (

@@ -37,6 +37,7 @@ from nanoslip.study.figures.points import SYMBOL, label
 from nanoslip.study.figures.shared import COLORS, image, scales_of
 from nanoslip.study.figures.view import Sort, View, csv_of, spread
 from nanoslip.study.figures.views import SORTS
+from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.report.console import Table
 from nanoslip.study.report.summary import (
     MOST_ROWS,
@@ -381,7 +382,7 @@ FEW_SINGLE: Final = 6
 """Small figures that find room below a large one of half the page's width."""
 _THINNED: Final = ("records", "drives")
 """What the names of figures begin with whose lines are thinned."""
-_ELSEWHERE: Final = ("title", "manifest", "manifest_front", "manifest_table", "manifest_roughness")
+_ELSEWHERE: Final = ("title", "manifest", *(f"manifest_{key}" for key in NAMED))
 """Attributes that the page shows above, or that are too long to be shown."""
 
 

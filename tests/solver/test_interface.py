@@ -23,7 +23,7 @@ from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import Ending, SolverError
-from nanoslip.solver.sliding.interface import PIECES, batches, compressions, contact_of
+from nanoslip.solver.sliding.interface import PIECES, batches, chances, compressions, contact_of
 from nanoslip.solver.sliding.plateau import Teeth, teeth
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.slider import collective, interface, portion, shares, slider
@@ -139,11 +139,22 @@ def test_loads_are_exponential_and_their_mean_is_the_load() -> None:
     assert each.std() == pytest.approx(1.0, rel=0.04)
 
 
+def test_measured_loads_are_drawn_as_often_as_they_were_seen() -> None:
+    seen = (3.0, 1.0, 1.0, 5.0)
+    each = shares(interface_of(20_000, measured_loads=seen), COMPLIANCE)
+    assert each.mean() == pytest.approx(1.0, rel=1e-12)
+    drawn, counts = np.unique(each, return_counts=True)
+    np.testing.assert_allclose(drawn / drawn[0], [1.0, 3.0, 5.0], rtol=1e-12)
+    np.testing.assert_allclose(counts, [10_000, 5_000, 5_000], atol=4 * 71)  # four standard deviations of a count
+    with pytest.raises(InvalidInput, match="loads = heights with measured_loads: needs one of them"):
+        Interface(2, "heights", seen)
+
+
 def test_a_rigid_plane_presses_all_asperities_to_one_depth() -> None:
     """Each contact alone, without friction, goes down as far as its height asks, to what a table of loads by twos leaves."""
     case = interface_of(40, replace(CASE, slab=Slab(n_x=257, scheme="strip")), loads="heights")
     compliance = surface_compliance(case.slab)
-    loads, heights = case.normal_load * shares(case, compliance), compressions(case)
+    loads, heights = case.normal_load * shares(case, compliance), compressions(chances(case))
     heaviest = np.argsort(loads)[-30:]  # of the lightest two or three nodes touch
     alone = [replace(CASE, slab=case.slab, normal_load=loads[n], effects=Effects(friction=False)) for n in heaviest]
     depth = np.array([initial_contact(each, compliance).approach for each in alone]) / heights[heaviest]

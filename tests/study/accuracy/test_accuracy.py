@@ -147,7 +147,7 @@ def test_the_command_writes_dataset_table_picture_and_front(main: Main, tmp_path
     path.write_text(
         path.read_text().replace("n_x = 17", "").replace("title", 'accuracy = 0.5\nfront = "mine.json"\ntitle')
     )
-    assert make_plan(load_manifest(path)).manifest.numerics["scheme"] == "galerkin"
+    assert make_plan(load_manifest(path)).manifest.tables["numerics"]["scheme"] == "galerkin"
 
 
 def test_a_scene_without_a_parabola_is_refused(tmp_path: Path):

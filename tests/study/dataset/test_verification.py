@@ -180,6 +180,7 @@ def test_what_is_pending_is_not_computed(tmp_path):
 TABLE = "intrinsic_friction, radius\r\n0.25, 50\r\n0.5, 100\r\n"
 
 
+LOADS = "load\n0.5\n2.0\n"
 ROUGH = "xi, height\n-0.1, 0\n0, 1e-5\n0.1, 0\n"
 
 
@@ -198,6 +199,7 @@ DESIGNS = {
     "a zip": 'design = "zip"\n' + RECORDS,
     "a byte order mark": "\ufeff" + RECORDS,
     "a roughness": RECORDS + '[heterogeneity]\nroughness = "../far/rough.csv"\n[outputs]\nrecords = false\n',
+    "measured loads": STEADY + '[interface]\ncontacts = 3\nmeasured_loads = "../far/loads.csv"\n',
     "a front": 'front = "../far/front.json"\n' + RECORDS,
     "an accuracy": "accuracy = 0.05\n" + RECORDS.replace("n_x = 17", ""),
     "an accuracy from a front": 'accuracy = 0.005\nfront = "../far/front.json"\n' + RECORDS.replace("n_x = 17", ""),
@@ -373,7 +375,7 @@ def test_a_failure_that_says_nothing_of_its_case_is_no_disagreement(tmp_path, en
 def test_all_that_a_campaign_is_made_of_is_in_its_dataset(tmp_path, text):
     far = tmp_path / "far"
     far.mkdir()
-    for name, content in (("cases.csv", TABLE), ("rough.csv", ROUGH), ("front.json", FRONT)):
+    for name, content in (("cases.csv", TABLE), ("rough.csv", ROUGH), ("loads.csv", LOADS), ("front.json", FRONT)):
         (far / name).write_bytes(content.encode())
     path = computed(tmp_path / "campaign", text)
     shutil.rmtree(far)

@@ -56,7 +56,7 @@ def test_numbers_take_their_declared_type(tmp_path):
 def test_limits_go_by_their_field_name(tmp_path):
     manifest = read(tmp_path, 'title = "x"\naxes.displacement = [1e-3]\nlimits.events = 10')
     assert manifest.axes == {"max_displacement": (1e-3,)}
-    assert manifest.limits == {"max_events": 10}
+    assert manifest.tables["limits"] == {"max_events": 10}
 
 
 def test_the_hash_covers_the_file_and_its_table(tmp_path):
@@ -64,7 +64,7 @@ def test_the_hash_covers_the_file_and_its_table(tmp_path):
     path = written(tmp_path, 'title = "µ"\ntable = "cases.csv"')
     first = load_manifest(path)
     assert first.sha256 == hashlib.sha256(path.read_bytes() + table.read_bytes()).hexdigest()
-    assert (first.text, first.table_text) == (path.read_text("utf-8"), "radius\n50\n")
+    assert (first.text, first.files["table"]) == (path.read_text("utf-8"), "radius\n50\n")
     table.write_text("radius\n51\n")
     assert load_manifest(path).sha256 != first.sha256
 
@@ -272,6 +272,9 @@ WRONG = {
     'table = "column.csv"': 'column.csv: column "radus": unknown; did you mean radius?',
     'table = "passwd"': "passwd: line 1: needs a header of parameters, as intrinsic_friction,radius",
     'heterogeneity.roughness = "passwd"': "passwd: line 1: needs the header xi,height",
+    "interface.measured_loads = [1.0]": ": needs the path of a CSV file with load",
+    'interface.measured_loads = "good.csv"': "good.csv: line 1: needs the header load",
+    'interface.measured_loads = "loads.csv"': 'loads.csv: line 4: "-2": needs finite loads above 0',
     'table = "twice.csv"': "twice.csv: column radius: needs to appear once",
     'table = "ragged.csv"': "ragged.csv: line 3: 1 values: needs 2, one for each column",
     'table = "header.csv"': "…header.csv: 1 lines: needs a header…",
@@ -291,6 +294,7 @@ WRONG = {
 
 TABLE_FILES = {
     "good.csv": b"radius\n50\n",
+    "loads.csv": b"load\n1\n\n-2\n",
     "negative.csv": b"radius,normal_load\n50,1e-3\n\n-5,1e-3\n",
     "still.csv": b"radius,spacings\n50,1\n50,0\n",
     "hole.csv": b"radius,normal_load\n,1e-3\n",
@@ -363,9 +367,9 @@ def test_text_in_another_encoding_is_refused(tmp_path):
 
 def test_rows_that_fit_one_grid_of_the_campaign_are_no_error_of_the_file(tmp_path):
     assert (
-        read(tmp_path, 'title = "x"\naxes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = "biquadratic"}').numerics[
-            "rows"
-        ]
+        read(tmp_path, 'title = "x"\naxes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = "biquadratic"}').tables[
+            "numerics"
+        ]["rows"]
         == 6
     )
 
@@ -387,7 +391,7 @@ def test_what_one_of_the_campaigns_schemes_takes_is_no_error_of_the_file(tmp_pat
 
 def test_a_value_of_one_of_the_campaigns_schemes_is_no_error_of_the_file(tmp_path):
     text = 'title = "x"\naxes.scheme = ["galerkin", "biquadratic"]\nnumerics.n_x = 17\nnumerics.coarsest_row = 5'
-    assert read(tmp_path, text).numerics == {"n_x": 17, "coarsest_row": 5}
+    assert read(tmp_path, text).tables["numerics"] == {"n_x": 17, "coarsest_row": 5}
 
 
 def test_the_reference_names_every_parameter():
@@ -413,10 +417,16 @@ def test_the_reference_starts_with_a_campaign_that_works(tmp_path):
 
 
 def test_a_manifest_is_the_same_from_its_texts_alone_and_no_file_is_read(tmp_path):
-    beside = {"table": "radius\n50\n100\n", "roughness": "xi,height\n-0.1,0\n0.1,1e-6\n", "front": "{}"}
+    beside = {
+        "table": "radius\n50\n100\n",
+        "roughness": "xi,height\n-0.1,0\n0.1,1e-6\n",
+        "measured_loads": "load\n1\n",
+        "front": "{}",
+    }
     for key, text in beside.items():
         (tmp_path / key).write_text(text)
     text = 'title = "x"\ntable = "table"\nfront = "front"\nheterogeneity.roughness = "roughness"\n'
+    text += 'interface.measured_loads = "measured_loads"\n'
     there = read(tmp_path, text)
     for key in beside:
         (tmp_path / key).unlink()

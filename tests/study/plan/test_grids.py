@@ -196,7 +196,7 @@ def campaign(tmp_path):
 def test_a_plan_has_the_grid_that_was_chosen(campaign):
     plan = make_plan(load_manifest(campaign))
     assert {case.case.slab.n_x for case in plan.cases if case.case} == {33}
-    assert plan.manifest.numerics["n_x"] == 33
+    assert plan.manifest.tables["numerics"]["n_x"] == 33
     assert plan.manifest.accuracy == 0.1
 
 

@@ -36,7 +36,7 @@ DRIVES = (Drive(1.0, 0.1, 0.1, 10.0), Drive(1.0, 0.1, 0.1, 10.0, RK4(0.1)))
 MODULES = (case_module, drive_module, grid_module, slab_module)
 KINDS_OF_WORDS = [kind for module in MODULES for kind in vars(module).values()]
 WORDS = sorted({word for kind in KINDS_OF_WORDS for word in get_args(kind) if isinstance(word, str)})
-ROUGH = ((-0.1, 0.0), (0.1, 1e-6))
+ROUGH, LOADS = ((-0.1, 0.0), (0.1, 1e-6)), (1.0, 2.0)
 
 
 def others(value: Any) -> Iterator[Any]:
@@ -48,7 +48,7 @@ def others(value: Any) -> Iterator[Any]:
     elif isinstance(value, str):
         yield from (word for word in WORDS if word != value)
     elif isinstance(value, tuple):
-        yield ROUGH
+        yield from (ROUGH, LOADS)
     elif value is None:
         yield from (3, 0.1, *WORDS)
     else:
@@ -205,8 +205,9 @@ def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only():
 
 
 def test_parameters_without_effect_are_named_as_a_campaign_names_them():
-    assert without_effect(Case()) == {"half_width", "distribution", "seed", "loads"}
-    assert without_effect(Case(pin="flat_punch", heterogeneity=Heterogeneity(spread=0.1))) == {"radius", "loads"}
+    assert without_effect(Case()) == {"half_width", "distribution", "seed", "loads", "measured_loads"}
+    punch = without_effect(Case(pin="flat_punch", heterogeneity=Heterogeneity(spread=0.1)))
+    assert punch == {"radius", "loads", "measured_loads"}
     uncoupled = without_effect(Case(effects=Effects(coupling=False)), OF_CONTACT)
     assert {"intrinsic_friction", "slip_order", "residual_shear", "event_floor", "max_events"} <= uncoupled
     assert uncoupled <= set(Case().flat)
