@@ -91,7 +91,7 @@ def write_indexes(root: Path) -> list[Path]:
         folder = place(figure, root)
         if folder != root and (folder / f"{figure.name}.md").exists():
             drawn.setdefault(folder, []).append(_entry(figure))
-    pages = {folder / INDEX: "\n\n".join([_head(folder.name), *texts]) for folder, texts in drawn.items()}
+    pages = {folder / INDEX: "\n\n".join([_head(folder), *texts]) for folder, texts in drawn.items()}
     write_files({path: f"{text}\n".encode() for path, text in pages.items()})
     return list(pages)
 
@@ -102,15 +102,23 @@ def _entry(figure: CampaignFigure) -> str:
     return f"## [{figure.title}]({page})\n\n[![{figure.title}]({figure.name}.png)]({page})\n\n{figure.caption}"
 
 
-def _head(folder: str) -> str:
-    others = ", ".join(f"[{name}](../{name})" for name in _other_pages(folder))
-    return f"""# {folder.capitalize()}
+def _head(folder: Path) -> str:
+    """Title, what the pages hold and where others are; a page that belongs to no figure is to be read first."""
+    known = {INDEX, *(f"{name}.md" for name in shipped_figures())}
+    first = [f"[{_title(path)}]({path.name})" for path in sorted(folder.glob("*.md")) if path.name not in known]
+    others = ", ".join(f"[{name}](../{name})" for name in _other_pages(folder.name))
+    begin = f"\n\nWhat they mean together: {', '.join(first)}." if first else ""
+    return f"""# {folder.name.capitalize()}{begin}
 
 Behind each title are the numbers: what the paper says, what is found and why the two differ. In brackets: the standard
 deviation (s.d.) and range over starts, if nothing else is named. `nanoslip figure NAME` draws one of these figures, as PDF,
 SVG and PNG; `make figures FIGURES=campaigns` wrote this page.
 
 Beside these: {others}."""
+
+
+def _title(page: Path) -> str:
+    return page.read_text("utf-8").partition("\n")[0].removeprefix("# ")
 
 
 def _other_pages(folder: str) -> list[str]:

@@ -33,6 +33,24 @@ SMALLER: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
         "limits": {"presliding": 4.0},
         "ensemble": {"members": 3},
     },
+    "interface/shear": {
+        "axes": {
+            "residual_shear": [0.0, 0.9],
+            "intrinsic_friction": [0.2, 0.5],
+            "spread": [0.0, 0.1],
+            "contacts": [1, 4, 16],
+        },
+        "numerics": {"n_x": 33},
+        "limits": {"presliding": 4.0},
+        "ensemble": {"members": 3},
+    },
+    "maps/slider": {
+        "axes": {"loads": ["equal", "exponential"], "contacts": [1, 4]},
+        "numerics": {"n_x": 33},
+        "limits": {"presliding": 4.0},
+        "ensemble": {"members": 3},
+        "drive_axes": {"spring_stiffness": [1e6, 1e7], "stage_velocity": [1e-3, 1e-2]},
+    },
     "maps/stick_slip": {
         "numerics": {"n_x": 17},
         "drive_axes": {

@@ -40,6 +40,9 @@ from punch import closed_form as pressure_of_half_plane
 from schemes import DEFAULTS
 from schemes import claims as claims_of_schemes
 from scipy import stats
+from shear import over_mean_of_ends
+from slider import drop_of
+from slider import load_of as load_of_slider
 from stick_slip import claims as claims_of_regimes
 from stick_slip import critical_velocity
 from tiles import codes, counted, panels, regime_legend, regime_tiles
@@ -656,3 +659,18 @@ def test_peaks_of_independent_contacts_average_out() -> None:
         excess, _ = of_way(data, "stick", spread, "static_excess")
         assert excess[2] < excess[1] < excess[0]
         assert 0.125 * excess[0] < excess[2] < 0.5 * excess[0]  # a quarter, of sixteen contacts of 17 nodes
+
+
+def test_a_slip_leaves_its_share_of_the_plateau_whatever_the_intrinsic_friction() -> None:
+    """(1 + r)/2 + c(1 - r), of 17 nodes to 0.02; a spread of nodes raises it."""
+    found = over_mean_of_ends(small("interface/shear")).sel(contacts=16)
+    assert np.ptp(found.values, axis=found.get_axis_num("intrinsic_friction")).max() < 0.02
+    assert (found.sel(residual_shear=0.9) < 0.2 * found.sel(residual_shear=0.0) + 0.005).all()
+    assert (found.sel(spread=0.1) > found.sel(spread=0.0)).all()
+
+
+def test_a_slider_weighs_what_its_contacts_carry() -> None:
+    data = small("maps/slider")
+    np.testing.assert_allclose(load_of_slider(data), [100.0, 400.0], rtol=1e-12)
+    drop = drop_of(data).sel(contacts=1)  # contact 0 is alone: it carries all, however loads are shared
+    np.testing.assert_array_equal(drop.sel(loads="equal"), drop.sel(loads="exponential"))
