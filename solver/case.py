@@ -215,7 +215,13 @@ class Case:
         need="0, or 1e-8 ≤ intrinsic_friction ≤ 1e12, or inf",
     )
     radius: float = parameter(
-        200.0, table="constants", meaning="radius of the pin, in L_x", symbol="R/L_x", least=1e-12, most=1e24
+        200.0,
+        table="constants",
+        meaning="radius of the pin, in L_x",
+        symbol="R/L_x",
+        least=1e-12,
+        most=1e24,
+        scale="slab_width",
     )
     normal_load: float = parameter(
         1e-3,
@@ -225,11 +231,18 @@ class Case:
         least=1e-30,
         most=1.0,
         note=" (at 1 the mean stress is G)",
+        scale="force",
     )
     slab: Slab = field(default_factory=Slab)
     pin: PinShape = parameter("parabola", table="constants", meaning="shape of the pin", unit="")
     half_width: float = parameter(
-        0.25, table="constants", meaning="half-width of a flat punch, in L_x", symbol="a/L_x", above=0.0, most=0.5
+        0.25,
+        table="constants",
+        meaning="half-width of a flat punch, in L_x",
+        symbol="a/L_x",
+        above=0.0,
+        most=0.5,
+        scale="slab_width",
     )
     initial_contact: InitialContact = parameter("stick", table="numerics", meaning="how the pin comes down", unit="")
     start: float = parameter(
@@ -254,6 +267,7 @@ class Case:
         word="displacement",
         meaning="longest displacement of a record, in L_x",
         above=0.0,
+        scale="slab_width",
     )
     max_presliding: float | None = parameter(
         None,

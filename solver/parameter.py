@@ -185,7 +185,7 @@ class Parameter:
     columns: tuple[str, ...] = ()
     """Columns of the CSV file that a campaign names as its value; a parameter without is a value itself, and can be an axis."""
     scale: str = ""
-    """Of a drive: the scale (a method or property of `Scales`) that its value in SI is a multiple of."""
+    """The scale (a method or property of `Scales`) that its value in SI is a multiple of."""
     si: Any = None
     """Of a drive: its default in SI, where that is not the field's own."""
 

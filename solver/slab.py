@@ -86,7 +86,13 @@ class Slab:
         129, table="numerics", meaning="surface nodes", need="2^N + 1 with N from 2 to 20; half_plane: odd"
     )
     aspect_ratio: float = parameter(
-        1.0, table="constants", meaning="height of the slab over its width", symbol="L_z/L_x", least=1e-4, most=1e4
+        1.0,
+        table="constants",
+        meaning="height of the slab over its width",
+        symbol="L_z/L_x",
+        least=1e-4,
+        most=1e4,
+        scale="slab_width",
     )
     poisson: float = parameter(
         1.0 / 3.0, table="constants", meaning="Poisson's ratio", symbol="ν", above=-1.0, most=0.5

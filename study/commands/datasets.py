@@ -16,11 +16,12 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import one_case
 from nanoslip.study.dataset.collect import collect, is_made_of, made_of, note
 from nanoslip.study.dataset.variables import MEMBERS, OUTCOMES, means_of
-from nanoslip.study.figures.shared import column, format_of, image
+from nanoslip.study.figures.shared import column, format_of, image, scales_of
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import STANDARD, Value, in_words, of_symbol, words
+from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.plan import PENDING, Plan
 from nanoslip.study.report.console import console, counting, print_sentences, print_table, say, whole
 from nanoslip.study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
@@ -257,7 +258,10 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
 
 def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
     """Print what a case is, how it ended and what is known of it; drives as rows where they are several."""
-    print_sentences([f"case {_label(case, dataset)}", *ending_lines(case)])
+    values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
+    scales = scales_of(dataset.attrs)
+    in_si = [si_line(scales, values, {})] if scales else []
+    print_sentences([f"case {_label(case, dataset)}", *in_si, *ending_lines(case)])
     table, missing = case_table(case)
     if table.rows:
         print_table(table)

@@ -33,6 +33,7 @@ from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.reader import effects
+from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.grids import choice
 from nanoslip.study.plan.outlook import expected_lines, outlook_of, shortages, span_line
 from nanoslip.study.plan.plan import PENDING, Plan, disk_of_plan, ended
@@ -160,7 +161,7 @@ def show_plan(
 def _print(found: Standing, ranks: int, show_effects: bool) -> None:
     plan = found.plan
     say(plan.manifest.title)
-    print_sentences([*_cases(plan), *idle_lines(plan)])
+    print_sentences([*_cases(plan), _in_si(plan), *idle_lines(plan)])
     if show_effects:
         rows = tuple(
             (each.name, each.setting, _unless_on(each.setting, each.without)) for each in effects(plan.manifest)
@@ -180,6 +181,10 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
     print_sentences(f"refused: {line}" for line in _refused(plan))
     print_sentences(f"does not fit here: {line}" for line in shortages(plan, found.remaining))
     print_foreign(found.foreign, found.campaign, found.into)
+
+
+def _in_si(plan: Plan) -> str:
+    return si_line(plan.manifest.scales, plan.manifest.fixed, plan.manifest.axes)
 
 
 def _cases(plan: Plan) -> Iterator[str]:

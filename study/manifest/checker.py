@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from nanoslip.solver.case import Case, parameters_of_a_case
-from nanoslip.solver.drive import parameters_of_a_drive
+from nanoslip.solver.drive import Scales, parameters_of_a_drive
 from nanoslip.solver.outcome import SHOWN, InvalidInput, quoted
-from nanoslip.solver.parameter import declared
+from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
 from nanoslip.study.manifest.parameters import (
     Alike,
@@ -29,6 +29,7 @@ from nanoslip.study.manifest.parameters import (
     words,
     words_of,
 )
+from nanoslip.study.manifest.units import plain
 
 # Problems of a campaign, one line each, and its CSV files: the table of cases and parameters that are files.
 
@@ -301,6 +302,31 @@ class Checker:
             for word in part:
                 if word in axes:
                     self.refuse(f"{table}.{word}", "is an axis too: needs one place")
+
+    def plain(self, columns: Columns, scales: Scales) -> Columns:
+        """The columns with the numbers that values with units stand for; those that stand for none are refused."""
+        stated = parameters_of_a_case()
+        return {
+            word: [each for each in map(partial(self._plain, stated[words()[word]], scales), given) if each]
+            for word, given in columns.items()
+        }
+
+    def _plain(self, stated: Parameter, scales: Scales | None, given: Given) -> Given | None:
+        try:
+            return Given(given.where, plain(given.value, stated, scales))
+        except ValueError as error:
+            self.problems.append(f"{given.where} = {shown(given.value)}: {error}")
+            return None
+
+    def in_si(self, where: str, content: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
+        """The entries of a table in SI, with the numbers in the units of their keys; those that stand for none are refused."""
+        found = {
+            key: self._plain(known[key], None, Given(f"{self.path}: {where}.{key}", value))
+            if key in known
+            else Given("", value)
+            for key, value in content.items()
+        }
+        return {key: given.value for key, given in found.items() if given}
 
     def values(self, columns: Columns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Any, ...]]:
         """Values in their declared type, by field name. Values out of range are refused and left out.

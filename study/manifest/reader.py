@@ -8,6 +8,7 @@ import hashlib
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -16,6 +17,7 @@ from nanoslip.solver.drive import DURATIONS, INTEGRATORS, PERIODS, TRAVEL, Scale
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, quoted
+from nanoslip.solver.parameter import as_float, declared
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.study.manifest.checker import (
     ONE_LINE,
@@ -50,6 +52,7 @@ from nanoslip.study.manifest.manifest import (
     is_share,
 )
 from nanoslip.study.manifest.parameters import HASHED, TABLES, Value, axes, make_case, settings, words
+from nanoslip.study.manifest.units import YOUNG
 from nanoslip.study.toml_text import from_toml
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].
@@ -107,7 +110,8 @@ def _tables(checker: Checker, top: Mapping[str, Any], axes: Mapping[str, Any]) -
             continue
         for key in (key for key in content if key in axes):
             checker.refuse(f"{where}.{key}", f"is in [{AXES}] too: needs one place")
-        table = _table(checker, where, {key: value for key, value in content.items() if key not in axes})
+        entries = {key: value for key, value in content.items() if key not in axes}
+        table = _table(checker, where, checker.in_si(where, entries, drive_parameters()))
         if table.name in found:
             checker.refuse(f"{where}.name = {shown(table.name)}", "is another drive's name too: needs its own")
         found[table.name if "name" in content else where] = table
@@ -142,8 +146,13 @@ def _axes(checker: Checker, content: Mapping[str, Any]) -> dict[str, tuple[Value
 
 def _values(checker: Checker, key: str, values: list[Any]) -> Iterator[Value]:
     seen: set[Value] = set()
-    for index, given in enumerate(values):
-        where = f"{AXES}.{key}[{index}] = {shown(given)}"
+    for index, entry in enumerate(values):
+        place = f"{key}[{index}]"
+        number = checker.in_si(AXES, {place: entry}, {place: drive_parameters()[key]})
+        if place not in number:
+            continue
+        given = number[place]
+        where = f"{AXES}.{place} = {shown(given)}"
         if wrong := need(_typed, key, given):
             checker.refuse(where, wrong)
             continue
@@ -285,16 +294,17 @@ class _Reader(NamedFiles):
 
     def manifest(self, raw: bytes, text: str, document: dict[str, Any]) -> Manifest:
         top = self._top(document)
+        scales = self._scales(top)
         table = self.table(top)
-        given = table.columns if table else self._axes(top.get("axes", {}))
+        given = self.plain(table.columns if table else self._axes(top.get("axes", {})), scales)
         seconds = self._task_seconds(top)
-        fixed = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
+        tables = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
+        fixed = {name: self.plain(content, scales) for name, content in tables.items()}
         hashed = {"table": table} | self.rows(fixed) if table else self.rows(fixed)
         front = self.front(top)
         self.one_place(given, fixed)
         accuracy = self._accuracy(top, {**given, **fixed["numerics"]})
         slabs = _slabs({**fixed["numerics"], **given})
-        scales = Scales(**self.checked("scales", top.get("scales", {}), Scales, field_names(Scales)))
         stages = self._stages(top)
         outputs = self._outputs(top.get("outputs", {}), stages)
         driven = read_drives(self, top, scales)
@@ -331,6 +341,22 @@ class _Reader(NamedFiles):
             self.refuse(f"{cases} cases", f"needs at most {MOST_CASES}")
         elif cases * drives > MOST_DRIVEN:
             self.refuse(f"{cases} cases with {drives} drives each", f"needs at most {MOST_DRIVEN} drives in all")
+
+    def _scales(self, top: dict[str, Any]) -> Scales:
+        """The scales. A `young_modulus` stands for the shear modulus, E/(2(1 + ν)) with the campaign's one Poisson's ratio."""
+        stated = declared(Scales)
+        young = {YOUNG: replace(stated["shear_modulus"], meaning="Young's modulus")}
+        content = self.in_si("scales", top.get("scales", {}), {**stated, **young})
+        if YOUNG in content:
+            modulus, poisson = content.pop(YOUNG), top.get("constants", {}).get("poisson", Slab().poisson)
+            where = f"scales.{YOUNG} = {shown(modulus)}"
+            if "shear_modulus" in content or "poisson" in top.get("axes", {}) or "table" in top:
+                self.refuse(where, "needs one Poisson's ratio, and no shear_modulus beside it")
+            elif wrong := need(as_float, YOUNG, modulus) or need(make_case, {"poisson": poisson}):
+                self.refuse(where, wrong)
+            else:
+                content["shear_modulus"] = modulus / (2.0 * (1.0 + poisson))
+        return Scales(**self.checked("scales", content, Scales, field_names(Scales)))
 
     def _top(self, document: dict[str, Any]) -> dict[str, Any]:
         """The top-level entries of the file that are known and of the right type; the others are refused."""

@@ -193,7 +193,7 @@ def test_a_case_is_computed_and_nothing_stays(main, tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     code, said, _ = main("try", *QUICK, "intrinsic_friction=0.25")
     assert (code, list(tmp_path.iterdir())) == (0, [])
-    assert said.startswith("case μ_i = 0.25, R/L_x = 50, L_z/L_x = 1, n_x = 17\noutcome: completed\n")
+    assert said.startswith("case μ_i = 0.25, R/L_x = 50, L_z/L_x = 1, n_x = 17\nin SI: L_x = 1 mm, R = 50 mm, ")
     assert ("static_friction" in said, "changes nothing" in said, said.count("┤")) == (False, False, 12)
 
 

@@ -1,0 +1,103 @@
+"""A value with a unit is the number that it stands for, whoever writes it, and nothing else."""
+
+from pathlib import Path
+
+import pytest
+
+from nanoslip.solver.drive import Scales
+from nanoslip.study import api
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.manifest.units import si_line
+from nanoslip.study.plan.plan import make_plan
+
+IN_UNITS = """title = "x"
+stages = ["contact", "slip", "dynamics"]
+axes = {normal_load = ["100 N", 2e-3, "0.3 kN"]}
+constants = {radius = "20 cm", aspect_ratio = "0.5 mm"}
+limits = {displacement = "10 um"}
+scales = {slab_width = "1 mm", slab_depth = "1 cm", shear_modulus = "10 GPa"}
+drives = [{name = "a", spring_stiffness = "200 kN/m", stage_travel = "200 µm", pin_mass = "500 g"}]
+drive_axes = {stage_velocity = ["2 mm/s", "0.01 m s-1", 0.02]}
+"""
+IN_NUMBERS = """title = "x"
+stages = ["contact", "slip", "dynamics"]
+axes = {normal_load = [1e-3, 2e-3, 3e-3]}
+constants = {radius = 200.0, aspect_ratio = 0.5}
+limits = {displacement = 0.01}
+drives = [{name = "a", spring_stiffness = 2e5, stage_travel = 2e-4, pin_mass = 0.5}]
+drive_axes = {stage_velocity = [2e-3, 0.01, 0.02]}
+"""
+
+
+def read(text: str, **beside: str) -> Manifest:
+    return parse_manifest(Path("mine.toml"), text, beside)
+
+
+def test_a_campaign_in_units_is_the_same_tasks_to_the_bit() -> None:
+    keys = [{task.key for task in make_plan(read(text)).tasks} for text in (IN_UNITS, IN_NUMBERS)]
+    assert keys[0] == keys[1]
+
+
+def test_loads_and_lengths_are_multiples_of_the_campaigns_own_scales() -> None:
+    scales = 'title = "x"\nscales = {slab_width = "2 mm", slab_depth = "5 mm"}'
+    text = f'{scales}\nconstants = {{normal_load = "50 N", radius = "0.1 m"}}'
+    assert read(text).tables["constants"] == {"normal_load": 50.0 / (1e10 * 2e-3 * 5e-3), "radius": 50.0}
+
+
+def test_cells_of_a_table_have_units_too() -> None:
+    given = read('title = "x"\ntable = "t"', table="normal_load,radius\n100 N,20 cm\n0.002,100\n")
+    assert given.axes == {"normal_load": (1e-3, 2e-3), "radius": (200.0, 100.0)}
+
+
+@pytest.mark.parametrize(
+    "unit", ["2e5 N/m", "200 kN/m", "200kN/m", "200 kN m-1", "200 N / mm", "0.2 N·µm^-1", "2e8 g/s^2"]
+)
+def test_a_unit_can_be_spelled_as_people_do(unit: str) -> None:
+    (drive,) = read(f'title = "x"\ndrives = [{{name = "a", spring_stiffness = "{unit}"}}]').drives
+    assert drive.settings["spring_stiffness"] == 2e5
+
+
+def test_a_young_modulus_is_a_shear_modulus_with_the_campaigns_poisson() -> None:
+    assert read('title = "x"\nscales.young_modulus = "26 GPa"\nconstants.poisson = 0.3').scales == Scales(
+        shear_modulus=26e9 / 2.6
+    )
+    for beside in ("scales.shear_modulus = 1e10", "axes.poisson = [0.3, 0.4]"):
+        with pytest.raises(ManifestError, match="needs one Poisson's ratio, and no shear_modulus beside it"):
+            read(f'title = "x"\nscales.young_modulus = 26e9\n{beside}')
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (
+            'constants.normal_load = "100 Nm"',
+            'constants.normal_load = "100 Nm": needs a number, or one with a unit as "100 N"',
+        ),
+        ('axes.radius = [100, "2 kg"]', r'axes.radius\[1\] = "2 kg": needs a number, or one with a unit as "2 m"'),
+        ('constants.radius = "20 ells"', 'constants.radius = "20 ells": needs a number, or one with a unit as "20 m"'),
+        ('constants.radius = "wide"', 'constants.radius = "wide": needs a number'),
+        ('numerics.n_x = "5 mm"', 'numerics.n_x = "5 mm": needs a whole number'),
+        ('constants.normal_load = "1e9 N"', r"constants.normal_load = 10000.0: needs 1e-30 ≤ normal_load ≤ 1.*"),
+        ('scales.slab_width = "1 g"', 'scales.slab_width = "1 g": needs a number, or one with a unit as "1 m"'),
+        ('drives = [{name = "a", stage_velocity = "2 m"}]', r'drives\[0\].stage_velocity = "2 m": needs .* as "2 m/s"'),
+        ('drive_axes.pin_mass = ["1 kg", "1 s"]', r'drive_axes.pin_mass\[1\] = "1 s": needs .* as "1 kg"'),
+    ],
+)
+def test_a_wrong_unit_is_one_line_with_an_example(line: str, said: str) -> None:
+    with pytest.raises(ManifestError, match=f"^mine.toml: {said}$") as refused:
+        read(f'title = "x"\n{line}')
+    assert len(refused.value.lines) == 1
+
+
+def test_python_takes_units_and_a_line_says_all_in_si() -> None:
+    small = {
+        "constants": {"normal_load": "100 N"},
+        "numerics": {"n_x": 17},
+        "limits": {"events": 3},
+        "ensemble": {"members": 1},
+    }
+    assert api.run({"title": "x", **small}, progress=False)["normal_load"].item() == 1e-3
+    line = si_line(Scales(slab_width=2e-3), {"n_x": 129}, {"normal_load": (1e-3, 2e-3)})
+    assert line == "in SI: L_x = 2 mm, R = 400 mm, W = 200 N to 400 N, L_z = 2 mm, nodes 15.62 μm apart"
