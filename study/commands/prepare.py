@@ -35,7 +35,7 @@ from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.reader import effects
 from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.grids import choice
-from nanoslip.study.plan.outlook import expected_lines, outlook_of, shortages, span_line
+from nanoslip.study.plan.outlook import expected_lines, out_of_reach, outlook_of, shortages, span_line
 from nanoslip.study.plan.plan import PENDING, Plan, disk_of_plan, ended
 from nanoslip.study.report.console import (
     Table,
@@ -116,7 +116,7 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
         try:
             plan = planned(campaign)
             say(_counted(campaign, plan))
-            print_sentences(idle_lines(plan))
+            print_sentences([*idle_lines(plan), *out_of_reach(plan)])
         except ManifestError as error:
             problems += error.lines
     if problems:

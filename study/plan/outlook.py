@@ -6,12 +6,17 @@ import math
 import operator
 import os
 from collections.abc import Callable, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import NamedTuple
 
+import numpy as np
+
 from nanoslip.solver.case import Case
+from nanoslip.solver.drive import TRAVEL
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
+from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.parameters import Value, in_words
 from nanoslip.study.plan.cost import expected_displacement, record_bytes
 from nanoslip.study.plan.kinds import compliance_needs
@@ -83,13 +88,60 @@ def flags_of(case: Case, result: TaskResult) -> int | None:
 
 def expected_lines(plan: Plan, outlook: Outlook) -> list[str]:
     """What is to be expected of a plan's cases before anything is computed; nothing of refused ones."""
-    varying = [name for name, values in plan.manifest.axes.items() if len(values) > 1]
+    return [*flag_lines(outlook.masks, partial(_words, plan)), *out_of_reach(plan)]
 
-    def words(number: int) -> str:
-        point = plan.cases[number].parameters
-        return in_words(", ".join(f"{name} = {_short(point[name])}" for name in varying if name in point))
 
-    return flag_lines(outlook.masks, words)
+def _words(plan: Plan, number: int) -> str:
+    """What tells a case from the others, by its number."""
+    point = plan.cases[number].parameters
+    varying = (name for name, values in plan.manifest.axes.items() if len(values) > 1 and name in point)
+    return in_words(", ".join(f"{name} = {_short(point[name])}" for name in varying))
+
+
+def out_of_reach(plan: Plan) -> list[str]:
+    """A line about drives that never pull as hard as friction holds, before any of them is computed; none where all do.
+
+    A plateau is at least (1 + r)/2 of μ_i, r being what a slip leaves (campaigns/interface/from_one_contact.md).
+    """
+    manifest = plan.manifest
+    drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]
+    cases = [(number, each.case) for number, each in enumerate(plan.cases) if each.case is not None]
+    if not (drives and cases):
+        return []
+    weight = np.array([case.total_load * manifest.scales.force for _, case in cases])
+    share = np.array([0.5 * (1.0 + case.slip_rule.residual_shear) * case.intrinsic_friction for _, case in cases])
+    pace = np.array([named.in_si.spring_stiffness * named.in_si.stage_velocity for _, named in drives])
+    damper = np.array([_damper(named) for _, named in drives])
+    pull = pace * [named.in_si.duration for _, named in drives] + damper
+    low = np.isfinite(share)[:, None] & (pull < (weight * share)[:, None])
+    if not low.any():
+        return []
+    number, which = divmod(int(low.argmax()), len(drives))
+    drive, named = drives[which]
+    needed = max(weight[number] * share[number] - damper[which], 0.0) / pace[which] if pace[which] else math.inf
+    key, amount, unit = ("duration", needed, "s")
+    if TRAVEL in drive.given:
+        key, amount, unit = (TRAVEL, needed * named.in_si.stage_velocity, "m")
+    advice = (
+        f"needs {key} ≥ {_up(amount):.2g} {unit}"
+        if math.isfinite(needed)
+        else "the stage is at rest: raise stage_velocity"
+    )
+    reached = f"reaches F/W = {pull[which] / weight[number]:.2g}, slips near {share[number]:.2g}"
+    where = ", ".join(filter(None, [_words(plan, cases[number][0]), drive.label]))
+    return [f"too short to slip: {low.sum()} of {low.size} drives, first {where}: {reached}: {advice}"]
+
+
+def _up(value: float) -> float:
+    """The next number of two digits."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1) if value > 0.0 else 1.0
+    return math.ceil(value / digit) * digit
+
+
+def _damper(drive: NamedDrive) -> float:
+    """Its force on a pin at rest, in N."""
+    values = drive.in_si
+    return 2.0 * values.damping_ratio * math.sqrt(drive.pin_mass * values.spring_stiffness) * values.stage_velocity
 
 
 def _short(value: Value) -> str:

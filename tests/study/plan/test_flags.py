@@ -14,11 +14,12 @@ from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
+from nanoslip.study import api
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import expected_displacement
-from nanoslip.study.plan.outlook import expected_lines, flag_lines, outlook_of
+from nanoslip.study.plan.outlook import expected_lines, flag_lines, out_of_reach, outlook_of
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report.summary import flag_summary, scalar_table
@@ -199,6 +200,34 @@ def test_a_plan_knows_about_how_far_a_pin_goes(changes, low, high):
     record = slide(case, surface_compliance(case.slab))
     assert record.outcome.ok
     assert low <= expected_displacement(case) / record.final_displacement <= high
+
+
+def test_a_drive_that_is_too_short_to_slip_is_named_with_what_it_needs():
+    """Those that are named never slip; a third more of what is needed is enough, as plateaus are 7 % above it at most."""
+    own = {
+        "ensemble": {"members": 1},
+        "numerics": {"n_x": 65, "scheme": "strip"},
+        "constants": {"intrinsic_friction": 0.3},
+    }
+    drives = [
+        {"name": "soft", "spring_stiffness": 2e4},
+        {"name": "damped", "damping_ratio": 20.0, "spring_stiffness": 2e4},
+    ]
+
+    def run(**more: object) -> tuple[list[str], xr.Dataset]:
+        campaign = {"title": "x", **own, "drives": drives, **more}
+        return out_of_reach(make_plan(api._manifest(campaign))), api.run(campaign, progress=False)
+
+    lines, short = run(drive_axes={"duration": [0.1, 0.2, 0.3]})
+    assert lines == [
+        "too short to slip: 4 of 6 drives, first soft duration=0.1: reaches F/W = 0.04, slips near 0.15: needs duration ≥ 0.38 s"
+    ]
+    ended = short["drive_outcome"].squeeze()
+    assert (ended == "no_slip").sum() >= 4
+    lines, enough = run(drive_axes={"stage_travel": [1.3 * 0.38 * 2e-3]})
+    assert (lines, "no_slip" in enough["drive_outcome"].values) == ([], False)
+    lines, _ = run(drive_axes={"stage_velocity": [0.0]})
+    assert lines[0].endswith("the stage is at rest: raise stage_velocity")
 
 
 def test_the_campaigns_that_come_with_nanoslip_press_pins_well():
