@@ -16,7 +16,7 @@ from typing import Final
 from nanoslip.study.results.store import write_files
 
 FOLDER: Final = Path(__file__).resolve().parent
-RECIPES: Final = ("map", "regimes", "event_sizes", "roughness", "neighbours", "resolution")
+RECIPES: Final = ("map", "regimes", "event_sizes", "roughness", "neighbours", "resolution", "base")
 """The scripts, in the order of the gallery. Each writes one picture, of its own name, into the working folder."""
 _ROOT: Final = Path(__file__).resolve().parents[2]
 
@@ -80,7 +80,7 @@ def gallery(recipes: Sequence[Recipe]) -> str:
 
 _HEAD: Final = """# Recipes: what can I do from Python?
 
-Six questions, each answered by a script of at most 17 lines: copy one and change its numbers. `python map.py` runs in
+Seven questions, each answered by a script of at most 17 lines: copy one and change its numbers. `python map.py` runs in
 seconds and leaves its picture in the working folder. Written by `python campaigns/recipes`."""
 
 

@@ -21,21 +21,15 @@ from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.validity import contact_half_width
 from tests.physics import assert_contact_laws
 from tests.verification.finite_slab import elliptic_energies
-from tests.verification.layer import wave_compliance
+from tests.verification.layer import through_layer, wave_compliance
 
 Dense = NDArray[np.float64]
 
 
 def by_exponential(k: float, height: float, poisson: float, support: Support) -> Dense:
-    """[u; w] per [f_x; f_z] of a wave, w and f_z a quarter of it behind, (2, 2): the layer as an initial value problem in z,
-
-    u' = τ + kw, w' = bσ - kau, τ' = k²cu + kaσ, σ' = -kτ, with a = ν/(1-ν), b = (1-2ν)/(2-2ν), c = 2/(1-ν), to 50 digits,
-    which bears any ν up to 1/2, and kH as large as 100.
-    """
-    nu = mpmath.mpf(poisson)
-    a, b, c = nu / (1 - nu), (1 - 2 * nu) / (2 - 2 * nu), 2 / (1 - nu)
+    """[u; w] per [f_x; f_z] of a wave, w and f_z a quarter of it behind, (2, 2), to 50 digits."""
     with mpmath.workdps(50 + int(k * height)):
-        through = mpmath.expm(mpmath.matrix([[0, 1, 1, 0], [-a, 0, 0, b], [c, 0, 0, a], [0, 0, -1, 0]]) * k * height)
+        through = through_layer(k, height, poisson)
         base = (2, 3) if support == "bonded" else (0, 3)
         moved, pulled = (mpmath.matrix([[through[i, j] for j in base] for i in rows]) for rows in ((0, 1), (2, 3)))
         return np.array((moved * pulled**-1 / k).tolist(), float)

@@ -1,0 +1,113 @@
+"""Pressure and shear at the base of an incompressible film, by the closed form of campaigns/recipes/base.py."""
+
+import ast
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+
+from nanoslip.solver.case import Case, Effects, SlipRule
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.slide import slide, slide_to_state, states_at
+from tests.conftest import ROOT
+from tests.verification.layer import through_layer
+from tests.verification.seen import listed, seen
+
+NODES = 513
+
+
+def recipe():
+    """The function `at_base` of campaigns/recipes/base.py, without the rest of the script."""
+    script = ast.parse((ROOT / "campaigns" / "recipes" / "base.py").read_text("utf-8"))
+    names = {"np": np}
+    only = [part for part in script.body if isinstance(part, ast.FunctionDef)]
+    exec(compile(ast.Module(only, []), "base.py", "exec"), names)
+    return names["at_base"]
+
+
+AT_BASE = recipe()
+
+
+def waves(height, nodes=NODES, spacing=1 / NODES):
+    """Height times the wavenumbers of a period of so many nodes."""
+    return 2 * np.pi * height * np.fft.rfftfreq(nodes, spacing)
+
+
+@pytest.mark.parametrize("number", [1, 3, 10, 40])
+@pytest.mark.parametrize("height", [0.01, 0.05, 0.2])
+def test_a_wave_comes_down_as_the_layers_equations_say(height, number):
+    """Base stresses that the exponential of the equations' matrix, at ν = 1/2 to 100 digits, takes up to the surface's."""
+    k, x = 2 * np.pi * number, np.arange(NODES) / NODES
+    with mpmath.workdps(100):
+        through = through_layer(k, height, 0.5)
+        down = mpmath.matrix([[through[i, j] for j in (2, 3)] for i in (2, 3)]) ** -1
+    for shear, normal in ((1.0, 0.0), (0.0, 1.0), (0.7, -1.3)):
+        below = np.array((down * mpmath.matrix([shear, normal])).tolist(), float).ravel()
+        p, q = AT_BASE(-normal * np.cos(k * x), shear * np.sin(k * x), waves(height))
+        expected = [-below[1] * np.cos(k * x), below[0] * np.sin(k * x)]
+        np.testing.assert_allclose([p, q], expected, atol=1e-13 * np.abs(expected).max() + 1e-15)
+
+
+@pytest.mark.parametrize("height", [0.005, 0.01, 0.02])
+def test_the_base_carries_load_friction_force_and_moment(height):
+    """Forces to rounding; the drag acts a height above, so that the pressure's middle moves ahead by height·F/W."""
+    x = np.arange(NODES) / NODES - 0.5
+    pressure = np.sqrt(np.clip(1 - (x / 0.05) ** 2, 0, None))
+    shear = pressure * (0.3 + 4 * x)
+    p, q = AT_BASE(pressure, shear, waves(height))
+    assert [p.sum(), q.sum()] == pytest.approx([pressure.sum(), shear.sum()], rel=1e-13)
+    ahead, expected = (x @ p - x @ pressure) / p.sum(), height * shear.sum() / pressure.sum()
+    seen("moment at a film's base", "equilibrium", f"pressure's middle ahead by {ahead:.8f}, expected {expected:.8f}")
+    assert ahead == pytest.approx(
+        expected, rel=1e-6
+    )  # 5e-7 seen: coarse nodes at the smallest height, the period at the largest
+
+
+def test_a_film_much_thinner_than_the_contact_hands_down_what_it_bears():
+    """p - height·dq/dx and q - height·dp/dx below p and q, but for a share (height/width)²: order 2."""
+    x = np.arange(NODES) / NODES
+    pressure, shear = 1 + np.cos(2 * np.pi * x), np.sin(2 * np.pi * x)
+    off = []
+    for height in (0.004, 0.002, 0.001):
+        found = AT_BASE(pressure, shear, waves(height))
+        steep = 2 * np.pi * height
+        first = [pressure - steep * np.cos(2 * np.pi * x), shear + steep * np.sin(2 * np.pi * x)]
+        off.append(np.abs(found - np.array(first)).max())
+    np.testing.assert_allclose(np.divide(off[1:], off[:-1]), 0.25, rtol=0.02)
+
+
+def test_nothing_of_a_short_wave_reaches_the_base():
+    height, k = 0.2, 2 * np.pi * 25
+    x = np.arange(NODES) / NODES
+    p, q = AT_BASE(np.cos(k * x), np.sin(k * x), waves(height))
+    assert max(np.abs(p).max(), np.abs(q).max()) < 4 * k * height * np.exp(-k * height)
+
+
+def test_at_the_base_nodes_that_slip_look_like_amontons_law():
+    """The recipe's pin on a coarser surface: ten moments of the slide beside Coulomb sliding with their mean friction, and
+    beside the pressure of a contact at rest times that friction; largest differences over the largest stresses."""
+    slab = Slab(257, 0.05, 0.5, scheme="strip")
+    case, compliance = Case(1.0, 50.0, 1e-3, slab, max_events=100_000, max_presliding=4.0), surface_compliance(slab)
+    record = slide(case, compliance)
+    plateau = plateau_of(record)
+    first, last = np.searchsorted(record.displacement, plateau.start) + 1, len(record.displacement)
+    moments, outcome = states_at(case, compliance, [int(event) for event in np.linspace(first, last, 10)])
+    assert outcome.ok
+    coulomb = replace(case, intrinsic_friction=plateau.mean, slip_rule=SlipRule(residual_shear=1.0))
+    _, sliding = slide_to_state(coulomb, compliance, initial_contact(coulomb, compliance))
+    rest = initial_contact(replace(case, effects=Effects(friction=False)), compliance).pressure
+    tractions = [(state.pressure, state.shear) for state in (sliding, *moments)]
+    found = [AT_BASE(p, q, waves(0.05, 257, slab.spacing)) for p, q in (*tractions, (rest, plateau.mean * rest))]
+    law, *each, at_rest = found
+    differences = [np.abs(base - law).max(axis=1) / law.max(axis=1) for base in (np.mean(each, axis=0), *each, at_rest)]
+    worst = np.max(differences[1:-1], axis=0)
+    figures = f"mean {listed(differences[0])}, one moment {listed(worst)}, pressure at rest {listed(differences[-1])}"
+    line = seen("pressure and shear at a film's base: nodes that slip", "Amontons' law", figures)
+    assert np.all(differences[0] < 0.02), line
+    assert np.all(worst < 0.06), line
+    assert np.all(differences[-1] > 0.2), line
+    assert law[0].argmax() > at_rest[0].argmax(), line
