@@ -64,6 +64,18 @@ class Pin:
         steepest = float(np.abs(np.diff(self.rises) / np.diff(self.knots)).max())
         return min(steepest * distance, float(np.ptp(self.rises)))
 
+    def roughness_slopes(self, spacing: float) -> tuple[float, float]:
+        """Root mean square slopes of the roughness: all of it, and of what nodes so far apart miss, which see straight lines."""
+        if self.knots is None or self.rises is None:
+            return 0.0, 0.0
+        nodes = spacing * np.arange(np.floor(self.knots[0] / spacing) - 1, np.ceil(self.knots[-1] / spacing) + 2)
+        xi = np.unique(np.concatenate((nodes, self.knots)))
+        heights = np.interp(xi, self.knots, self.rises)
+        missed = heights - np.interp(xi, nodes, np.interp(nodes, self.knots, self.rises))
+        squares = [float((np.diff(each) ** 2 / np.diff(xi)).sum()) for each in (heights, missed)]
+        width = float(self.knots[-1] - self.knots[0])
+        return math.sqrt(squares[0] / width), math.sqrt(squares[1] / width)
+
     def rounding(self, xi: Vector) -> float:
         """Largest change of displacements by rounding of ξ (any shape) and of heights there, in L_x."""
         of_profile = 0.0 if self.rises is None else float(np.abs(self.rises).max())

@@ -520,7 +520,8 @@ def states_at(case: Case, compliance: Compliance, events: Sequence[int]) -> tupl
     events = [event for event in events if event <= (case.max_events or event)]  # pieces know nothing of that limit
     if case.max_presliding is not None and any(events):  # nor of that one: their first contact is another
         reached = len(slide(case, compliance, state).displacement)
-        case, events = replace(case, max_presliding=None), [event for event in events if event <= reached]
+        case = replace(case, max_presliding=None, max_events=max(reached, 1))
+        events = [event for event in events if event <= reached]
     for event in events:
         if event > done and state.outcome.ok:
             record, state = slide_to_state(replace(case, max_events=event - done), compliance, state)

@@ -5,6 +5,7 @@ import heapq
 import math
 import operator
 import os
+from array import array
 from collections.abc import Callable, Sequence
 from functools import partial
 from operator import attrgetter
@@ -27,7 +28,7 @@ from nanoslip.study.plan.task import Task, TaskResult
 class Outlook(NamedTuple):
     """Expected flags of the cases, and lengths of their records."""
 
-    masks: bytes
+    masks: Sequence[int]
     """Flags of every case, as bits; none of a refused one."""
     shortest: float
     """Record in node spacings; infinite where nothing slides."""
@@ -37,7 +38,7 @@ class Outlook(NamedTuple):
 def outlook_of(plan: Plan) -> Outlook:
     """In one pass, as a plan may have millions of cases."""
     slides = "slip" in plan.manifest.stages
-    masks, shortest, longest = bytearray(), math.inf, 0.0
+    masks, shortest, longest = array("H"), math.inf, 0.0
     for case in (each.case for each in plan.cases):
         displacement = 0.0
         if case is not None and slides:
@@ -45,7 +46,7 @@ def outlook_of(plan: Plan) -> Outlook:
             span = displacement / case.slab.spacing
             shortest, longest = min(shortest, span), max(longest, span)
         masks.append(mask_of(expected_flags(case, displacement)) if case is not None else 0)
-    return Outlook(bytes(masks), shortest, longest)
+    return Outlook(masks, shortest, longest)
 
 
 # Validity flags of a campaign's cases in words: one line for each flag, on the terminal and in the report.

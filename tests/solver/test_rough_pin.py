@@ -20,6 +20,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import slide as full_contact
 from nanoslip.solver.sliding.kernels.slide import slide_events
 from nanoslip.solver.sliding.slide import compiled_at, first_of, first_room, slide, slide_full_contact, slide_to_state
+from nanoslip.solver.sliding.validity import SHORT_PROFILE, UNRESOLVED_ROUGHNESS, contact_flags, expected_flags
 from tests.physics import assert_contact_laws, half_plane
 
 SLAB = Slab(n_x=33)
@@ -315,3 +316,39 @@ def test_every_node_obeys_its_own_limit(residual_shear):
     normal, shear = -state.nodal_force[1], np.abs(state.nodal_force[0])
     assert np.all(shear <= node_friction(case) * normal + 1e-11 * case.normal_load)
     assert np.any(shear > 0.5 * normal)
+
+
+def test_slopes_that_nodes_miss_are_those_of_what_is_left_between_them():
+    """Of waves of length λ straight lines a spacing apart leave k·spacing/√12 of the slope, if short; of knots all."""
+    xi = np.linspace(-0.5, 0.5, 20_001)
+    pin = pin_of(rough(profile(xi, 1e-5 * np.sin(2.0 * np.pi * xi / 0.1))))
+    slope, missed = pin.roughness_slopes(1e-3)
+    assert slope == pytest.approx(1e-5 * 2.0 * np.pi / 0.1 / np.sqrt(2.0), rel=1e-3)
+    assert missed / slope == pytest.approx(2.0 * np.pi / 0.1 * 1e-3 / np.sqrt(12.0), rel=1e-2)
+    assert pin.roughness_slopes(1.0)[1] == pytest.approx(slope, rel=1e-2)
+    knots = pin_of(rough(random_profile(1e-5, 4801)))
+    assert knots.roughness_slopes(1.0 / 64.0)[1] == pytest.approx(knots.roughness_slopes(1.0 / 64.0)[0], rel=0.02)
+    assert knots.roughness_slopes(1.2 / 4800.0)[1] < 1e-6 * knots.roughness_slopes(1.0)[0]
+    assert pin_of(CASE).roughness_slopes(0.1) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("n_x", [65, 129])
+def test_a_profile_that_nodes_miss_is_flagged_before_and_after_and_rubs_otherwise(n_x):
+    """A knot every 0.002 L_x, whose slope is 7 % of the contact's: nodes four times and eight times as far apart."""
+    coarse = rough(
+        random_profile(2e-7, 601), replace(CASE, slab=Slab(n_x, scheme="strip")), max_events=None, max_presliding=3.0
+    )
+    assert UNRESOLVED_ROUGHNESS in expected_flags(coarse)
+    start = initial_contact(coarse, surface_compliance(coarse.slab))
+    assert UNRESOLVED_ROUGHNESS in contact_flags(coarse, start)
+    assert UNRESOLVED_ROUGHNESS not in expected_flags(replace(coarse, slab=Slab(2049, scheme="strip")))
+    assert UNRESOLVED_ROUGHNESS not in expected_flags(
+        replace(coarse, radius=1e-3 * coarse.radius)
+    )  # its slope is not felt
+
+
+def test_a_profile_shorter_than_the_contact_is_flagged():
+    case = rough(profile(np.linspace(-0.05, 0.05, 11), np.zeros(11)), replace(CASE, slab=Slab(65, scheme="strip")))
+    assert SHORT_PROFILE in expected_flags(case)
+    wide = profile(np.linspace(-0.5, 0.5, 11), np.zeros(11))
+    assert SHORT_PROFILE not in expected_flags(replace(case, heterogeneity=Heterogeneity(roughness=wide)))

@@ -248,6 +248,13 @@ def test_states_after_events_end_where_the_record_does(changes, limits):
     assert states_at(case, COMPLIANCE, (100_000,))[0] == []
 
 
+def test_states_of_a_record_that_only_its_length_limits():
+    case = replace(CASE, max_events=None, max_presliding=2.0)
+    found, outcome = states_at(case, COMPLIANCE, (0, 3, 10**6))
+    assert (len(found), outcome.ok) == (2, True)
+    np.testing.assert_array_equal(found[1].u, states_at(replace(CASE, max_events=3), COMPLIANCE, (3,))[0][0].u)
+
+
 def test_a_failure_behind_the_end_of_the_record_is_not_the_cases():
     """This pin gets too steep where it touches, but long after its seventh event."""
     case = case_with(radius=25.0, max_events=7)
