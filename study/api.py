@@ -165,7 +165,8 @@ def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
     named = {key: campaign.get(key) for key in NAMED}
     for word, stated in in_files().items():
         table = campaign.get(stated.table)
-        named[word] = table.get(word) if isinstance(table, Mapping) else None
+        name = table.get(word) if isinstance(table, Mapping) else None
+        named[word] = name.get("file") if isinstance(name, Mapping) else name
     return {key: read_text(Path(name))[1] for key, name in named.items() if isinstance(name, str | os.PathLike)}
 
 

@@ -28,7 +28,7 @@ ORDER = {
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.study": "shipped toml_text exit_codes xarray_accessor canonical provenance origin "
     "manifest plan results dataset run figures report accuracy api commands",
-    "nanoslip.study.manifest": "parameters units checker manifest reader cases",
+    "nanoslip.study.manifest": "parameters units surface checker manifest reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan outlook",
     "nanoslip.study.results": "entry log attempts shard store",
     "nanoslip.study.dataset": "file variables table collect access concatenation compare verify",
@@ -37,7 +37,7 @@ ORDER = {
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "shared points sweep frames view views gallery",
     "nanoslip.study.accuracy": "setup elastic_operator digit effects measurement",
-    "nanoslip.study.commands": "words plans datasets prepare run conduct look judge cli",
+    "nanoslip.study.commands": "words plans datasets prepare run conduct surface look judge cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

@@ -295,6 +295,30 @@ def figure(**given: object) -> None:
     work("look:draw_figure", **given)
 
 
+@cli.command()
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--x", default="m", show_default=True, metavar="UNIT", help="Unit of the first column, as nm.")
+@click.option("--z", default="m", show_default=True, metavar="UNIT", help="Unit of the second column.")
+@click.option(
+    "--detrend",
+    type=click.Choice(("none", "mean", "line", "parabola")),
+    default="line",
+    show_default=True,
+    help="What is taken off the heights.",
+)
+@click.option("--width", default="1 mm", show_default=True, metavar="LENGTH", help="Slab width L_x, for the nodes.")
+@PICTURE
+def profile(**given: object) -> None:
+    """Look at the measured profile of a surface in FILE: two columns, x and height.
+
+    Height, slope, correlation length, and the nodes that resolve it on a slab of this width; -o draws it with its spectrum.
+    A campaign takes it as heterogeneity.roughness = {file = "FILE", x = "nm", z = "nm", detrend = "line"}.
+
+    Example: nanoslip profile afm.csv --x nm --z nm --width "20 um"
+    """
+    work("surface:show_profile", **given)
+
+
 @cli.command("show")
 @CAMPAIGN
 @PARAMETERS

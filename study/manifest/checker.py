@@ -8,7 +8,7 @@ import math
 import re
 import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -29,6 +29,7 @@ from nanoslip.study.manifest.parameters import (
     words,
     words_of,
 )
+from nanoslip.study.manifest.surface import NamedSurface, read_surface
 from nanoslip.study.manifest.units import plain
 
 # Problems of a campaign, one line each, and its CSV files: the table of cases and parameters that are files.
@@ -410,18 +411,40 @@ class NamedFiles(Checker):
                 self.refuse(other, f"needs to be left out beside table = {shown(top['table'])}")
         return self._read(read_table, "table", top["table"])
 
-    def rows(self, fixed: dict[str, Columns]) -> dict[str, Rows]:
+    def rows(self, fixed: dict[str, Columns], scales: Scales) -> dict[str, Rows]:
         """Values of the parameters of the tables that are files, by their words; they take the place of the files' names."""
         found: dict[str, Rows] = {}
         for table, content in fixed.items():
             for word in [word for word in in_files() if word in content]:
                 where, name = content.pop(word)[0]
-                if not isinstance(name, str):
+                read: Rows | None = None
+                if word == "roughness" and isinstance(name, dict):
+                    read = self._surface(f"{table}.{word}", name, scales)
+                elif not isinstance(name, str):
                     columns = " and ".join(in_files()[word].columns)
                     self.problems.append(f"{where} = {shown(name)}: needs the path of a CSV file with {columns}")
-                elif read := self._read(partial(read_rows, word), word, name):
+                else:
+                    read = self._read(partial(read_rows, word), word, name)
+                if read:
                     found[word], fixed[table][word] = read, [Given(where, read.value)]
         return found
+
+    def _surface(self, where: str, content: dict[str, Any], scales: Scales) -> Rows | None:
+        """The roughness of a measured profile; None where it is refused."""
+        good = self.checked(where, content, NamedSurface, [item.name for item in fields(NamedSurface)])
+        if "file" not in good:
+            self.refuse(where, "needs file, the path of a text file with two columns")
+        if good.keys() < {*content, "file"}:
+            return None
+
+        def read(path: Path, text: str | None) -> Rows:
+            raw, text = read_text(path, text)
+            try:
+                return Rows(raw, text, read_surface(path, text, NamedSurface(**good)).roughness(scales.slab_width))
+            except InvalidInput as error:
+                raise ManifestError([f"{path}: {error}"]) from None
+
+        return self._read(read, "roughness", good["file"])
 
     def front(self, content: dict[str, Any]) -> str | None:
         """The text of a measured front; None where the campaign names none or it is refused."""

@@ -300,7 +300,7 @@ class _Reader(NamedFiles):
         seconds = self._task_seconds(top)
         tables = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
         fixed = {name: self.plain(content, scales) for name, content in tables.items()}
-        hashed = {"table": table} | self.rows(fixed) if table else self.rows(fixed)
+        hashed = ({"table": table} if table else {}) | self.rows(fixed, scales)
         front = self.front(top)
         self.one_place(given, fixed)
         accuracy = self._accuracy(top, {**given, **fixed["numerics"]})

@@ -3,6 +3,7 @@
 Of a case they are multiples of the campaign's scales; drives and scales are in SI.
 """
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from decimal import Decimal
@@ -43,7 +44,7 @@ def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequenc
     stated = parameters_of_a_case()
     given = {**{name: (value,) for name, value in {**Case.of({}).flat, **fixed}.items()}, **axes}
     idle = {size for shape, size in PIN_SIZES.items() if shape not in given["pin"]}
-    said = [f"L_x = {_compact(scales.slab_width, 'm')}"]
+    said = [f"L_x = {compact(scales.slab_width, 'm')}"]
     for name in (name for name in stated if stated[name].scale in UNITS and stated[name].symbol and name not in idle):
         sizes = [float(value) * getattr(scales, stated[name].scale) for value in given[name]]
         said.append(f"{stated[name].symbol.partition('/')[0]} = {_span(sizes, UNITS[stated[name].scale])}")
@@ -52,15 +53,29 @@ def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequenc
 
 
 def _span(values: Sequence[float], unit: str) -> str:
-    ends = dict.fromkeys(_compact(end, unit) for end in (min(values), max(values)))
+    ends = dict.fromkeys(compact(end, unit) for end in (min(values), max(values)))
     return " to ".join(ends)
 
 
-def _compact(value: float, unit: str) -> str:
+def compact(value: float, unit: str) -> str:
+    """A value in SI with the prefix that suits it, to four digits: 15.62 μm."""
     found = registry().Quantity(Decimal(value), unit).to_compact()
     return f"{float(found.magnitude):.4g} {found.units:~P}".replace(
         "\u00b5", "\u03bc"
     )  # the sign for micro by the letter
+
+
+def stated_length() -> Parameter:
+    """A length, as a parameter in m."""
+    return Parameter("length", unit="m")
+
+
+def length_in_metres(unit: str) -> float:
+    """How many metres a unit of length is, as nm; NaN of what is none."""
+    try:
+        return float(registry().Quantity(Decimal(1), _in_symbols(unit)).to("m").magnitude)
+    except (AttributeError, TypeError, ValueError, ArithmeticError):
+        return math.nan
 
 
 def in_words(unit: str) -> str:

@@ -1,0 +1,136 @@
+"""A measured profile of a surface: two columns of a text file, with units, and what is known of its roughness."""
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Heterogeneity
+from nanoslip.solver.contact.pin import Pin
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import Roughness, check, parameter, require
+from nanoslip.solver.sliding.validity import MISSED
+from nanoslip.study.manifest.units import length_in_metres
+
+Detrend = Literal["none", "mean", "line", "parabola"]
+_SEPARATORS: Final = {"semicolons": ";", "tabs": "\t", "commas": ",", "spaces": None}
+_MOST_NODES: Final = 20
+"""Power of two of the most nodes that a slab may have, less one."""
+
+
+@dataclass(frozen=True, slots=True)
+class NamedSurface:
+    """How a campaign names a measured profile: `roughness = {file = "afm.csv", x = "nm", z = "nm", detrend = "line"}`.
+
+    x, z: units of the two columns. detrend: what is taken off the heights, a polynomial fitted by least squares.
+    """
+
+    file: str = parameter("", meaning="the path of a text file with two columns", unit="")
+    x: str = parameter("m", meaning="unit of the first column", unit="")
+    z: str = parameter("m", meaning="unit of the second column", unit="")
+    detrend: Detrend = parameter("line", meaning="what is taken off the heights", unit="")
+
+    def __post_init__(self) -> None:
+        check(self)
+        for name in ("file", "x", "z"):
+            require(name, getattr(self, name), isinstance(getattr(self, name), str), "a text")
+        for name in ("x", "z"):
+            require(
+                name,
+                getattr(self, name),
+                math.isfinite(length_in_metres(getattr(self, name))),
+                "a unit of length, as nm",
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """A profile: x and heights (n,) in m, x from its middle and increasing; and how its file was read."""
+
+    x: NDArray[np.float64]
+    height: NDArray[np.float64]
+    separator: str
+    skipped: int
+    """Lines before the numbers."""
+
+    @property
+    def rms_height(self) -> float:
+        """Root mean square of the heights about their mean, in m."""
+        return float(self.height.std())
+
+    @property
+    def correlation_length(self) -> float:
+        """Distance in m at which the autocorrelation of the heights first falls below 1/e; NaN where it never does."""
+        even = np.linspace(self.x[0], self.x[-1], len(self.x))
+        heights = np.interp(even, self.x, self.height) - self.height.mean()
+        power = np.abs(np.fft.rfft(heights, 2 * len(heights))) ** 2
+        correlated = np.fft.irfft(power)[: len(heights)] / np.arange(len(heights), 0, -1)
+        low = np.flatnonzero(correlated < correlated[0] / math.e)
+        return float(even[low[0]] - even[0]) if len(low) else math.nan
+
+    @property
+    def spectrum(self) -> tuple[Any, Any]:
+        """Wavenumbers 2π/λ in 1/m and the power of the heights, in m³; of the profile in a Hann window."""
+        even = np.linspace(self.x[0], self.x[-1], len(self.x))
+        window = np.hanning(len(even))
+        apart = float(even[1] - even[0])
+        heights = (np.interp(even, self.x, self.height) - self.height.mean()) * window
+        power = np.abs(np.fft.rfft(heights)) ** 2 * apart / (2.0 * np.pi * (window**2).sum())
+        return 2.0 * np.pi * np.fft.rfftfreq(len(even), apart)[1:], 2.0 * power[1:]
+
+    def pin(self, slab_width: float) -> Pin:
+        """Its roughness on a flat pin, in L_x (m)."""
+        return Pin(0.0, math.inf, self.x / slab_width, self.height / slab_width)
+
+    def roughness(self, slab_width: float) -> Roughness:
+        """Points of a case's roughness, in L_x (m). Raises InvalidInput where a case cannot have them."""
+        points = tuple(zip((self.x / slab_width).tolist(), (self.height / slab_width).tolist(), strict=True))
+        return Heterogeneity(roughness=points).roughness
+
+    def nodes(self, slab_width: float) -> int | None:
+        """The smallest n_x = 2^N + 1 of a slab of this width (m) whose nodes see enough of its slope; None if none does."""
+        for power in range(2, _MOST_NODES + 1):
+            slope, missed = self.pin(slab_width).roughness_slopes(0.5**power)
+            if missed <= MISSED * slope:
+                return int(2**power + 1)
+        return None
+
+
+def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
+    """A profile from its file's text. Raises InvalidInput with line and value.
+
+    Numbers are separated as most lines have it; lines before them are skipped. A profile from right to left is turned.
+    """
+    best = max(_SEPARATORS, key=lambda name: sum(len(_numbers(line, name)) > 1 for line in text.splitlines()))
+    lines = [(number, line, _numbers(line, best)) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
+    skipped = next((place for place, (_, _, row) in enumerate(lines) if len(row) > 1), len(lines))
+    rows = [(number, row[:2]) for number, line, row in lines[skipped:] if not line.startswith(("#", "%"))]
+    require("number of points", len(rows), len(rows) >= 2, f"at least 2 lines of two numbers in {path}")
+    for (number, row), (_, before) in zip(rows, rows[:1] + rows, strict=False):
+        if len(row) < 2 or not all(map(math.isfinite, row)):
+            raise InvalidInput(f"line {number}: needs two finite numbers")
+        if (row[0] - before[0]) * (rows[-1][1][0] - rows[0][1][0]) <= 0.0 and number != rows[0][0]:
+            raise InvalidInput(f"line {number}: x = {row[0]:g} after {before[0]:g}: needs x that goes one way")
+    points = np.array([row for _, row in rows])[:: 1 if rows[0][1][0] < rows[-1][1][0] else -1]
+    x, height = points[:, 0] * length_in_metres(given.x), points[:, 1] * length_in_metres(given.z)
+    x = x - (x[0] + x[-1]) / 2.0
+    degree = get_args(Detrend).index(given.detrend) - 1
+    if degree >= 0:
+        height = height - np.polynomial.Polynomial.fit(x, height, degree)(x)
+    return Surface(x, height, best, skipped)
+
+
+def _numbers(line: str, separator: str) -> tuple[float, ...]:
+    """The numbers of a line; none where it begins with something else. Between others than commas a comma is a decimal point."""
+    cells = line.split(_SEPARATORS[separator])
+    found: list[Any] = []
+    for cell in cells[:2]:
+        word = cell if separator == "commas" else cell.replace(",", ".")
+        if not re.fullmatch(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*|\s*[-+]?(nan|inf)\s*", word, re.IGNORECASE):
+            return ()
+        found.append(float(word))
+    return tuple(found)

@@ -1,0 +1,110 @@
+"""A measured profile is read as it was written, in its units, and its numbers are those of the surface it was made of."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.study import api
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
+
+AFM = Path("afm.txt")
+IN_NANOMETRES = NamedSurface("afm.txt", "nm", "nm", "none")
+TEXTS = {
+    "commas": "x,z\n0,1.5\n50,2\n100,1\n",
+    "semicolons": "Messung 3\n\nx;z\n0;1,5\n50;2\n100;1e0\n",
+    "tabs": "# channel 1\n# nm\tnm\n0\t1.5\t7\n50\t2\t7\n# rescan\n100\t1\t7\n",
+    "spaces": "  0   1.5\n  50  +2.\n\n 100  1\n",
+    "commas from right to left": "100,1\n50,2\n0,1.5\n",
+}
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+def test_columns_are_read_whatever_separates_them_and_stands_above(kind: str) -> None:
+    found = read_surface(AFM, TEXTS[kind], IN_NANOMETRES)
+    assert found.separator == kind.split(maxsplit=1)[0]
+    np.testing.assert_allclose(found.x, [-50e-9, 0.0, 50e-9], atol=1e-22)
+    np.testing.assert_allclose(found.height, [1.5e-9, 2e-9, 1e-9], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("detrend", "degree"), [("mean", 0), ("line", 1), ("parabola", 2)])
+def test_what_is_taken_off_is_a_polynomial_and_nothing_else(detrend: str, degree: int) -> None:
+    x = np.linspace(0.0, 10.0, 201)
+    wave = np.cos(2.0 * np.pi * x)
+    trend = np.polynomial.Polynomial([3.0, -0.7, 0.2][: degree + 1])(x)
+    text = "\n".join(f"{at!r},{height!r}" for at, height in zip(x.tolist(), (wave + trend).tolist(), strict=True))
+    found = read_surface(AFM, text, NamedSurface("a", "um", "nm", detrend))  # type: ignore[arg-type]
+    np.testing.assert_allclose(found.height, 1e-9 * wave, atol=0.05e-9)  # ten whole waves are nearly free of a parabola
+
+
+def test_roughness_is_that_of_the_waves_it_is_made_of() -> None:
+    k, amplitude = 2.0 * np.pi / 1e-6, 3e-9
+    x = np.linspace(-20e-6, 20e-6, 8001)
+    found = Surface(x, amplitude * np.cos(k * x), "tabs", 0)
+    assert found.rms_height == pytest.approx(amplitude / np.sqrt(2.0), rel=1e-3)
+    assert found.pin(1e-3).roughness_slopes(1.0)[0] == pytest.approx(k * amplitude / np.sqrt(2.0), rel=1e-3)
+    assert found.correlation_length == pytest.approx(np.arccos(1.0 / math.e) / k, abs=x[1] - x[0])
+    wavenumber, power = found.spectrum
+    assert wavenumber[power.argmax()] == pytest.approx(k, rel=0.01)
+    assert power.sum() * (wavenumber[1] - wavenumber[0]) == pytest.approx(found.rms_height**2, rel=1e-3)  # Parseval
+    # Straight lines a spacing apart miss k·spacing/√12 of the slope of short waves; half of it near a quarter of a wave.
+    nodes = found.nodes(40e-6)
+    assert nodes is not None
+    assert 2.0 < 1e-6 / (40e-6 / (nodes - 1)) < 8.0
+
+
+def test_a_campaign_takes_it_in_its_units() -> None:
+    rough = '{file = "afm.txt", x = "nm", z = "nm", detrend = "none"}'
+    text = f'title = "x"\nheterogeneity.roughness = {rough}\nscales.slab_width = "1 um"'
+    manifest = parse_manifest(Path("mine.toml"), text, {"roughness": TEXTS["tabs"]})
+    (case,) = expand(manifest)
+    assert case.case
+    points = np.array(case.case.heterogeneity.roughness)
+    np.testing.assert_allclose(points, [[-0.05, 1.5e-3], [0.0, 2e-3], [0.05, 1e-3]], rtol=1e-12, atol=1e-18)
+    assert manifest.files == {"roughness": TEXTS["tabs"]}
+
+
+def test_python_reads_the_file_that_a_dict_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    AFM.write_text("\n".join(f"{place} {place % 7}" for place in range(0, 900_000, 9_000)))
+    rough = {"roughness": {"file": "afm.txt", "x": "nm", "z": "nm"}}
+    small = {"limits": {"events": 3}, "ensemble": {"members": 1}, "numerics": {"n_x": 65}}
+    data = api.run({"title": "x", "heterogeneity": rough, **small}, progress=False)
+    assert data.attrs["manifest_roughness"] == AFM.read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "number of points = 0: needs at least 2 lines of two numbers in afm.txt"),
+        ("0 1\n", "number of points = 1: needs at least 2 lines"),
+        ("0 1\n1 a\n2 3\n", "line 2: needs two finite numbers"),
+        ("0 1\n1 nan\n2 3\n", "line 2: needs two finite numbers"),
+        ("0 1\n2 1\n1 3\n4 4\n", "line 3: x = 1 after 2: needs x that goes one way"),
+        ("0 1\n0 1\n1 3\n", "line 2: x = 0 after 0: needs x that goes one way"),
+    ],
+)
+def test_a_wrong_line_is_named(text: str, said: str) -> None:
+    with pytest.raises(InvalidInput, match=said):
+        read_surface(AFM, text, IN_NANOMETRES)
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ('{x = "nm"}', "heterogeneity.roughness: needs file, the path of a text file with two columns"),
+        ('{file = "a", x = "kg"}', 'heterogeneity.roughness.x = "kg": needs a unit of length, as nm'),
+        ('{file = "a", detrend = "cubic"}', "needs one of none, mean, line, parabola"),
+        ('{file = "a", y = "nm"}', 'heterogeneity.roughness.y = "nm": unknown'),
+    ],
+)
+def test_a_wrong_entry_is_one_message(entry: str, said: str) -> None:
+    with pytest.raises(ManifestError, match=said):
+        parse_manifest(
+            Path("mine.toml"), f'title = "x"\nheterogeneity.roughness = {entry}', {"roughness": TEXTS["tabs"]}
+        )
