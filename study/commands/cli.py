@@ -309,9 +309,10 @@ def figure(**given: object) -> None:
 @click.option("--width", default="1 mm", show_default=True, metavar="LENGTH", help="Slab width L_x, for the nodes.")
 @PICTURE
 def profile(**given: object) -> None:
-    """Look at the measured profile of a surface in FILE: two columns, x and height.
+    """Say what is known of a measured surface profile.
 
-    Height, slope, correlation length, and the nodes that resolve it on a slab of this width; -o draws it with its spectrum.
+    FILE has two columns, x and height. Height, slope, correlation length, and the nodes that resolve it on a slab of this width;
+    -o draws it with its spectrum.
     A campaign takes it as heterogeneity.roughness = {file = "FILE", x = "nm", z = "nm", detrend = "line"}.
 
     Example: nanoslip profile afm.csv --x nm --z nm --width "20 um"

@@ -2,10 +2,13 @@
 
 import math
 from pathlib import Path
+from typing import Final
 
 import click
 
+from nanoslip.solver.contact.pin import Pin
 from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.solver.sliding.validity import MISSED
 from nanoslip.study.commands.plans import counted
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.figures.shared import column, format_of, image
@@ -38,10 +41,29 @@ def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: 
     click.echo(text_plot(1e6 * found.x, 1e9 * found.height, ("x, in μm", "height, in nm"), width_of_text))
 
 
+def pin_of(found: Surface, slab_width: float) -> Pin:
+    """Its roughness on a flat pin; slab_width: in m."""
+    return Pin(0.0, math.inf, found.x / slab_width, found.height / slab_width)
+
+
+def nodes_for(pin: Pin) -> int | None:
+    """The smallest n_x = 2^N + 1 of which nodes see enough of a rough pin's slope; None if none does."""
+    for power in range(2, MOST_NODES + 1):
+        slope, missed = pin.roughness_slopes(0.5**power)
+        if missed <= MISSED * slope:
+            return int(2**power + 1)
+    return None
+
+
+MOST_NODES: Final = 20
+"""Power of two of the most nodes that a slab may have, less one."""
+
+
 def _lines(found: Surface, slab_width: float) -> list[str]:
     length, count = float(found.x[-1] - found.x[0]), len(found.x)
-    slope, _ = found.pin(slab_width).roughness_slopes(1.0)
-    nodes, apart = found.nodes(slab_width), compact(length / (count - 1), "m")
+    pin = pin_of(found, slab_width)
+    slope, _ = pin.roughness_slopes(1.0)
+    nodes, apart = nodes_for(pin), compact(length / (count - 1), "m")
     correlated = found.correlation_length
     longer = "longer than the profile" if math.isnan(correlated) else compact(correlated, "m")
     slab = f"on a slab of L_x = {compact(slab_width, 'm')}"

@@ -10,16 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Heterogeneity
-from nanoslip.solver.contact.pin import Pin
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Roughness, check, parameter, require
-from nanoslip.solver.sliding.validity import MISSED
 from nanoslip.study.manifest.units import length_in_metres
 
 Detrend = Literal["none", "mean", "line", "parabola"]
 _SEPARATORS: Final = {"semicolons": ";", "tabs": "\t", "commas": ",", "spaces": None}
-_MOST_NODES: Final = 20
-"""Power of two of the most nodes that a slab may have, less one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,22 +78,10 @@ class Surface:
         power = np.abs(np.fft.rfft(heights)) ** 2 * apart / (2.0 * np.pi * (window**2).sum())
         return 2.0 * np.pi * np.fft.rfftfreq(len(even), apart)[1:], 2.0 * power[1:]
 
-    def pin(self, slab_width: float) -> Pin:
-        """Its roughness on a flat pin, in L_x (m)."""
-        return Pin(0.0, math.inf, self.x / slab_width, self.height / slab_width)
-
     def roughness(self, slab_width: float) -> Roughness:
         """Points of a case's roughness, in L_x (m). Raises InvalidInput where a case cannot have them."""
         points = tuple(zip((self.x / slab_width).tolist(), (self.height / slab_width).tolist(), strict=True))
         return Heterogeneity(roughness=points).roughness
-
-    def nodes(self, slab_width: float) -> int | None:
-        """The smallest n_x = 2^N + 1 of a slab of this width (m) whose nodes see enough of its slope; None if none does."""
-        for power in range(2, _MOST_NODES + 1):
-            slope, missed = self.pin(slab_width).roughness_slopes(0.5**power)
-            if missed <= MISSED * slope:
-                return int(2**power + 1)
-        return None
 
 
 def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
