@@ -103,8 +103,8 @@ def drawn(number: int) -> Campaign:
 class Judged:
     """A campaign computed to a target, or those of its cases that eight members with everything know so well.
 
-    ratio: seconds over those with everything. kept: of each number asked for whether its mean is no further from that of the other
-    starts than `within` and twice their own ± together; NaN where these have none, or the target says that it is not known.
+    ratio: seconds over those with everything. kept: of each number asked for whether its mean is no further from that of the
+    other starts than `within` and twice their own ± together; NaN where these have none, or the target says that it is not known.
     """
 
     ratio: float
