@@ -101,11 +101,6 @@ def test_another_file_is_refused_by_name(tmp_path, text):
         load_front(path)
 
 
-def test_a_missing_file_is_refused_by_name(tmp_path):
-    with pytest.raises(ManifestError, match=r"none\.json: cannot be read"):
-        load_front(tmp_path / "none.json")
-
-
 def test_the_shipped_front_knows_the_papers_case_and_gets_better_with_nodes():
     """Not monotone: contacts are made of whole nodes. But four times the nodes are better."""
     shipped, case = load_front(), Case()
@@ -156,14 +151,6 @@ def test_the_best_there_is_is_said_in_the_words_of_a_manifest(monkeypatch):
     monkeypatch.setattr(parameters, "words", lambda: {"nodes": "n_x"})
     with pytest.raises(UnreachableError, match=r"here\.json has: nodes = 129, "):
         cheapest(FRONT, [NARROW, WIDE], 0.03)
-
-
-@pytest.mark.parametrize(
-    "case", [Case(radius=1.0), Case(pin="flat_punch"), Case(slab=Slab(poisson=0.1))], ids=["narrow", "punch", "slab"]
-)
-def test_what_was_not_measured_is_refused(case):
-    with pytest.raises(UnreachableError, match=r"needs a slab and a contact that here\.json has"):
-        cheapest(FRONT, [WIDE, case], 0.5)
 
 
 @pytest.fixture
