@@ -2,17 +2,11 @@
 
 import json
 import os
-import shutil
 import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 
-
-def launcher(ranks: int) -> list[str]:
-    """Words that start so many ranks with the mpiexec that belongs to this Python; none for a lone process."""
-    beside = Path(sys.executable).with_name("mpiexec")
-    return [str(beside if beside.exists() else shutil.which("mpiexec") or "mpiexec"), "-n", str(ranks)] if ranks else []
+from tests.conftest import launcher
 
 
 def started(ranks: int, module: str, *arguments: object, **changes: str) -> str:

@@ -1,30 +1,70 @@
-"""More ways to draw a manifest at random: always with a drive, with every key, on large grids, with axes.
+"""Ways to draw a manifest at random: with every key and now and then nonsense, always with a drive, with axes."""
 
-Apart from `scenes` of test_scenes, whose committed stream must not move when a key is added.
-"""
-
+import json
+import math
 from typing import Any
 
 from hypothesis import strategies as st
 
-from tests.hard_cases.test_scenes import (
-    CONSTANTS,
-    DRIVE,
-    EFFECTS,
-    FRICTION,
-    HETEROGENEITY,
-    NUMERICS,
-    SCALES,
-    SLIP,
-    lines,
-    or_nonsense,
-    powers,
-    tables,
-    written,
-)
+from nanoslip.solver.slab import SCHEMES
 
 Sections = dict[str, dict[str, Any]]
 
+
+def powers(low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers from 10^low to 10^high, every order of magnitude as likely."""
+    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
+
+
+def tables(entries: dict[str, st.SearchStrategy[Any]]) -> st.SearchStrategy[dict[str, Any]]:
+    """A table of a manifest with any subset of these keys."""
+    return st.fixed_dictionaries({}, optional=entries)
+
+
+def or_nonsense(sensible: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Mostly a sensible value, now and then what no key takes."""
+    nonsense = st.sampled_from([0, -1, -0.0, math.nan, math.inf, 1e308, 1e-308, "", "none", True, [], 2**70])
+    return st.integers(0, 199).flatmap(lambda dice: nonsense if dice == 0 else sensible)
+
+
+FRICTION = st.one_of(powers(-8, 1), st.sampled_from([0.0, math.inf, 0.5]))
+CONSTANTS = {
+    "intrinsic_friction": or_nonsense(FRICTION),
+    "radius": or_nonsense(powers(-1, 6)),
+    "normal_load": or_nonsense(powers(-12, -1)),
+    "poisson": or_nonsense(st.one_of(st.floats(-0.9, 0.4999), st.sampled_from([0.0, 0.49, 1 / 3]))),
+    "aspect_ratio": or_nonsense(powers(-2, 2)),
+    "pin": st.sampled_from(["parabola", "parabola", "flat_punch"]),
+    "half_width": or_nonsense(st.floats(0.01, 0.5)),
+}
+NUMERICS = {
+    "scheme": st.sampled_from(tuple(SCHEMES)),
+    "support": st.sampled_from(["bonded", "frictionless", "right_side"]),
+    "initial_contact": st.sampled_from(["stick", "frictionless", "gradual"]),
+}
+SLIP = {
+    "slip_order": st.sampled_from(["worst_first", "simultaneous"]),
+    "limited_shear": st.sampled_from(["both_ways", "both_ways", "forward"]),
+    "residual_shear": or_nonsense(st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.5, 0.999, 1.0]))),
+    "event_floor": or_nonsense(powers(-12, 0)),
+}
+EFFECTS = {name: st.sampled_from([True, True, False]) for name in ("friction", "coupling", "pin_translation")}
+HETEROGENEITY = {
+    "distribution": st.sampled_from(["lognormal", "uniform", "normal"]),
+    "spread": or_nonsense(st.one_of(st.just(0.0), st.floats(0.0, 0.6))),
+    "seed": or_nonsense(st.integers(0, 2**63)),
+}
+SCALES = {name: or_nonsense(powers(-9, 12)) for name in ("slab_width", "slab_depth", "shear_modulus")}
+DRIVE = {
+    "pin_mass": or_nonsense(powers(-12, 3)),
+    "spring_stiffness": or_nonsense(powers(0, 12)),
+    "damping_ratio": or_nonsense(st.one_of(powers(-3, 1), st.just(0.0))),
+    "stage_velocity": or_nonsense(st.one_of(powers(-9, 1), st.just(0.0))),
+    "duration": or_nonsense(powers(-9, 1)),
+    "integrator": st.sampled_from(["exact", "exact", "rk4"]),
+    "profile": st.sampled_from(["sawtooth", "coarse", "linear", "mean"]),
+    "time_step": powers(-9, 0),
+}
 START = st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.5, 1.0, 0.25]))
 SPACINGS = st.one_of(powers(-3, 0.5), st.sampled_from([1.0, 2.0]))
 SENSIBLE_CONSTANTS = {
@@ -67,21 +107,28 @@ def driven_scenes(draw: st.DrawFn) -> str:
 
 
 @st.composite
-def scenes_with_every_key(draw: st.DrawFn, grids: tuple[int, ...] = (5, 9, 17, 33), events: int = 60) -> str:
-    """As wild as those of the committed stream, with the keys that came after it."""
+def scenes(draw: st.DrawFn, grids: tuple[int, ...] = (5, 9, 17, 33), events: int = 60) -> str:
+    """With every key, far beyond what is sensible."""
     stages = ["contact", "slip", "dynamics"][: draw(st.sampled_from([1, 2, 2, 3, 3]))]
+    limits = {"spacings": or_nonsense(SPACINGS), "displacement": or_nonsense(powers(-9, 0))}
     sections: Sections = {
         "constants": draw(tables(CONSTANTS)),
-        "numerics": {**draw(tables({**NUMERICS, "start": or_nonsense(START)})), "n_x": draw(st.sampled_from(grids))},
+        "numerics": {
+            **draw(tables({**NUMERICS, "start": or_nonsense(START)})),
+            "n_x": draw(st.sampled_from(grids)),
+        },
         "slip": {**draw(tables(SLIP)), "cascade_limit": draw(st.sampled_from([1, 100, 20_000]))},
-        "limits": {"events": draw(st.integers(1, events)), **draw(tables({"spacings": or_nonsense(SPACINGS)}))},
+        "limits": {"events": draw(st.integers(1, events)), **draw(tables(limits))},
         "ensemble": {"members": 1},
     }
     if draw(st.booleans()):
         sections |= {"effects": draw(tables(EFFECTS)), "heterogeneity": draw(tables(HETEROGENEITY))}
     if draw(st.integers(0, 3)) == 0:
-        sections["ensemble"] = {"members": draw(or_nonsense(st.integers(1, 4)))}
-    return text_of(stages, sections, _drives(draw, DRIVE) if len(stages) == 3 else [])
+        sections["ensemble"] = {"members": draw(st.integers(1, 4))}
+    if len(stages) < 3:
+        return text_of(stages, sections, [])
+    sections["scales"] = draw(tables(SCALES))
+    return text_of(stages, sections, _drives(draw, DRIVE))
 
 
 @st.composite
@@ -122,3 +169,14 @@ def text_of(stages: list[str], sections: Sections, drives: list[dict[str, Any]])
     parts += [f"[{name}]\n{lines(entries)}" for name, entries in sections.items()]
     parts += [f"[[drives]]\nname = 'drive {number}'\n{lines(entries)}" for number, entries in enumerate(drives)]
     return "\n".join(parts)
+
+
+def lines(entries: dict[str, Any]) -> str:
+    return "\n".join(f"{key} = {written(value)}" for key, value in entries.items())
+
+
+def written(value: Any) -> str:
+    """A value in TOML."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(written, value))}]"
+    return repr(value) if isinstance(value, float) else json.dumps(value)

@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 
 from nanoslip.solver.outcome import Ending
 from tests.conftest import Command
-from tests.hard_cases.scenery import campaigns, driven_scenes, scenes_with_every_key
-from tests.hard_cases.test_scenes import LONGEST, check, scenes
+from tests.hard_cases.scenery import campaigns, driven_scenes, scenes
+from tests.hard_cases.test_scenes import LONGEST, check
 
 SEED = "NANOSLIP_SCENE_SEED"
 KEPT = sorted((Path(__file__).parent / "scenes").glob("*.toml"))
@@ -88,12 +88,9 @@ def test_a_scene_that_once_failed_ends_in_a_lawful_result_or_a_named_refusal(pat
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("kind", "count"), [(scenes(), 500), (scenes_with_every_key(), 1000)], ids=["committed", "all"]
-)
-def test_fresh_scenes_obey_the_laws_or_say_why_not(kind, count: int, number: int, tmp_path: Path) -> None:
-    endings = tried(drawn(kind, count, number), number, tmp_path)
-    assert endings["completed"] > count // 20, f"{SEED}={number}: mere nonsense"
+def test_fresh_scenes_obey_the_laws_or_say_why_not(number: int, tmp_path: Path) -> None:
+    endings = tried(drawn(scenes(), 1500, number), number, tmp_path)
+    assert endings["completed"] > 75, f"{SEED}={number}: mere nonsense"
 
 
 @pytest.mark.parametrize("count", [20, pytest.param(400, marks=pytest.mark.slow)])
@@ -106,7 +103,7 @@ def test_most_driven_scenes_reach_their_drive(count: int, number: int, tmp_path:
 
 @pytest.mark.slow
 def test_fresh_scenes_on_large_grids(number: int, tmp_path: Path) -> None:
-    tried(drawn(scenes_with_every_key(grids=(65, 129, 257), events=20), 60, number), number, tmp_path)
+    tried(drawn(scenes(grids=(65, 129, 257), events=20), 60, number), number, tmp_path)
 
 
 IN_TURN = """

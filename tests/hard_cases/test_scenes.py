@@ -3,19 +3,15 @@
 Scenes are drawn from far beyond what is sensible; small grids and limits let thousands of them take a minute.
 """
 
-import json
 import math
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
-from hypothesis import strategies as st
 
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -23,6 +19,7 @@ from nanoslip.study.plan.kinds import column
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.run.compute import compliance_of, run_task
+from tests.hard_cases.scenery import scenes
 from tests.physics import assert_contact_laws, assert_friction_law
 
 LONGEST = 60.0
@@ -51,102 +48,6 @@ LACKS = {
     Ending.NO_SLIP: ("static_friction", "kinetic_friction"),
 }
 """Numbers that an outcome says are missing; a record without any event has no means over events either."""
-
-
-def powers(low: float, high: float) -> st.SearchStrategy[float]:
-    """Numbers from 10^low to 10^high, every order of magnitude as likely."""
-    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
-
-
-def tables(entries: dict[str, st.SearchStrategy[Any]]) -> st.SearchStrategy[dict[str, Any]]:
-    """A table of a manifest with any subset of these keys."""
-    return st.fixed_dictionaries({}, optional=entries)
-
-
-def or_nonsense(sensible: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """Mostly a sensible value, now and then what no key takes."""
-    nonsense = st.sampled_from([0, -1, -0.0, math.nan, math.inf, 1e308, 1e-308, "", "none", True, [], 2**70])
-    return st.integers(0, 199).flatmap(lambda dice: nonsense if dice == 0 else sensible)
-
-
-FRICTION = st.one_of(powers(-8, 1), st.sampled_from([0.0, math.inf, 0.5]))
-CONSTANTS = {
-    "intrinsic_friction": or_nonsense(FRICTION),
-    "radius": or_nonsense(powers(-1, 6)),
-    "normal_load": or_nonsense(powers(-12, -1)),
-    "poisson": or_nonsense(st.one_of(st.floats(-0.9, 0.4999), st.sampled_from([0.0, 0.49, 1 / 3]))),
-    "aspect_ratio": or_nonsense(powers(-2, 2)),
-    "pin": st.sampled_from(["parabola", "parabola", "flat_punch"]),
-    "half_width": or_nonsense(st.floats(0.01, 0.5)),
-}
-NUMERICS = {
-    "scheme": st.sampled_from(tuple(SCHEMES)),
-    "support": st.sampled_from(["bonded", "frictionless", "right_side"]),
-    "initial_contact": st.sampled_from(["stick", "frictionless", "gradual"]),
-}
-SLIP = {
-    "slip_order": st.sampled_from(["worst_first", "simultaneous"]),
-    "limited_shear": st.sampled_from(["both_ways", "both_ways", "forward"]),
-    "residual_shear": or_nonsense(st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.5, 0.999, 1.0]))),
-    "event_floor": or_nonsense(powers(-12, 0)),
-}
-EFFECTS = {name: st.sampled_from([True, True, False]) for name in ("friction", "coupling", "pin_translation")}
-HETEROGENEITY = {
-    "distribution": st.sampled_from(["lognormal", "uniform", "normal"]),
-    "spread": or_nonsense(st.one_of(st.just(0.0), st.floats(0.0, 0.6))),
-    "seed": or_nonsense(st.integers(0, 2**63)),
-}
-SCALES = {name: or_nonsense(powers(-9, 12)) for name in ("slab_width", "slab_depth", "shear_modulus")}
-DRIVE = {
-    "pin_mass": or_nonsense(powers(-12, 3)),
-    "spring_stiffness": or_nonsense(powers(0, 12)),
-    "damping_ratio": or_nonsense(st.one_of(powers(-3, 1), st.just(0.0))),
-    "stage_velocity": or_nonsense(st.one_of(powers(-9, 1), st.just(0.0))),
-    "duration": or_nonsense(powers(-9, 1)),
-    "integrator": st.sampled_from(["exact", "exact", "rk4"]),
-    "profile": st.sampled_from(["sawtooth", "coarse", "linear", "mean"]),
-    "time_step": powers(-9, 0),
-}
-
-
-@st.composite
-def scenes(draw: st.DrawFn) -> str:
-    """The text of a manifest."""
-    stages = draw(
-        st.sampled_from([["contact"], ["contact", "slip"], ["contact", "slip"], ["contact", "slip", "dynamics"]])
-    )
-    constants, numerics = draw(tables(CONSTANTS)), draw(tables(NUMERICS))
-    numerics["n_x"] = draw(or_nonsense(st.sampled_from([5, 9, 17, 33])))
-    slip = {**draw(tables(SLIP)), "cascade_limit": draw(st.sampled_from([1, 100, 20_000]))}
-    limits: dict[str, Any] = {"events": draw(or_nonsense(st.integers(1, 60)))}
-    if draw(st.booleans()):
-        limits["displacement"] = draw(or_nonsense(powers(-9, 0)))
-    parts = [f"title = 'a scene'\nstages = {written(stages)}"]
-    sections = {
-        "constants": constants,
-        "numerics": numerics,
-        "slip": slip,
-        "limits": limits,
-        "ensemble": {"members": 1},
-    }
-    if stages[-1] == "dynamics":
-        sections["scales"] = draw(tables(SCALES))
-        parts[1:] = [f"[[drives]]\nname = 'a'\nsamples = 20\nstep_limit = 100000\n{lines(draw(tables(DRIVE)))}"]
-    if draw(st.integers(0, 3)) == 0:
-        sections |= {"effects": draw(tables(EFFECTS)), "heterogeneity": draw(tables(HETEROGENEITY))}
-    parts[1:1] = [f"[{name}]\n{lines(entries)}" for name, entries in sections.items()]
-    return "\n".join(parts)
-
-
-def lines(entries: dict[str, Any]) -> str:
-    return "\n".join(f"{key} = {written(value)}" for key, value in entries.items())
-
-
-def written(value: Any) -> str:
-    """A value in TOML."""
-    if isinstance(value, list):
-        return f"[{', '.join(map(written, value))}]"
-    return repr(value) if isinstance(value, float) else json.dumps(value)
 
 
 def check(text: str, folder: Path) -> str:

@@ -236,28 +236,6 @@ X = np.linspace(-0.5, 0.5, 9)
 MIDDLE, ENDS = np.abs(X) < 0.2, np.abs(X) > 0.4
 
 
-def test_all_wrong_nodes_change_sides_while_they_get_fewer():
-    exchange = Exchange(X)
-    for count in (9, 5, 2, 1):
-        wrong = np.arange(9) < count
-        following = exchange.exchanged(MIDDLE, wrong)
-        np.testing.assert_array_equal(following.contact, MIDDLE ^ wrong)
-        assert following.all_at_once
-    # The lowest node stays where all would go.
-    np.testing.assert_array_equal(X[Exchange(X).exchanged(MIDDLE, MIDDLE).contact], [0.0])
-
-
-def test_only_the_one_furthest_right_does_where_they_have_not_got_fewer():
-    exchange, contact, wrong = Exchange(X), MIDDLE.copy(), ENDS.copy()
-    found = [exchange.exchanged(contact, wrong) for _ in range(PATIENCE + 1)]
-    assert [one.all_at_once for one in found] == [True] * PATIENCE + [False]
-    np.testing.assert_array_equal(np.flatnonzero(found[-1].contact ^ MIDDLE), [8])
-    fewer = ENDS & (X < 0.0)
-    np.testing.assert_array_equal(exchange.exchanged(contact, fewer).contact, MIDDLE ^ fewer)
-    assert (contact == MIDDLE).all()  # the sets given are left as they are
-    assert (wrong == ENDS).all()
-
-
 def test_a_set_that_comes_back_one_node_at_a_time_is_known_until_fewer_are_wrong():
     exchange = Exchange(X)
     for _ in range(PATIENCE):
@@ -271,77 +249,7 @@ def test_a_set_that_comes_back_one_node_at_a_time_is_known_until_fewer_are_wrong
 
 
 FEW, LOAD = 33, 1e-3
-RANDOM = np.random.default_rng(3)
-HEIGHTS = 1e-3 * RANDOM.standard_normal(FEW)
 BASE = np.abs(np.arange(FEW) - 16) <= 8
-SETS = {
-    "the same": BASE,
-    "fewer": BASE & (np.arange(FEW) % 5 != 0),
-    "more": np.abs(np.arange(FEW) - 16) <= 10,
-    "some gone, some come": np.abs(np.arange(FEW) - 13) <= 8,
-    "all others": ~BASE,
-}
-
-
-def dense_forces(compliance, contact, slope, held):
-    """[A 1; 1ᵀ 0] [f; approach] = [heights; -W] for this set alone; forces (2n,), approach."""
-    nodes = np.flatnonzero(contact)
-    entries = np.concatenate((nodes, nodes + FEW)) if held else nodes + FEW
-    block = compliance.matrix[np.ix_(entries, entries)].copy()
-    if slope is not None:
-        block -= slope[nodes, None] * compliance.matrix[np.ix_(nodes, entries)]
-    ones = (entries >= FEW).astype(float)
-    system = np.block([[block, ones[:, None]], [ones[None], np.zeros((1, 1))]])
-    right = np.concatenate((np.where(entries >= FEW, HEIGHTS[entries % FEW], 0.0), [-LOAD]))
-    solved, forces = np.linalg.solve(system, right), np.zeros(2 * FEW)
-    forces[entries] = solved[:-1]
-    return forces, float(solved[-1])
-
-
-@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"])
-@pytest.mark.parametrize("kind", ["stuck", "free", "on slopes"])
-def test_sets_one_after_the_other_have_the_forces_of_their_own_systems(scheme, kind):
-    compliance, held = surface_compliance(Slab(FEW, scheme=scheme)), kind == "stuck"
-    slope = 0.1 * RANDOM.standard_normal(FEW) if kind == "on slopes" else None
-    system = ContactSystem(compliance, BASE, slope, held)
-    for contact in (*SETS.values(), *SETS.values()):
-        forces, approach = system.forces(contact, HEIGHTS, LOAD)
-        expected, expected_approach = dense_forces(compliance, contact, slope, held)
-        # 3e-13 of the largest force seen: rounding times a condition of some hundreds.
-        np.testing.assert_allclose(forces, expected, atol=1e-11 * np.abs(expected).max())
-        assert approach == pytest.approx(expected_approach, rel=1e-10)
-        assert not forces[FEW:][~contact].any()
-        # To the rounding of forces far above the load, as these heights ask for.
-        assert forces[FEW:].sum() == pytest.approx(-LOAD, abs=1e-13 * np.abs(forces).sum())
-
-
-@pytest.mark.parametrize("contact", SETS.values(), ids=SETS)
-@pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"])
-def test_kept_answers_are_the_forces_of_the_set_and_what_the_compliance_makes_of_them(scheme, contact):
-    compliance = surface_compliance(Slab(FEW, scheme=scheme))
-    kept = ContactSystem(compliance, contact, None, held=True).keep()
-    forces, approach, moved = kept.answered(contact, HEIGHTS, LOAD)
-    expected, expected_approach = dense_forces(compliance, contact, None, held=True)
-    np.testing.assert_allclose(forces, expected, atol=1e-11 * np.abs(expected).max())
-    assert approach == pytest.approx(expected_approach, rel=1e-10)
-    np.testing.assert_allclose(moved, compliance.matrix @ expected, atol=1e-11 * np.abs(moved).max())
-
-
-def test_heights_far_above_what_the_load_displaces_cost_no_digits_of_it():
-    """Only differences of heights matter: a millionth of the load's own scale is asked for, and the sum is the load."""
-    system = ContactSystem(surface_compliance(Slab(FEW)), BASE, None, held=True)
-    forces, approach = system.forces(BASE, np.full(FEW, 0.3), 1e-12)
-    assert forces[FEW:].sum() == pytest.approx(-1e-12, rel=1e-12)
-    assert approach == pytest.approx(0.3, rel=1e-10)
-
-
-def test_a_set_is_near_while_a_border_is_cheaper_than_new_factors(monkeypatch):
-    system = ContactSystem(surface_compliance(Slab(FEW)), BASE, None, held=False)
-    one_less = BASE & (np.arange(FEW) != 16)
-    assert (system.is_of(BASE), system.is_near(BASE), system.is_of(one_less)) == (True, True, False)
-    assert not system.is_near(one_less)  # so few nodes are factorized anew
-    monkeypatch.setattr(normal, "FEW", 4)
-    assert (system.is_near(one_less), system.is_near(~BASE)) == (True, False)
 
 
 def test_a_singular_compliance_and_heights_that_are_no_numbers_are_named():

@@ -121,16 +121,6 @@ def test_ratios_agree_with_the_package_powerlaw(discrete):
         assert rival.chance == pytest.approx(chance, abs=0.1)
 
 
-def test_the_discrete_exponent_is_the_likeliest():
-    values = sample(True, 1.8, 2.0, 3000, 5).values
-    found = float(power_law.discrete_exponents(np.array([np.log(values / 2.0).mean()]), np.array([2.0]))[0])
-    low, best, high = (
-        np.log(power_law.survival(values, each, 2.0, True) - power_law.survival(values + 1.0, each, 2.0, True)).sum()
-        for each in (found - 1e-3, found, found + 1e-3)
-    )
-    assert best > max(low, high)
-
-
 def test_scale_does_not_matter():
     drawn = sample(False, 1.7, 1.0, 500, 2)
     one, other = fitted_power_law(drawn), fitted_power_law(Sizes(drawn.values * 1e-9, False))
@@ -156,16 +146,6 @@ def test_drawn_whole_sizes_have_the_laws_shares(exponent, cutoff):
     assert (np.abs(off) <= 4.0 * np.sqrt(expected / len(drawn)) + 1e-5).all()
     assert drawn.min() == cutoff
     np.testing.assert_array_equal(drawn, np.floor(drawn))
-
-
-@BOTH
-def test_densities_are_what_the_shares_above_fall_by(discrete):
-    """Of whole numbers from one to the next; of continuous ones over a ten-thousandth, to its square."""
-    values = np.array([3.0, 4.0, 9.0, 200.0])
-    wide = np.ones(4) if discrete else 1e-4 * values
-    low = values if discrete else values - wide / 2.0
-    fallen = power_law.survival(low, 1.7, 3.0, discrete) - power_law.survival(low + wide, 1.7, 3.0, discrete)
-    np.testing.assert_allclose(power_law.density(values, 1.7, 3.0, discrete), fallen / wide, rtol=1e-7)
 
 
 def goodness(drawn, draws=40):

@@ -18,15 +18,12 @@ from nanoslip.solver.dynamics.kernels import motion as kernel
 from nanoslip.solver.dynamics.kernels.motion import (
     Motion,
     Pin,
-    Slip,
-    Tally,
     Teeth,
     segment_from,
     tooth_at,
     tooth_holding,
 )
-from nanoslip.solver.dynamics.kernels.steps import cruise as cruise_over_teeth
-from nanoslip.solver.dynamics.kernels.steps import empty_record, integrate_exactly, monotone_end
+from nanoslip.solver.dynamics.kernels.steps import integrate_exactly, monotone_end
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.parameter import MOST_WHOLE
@@ -340,16 +337,6 @@ def motion(damping=0.2):
     return Motion(SPRING, damping, STAGE, K, SPRING * STAGE / (SPRING + K), 0.1, 100.0, 1e-8, MOST_WHOLE, 100.0)
 
 
-def cruise(profile, pin, motion=motion(), climbing=False, limit=1000):  # noqa: B008  a named tuple
-    """A cruise from the start of tooth 0."""
-    slip, tally = Slip(True, climbing, 0.0, 0.0, 0.0, 0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
-    return cruise_over_teeth(teeth_of(profile), motion, empty_record(motion, 1, 1), 0, pin, slip, tally, limit, None)
-
-
-def one_tooth(slope, width):
-    return profile_through([0.0, width, 1.0], [0.6, 0.6], [0.6 + slope * width, 0.6])
-
-
 @pytest.mark.parametrize(("damping_ratio", "stage"), [(0.0, 0.3), (0.3, 0.3), (0.02, 0.2), (0.05, 0.05)])
 def test_the_short_way_is_the_long_way(monkeypatch, damping_ratio, stage):
     """Up to three slips over thousands of teeth, with re-sticks, micro-slips and reversals at the lower velocities."""
@@ -365,59 +352,6 @@ def test_the_short_way_is_the_long_way(monkeypatch, damping_ratio, stage):
     assert short.friction_work == pytest.approx(long.friction_work, rel=1e-13)
     assert short.micro_slips == long.micro_slips
     assert short.micro_travel == pytest.approx(long.micro_travel, abs=1e-13)
-
-
-def test_teeth_steeper_than_the_contact_are_crossed_the_short_way():
-    """Those of a steady sawtooth: otherwise the tests above might compare the long way with itself."""
-    rng = np.random.default_rng(7)
-    widths, starts = rng.uniform(0.0002, 0.002, 50), rng.uniform(0.498, 0.502, 50)
-    teeth = profile_through([0.0, *np.cumsum(widths)], starts, starts + 1.2 * K * widths)
-    index, pin, _, tally = cruise(teeth, Pin(0.5 / STAGE, 0.0, STAGE, 0.5))
-    assert index == tally.steps == 1000
-    assert pin.position == pytest.approx(20.0 * widths.sum(), rel=1e-14)
-
-
-@pytest.mark.parametrize("damping", [0.0, 0.3])
-@pytest.mark.parametrize("slope", [-4.0, -1.0, 2.0, 50.0])
-def test_the_largest_phase_allowed_is_crossed_to_rounding_and_none_beyond(slope, damping):
-    """Bisect for the widest tooth that is crossed the short way; the crossing satisfies the closed form there."""
-    drive, start, low, high = motion(damping), Pin(2.0, 0.0, STAGE, 0.6), 1e-4, 0.1
-    for _ in range(40):
-        width = 0.5 * (low + high)
-        crossed = cruise(one_tooth(slope, width), start, drive, limit=1)[3].steps
-        low, high = (width, high) if crossed else (low, width)
-    _, end, _, tally = cruise(one_tooth(slope, low), start, drive, limit=1)
-    rate, tau = min(slope, K), end.time - start.time
-    y, v, area = kernel.series(segment_from(drive, start, rate), tau)
-    assert 0.02 < tau * math.sqrt(SPRING + K) < 0.2  # or the bounds would exclude what they need not
-    assert y == pytest.approx(low, rel=1e-13)  # time is rounded at 2, τ at 0.01
-    assert v == pytest.approx(end.velocity, rel=2e-14)
-    assert tally.resisted == pytest.approx(0.6 * tau + rate * area, rel=1e-13)
-    assert tally.work == pytest.approx((0.6 + 0.5 * rate * low) * low, rel=1e-15)
-
-
-@pytest.mark.parametrize(("width", "crossed"), [(0.0020, 1), (0.0030, 0)])
-def test_a_tooth_in_which_friction_meets_its_limit_is_left_to_the_long_way(width, crossed):
-    """Elastic contact from 0.55 under a limit of 0.56 that rises less steeply: met at 0.01/(5 - 1) = 0.0025."""
-    profile = profile_through([0.0, width, 1.0], [0.56, 0.5], [0.56 + width, 0.5])
-    assert cruise(profile, Pin(2.0, 0.0, STAGE, 0.55), limit=1)[3].steps == crossed
-
-
-def test_a_possible_extremum_of_the_driving_force_is_left_to_the_long_way():
-    """While climbing the highest driving force counts; at the stage's own velocity its rate passes 0."""
-    _, pin, slip, tally = cruise(one_tooth(1.0, 1e-3), Pin(2.0, 0.0, 0.5 * STAGE, 0.6), climbing=True, limit=1)
-    assert (tally.steps, slip.climbing) == (1, True)
-    assert slip.peak == pytest.approx(kernel.driving_force(motion(), pin), rel=1e-14)
-    balanced = 0.6 / SPRING / STAGE  # the time at which the forces balance at v = V
-    assert cruise(one_tooth(1.0, 1e-3), Pin(balanced, 0.0, STAGE, 0.6), climbing=True, limit=1)[3].steps == 0
-
-
-def test_a_cruise_ends_before_its_slip_does():
-    """Teeth so small that the pin hardly slows down over any one, although it does come to rest over many."""
-    tiny = profile_through([0.0, 1e-6], [0.6], [0.6 + 1.1e-6 * K])
-    _, pin, _, tally = cruise(tiny, Pin(0.2 / STAGE, 0.0, STAGE, 0.6), limit=1_000_000)  # the spring lacks 0.4
-    assert 10_000 < tally.steps < 1_000_000
-    assert 2.0 < pin.velocity / motion().stick_velocity < 2.0 * (1.0 + 1e-3)
 
 
 def test_momentum_balance_over_small_teeth():

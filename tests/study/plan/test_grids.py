@@ -15,11 +15,9 @@ from nanoslip.study.plan.grids import (
     Front,
     Measured,
     UnreachableError,
-    alike,
     as_text,
     cheapest,
     discretized,
-    hertz_half_width,
     load_front,
     pareto_front,
 )
@@ -37,12 +35,6 @@ def front(contacts: dict[float, float], slab: Slab | None = None) -> Front:
     """A front of one discretization: half-width of the contact -> error."""
     row = Measured(slab or Slab(n_x=17), 1.0, tuple(contacts.values()))
     return Front("here.json", {"processor": "an abacus"}, tuple(contacts), (row,))
-
-
-def test_a_point_is_on_the_front_if_none_is_as_good_in_less_time():
-    time = [1.0, 2.0, 3.0, 3.5, 4.0]
-    error = [0.1, 0.2, 0.05, 0.05, 0.01]
-    assert pareto_front(time, error).tolist() == [True, False, True, False, True]
 
 
 def test_equal_points_count_once_and_unknown_ones_never():
@@ -109,11 +101,6 @@ def test_another_file_is_refused_by_name(tmp_path, text):
         load_front(path)
 
 
-def test_a_missing_file_is_refused_by_name(tmp_path):
-    with pytest.raises(ManifestError, match=r"none\.json: cannot be read"):
-        load_front(tmp_path / "none.json")
-
-
 def test_the_shipped_front_knows_the_papers_case_and_gets_better_with_nodes():
     """Not monotone: contacts are made of whole nodes. But four times the nodes are better."""
     shipped, case = load_front(), Case()
@@ -123,16 +110,6 @@ def test_the_shipped_front_knows_the_papers_case_and_gets_better_with_nodes():
     ]
     assert errors == sorted(errors, reverse=True)
     assert errors[-1] > 0.0
-
-
-def test_contacts_are_alike_within_a_quarter():
-    assert alike(0.2, 0.24)
-    assert alike(0.24, 0.2)
-    assert not alike(0.2, 0.26)
-
-
-def test_the_half_width_is_hertzs():
-    assert hertz_half_width(contact(0.123)) == pytest.approx(0.123, rel=1e-14)
 
 
 WIDE, NARROW = Case(radius=200.0), Case(radius=20.0)  # half-widths 0.29 and 0.09
@@ -174,14 +151,6 @@ def test_the_best_there_is_is_said_in_the_words_of_a_manifest(monkeypatch):
     monkeypatch.setattr(parameters, "words", lambda: {"nodes": "n_x"})
     with pytest.raises(UnreachableError, match=r"here\.json has: nodes = 129, "):
         cheapest(FRONT, [NARROW, WIDE], 0.03)
-
-
-@pytest.mark.parametrize(
-    "case", [Case(radius=1.0), Case(pin="flat_punch"), Case(slab=Slab(poisson=0.1))], ids=["narrow", "punch", "slab"]
-)
-def test_what_was_not_measured_is_refused(case):
-    with pytest.raises(UnreachableError, match=r"needs a slab and a contact that here\.json has"):
-        cheapest(FRONT, [WIDE, case], 0.5)
 
 
 @pytest.fixture

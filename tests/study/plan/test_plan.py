@@ -1,10 +1,8 @@
 """A plan holds each computation once, needs first, the longest chain first; resuming leaves out what is finished."""
 
 import cProfile
-import math
 import pickle
 import random
-import time
 import tracemalloc
 from dataclasses import replace
 from pathlib import Path
@@ -18,8 +16,7 @@ from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.kinds import KINDS
 from nanoslip.study.plan.outlook import need_of, outlook_of
 from nanoslip.study.plan.plan import PENDING, Plan, drive_outcome, ended, longest_chain_first, make_plan
-from nanoslip.study.plan.task import Task, TaskResult
-from nanoslip.study.run.compute import run_task
+from nanoslip.study.plan.task import Task
 from tests.conftest import SMALL
 from tests.study.plan.running import planned as plan
 
@@ -36,19 +33,6 @@ def test_cases_share_what_they_have_in_common(tmp_path):
     """2 μ_i × 3 radii on 2 grids: a compliance per grid, a record per case, a drive per record and setting."""
     axes = "[axes]\nintrinsic_friction = [0.25, 0.5]\nradius = [20, 50, 200]\nn_x = [17, 33]\n"
     assert kinds(plan(tmp_path, axes + DRIVES)) == {"compliance": 2, "contact": 0, "record": 12, "drive": 24}
-
-
-def test_a_size_that_a_pin_does_not_have_costs_nothing(tmp_path):
-    planned = plan(tmp_path, 'axes.pin = ["parabola", "flat_punch"]\naxes.radius = [50, 200]')
-    assert len(planned.cases) == 4
-    assert kinds(planned)["record"] == 3
-
-
-def test_the_longest_chain_starts_first(tmp_path):
-    planned = plan(tmp_path, "axes.n_x = [17, 257, 65]")
-    starts = [task.slab.n_x for task in planned.tasks if task.kind == "compliance"]
-    assert starts == [257, 65, 17]
-    assert planned.tasks[1].label == "record n_x=257"
 
 
 def test_a_compliance_is_labelled_by_what_decides_it_its_schemes_settings_included(tmp_path):
@@ -80,61 +64,6 @@ def test_a_compliance_is_labelled_by_what_decides_it_its_schemes_settings_includ
 def test_more_work_is_estimated_to_cost_more(tmp_path, cheap, dear):
     costs = [sum(task.cost for task in plan(tmp_path, text).tasks) for text in (cheap, dear)]
     assert 0.0 < costs[0] < costs[1]
-
-
-DEAR = """
-[numerics]
-n_x = 65
-[[drives]]
-name = "the paper's"
-[[drives]]
-name = "small steps"
-integrator = "rk4"
-time_step = 1e-7
-[[drives]]
-name = "steps over many teeth"
-integrator = "rk4"
-time_step = 1e-6
-stage_velocity = 2.0
-duration = 0.5
-[[drives]]
-name = "many samples"
-samples = 1000000
-[[drives]]
-name = "many teeth"
-stage_velocity = 0.1
-[[drives]]
-name = "many slips"
-damping_ratio = 0.0
-duration = 0.5
-[[drives]]
-name = "too many slips for a fit"
-damping_ratio = 0.0
-duration = 3.0
-"""
-
-
-@pytest.mark.timed
-@pytest.mark.slow
-def test_drives_take_the_time_that_the_plan_says_but_for_the_machines_speed(tmp_path):
-    """Steps, teeth, samples and slips of the fit, each where it costs most: ratios within three of their own mean.
-
-    Processor time, the better of two runs; fits that are left out of an estimate are ten times off.
-    """
-    results: dict[str, TaskResult] = {}
-    shares = {}
-    for task in plan(tmp_path, DEAR).tasks:
-        taken = []
-        for _ in range(3 if task.drive else 1):  # the first one may compile
-            start = time.process_time()
-            results[task.key] = run_task(task, results)
-            taken.append(time.process_time() - start)
-        if task.drive:
-            shares[task.label] = task.cost / min(taken[1:])
-    mean = math.exp(sum(math.log(share) for share in shares.values()) / len(shares))
-    assert len(shares) == 7
-    print(shares)
-    assert all(mean / 3.0 < share < 3.0 * mean for share in shares.values()), shares
 
 
 def test_each_case_knows_its_tasks(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from nanoslip.solver.outcome import Ending
 from nanoslip.study.results import attempts
 from nanoslip.study.results.attempts import ADVICE, FILE, RUNS_FILE, Attempt, Run
-from tests.study.results.results import NO_FILES, flip
+from tests.study.results.results import flip
 
 ONE = Run("a1", "2026-01-01T00:00:00+00:00", 4, hosts={"here": 4}, libraries={"numpy": "2"})
 
@@ -68,17 +68,6 @@ def test_no_bit_of_an_attempt_changes_without_being_named(tmp_path):
         assert attempts.final(tmp_path, "this") == {}
         path.write_bytes(whole)
     assert attempts.final(tmp_path, "this") == {"a": attempt("a")}
-
-
-@NO_FILES
-def test_what_is_no_file_is_named_and_stops_nothing(tmp_path, no_file):
-    no_file(tmp_path / FILE)
-    no_file(tmp_path / RUNS_FILE)
-    assert attempts.lost(tmp_path).startswith(f"{tmp_path / FILE}: no regular file")
-    assert "cannot be written" in attempts.add(tmp_path, attempt("a"))
-    assert attempts.final(tmp_path, "this") == {}
-    assert "runs.jsonl: cannot be written" in attempts.add_run(tmp_path, ONE)
-    assert attempts.read(tmp_path) == []
 
 
 def test_runs_are_read_back_by_their_last_lines_the_first_to_begin_first(tmp_path):

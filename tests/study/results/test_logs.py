@@ -4,13 +4,12 @@ import errno
 import os
 import subprocess
 import sys
-from dataclasses import replace
 
 import pytest
 
 from nanoslip.study.results.entry import ALIGNED, CorruptResultError, OtherFormatError, TornError, packed
 from nanoslip.study.results.log import ENDING, Fault, Logs, LogWriter, Place, scan
-from tests.study.results.results import ALL, NO_FILES, OTHER, RECORD, flip, flipped, forged, same
+from tests.study.results.results import ALL, OTHER, RECORD, flip, flipped, forged
 
 META = b'{"kind": "record", "ending": "completed", "message": "", "origins": []}'
 KEYS = [result.key for result in ALL]
@@ -124,16 +123,6 @@ def test_what_stands_before_and_behind_results_is_passed(log):
     assert [type(fault.error) for fault in faults(log)][:1] == [CorruptResultError]
 
 
-def test_results_are_found_as_they_are_added(tmp_path):
-    logs, writers = Logs(tmp_path, whole=True), [LogWriter(tmp_path), LogWriter(tmp_path)]
-    assert logs.find(RECORD.key) is None
-    for number, result in enumerate(ALL):
-        writers[number % 2].add(ENTRIES[number])
-        assert same(logs.read(logs.find(result.key)), result)
-    logs.look()
-    assert set(logs.places) == set(KEYS)
-
-
 def test_what_is_being_written_is_not_yet_there_and_nothing_is_said(tmp_path, capsys):
     logs, content = Logs(tmp_path, whole=True), packed(RECORD) + packed(OTHER)
     (tmp_path / NAME).write_bytes(content[:-1])
@@ -141,13 +130,6 @@ def test_what_is_being_written_is_not_yet_there_and_nothing_is_said(tmp_path, ca
     (tmp_path / NAME).write_bytes(content)
     assert logs.find(OTHER.key) is not None
     assert capsys.readouterr().err == ""
-
-
-def test_of_two_results_of_a_task_the_later_one_counts(tmp_path):
-    for mean in (0.1, 0.2, 0.3):
-        LogWriter(tmp_path).add(packed(replace(RECORD, scalars={"plateau_mean": mean})))
-    logs = Logs(tmp_path, whole=True)
-    assert logs.read(logs.find(RECORD.key)).scalars == {"plateau_mean": 0.3}
 
 
 @pytest.mark.parametrize("whole", [True, False])
@@ -223,15 +205,3 @@ def test_a_changed_bit_of_the_number_of_the_format_is_damage(tmp_path):
     logs = Logs(tmp_path, whole=True)
     logs.mend()
     assert set(logs.places) == {OTHER.key}
-
-
-@NO_FILES
-def test_what_is_no_file_is_named_once_and_left_there(tmp_path, no_file, capsys):
-    path = tmp_path / NAME
-    no_file(path)
-    logs = Logs(tmp_path, whole=True)
-    logs.mend()
-    logs.look()
-    logs.settle()
-    said = f"{path}: no regular file, so no log of results; what was there will be computed again\n"
-    assert (capsys.readouterr().err, list(tmp_path.iterdir())) == (said, [path])
