@@ -18,7 +18,7 @@ from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limi
 from nanoslip.solver.dynamics.integrators import LARGEST, RK4, integrate
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.dynamics.stick_slip import Oscillator
-from nanoslip.solver.outcome import Ending
+from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.study.manifest.manifest import NamedDrive
 from tests.synthetic import STIFFNESS, constant_profile, noisy_record, profile_through
@@ -235,6 +235,16 @@ def test_odd_profiles_are_crossed(profile, compliant):
     found = errors(result, drive, profile)
     found.pop("friction")  # at a spike an ulp wide the limit itself has no digits
     assert not any(found.values()), (found, result.outcome)
+
+
+@pytest.mark.parametrize(
+    ("edges", "force"),
+    [([0.0, 0.1, 0.1], [0.4, 0.4]), ([0.0, 0.2, 0.1], [0.4, 0.4]), ([0.0, 0.1], [-0.4]), ([0.0, 0.1], [math.inf])],
+)
+def test_profiles_without_meaning_are_refused(edges, force):
+    """Equal displacements, negative and infinite forces; a record's own negative forces are taken as 0 (see friction_limit)."""
+    with pytest.raises(InvalidInput, match=r"needs"):
+        FrictionLimit(np.array(edges), np.array(force), np.zeros(len(force)), 0)
 
 
 # --- forces below the rounding of the spring's ----------------------------------------------------------------------

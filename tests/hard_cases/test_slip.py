@@ -333,6 +333,15 @@ def test_a_cascade_of_a_million_slips_obeys_the_laws(scheme: str) -> None:
     assert initial_contact(case, compliance_of(slab)).slips > (1_000_000 if scheme == "biquadratic" else 100_000)
 
 
+def test_a_contact_that_never_slips_says_so() -> None:
+    """On a half-plane without coupling nothing changes however far the pin moves."""
+    slab = Slab(N, poisson=0.2)
+    case = Case(slab=slab, intrinsic_friction=math.inf, max_events=10)
+    record = slide(case, half_plane(slab))
+    assert record.outcome.ending is Ending.NO_EVENT
+    assert "limits.displacement" in record.outcome.message
+
+
 def test_residual_shear_is_what_is_left() -> None:
     """|shear| of the node that slipped last is residual_shear·μ_i·pressure, in every residual."""
     slab = Slab(N)

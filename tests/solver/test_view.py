@@ -196,9 +196,12 @@ SLAB = "from nanoslip.solver.slab import SCHEMES; print(*sorted(SCHEMES))"
         (SLAB, ["biquadratic", "chain", "galerkin", "half_plane", "strip"]),
         ("from nanoslip.solver import Slab; " + SLAB, ["biquadratic", "chain", "galerkin", "half_plane", "strip"]),
         ("from nanoslip.solver.drive import INTEGRATORS; print(*sorted(INTEGRATORS))", ["exact", "rk4"]),
+        ("import sys, nanoslip.solver; print({'xarray', 'matplotlib'} & set(sys.modules) or 'none')", ["none"]),
     ],
 )
-def test_schemes_and_integrators_are_known_whatever_is_imported(program, said, environment, tmp_path):
+def test_schemes_and_integrators_are_known_whatever_is_imported_and_computing_needs_neither_xarray_nor_matplotlib(
+    program, said, environment, tmp_path
+):
     assert output_of(program, environment, tmp_path) == said
 
 

@@ -38,6 +38,11 @@ def test_a_right_side_restraint_breaks_the_mirror() -> None:
     assert np.abs(mirrored(matrix) - matrix).max() > 0.1 * np.abs(matrix).max()
 
 
+def test_forces_do_work_on_their_own_displacement() -> None:
+    matrix = surface_compliance(Slab(n_x=N)).matrix
+    assert np.all(np.linalg.eigvalsh((matrix + matrix.T) / 2) > 0.0)
+
+
 def test_signs_a_node_moves_with_its_force_and_a_drag_dents_ahead() -> None:
     """Pushed to the right, the surface sinks ahead and rises behind (z points out of the slab)."""
     matrix, middle = surface_compliance(Slab(n_x=N)).matrix, N // 2
@@ -96,6 +101,11 @@ def test_wrong_input_is_refused() -> None:
         SurfaceCompliance(np.eye(4), Slab(n_x=N))
 
 
+def test_a_nearly_incompressible_slab_is_refused_rather_than_wrong() -> None:
+    with pytest.raises(SingularOperator, match="poisson is not too close"):
+        surface_compliance(replace(Slab(n_x=33), poisson=0.5 - 1e-16))
+
+
 # What a compliance's numbers say of it: condition, definiteness, reciprocity, and the advice that follows.
 
 CONDITIONED = Slab(33, scheme="biquadratic")
@@ -119,6 +129,15 @@ def test_reciprocal_operators_are_known_as_such(operator: object) -> None:
     found = conditioning(operator(CONDITIONED).matrix)  # type: ignore[operator]
     assert found.asymmetry == 0.0
     assert found.positive_definite
+
+
+def test_a_negative_eigenvalue_is_found() -> None:
+    assert conditioning(_with_eigenvalues(1e-6).matrix).positive_definite
+    assert not conditioning(_with_eigenvalues(-1e-6).matrix).positive_definite
+
+
+def test_the_stencil_of_the_paper_is_not_reciprocal() -> None:
+    assert conditioning(surface_compliance(CONDITIONED).matrix).asymmetry > 1e-3
 
 
 def test_only_a_bad_end_on_a_bad_operator_is_explained() -> None:

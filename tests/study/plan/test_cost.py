@@ -26,6 +26,7 @@ from nanoslip.study.plan import cost as rates
 from nanoslip.study.plan import outlook as memory
 from nanoslip.study.plan.cost import (
     TASK,
+    condensation_seconds,
     contact_nodes,
     estimate,
     events_of,
@@ -222,6 +223,10 @@ def test_bytes_of_a_compliance_come_true(slab):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert 1 / FACTOR <= peak / estimate(compliance_task(slab)).memory <= FACTOR
+
+
+def test_a_column_is_estimated_as_its_trunk():
+    assert condensation_seconds(Slab(17, 1e4)) == condensation_seconds(Slab(17, 10.0))
 
 
 RECORDS = {

@@ -15,9 +15,11 @@ from nanoslip.study.plan.grids import (
     Front,
     Measured,
     UnreachableError,
+    alike,
     as_text,
     cheapest,
     discretized,
+    hertz_half_width,
     load_front,
     pareto_front,
 )
@@ -35,6 +37,12 @@ def front(contacts: dict[float, float], slab: Slab | None = None) -> Front:
     """A front of one discretization: half-width of the contact -> error."""
     row = Measured(slab or Slab(n_x=17), 1.0, tuple(contacts.values()))
     return Front("here.json", {"processor": "an abacus"}, tuple(contacts), (row,))
+
+
+def test_a_point_is_on_the_front_if_none_is_as_good_in_less_time():
+    time = [1.0, 2.0, 3.0, 3.5, 4.0]
+    error = [0.1, 0.2, 0.05, 0.05, 0.01]
+    assert pareto_front(time, error).tolist() == [True, False, True, False, True]
 
 
 def test_equal_points_count_once_and_unknown_ones_never():
@@ -110,6 +118,16 @@ def test_the_shipped_front_knows_the_papers_case_and_gets_better_with_nodes():
     ]
     assert errors == sorted(errors, reverse=True)
     assert errors[-1] > 0.0
+
+
+def test_contacts_are_alike_within_a_quarter():
+    assert alike(0.2, 0.24)
+    assert alike(0.24, 0.2)
+    assert not alike(0.2, 0.26)
+
+
+def test_the_half_width_is_hertzs():
+    assert hertz_half_width(contact(0.123)) == pytest.approx(0.123, rel=1e-14)
 
 
 WIDE, NARROW = Case(radius=200.0), Case(radius=20.0)  # half-widths 0.29 and 0.09

@@ -1,6 +1,7 @@
 """Kinds of task: their results are the solver's, refusals included, under names that are unambiguous."""
 
 import math
+import pickle
 from dataclasses import fields, replace
 
 import numpy as np
@@ -71,6 +72,10 @@ def test_a_record_comes_back_from_its_result():
     for item in fields(FrictionRecord):
         if item.name != "outcome":  # the record lacks nothing, its result a plateau
             np.testing.assert_array_equal(getattr(again, item.name), getattr(once, item.name))
+
+
+def test_a_compliance_result_is_the_solvers_matrix():
+    np.testing.assert_array_equal(run(compliance_task(Slab(17))).arrays["matrix"], surface_compliance(Slab(17)).matrix)
 
 
 def test_a_contact_result_is_the_solvers_state():
@@ -212,6 +217,34 @@ def test_a_drive_too_short_to_slip_says_so_and_keeps_its_motion():
     assert REGIMES[int(first(result)["regime"])] == "sticks"
 
 
+def test_a_drive_that_ends_amid_its_oscillations_has_no_plateau_of_the_driving_force():
+    """At 45 ms the pin has just begun to slip: μ_s is known, μ_k is not."""
+    result = drive(CASE, replace(DRIVE, duration=0.45 * DRIVE.duration))
+    assert result.outcome.ending is Ending.NO_PLATEAU
+    assert result.outcome.message.startswith("the driving force ")
+    assert first(result)["static_friction"] > 0.0
+    assert np.isnan(first(result)["kinetic_friction"])
+
+
+def test_what_a_drive_does_is_counted_from_its_slips():
+    result = drive(CASE)
+    slips, ends = result.arrays["slip_time"], result.arrays["restick_time"]
+    ended = np.isfinite(ends)
+    assert first(result)["resticks"] == ended.sum()
+    stuck = 1.0 - np.sum(np.where(ended, ends, DRIVE.duration) - slips) / DRIVE.duration
+    assert first(result)["time_stuck"] == pytest.approx(stuck, rel=1e-12)
+    assert REGIMES[int(first(result)["regime"])] == "slides"  # as the paper's: it slides through the last half
+
+
+def test_a_drive_knows_nothing_that_its_record_forgot():
+    """The record is rebuilt from its result: through the store's numbers, the drive is the same bit for bit."""
+    record = slid(CASE)
+    copy = replace(record, arrays={name: array.copy() for name, array in record.arrays.items()})
+    task = drive_task(CASE, DRIVE)
+    first, second = (run_task(task, {task.needs[0]: need}) for need in (record, copy))
+    np.testing.assert_array_equal(first.arrays["position"], second.arrays["position"])
+
+
 @pytest.mark.parametrize("members", [1, 3])
 def test_the_numbers_are_those_of_all_members_together(members):
     ensemble = Ensemble(members)
@@ -253,6 +286,16 @@ def test_they_need_the_whole_record_whether_it_is_kept_or_not(tmp_path, kept):
 def test_without_events_there_is_nothing_to_count(tmp_path):
     with pytest.raises(ManifestError, match=r'outputs.statistics = true: needs stage "slip"'):
         planned(tmp_path, 'stages = ["contact"]\noutputs.statistics = true')
+
+
+def test_tasks_and_results_travel_between_processes():
+    task = drive_task(CASE, DRIVE)
+    assert pickle.loads(pickle.dumps(task)) == task
+    result = slid(CASE)
+    copy = pickle.loads(pickle.dumps(result))
+    assert (copy.key, copy.outcome) == (result.key, result.outcome)
+    np.testing.assert_equal(copy.scalars, result.scalars)  # what is not known of so short a record is NaN in both
+    np.testing.assert_array_equal(copy.arrays["displacement"], result.arrays["displacement"])
 
 
 def test_what_needs_a_failed_result_fails_with_its_reason():
