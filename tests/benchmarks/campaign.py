@@ -84,6 +84,7 @@ def _shared(folder: Path) -> list[Row]:
         took, computing, used = found(2, __name__, "cases", folder, f"pair{attempt}")
         other = float((folder / f"pair{attempt}" / OTHER).read_text())
         pair.append((took, computing / (2 * took), used + other))
+    peer = _run("futures", folder, "peer", 2)
     (alone, _, used_alone), (ours, share, used_by_both) = min(serial), min(pair)
     wall, undisturbed = alone / ours, 2 * share * used_alone / used_by_both
     both = f"both ranks compute {share:.1%} of the wall clock; what else is lost, the tasks themselves take more"
@@ -104,16 +105,20 @@ def _shared(folder: Path) -> list[Row]:
             )
             for (what, mine, one), gain in zip(rows, (wall, undisturbed), strict=True)
         ),
+        versus(
+            "the same", ours, peer, "MPICommExecutor of mpi4py.futures, 2 ranks", ratio=f"{peer / ours:.2f} × as fast"
+        ),
     ]
 
 
 def _replayed(folder: Path) -> list[Row]:
+    alone = found(0, __name__, "alone", folder, "alone0")
     driven = folder / "driven"
     driven.mkdir()
     _describe(driven, 20, '["contact", "slip", "dynamics"]', DRIVE)
     tasks = _resampled(found(0, __name__, "durations", driven, "out"))
     cost = _cost(driven, tasks)
-    return [*(_replay_row(tasks, ranks, cost) for ranks in RANKS), _limit(tasks, cost)]
+    return [*(_replay_row(tasks, ranks, cost) for ranks in RANKS), *_limits(tasks, cost, alone)]
 
 
 def _cost(driven: Path, tasks: list[Timed]) -> Cost:
@@ -136,17 +141,27 @@ def _replay_row(tasks: list[Timed], ranks: int, cost: Cost) -> Row:
     )
 
 
-def _limit(tasks: list[Timed], cost: Cost) -> Row:
-    """What gives way first as ranks are added: the coordinator."""
+def _limits(tasks: list[Timed], cost: Cost, alone: Mapping[str, float]) -> list[Row]:
+    """What gives way first as ranks are added: the coordinator, or the root alone before and after the run."""
     mean = sum(task.seconds for task in tasks) / len(tasks)
+    root = sum(alone.values())
     # A message there and one back in half the lookahead of each rank.
     share = 1.0 - RANKS[-1] * 2.0 * cost.message / (lookahead(RANKS[-1]) / 2.0)
-    return Row(
-        f"what breaks first: the coordinator, {seconds(cost.task)} a task and {seconds(cost.message)} a message; "
-        f"{RANKS[-1]} ranks need tasks of {seconds(RANKS[-1] * cost.task / share)}",
-        f"feeds {mean * share / cost.task:.0f} ranks",
-        f"tasks of {seconds(mean)} on average, as measured",
-    )
+    return [
+        Row(
+            f"what breaks first, during the run: the coordinator, {seconds(cost.task)} a task and {seconds(cost.message)} "
+            f"a message; {RANKS[-1]} ranks need tasks of {seconds(RANKS[-1] * cost.task / share)}",
+            f"feeds {mean * share / cost.task:.0f} ranks",
+            f"tasks of {seconds(mean)} on average, as measured",
+        ),
+        Row(
+            f"what breaks first, around it: the root alone plans ({seconds(alone['plan'])} a task), checks what is there "
+            f"({seconds(alone['check'])} a file of 134 kB) and collects ({seconds(alone['collect'])})",
+            f"{seconds(root * len(tasks))} for {len(tasks)} tasks",
+            "the tasks themselves",
+            f"as long on {mean / root:.0f} ranks",
+        ),
+    ]
 
 
 def _resampled(durations: Mapping[str, list[float]]) -> list[Timed]:
@@ -177,6 +192,12 @@ def _describe(folder: Path, count: int, stages: str, drive: str = "") -> None:
 
 def _program(mode: str, folder: Path, what: str) -> None:
     """What the ranks run; the root prints its finding as JSON."""
+    if mode == "futures":
+        _futures(folder, what)
+        return
+    if mode == "alone":
+        print(json.dumps(_alone(folder, folder / what)))
+        return
     made_up = mode in ("trivial", "written", "messages")
     with open_farm(Program(__name__, "executor", (mode, folder, what))) as farm:
         if not farm.root:
@@ -239,6 +260,24 @@ def _campaign(farm: Farm, mode: str, folder: Path, out: Path) -> Any:
     return durations if mode == "durations" else (took, sum(map(sum, durations.values())), used)
 
 
+def _alone(folder: Path, out: Path) -> dict[str, float]:
+    """Seconds per task of what the root does by itself before and after a finished campaign's run, its libraries loaded."""
+    from nanoslip.study.dataset import file
+    from nanoslip.study.dataset.collect import collect
+
+    store = Store(out)
+
+    def collected() -> None:
+        file.write(collect(plan, store), out / file.FILE)
+
+    plan, planning = timed(lambda: _plan(folder), time.perf_counter)
+    _, checking = timed(store.finished, time.perf_counter)
+    collected()
+    _, collecting = timed(collected, time.perf_counter)
+    took = {"plan": planning, "check": checking, "collect": collecting}
+    return {name: value / len(plan.tasks) for name, value in took.items()}
+
+
 def _plan(folder: Path) -> Plan:
     return make_plan(load_manifest(folder / "cases.toml"))
 
@@ -276,6 +315,32 @@ def _messages(farm: MPIFarm, tasks: Sequence[Task], size: int) -> tuple[float, i
         if not arrived:
             time.sleep(1e-3)
     return time.thread_time() - start, given, messages
+
+
+_store: Store | None = None
+
+
+def _submitted(task: Task) -> Outcome:
+    assert _store is not None
+    return _executor(_store)(task)
+
+
+def _futures(folder: Path, what: str) -> None:
+    """The same tasks through mpi4py's executor, whose root hands out and waits."""
+    global _store  # noqa: PLW0603  an executor takes module functions only
+    from mpi4py.futures import MPICommExecutor
+
+    _store = Store(folder / what)
+    warm_up(miniatures(_plan(folder).tasks))
+    with MPICommExecutor() as executor:
+        if executor is not None:
+            plan = _plan(folder)
+            _store.prepare()
+            start = time.perf_counter()
+            pool: Any = executor  # mpi4py's own types leave `map` out
+            for kind in ("compliance", "record"):
+                list(pool.map(_submitted, [task for task in plan.tasks if task.kind == kind]))
+            print(json.dumps(time.perf_counter() - start), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What comes before the first task: the command line, and kernels that are compiled once and for all."""
+"""What comes before the first task: the command line, imports, and kernels that are compiled once and for all."""
 
 import os
 import resource
@@ -14,6 +14,14 @@ from tests.benchmarks.ranks import started
 from tests.benchmarks.table import Row, at_most, best, seconds, timed, verdict, versus
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "smoke.toml"
+HEAVY = ("xarray", "pandas", "matplotlib", "pydantic", "rich")
+RANK = f"""
+import sys
+from pathlib import Path
+from nanoslip.study.run.launch import computing
+computing(Path("nowhere")).load()
+print(*(name for name in {HEAVY} if name in sys.modules))
+"""
 
 
 @dataclass(frozen=True)
@@ -29,10 +37,10 @@ class Run:
 
 
 def rows() -> list[Row]:
-    """Commands that compute nothing, and runs with empty and with filled caches of kernels."""
+    """Commands that compute nothing, a rank's imports, and runs with empty and with filled caches of kernels."""
     with TemporaryDirectory() as folder:
         looks = _looks(Path(folder))
-    return [*looks, *_kernels()]
+    return [*looks, _imports(), *_kernels()]
 
 
 def _looks(folder: Path) -> list[Row]:
@@ -52,6 +60,14 @@ def _command(*arguments: str, limit: float, environment: dict[str, str]) -> Row:
     python = best(_quiet([sys.executable, "-c", "pass"], environment), clock=_children)
     what, ratio = f"nanoslip {arguments[0]}: processor time", f"{took / python:.1f}"
     return versus(what, took, python, "Python alone", at_most(took, limit), ratio=ratio)
+
+
+def _imports() -> Row:
+    loaded = subprocess.run([sys.executable, "-c", RANK], capture_output=True, text=True, check=True).stdout.split()
+    took = best(_quiet([sys.executable, "-c", RANK]), repeats=3, clock=time.perf_counter)
+    solver = best(_quiet([sys.executable, "-c", "import numpy, numba, scipy.optimize"]), 3, time.perf_counter)
+    what = f"a rank ready to compute; of {', '.join(HEAVY)} it has loaded: {', '.join(loaded) or 'none'}"
+    return versus(what, took, solver, "numpy, numba and scipy.optimize alone", verdict("none", not loaded))
 
 
 def _kernels() -> list[Row]:
