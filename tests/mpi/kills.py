@@ -4,6 +4,7 @@ In a trial a run is killed at a moment drawn at random, then goes on with other 
 """
 
 import argparse
+import math
 import os
 import random
 import re
@@ -20,6 +21,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from nanoslip.study.dataset import file
+from nanoslip.study.exit_codes import INTERRUPTED, WRONG_INPUT
 from nanoslip.study.results import store as lease
 from nanoslip.study.results.entry import ENDING, lives
 from nanoslip.study.results.store import FOLDER
@@ -110,10 +112,10 @@ class Undisturbed:
     """How long it took on two ranks."""
 
 
-def start(campaign: Path, out: Path, ranks: int, said: Path) -> "subprocess.Popen[bytes]":
-    """Begin a run in a session of its own; what it says goes to a file, which outlives pipes."""
+def start(campaign: Path, out: Path, ranks: int, said: Path, mark: str = "") -> "subprocess.Popen[bytes]":
+    """Begin a run in a session of its own; what it says goes to a file, which outlives pipes. mark: where `out` is not enough."""
     words = [*launcher(ranks), sys.executable, "-m", "nanoslip", "run", str(campaign), "--out", str(out)]
-    environment = clean_environment() | {MARK: str(out)}
+    environment = clean_environment() | {MARK: mark or str(out)}
     none = subprocess.DEVNULL
     with said.open("ab") as log:
         return subprocess.Popen(words, env=environment, stdin=none, stdout=log, stderr=log, start_new_session=True)
@@ -131,6 +133,25 @@ def undisturbed(folder: Path) -> list[Undisturbed]:
         seconds = time.monotonic() - begun
         found.append(Undisturbed(campaign, (out / file.FILE).read_bytes(), written(out), seconds))
     return found
+
+
+class Rival:
+    """A launch of a campaign that is begun again, with other ranks, until it ends well."""
+
+    def __init__(self, campaign: Path, out: Path, drawn: random.Random, said: Path) -> None:
+        self.said, self.mark = said, f"{out} {said.suffix}"
+        self.codes: list[int] = []
+        """How it has ended so far, each time."""
+        self._begin = lambda: start(campaign, out, drawn.choice((0, 1, 2, 4)), said, self.mark)
+        self.running = self._begin()
+
+    def done(self) -> bool:
+        """Whether it has ended well; else it is begun again where it has ended, and nothing of it is left."""
+        if self.codes[-1:] != [0] and (code := self.running.poll()) is not None and not remaining(self.mark):
+            self.codes.append(code)
+            if code:
+                self.running = self._begin()
+        return self.codes[-1:] == [0]
 
 
 def own_files(out: Path) -> dict[str, int]:
@@ -246,6 +267,36 @@ def _go_on(found: Trial, whole: Undisturbed, out: Path, ranks: int) -> None:
     found.holds(not left, f"{left} processes left by the run that went on")
 
 
+def race(number: int, seed: int, campaigns: list[Undisturbed], folder: Path) -> Trial:
+    """The same with two launches that race for one campaign, each begun again until it ends well; one of them is hit."""
+    drawn = random.Random(f"race {seed} {number}")
+    found = Trial(number, *KINDS[number % len(KINDS)])
+    whole, out = drawn.choice(campaigns), folder / f"race{number}"
+    rivals = [Rival(whole.campaign, out, drawn, out.with_suffix(f".{name}")) for name in ("one", "other")]
+    come, until, sent = _moment(drawn, whole, out), time.monotonic() + PATIENCE, math.inf
+    while [rival for rival in rivals if not rival.done()] and time.monotonic() < until:
+        hit = drawn.choice(rivals)
+        if not found.killed and hit.running.poll() is None and come():
+            processes = meant(found.target, hit.mark, hit.running.pid)
+            found.killed = bool(processes) and kill(found.target, drawn.choice(processes), found.sent)
+            sent, found.finished = time.monotonic(), len(written(out))
+        time.sleep(0.002)
+    found.went_on_in = max(time.monotonic() - sent, 0.0)
+    # Well, refused as the other is at work, or told to stop; and what was hit as the signal has it.
+    codes = [code for rival in rivals for code in rival.codes]
+    others = [code for code in codes if code not in (0, WRONG_INPUT, INTERRUPTED)]
+    found.code = next(iter(others), max(codes, default=0))
+    found.holds(len(others) <= found.killed, f"exit codes {others}")
+    for rival in rivals:
+        killed(rival.mark)
+        rival.running.wait(PATIENCE)
+        found.heard(rival.said)
+        words = rival.said.read_text("utf-8", errors="replace")[-300:]
+        found.holds(rival.codes[-1:] == [0], f"not done, exit codes {rival.codes}: {words!r}")
+    found.left(whole, out)
+    return found
+
+
 def _moment(drawn: random.Random, whole: Undisturbed, out: Path) -> Callable[[], bool]:
     """When to kill, by the clock or by what is finished: else most moments would be those of a start."""
     if drawn.random() < 0.5:
@@ -287,16 +338,17 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=100)
     parser.add_argument("--first", type=int, default=0, help="number of the first trial: one that broke, again")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--race", action="store_true", help="two launches race in each trial; no table is written")
     asked = parser.parse_args()
     found = []
     with TemporaryDirectory() as folder:
         campaigns = undisturbed(Path(folder))
         for number in range(asked.first, asked.first + asked.trials):
-            found.append(run(number, asked.seed, campaigns, Path(folder)))
+            found.append((race if asked.race else run)(number, asked.seed, campaigns, Path(folder)))
             print(found[-1], flush=True)
     rows = table(found)
     print("\n".join(rows))
-    if asked.trials >= ENOUGH * len(KINDS):
+    if not asked.race and asked.trials >= ENOUGH * len(KINDS):
         put(Path(__file__).with_name("README.md"), "kills", rows)
     sys.exit(any(each.broken for each in found))
 

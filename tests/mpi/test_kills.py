@@ -8,6 +8,8 @@ from tests.study.results.results import until_written
 pytestmark = [pytest.mark.mpi, pytest.mark.slow]
 NUMBERS = (0, 5, 8, 12, 15, 16)
 """Of trials: each target, each signal."""
+RACES = (0, 4, 8, 16)
+"""Of trials: SIGKILL to each target but a child, whose run goes on."""
 
 
 @pytest.fixture(scope="module")
@@ -32,3 +34,8 @@ def test_whatever_is_to_be_killed_is_found_while_a_run_computes(campaigns, tmp_p
 )
 def test_a_run_that_is_killed_goes_on_to_the_same_dataset(campaigns, tmp_path, number):
     assert kills.run(number, 2, campaigns, tmp_path).broken == []
+
+
+@pytest.mark.parametrize("number", RACES, ids=[kills.KINDS[number][0] for number in RACES])
+def test_of_two_launches_that_race_one_computes_whatever_is_killed(campaigns, tmp_path, number):
+    assert kills.race(number, 2, campaigns, tmp_path).broken == []
