@@ -270,6 +270,31 @@ def test_the_friction_law_holds_before_every_event(name: str) -> None:
     assert np.diff(record.displacement, prepend=0.0).min() > 0.0
 
 
+def test_with_constant_pressures_the_load_is_but_a_unit() -> None:
+    """With W·R kept and no coupling, by which nodes move under the pin at initial contact, nothing else has a length once the
+    event floor is one of elastic stretch: the same record at W = 2^-20 and 2^-50, to the bit, powers of two leave digits be."""
+    effects = Effects(coupling=False, pin_translation=False)
+    one, other = (
+        slide(
+            Case(
+                normal_load=normal_load,
+                radius=0.2 / normal_load,
+                slab=Slab(65),
+                effects=effects,
+                slip_rule=SlipRule(event_floor=2e-6),
+            ),
+            compliance_of(Slab(65)),
+        )
+        for normal_load in (2.0**-20, 2.0**-50)
+    )
+    assert one.outcome.ok
+    assert len(one.kind) == 2000
+    for name in ("displacement", "force_before", "force_after"):
+        np.testing.assert_array_equal(getattr(one, name), 2.0**30 * getattr(other, name), err_msg=name)
+    for name in ("node", "slips", "kind"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+
+
 @pytest.mark.parametrize("normal_load", [1e-3, 1e-7, 1e-12, 1e-20])
 def test_with_constant_pressures_the_smallest_step_is_that_of_moving_ones(normal_load: float) -> None:
     """Taken, and not undercut: of 2000 events some follow each other at once."""
@@ -291,6 +316,16 @@ def _beyond(name: str) -> float:
     case = Case(**LIGHT[name])  # type: ignore[arg-type]
     record = slide(case, compliance_of(case.slab))
     return max(float(record.force_before.max()) / (case.intrinsic_friction * case.normal_load) - 1.0, 0.0)
+
+
+def test_a_record_does_not_depend_on_the_load_alone() -> None:
+    """With W·R kept, W is a unit: F/W over δ_p/W is the same to what the pin's shift against the nodes changes."""
+    plateaus = [
+        plateau_of(slide(Case(**LIGHT[f"W = {normal_load:g}"]), compliance_of(Slab()))).mean
+        for normal_load in (1e-7, 1e-9, 1e-12)
+    ]  # type: ignore[arg-type]
+    # Records are chaotic and span 1e-5 spacings of these: they agree as far as 2000 events know their mean.
+    np.testing.assert_allclose(plateaus, 0.2655, rtol=2e-3)
 
 
 def test_a_floor_that_breaks_the_friction_law_is_an_outcome() -> None:

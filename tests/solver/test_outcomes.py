@@ -115,6 +115,12 @@ def test_inputs_that_are_no_numbers_cannot_be_corrected(one_node):
     assert OUTCOME_OF_STOP[corrected_for_rounding(one_node, Stop.DONE)].ending is Ending.ROUNDING
 
 
+def test_a_contact_that_bears_nothing_has_an_infinite_residual(one_node):
+    """The largest displacement is what it is compared with: there is none."""
+    one_node.state.response[:] = 0.0
+    assert equilibrium_residual(one_node.state) == np.inf
+
+
 def test_every_stop_that_ends_a_run_has_an_outcome():
     """All but the one after which a wider window is set up."""
     assert set(Stop) - set(OUTCOME_OF_STOP) == {Stop.WINDOW_TOO_NARROW}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Distribution, Effects, Heterogeneity, InitialContact, SlipRule
-from nanoslip.solver.contact.compiled_contact import beyond_window, contact_state, within_reach
+from nanoslip.solver.contact.compiled_contact import beyond_window, compiled_contact, contact_state, within_reach
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import RoughPin, Stop, slip_on_rough
 from nanoslip.solver.contact.pin import node_friction, pin_of
@@ -21,7 +21,7 @@ from nanoslip.solver.sliding import slide as full_contact
 from nanoslip.solver.sliding.kernels.slide import slide_events
 from nanoslip.solver.sliding.slide import compiled_at, first_of, first_room, slide, slide_full_contact, slide_to_state
 from nanoslip.solver.sliding.validity import SHORT_PROFILE, UNRESOLVED_ROUGHNESS, contact_flags, expected_flags
-from tests.physics import assert_contact_laws
+from tests.physics import assert_contact_laws, half_plane
 
 SLAB = Slab(n_x=33)
 CASE = Case(slab=SLAB, radius=50.0, max_events=60)
@@ -77,6 +77,13 @@ def test_what_is_no_roughness_is_a_smooth_pin(pin, radius, events, off, slip_ord
     np.testing.assert_allclose(found.force_after, smooth.force_after, atol=off * case.normal_load)
 
 
+def test_a_smooth_pin_has_no_profile():
+    contact, level = np.abs(COMPLIANCE.x) < 0.1, np.zeros(33)
+    compiled = compiled_contact(CASE, COMPLIANCE, contact, level, level, contact)
+    assert isinstance(compiled.constants.pin, float)
+    assert pin_of(CASE).knots is None
+
+
 def test_a_node_rests_where_its_shear_is_first_gone():
     """By brute force: |shear| falls through residual_shear·μ_i·pressure nowhere before the distance that the kernel finds."""
     points = random_profile(2e-4, 601)
@@ -96,6 +103,14 @@ def test_a_node_rests_where_its_shear_is_first_gone():
         assert down == pytest.approx(float(height(np.array(xi + along)) - height(np.array(xi))))
         bent += abs(along) > 0.002
     assert bent > 25  # more than one piece of the profile
+
+
+def test_energy_is_lost_in_every_event_on_a_reciprocal_operator():
+    record = slide(rough(random_profile(1e-5)), half_plane(SLAB))
+    assert record.outcome.ok
+    slips = record.dissipated[(record.releases == 0) & (record.touches == 0)]
+    assert len(slips) > 20
+    assert slips.min() > 0.0
 
 
 def test_the_slope_is_that_of_the_height_and_the_steepest_of_stretches_the_largest_of_what_lies_in_them():
