@@ -114,7 +114,7 @@ def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] |
         )
     return {
         sample: [slice(int(first[numbers[each]]), int(first[numbers[each] + 1])) for each in ids]
-        for sample, (_, first) in windows(group, all_groups()[name]).items()
+        for sample, first in windows(group, all_groups()[name]).items()
     }
 
 

@@ -214,7 +214,7 @@ def _group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
         known.update(names)
         within = {
             sample: _joined([np.arange(first[number], first[number + 1]) for number in kept])
-            for sample, (_, first) in windows(found, group).items()
+            for sample, first in windows(found, group).items()
         }
         parts.append(found.isel({group.name: kept, **within}))
     return _behind(parts)

@@ -411,12 +411,13 @@ def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArr
 
 def _counters(dataset: xr.Dataset, name: str) -> tuple[str, ...]:
     """The variables that count the members having a number and the members computed; none of what is no such mean."""
-    names = (f"{name}_members", (DRIVE_MEMBERS if name in _of_drives() else MEMBERS).name)
+    names = (f"{name}_members", (DRIVE_MEMBERS if name in of_drives() else MEMBERS).name)
     return names if set(names) <= dataset.variables.keys() else ()
 
 
 @cache
-def _of_drives() -> set[str]:
+def of_drives() -> set[str]:
+    """The variables of the results of drives, but for those beside means."""
     return {each.name for kind in (scalars, companions) for each in kind(DRIVE).values()}
 
 
@@ -638,16 +639,11 @@ def texts(values: Iterable[str]) -> NDArray[Any]:
     return np.array(list(values), dtype=object)
 
 
-def starts(counts: NDArray[Any]) -> NDArray[np.int64]:
-    """Where each run of so many values begins, and where the last one ends."""
-    return np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
-
-
-def windows(group: xr.Dataset, declared: Group) -> dict[str, tuple[str, NDArray[np.int64]]]:
-    """Sample dimension that a group has -> the variable of its counts, and where each run begins."""
+def windows(group: xr.Dataset, declared: Group) -> dict[str, NDArray[np.int64]]:
+    """Sample dimension that a group has -> where each of its runs begins, and where the last one ends."""
     counts = {name: series[0].count.name for name, series in declared.samples.items()}
     return {
-        name: (count, starts(group.variables[count].values))
+        name: np.concatenate(([0], np.cumsum(group.variables[count].values, dtype=np.int64)))
         for name, count in counts.items()
         if count in group.variables
     }

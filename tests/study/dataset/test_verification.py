@@ -15,7 +15,8 @@ from nanoslip.solver.slab import Slab
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset import verify as verification
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.dataset.compare import Finding, Verdict
+from nanoslip.study.dataset.compare import Verdict
+from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import computing, here
