@@ -290,11 +290,13 @@ class Accessor:
             raise ValueError(f"this dataset has no {sample}s: its campaign leaves them out (see [outputs])")
         slices = (cut(self._dataset, name, ids[here].tolist()) or {}).get(sample, [])
         counts = [each.stop - each.start for each in slices]
-        table = group[names].isel({sample: _concatenated([np.arange(each.start, each.stop) for each in slices])})
+        table = group[names].isel(
+            {sample: np.concatenate([np.arange(0), *(np.arange(each.start, each.stop) for each in slices)])}
+        )
         table = table.drop_vars([each for each in table.coords if each not in names])
         varying = {each: np.repeat(found.values(each)[here], counts) for each in self._varying(found.dims)}
         labels = {each: (sample, values, self._dataset[each].attrs) for each, values in varying.items()}
-        numbers = _concatenated([_numbers(count) for count in counts])
+        numbers = np.concatenate([np.arange(0), *map(_numbers, counts)])
         return table.assign_coords(
             labels | {f"{sample}_number": (sample, numbers, {"long_name": f"number of the {sample}"})}
         )
@@ -328,10 +330,6 @@ def _with(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:
 
 def _numbers(count: int) -> NDArray[np.int64]:
     return np.arange(1, count + 1)
-
-
-def _concatenated(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    return np.concatenate(parts) if parts else np.empty(0, np.int64)
 
 
 # A dataset as one flat table: a row for each case (and drive), or for each event or sample; parameters first, then numbers.

@@ -121,20 +121,8 @@ class LostGroupsError(ValueError):
     """A dataset that no longer knows where its records and trajectories are."""
 
 
-class Groups(Mapping[str, xr.Dataset]):
+class Groups(dict[str, xr.Dataset]):
     """Name -> group. Never changed once it is carried by a dataset: copies of the dataset share it."""
-
-    def __init__(self, groups: Mapping[str, xr.Dataset]) -> None:
-        self._groups = dict(groups)
-
-    def __getitem__(self, name: str) -> xr.Dataset:
-        return self._groups[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._groups)
-
-    def __len__(self) -> int:
-        return len(self._groups)
 
     def __copy__(self) -> "Groups":
         return self
@@ -176,21 +164,14 @@ def opened(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
             if are_texts(variable) and not isinstance(variable, xr.IndexVariable):  # which is read already
                 variable.data = read_texts(variable)  # xarray cannot transpose characters that it has not read
     root = found.pop(ROOT)
-    groups = {name.strip("/"): group for name, group in found.items()}
+    closing = [each._close for each in (*found.values(), root) if each._close]
 
     def close() -> None:
-        for each in groups.values():
-            each.close()
+        for each in closing:
+            each()
 
-    own = root._close
-
-    def close_all() -> None:
-        close()
-        if own is not None:
-            own()
-
-    root.set_close(close_all)
-    return root, groups
+    root.set_close(close)
+    return root, {name.strip("/"): group for name, group in found.items()}
 
 
 def tree_of(root: xr.Dataset) -> xr.DataTree:

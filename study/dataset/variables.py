@@ -272,11 +272,13 @@ def page() -> str:
     for each in rows():
         sections.setdefault(each.group, []).append(each)
     lines = [_HEAD, "", "| section | variables |", "|---|---|"]
-    lines += [f"| [{_title(group)}](#{_anchor(group)}) | {len(found)} |" for group, found in sections.items()]
+    lines += [f"| [{_title(group)}](#{group.replace(' ', '-')}) | {len(found)} |" for group, found in sections.items()]
     for group, found in sections.items():
-        family = _FAMILIES.get(group)
-        lines += [f"\n## {_title(group)}\n", *(family.lines if family else ())]
-        lines += [*_COLUMNS, *map(_line, family.folded(found) if family else found)]
+        lines.append(f"\n## {_title(group)}\n")
+        if group == "statistics":
+            named = ", ".join(f"`{word}` ({meaning})" for word, meaning in SIZES.items())
+            lines += [*textwrap.wrap(f"{_SIZE} is one of {named}.", WIDTH, break_on_hyphens=False), ""]
+        lines += [*_COLUMNS, *map(_line, _folded(found) if group == "statistics" else found)]
     return "\n".join(lines) + "\n"
 
 
@@ -284,54 +286,31 @@ def _title(group: str) -> str:
     return f"{group[0].upper()}{group[1:]}"
 
 
-def _anchor(group: str) -> str:
-    return group.replace(" ", "-")
+_SIZE: Final = "SIZE"
+"""What stands in the section `statistics` for each of SIZES, by which the names of variables begin."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Family:
-    """Variables that there is one of for each of several words, which their names begin with."""
-
-    mark: str
-    """What stands for the word."""
-    words: Mapping[str, str]
-    """Word -> what it stands for in sentences."""
-
-    @property
-    def lines(self) -> list[str]:
-        named = ", ".join(f"`{word}` ({meaning})" for word, meaning in self.words.items())
-        return [*textwrap.wrap(f"{self.mark} is one of {named}.", WIDTH, break_on_hyphens=False), ""]
-
-    def folded(self, found: Iterable[Described]) -> list[Described]:
-        """Variables that differ only by a word of the family are folded into one; the others stay as they are."""
-        marked = {each: self._marked(each) for each in found}
-        units: dict[Described, list[str]] = {}
-        for new in marked.values():
-            units.setdefault(replace(new, units=""), []).append(new.units)
-        rows = (self._one(each, new, units[replace(new, units="")]) for each, new in marked.items())
-        return list(dict.fromkeys(rows))
-
-    def _one(self, each: Described, new: Described, units: list[str]) -> Described:
-        """The row of those that are alike but for their word and perhaps their units, or of one that is not."""
-        if len(units) < len(self.words):
-            return each
-        return new if len(set(units)) == 1 else replace(new, units=f"that of {self.mark}")
-
-    def _marked(self, each: Described) -> Described:
-        word = next((word for word in self.words if each.name.startswith(f"{word}_")), None)
-        if word is None:
-            return each
-        texts = (each.name, each.uncertainty, each.meaning, each.comment)
-        name, uncertainty, meaning, comment = (
-            text.replace(self.words[word], self.mark).replace(word, self.mark) for text in texts
-        )
-        return replace(each, name=name, uncertainty=uncertainty, meaning=meaning, comment=comment)
+def _folded(found: Sequence[Described]) -> list[Described]:
+    """Variables that differ only by a size, and perhaps in their units, are folded into one; the others stay as they are."""
+    marked = [_marked(each) for each in found]
+    units: dict[Described, list[str]] = {}
+    for new in marked:
+        units.setdefault(replace(new, units=""), []).append(new.units)
+    rows = []
+    for each, new in zip(found, marked, strict=True):
+        of_all = units[replace(new, units="")]
+        one = new if len(set(of_all)) == 1 else replace(new, units=f"that of {_SIZE}")
+        rows.append(one if len(of_all) >= len(SIZES) else each)
+    return list(dict.fromkeys(rows))
 
 
-_FAMILIES = {
-    "statistics": _Family("SIZE", SIZES),
-}
-"""Sections whose rows are folded."""
+def _marked(each: Described) -> Described:
+    word = next((word for word in SIZES if each.name.startswith(f"{word}_")), None)
+    if word is None:
+        return each
+    names = ("name", "uncertainty", "meaning", "comment")
+    return replace(each, **{n: getattr(each, n).replace(SIZES[word], _SIZE).replace(word, _SIZE) for n in names})
+
 
 _HEAD = """# Variables of a dataset
 
@@ -452,7 +431,7 @@ def modelled(dataset: xr.Dataset) -> str:
 LONGEST: Final = 30
 """Characters of a counted text in a table; of a longer one the most frequent text is told, and how many say something else."""
 _PARTS: Final = re.compile(r"; (?=\d+ )")
-_COUNT: Final = re.compile(r"(\d+) ")
+_COUNT: Final = re.compile(r"\d+ ")
 
 
 def counted(values: Sequence[Any]) -> str:
@@ -503,23 +482,17 @@ def without_numbers(message: str) -> str:
 
 def shortened(text: str) -> str:
     """A counted text in at most `LONGEST` characters where its first words allow it; any other text as it is."""
-    first, *others = _PARTS.split(text)
-    if len(text) <= LONGEST or not others or not is_counted(first):
+    parts = _parts(text) if len(text) > LONGEST and is_counted(text) else []
+    if len(parts) < 2:
         return text
-    numbers = [int(found[1]) for each in others if (found := _COUNT.match(each))]
-    return f"{first}; {sum(numbers)} others"
+    return f"{parts[0][0]} {parts[0][1]}; {sum(number for number, _ in parts[1:])} others"
 
 
 def in_short(dataset: xr.Dataset) -> xr.Dataset:
     """A dataset whose counted texts are short, for a table."""
+    short = np.vectorize(lambda value: shortened(value) if isinstance(value, str) else value, otypes=[object])
     texts = {str(name): each for name, each in dataset.data_vars.items() if each.dtype.kind == "O"}
-    return dataset.assign({name: each.copy(data=_each_shortened(each.values)) for name, each in texts.items()})
-
-
-def _each_shortened(values: Any) -> Any:
-    found = np.empty(values.shape, dtype=object)
-    found.ravel()[:] = [shortened(value) if isinstance(value, str) else value for value in values.ravel().tolist()]
-    return found
+    return dataset.assign({name: each.copy(data=short(each.values)) for name, each in texts.items()})
 
 
 NAME_LENGTH: Final = 12
