@@ -119,10 +119,10 @@ def other_software(found: xr.Dataset) -> str:
     """Who computed the dataset, and who recomputes it, where they may not make the same bits; else empty."""
     origin = Origin(**{item.name: str(found.attrs.get(item.name, UNKNOWN)) for item in fields(Origin)})
     home = computing()
-    if origin.alike(home):
-        said = f"computed with {origin.arithmetic}; recomputed with {home.arithmetic}: last bits may differ"
-        return "" if origin.same_bits(home) else said
-    return f"computed by {origin}; recomputed by {home}"
+    if not origin.alike(home):
+        return f"computed by {origin}; recomputed by {home}"
+    said = f"computed with {origin.arithmetic}; recomputed with {home.arithmetic}: last bits may differ"
+    return "" if origin.same_bits(home) else said
 
 
 def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
@@ -133,9 +133,8 @@ def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
 
 def failed(plan: Plan, found: xr.Dataset) -> int:
     """How many cases have no result as an attempt at one has failed: time, memory, a process that died."""
-    names = [case.case_id for case in plan.cases]
     without = (_endings(found, "") == PENDING) & (found[OUTCOMES[""][0].name] != PENDING)
-    return int((without & found["case_id"].isin(names)).sum())
+    return int((without & found["case_id"].isin([case.case_id for case in plan.cases])).sum())
 
 
 def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCase, ...]:
@@ -155,8 +154,7 @@ def tasks_of(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tu
         pending = _pending_drives(layout, found, case) if keys.drives else set()
         wanted |= {key for (_, drive), key in keys.keys.items() if drive not in pending}
     for task in reversed(plan.tasks):
-        if task.key in wanted:
-            wanted |= set(task.needs)
+        wanted.update(task.needs if task.key in wanted else ())
     return tuple(task for task in plan.tasks if task.key in wanted)
 
 
@@ -164,7 +162,7 @@ def _pending_drives(layout: Layout, found: xr.Dataset, case: CampaignCase) -> se
     """Labels of the drives of a case that the dataset has no result of, as they are pending or failed."""
     place = place_of(found, case.case_id)
     endings = _endings(found, "drive").isel(place).values
-    if not place or endings.shape != tuple(len(values) for values in layout.drive_axes.values()):
+    if not place or endings.shape != tuple(map(len, layout.drive_axes.values())):
         return set()  # another manifest's dataset, as comparing it will tell
     return {label for label, position in layout.drive_position.items() if endings[position] == PENDING}
 
@@ -263,9 +261,8 @@ def finding_of(label: str, differences: Sequence[Difference], remark: str = "") 
     if verdict is Verdict.IDENTICAL:
         return Finding(label, verdict, remark)
     others = list(dict.fromkeys(each.name for each in told if each.name != told[0].name))
-    more = f", and {len(others)} more: " + ", ".join(others[:3]) if others else ""
-    dots = ", ..." if len(others) > 3 else ""
-    return Finding(label, verdict, "; ".join(part for part in (remark, f"{told[0]}{more}{dots}") if part))
+    more = f", and {len(others)} more: {', '.join(others[:3])}{', ...' if len(others) > 3 else ''}" if others else ""
+    return Finding(label, verdict, "; ".join(filter(None, (remark, f"{told[0]}{more}"))))
 
 
 class Recomputed:
