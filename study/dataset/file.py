@@ -31,12 +31,6 @@ def seal(path: Path) -> None:
         file.write(f"\nsha256 {digest}\n".encode("ascii"))
 
 
-def broken(path: Path) -> bool:
-    """Whether a byte of a sealed file has changed; a file without the line has nothing to break. Raises OSError."""
-    written = seal_of(path)
-    return written is not None and written != _digest(path, path.stat().st_size - _LENGTH)
-
-
 def seal_of(path: Path) -> str | None:
     """The checksum that a file ends with, None where it has none. Raises OSError."""
     length = path.stat().st_size - _LENGTH
@@ -351,10 +345,10 @@ def _other_format(said: Mapping[str, Any]) -> str:
 
 def check(path: Path) -> None:
     """Raises StoreError where a byte of the file has changed since it was collected, OSError."""
-    if broken(path):
-        raise StoreError(
-            f"{path}: its bytes are not those that were collected: damaged? nanoslip collect writes it anew"
-        )
+    written = seal_of(path)  # a file without one has nothing to break
+    if written is not None and written != _digest(path, path.stat().st_size - _LENGTH):
+        said = "its bytes are not those that were collected: damaged? nanoslip collect writes it anew"
+        raise StoreError(f"{path}: {said}")
 
 
 @contextmanager
