@@ -42,14 +42,13 @@ from nanoslip.study.results.store import Store
 def software(counts: Mapping[Origin, int]) -> xr.Dataset:
     """The software that computed the results, one origin each."""
     origins = sorted(counts)
-    name, count, *facts = SOFTWARE
-    found: dict[str, Any] = {
-        name.name: (name.name, texts(origin.name for origin in origins), attributes(name)),
-        count.name: (name.name, np.array([counts[origin] for origin in origins], np.int64), attributes(count)),
-    }
-    for item, quantity in zip(fields(Origin), facts, strict=True):
-        found[quantity.name] = (name.name, texts(getattr(each, item.name) for each in origins), attributes(quantity))
-    return xr.Dataset(found)
+    names, results = (
+        texts(origin.name for origin in origins),
+        np.array([counts[origin] for origin in origins], np.int64),
+    )
+    facts = [texts(getattr(origin, item.name) for origin in origins) for item in fields(Origin)]
+    columns = zip(SOFTWARE, (names, results, *facts), strict=True)
+    return xr.Dataset({each.name: (SOFTWARE[0].name, values, attributes(each)) for each, values in columns})
 
 
 def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:

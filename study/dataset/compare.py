@@ -1,7 +1,6 @@
 """Two datasets beside each other: what both have, and whether it agrees: the same bits, within uncertainties, or different."""
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import IntEnum
@@ -25,6 +24,7 @@ from nanoslip.study.dataset.variables import (
     OUTCOMES,
     all_groups,
     counted,
+    is_counted,
     of_drives,
     parameters,
 )
@@ -201,8 +201,6 @@ TELLING: Final = 4
 Were both words as likely in both, four and four members would be apart like that 2 times in 70: less often than two numbers
 are by `STANDARD_DEVIATIONS`.
 """
-_COUNTED: Final = re.compile(r"\d+ ")
-"""How words begin on which members do not agree."""
 
 
 Judged = tuple[Verdict | None, float]
@@ -292,7 +290,7 @@ def _by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
         return False
     if not all(isinstance(value, str) for value in both):
         return any(value != value for value in both)  # noqa: PLR0124  only NaN is not itself
-    return any(map(_COUNTED.match, both)) or not all(count >= TELLING for count in members)
+    return any(map(is_counted, both)) or not all(count >= TELLING for count in members)
 
 
 # Differences in the origin of two datasets: parameters, keys of their campaigns, scales, software and what ± means.

@@ -1,6 +1,7 @@
 """Several datasets as one: scalars side by side, groups one behind the other."""
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -12,9 +13,6 @@ from nanoslip.study.dataset.file import FORMAT, carrying, groups_of
 from nanoslip.study.dataset.variables import SOFTWARE, Group, all_groups, parameters, windows
 
 # Positions of the cases of several datasets in their union: its axes, and each variable over them.
-
-Variables = dict[str, tuple[tuple[str, ...], NDArray[Any], dict[Any, Any]]]
-"""Name -> dimensions, values and attributes."""
 
 
 class NotJoinableError(ValueError):
@@ -48,16 +46,17 @@ class Axes:
         return tuple(len(self.labels[dim]) for dim in dims)
 
 
-def axes_of(roots: Sequence[xr.Dataset]) -> Axes:
+def axes_of(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> Axes:
     """The axes by which the cases of all datasets are distinct: their dimensions, and as few further parameters as possible."""
-    added: list[str] = []
     dims = list(dict.fromkeys(str(dim) for root in roots for dim in root.dims))
     candidates = [name for name in parameters() if name not in dims and _differs(name, roots)]
-    while True:
-        axes = Axes({name: _union(name, roots) for name in (*added, *dims)}, tuple(added))
-        if not candidates or not _two_in_one_place(axes, roots):
-            return axes
-        added.append(candidates.pop(0))
+    for count in range(len(candidates) + 1):
+        added = tuple(candidates[:count])
+        axes = Axes({name: _union(name, roots) for name in (*added, *dims)}, added)
+        with suppress(NotJoinableError):  # two cases in one place
+            placed("case_id", axes, roots, sources)
+            break
+    return axes
 
 
 def placed(name: str, axes: Axes, roots: Sequence[xr.Dataset], sources: Sequence[str]) -> xr.Variable:
@@ -109,19 +108,6 @@ def _values(name: str, roots: Sequence[xr.Dataset]) -> set[Any]:
     return {root[name].item() if name in root.variables else None for root in roots}
 
 
-def _two_in_one_place(axes: Axes, roots: Sequence[xr.Dataset]) -> bool:
-    """Whether two cases, which are not the same, have the same labels."""
-    dims = axes.dims("case_id", roots)
-    ids = np.full(axes.shape(dims), "", dtype=object)
-    for root in roots:
-        place = axes.place(root, dims)
-        before, block = ids[place], _block(root["case_id"], dims)
-        if np.any((before != "") & (before != block)):
-            return True
-        ids[place] = block
-    return False
-
-
 def _block(values: xr.DataArray, dims: tuple[str, ...]) -> NDArray[Any]:
     """The values of one dataset with all dimensions in this order; those that it lacks have one place."""
     own = values.transpose(*(dim for dim in dims if dim in values.dims)).values
@@ -140,7 +126,7 @@ def joined(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> xr.Dataset:
     """
     _refuse_strangers(roots, sources)
     roots = _numbered(roots)
-    axes = axes_of(roots)
+    axes = axes_of(roots, sources)
     names = list(dict.fromkeys(str(name) for root in roots for name in root.variables if name not in axes.labels))
     found = {name: placed(name, axes, roots, sources) for name in names}
     found |= {name: xr.Variable(name, np.asarray(values), roots[0][name].attrs) for name, values in axes.labels.items()}

@@ -448,22 +448,19 @@ def is_counted(text: str) -> bool:
 
 
 def _parts(text: str) -> list[tuple[int, str]]:
-    """Of a counted text: how many members say what."""
-    return [(int(number), said) for number, _, said in (part.partition(" ") for part in _PARTS.split(text))]
+    """Of a counted text: how many members say what; nothing of another one."""
+    parts = (part.partition(" ") for part in _PARTS.split(text))
+    return [(int(number), said) for number, _, said in parts] if is_counted(text) else []
 
 
 def commonest(text: str) -> tuple[str, float]:
     """The text that most members have, and their share of those that have any; all of it of a text that is not counted."""
-    if not is_counted(text):
-        return text, 1.0
     parts = _parts(text)
-    return parts[0][1], parts[0][0] / sum(number for number, _ in parts)
+    return (parts[0][1], parts[0][0] / sum(number for number, _ in parts)) if parts else (text, 1.0)
 
 
 def joined(text: str) -> str:
     """A counted text in which texts that differ in numbers alone are one, the first of them, with the members of all."""
-    if not is_counted(text):
-        return text
     kinds: dict[str, list[tuple[int, str]]] = {}
     for number, said in _parts(text):
         kinds.setdefault(without_numbers(said), []).append((number, said))
@@ -471,7 +468,7 @@ def joined(text: str) -> str:
         f"{sum(number for number, _ in each)} {each[0][1]}{' (numbers differ)' if len(each) > 1 else ''}"
         for each in sorted(kinds.values(), key=lambda each: -sum(number for number, _ in each))
     ]
-    return "; ".join(found)
+    return "; ".join(found) or text
 
 
 @lru_cache(maxsize=1024)  # of a million messages few are different
@@ -482,7 +479,7 @@ def without_numbers(message: str) -> str:
 
 def shortened(text: str) -> str:
     """A counted text in at most `LONGEST` characters where its first words allow it; any other text as it is."""
-    parts = _parts(text) if len(text) > LONGEST and is_counted(text) else []
+    parts = _parts(text) if len(text) > LONGEST else []
     if len(parts) < 2:
         return text
     return f"{parts[0][0]} {parts[0][1]}; {sum(number for number, _ in parts[1:])} others"
@@ -552,18 +549,22 @@ class Runs:
             return self._names.get(keys, "")
         for sample, series in self.group.samples.items():
             pairs = [(each, result) for result in parts for each in series if each.kind == result.kind]
-            self._counts[sample].append(sum(_length(each, result) for each, result in pairs))
+            count = 0
             for each, result in pairs:
-                for name, quantity in each.columns.items():
-                    run = _run(result, name, each)
+                runs = [(_run(result, name, each), quantity) for name, quantity in each.columns.items()]
+                count += runs[0][0].size
+                for run, quantity in runs:
                     self._columns[quantity.name].add(run * factors[quantity.per] if quantity.per else run)
+            self._counts[sample].append(count)
         self._owners.append((case_id, drive))
         name = keys[0][:NAME_LENGTH] if len(keys) == 1 else content_hash(keys, length=NAME_LENGTH)
         return self._names.setdefault(keys, name)
 
     def _held(self, result: TaskResult) -> bool:
         """Whether a result has the columns of the group, and not its scalars alone."""
-        return any(each.kind == result.kind and set(each.columns) <= _there(result, each) for each in self.group.series)
+        there = {True: result.scalars.keys(), False: result.arrays.keys()}
+        mine = (each for each in self.group.series if each.kind == result.kind)
+        return any(each.columns.keys() <= there[each.sample == MEMBER] for each in mine)
 
     def dataset(self) -> xr.Dataset:
         """The columns over the samples; over the instances their names, owners and the count of samples."""
@@ -574,15 +575,11 @@ class Runs:
             found[count.name] = (self.group.name, counts, {**attributes(count), "sample_dimension": sample})
         for name, quantity in self.group.columns.items():
             found[name] = (quantity.along, self._columns[name].values(quantity.dtype), attributes(quantity))
-        places = [name for name, quantity in self.group.columns.items() if quantity.coordinate]
-        return xr.Dataset(found).set_coords(places).assign_coords(self._labels())
-
-    def _labels(self) -> dict[str, Any]:
-        instance = self.group.name
-        labels: dict[str, Any] = {instance: (instance, texts(self._names.values()), attributes(self.group.label))}
+        found[self.group.name] = (self.group.name, texts(self._names.values()), attributes(self.group.label))
         for number, owner in enumerate(self.group.owners):
-            labels[owner.name] = (instance, texts(names[number] for names in self._owners), attributes(owner))
-        return labels
+            found[owner.name] = (self.group.name, texts(names[number] for names in self._owners), attributes(owner))
+        places = [name for name, quantity in self.group.columns.items() if quantity.coordinate]
+        return xr.Dataset(found).set_coords([*places, *(owner.name for owner in self.group.owners)])
 
 
 def _once(results: list[TaskResult]) -> list[TaskResult]:
@@ -592,19 +589,11 @@ def _once(results: list[TaskResult]) -> list[TaskResult]:
     return results
 
 
-def _there(result: TaskResult, series: Series) -> set[str]:
-    return set(result.scalars if series.sample == MEMBER else result.arrays)
-
-
 def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
     """The first member's column; or a number of every member."""
     if series.sample == MEMBER:
         return np.array(result.scalars[name], float)
     return column(result, name, series.sample)
-
-
-def _length(series: Series, result: TaskResult) -> int:
-    return int(_run(result, next(iter(series.columns)), series).size)
 
 
 def texts(values: Iterable[str]) -> NDArray[Any]:
