@@ -562,9 +562,8 @@ class Runs:
 
     def _held(self, result: TaskResult) -> bool:
         """Whether a result has the columns of the group, and not its scalars alone."""
-        there = {True: result.scalars.keys(), False: result.arrays.keys()}
         mine = (each for each in self.group.series if each.kind == result.kind)
-        return any(each.columns.keys() <= there[each.sample == MEMBER] for each in mine)
+        return any(each.columns.keys() <= _values_of(result, each).keys() for each in mine)
 
     def dataset(self) -> xr.Dataset:
         """The columns over the samples; over the instances their names, owners and the count of samples."""
@@ -587,6 +586,10 @@ def _once(results: list[TaskResult]) -> list[TaskResult]:
     if len(results) > 1 and 0 in results[-1].arrays["surface_event"]:
         return results[-1:]
     return results
+
+
+def _values_of(result: TaskResult, series: Series) -> Mapping[str, Any]:
+    return result.scalars if series.sample == MEMBER else result.arrays
 
 
 def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
