@@ -20,15 +20,14 @@ from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset import verify as verification
 from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
-from nanoslip.study.dataset.compare import Finding, Verdict
-from nanoslip.study.dataset.variables import OUTCOMES, Described, described, rows, shortened, text_of
-from nanoslip.study.dataset.verify import (
+from nanoslip.study.dataset.compare import (
     KINDS,
     STANDARD_DEVIATIONS,
     Matched,
     NotComparableError,
     Observed,
     Pair,
+    Verdict,
     differing,
     matched,
     meaning,
@@ -36,6 +35,8 @@ from nanoslip.study.dataset.verify import (
     over_members,
     unjudged,
 )
+from nanoslip.study.dataset.variables import OUTCOMES, Described, described, rows, shortened, text_of
+from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task

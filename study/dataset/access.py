@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
-from nanoslip.study.dataset.file import groups_of, tree_of
+from nanoslip.study.dataset.file import are_texts, groups_of, tree_of
 from nanoslip.study.dataset.variables import DRIVE_NAME, EVENT_DROP, OUTCOMES, all_groups, parameters, windows
 from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.parameters import words
@@ -56,13 +56,15 @@ def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
             near = difflib.get_close_matches(key, map(str, along.coords), 1)
             known = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, along.coords))}"
             raise KeyError(f"{key}: no coordinate of these cases; {known}")
-        coordinate = along.coords[key]
-        hits = (
-            coordinate.isin(np.atleast_1d(np.asarray(wanted))) if not _text(coordinate) else _words(coordinate, wanted)
-        )
+        coordinate, values = along.coords[key].variable, np.atleast_1d(np.asarray(wanted))
+        if are_texts(coordinate):
+            coordinate, values = coordinate.astype(str), values.astype(str)
+        hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, values))
         if not hits.any():
-            raise KeyError(f"{key} = {wanted!r}: no such case; there are {_some(coordinate)}")
-        chosen = chosen & hits.drop_vars(list(hits.coords))
+            raise KeyError(
+                f"{key} = {wanted!r}: no such case; there are {_some(along.coords[key].values.ravel().tolist())}"
+            )
+        chosen = chosen & hits
     positions = np.argwhere(chosen.transpose(*along.dims).values)
     if not len(positions):
         raise KeyError(f"{_said(selection)}: no case is all of that")
@@ -114,22 +116,13 @@ def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] |
         )
     return {
         sample: [slice(int(first[numbers[each]]), int(first[numbers[each] + 1])) for each in ids]
-        for sample, (_, first) in windows(group, all_groups()[name]).items()
+        for sample, first in windows(group, all_groups()[name]).items()
     }
 
 
-def _text(coordinate: xr.DataArray) -> bool:
-    return coordinate.dtype.kind in "OUT"
-
-
-def _words(coordinate: xr.DataArray, wanted: Any) -> xr.DataArray:
-    words = [wanted] if isinstance(wanted, str) else list(wanted)
-    return coordinate.copy(data=np.isin(coordinate.values.astype(str), words))
-
-
-def _some(coordinate: xr.DataArray) -> str:
-    values = list(dict.fromkeys(coordinate.values.ravel().tolist()))
-    return ", ".join(map(str, values[:8])) + (", …" if len(values) > 8 else "")
+def _some(values: Iterable[Any]) -> str:
+    found = list(dict.fromkeys(values))
+    return ", ".join(map(str, found[:8])) + (", …" if len(found) > 8 else "")
 
 
 def _said(selection: Selection) -> str:
@@ -146,35 +139,30 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
 
     Raises KeyError where no case is like that, ValueError with what is left to choose where several are.
     """
-    ending = next(name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root)
-    selection = {name: _value(root, name, text) for name, text in _named(given).items()}
-    found = places(root, ending, selection)
+    names = {words().get(word, word): text for word, text in given.items()}
+    # What looks like a number may be a name.
+    texts = {name for name in names if name in root.coords and are_texts(root[name].variable)}
+    selection = {name: text if name in texts else number_or_text(text) for name, text in names.items()}
+    found = places(root, _ending(root), selection)
     left = {dim: np.unique(column) for dim, column in zip(found.dims, found.positions.T, strict=True)}
-    of_cases = [str(dim) for dim in root[OUTCOMES[""][0].name].dims]
     part = root.isel({dim: where if len(where) > 1 else where[0] for dim, where in left.items()})
-    if several := [dim for dim in of_cases if len(left[dim]) > 1]:
+    if several := [str(dim) for dim in root[OUTCOMES[""][0].name].dims if len(left[str(dim)]) > 1]:
         raise ValueError(f"needs to be one case: give also {'; '.join(_choices(part, several))}")
     return part
 
 
-def _named(given: Mapping[str, str]) -> dict[str, str]:
-    """The same by the names that datasets have."""
-    return {words().get(word, word): text for word, text in given.items()}
-
-
-def _value(root: xr.Dataset, name: str, text: str) -> Any:
-    """A value as its coordinate has it: what looks like a number may be a name."""
-    return text if name in root.coords and root[name].dtype.kind in "OUT" else number_or_text(text)
+def _ending(root: xr.Dataset) -> str:
+    """The variable that says how drives ended, or cases where there are none."""
+    return next(name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root)
 
 
 def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:
     """The parameters in which cases differ along dimensions, each with its values."""
     along = [str(name) for name in part.coords if set(part[name].dims) & set(dims) and name != "case_id"]
-    values = {name: part[name].to_series().dropna().unique().tolist() for name in along}
-    told = {name: found for name, found in values.items() if len(found) > 1 and (name != "case" or len(along) == 1)}
-    return [
-        f"{name} = {', '.join(map(str, found[:8]))}{', …' if len(found) > 8 else ''}" for name, found in told.items()
-    ]
+    values = {
+        name: part[name].to_series().dropna().unique().tolist() for name in along if name != "case" or len(along) == 1
+    }
+    return [f"{name} = {_some(found)}" for name, found in values.items() if len(found) > 1]
 
 
 # `dataset.nanoslip`: records, trajectories, contacts and events of a dataset, each with its case's scalars.
@@ -212,17 +200,14 @@ class Accessor:
     def teeth(self, **selection: Any) -> xr.Dataset:
         """F/W of one case as a line over `point`: start, both sides of each drop, end; with the coordinate `displacement`."""
         run, case = run_of(self._dataset, "record", selection)
-        ends = {name: case[name].values.item() for name in ("initial_friction", "final_displacement", "final_friction")}
-        moved = np.repeat(run["displacement"].values, 2)
-        force = np.column_stack([run[name].values for name in FRICTION]).ravel()
-        line = {
-            "displacement": np.concatenate(([0.0], moved, [ends["final_displacement"]])),
-            "friction_force": np.concatenate(([ends["initial_friction"]], force, [ends["final_friction"]])),
-        }
+        start, end, last = (case[name].item() for name in ("initial_friction", "final_friction", "final_displacement"))
+        sides = np.column_stack([run[name].values for name in FRICTION])
+        force = np.concatenate(([start], sides.ravel(), [end]))
+        displacement = np.concatenate(([0.0], np.repeat(run["displacement"].values, 2), [last]))
         words = {"long_name": "friction force over load", "units": "1", "symbol": "F/W"}
         found = xr.Dataset(
-            {"friction_force": ("point", line["friction_force"], words)},
-            {"displacement": ("point", line["displacement"], run["displacement"].attrs)},
+            {"friction_force": ("point", force, words)},
+            {"displacement": ("point", displacement, run["displacement"].attrs)},
         )
         return _with(found, case)
 
@@ -290,24 +275,23 @@ class Accessor:
             raise ValueError(f"this dataset has no {sample}s: its campaign leaves them out (see [outputs])")
         slices = (cut(self._dataset, name, ids[here].tolist()) or {}).get(sample, [])
         counts = [each.stop - each.start for each in slices]
-        table = group[names].isel({sample: _concatenated([np.arange(each.start, each.stop) for each in slices])})
-        table = table.drop_vars([each for each in table.coords if each not in names])
-        varying = {each: np.repeat(found.values(each)[here], counts) for each in self._varying(found.dims)}
-        labels = {each: (sample, values, self._dataset[each].attrs) for each, values in varying.items()}
-        numbers = _concatenated([_numbers(count) for count in counts])
-        return table.assign_coords(
-            labels | {f"{sample}_number": (sample, numbers, {"long_name": f"number of the {sample}"})}
+        table = group[names].isel(
+            {sample: np.concatenate([np.arange(0), *(np.arange(each.start, each.stop) for each in slices)])}
         )
+        table = table.drop_vars([each for each in table.coords if each not in names])
+        labels = {
+            each: (sample, np.repeat(found.values(each)[here], counts), self._dataset[each].attrs)
+            for each in self._varying(found.dims)
+        }
+        numbers = np.concatenate([np.arange(0), *map(_numbers, counts)])
+        labels[f"{sample}_number"] = (sample, numbers, {"long_name": f"number of the {sample}"})
+        return table.assign_coords(labels)
 
     def _varying(self, dims: tuple[str, ...]) -> list[str]:
         """Parameters that are not the same in all cases and drives, and what those are called."""
         known = {*parameters(), DRIVE_NAME.name, "case_id", "case"}
-        coordinates = self._dataset.coords
-        return [
-            str(name)
-            for name in coordinates
-            if name in known and coordinates[name].ndim > 0 and set(coordinates[name].dims) <= set(dims)
-        ]
+        along = {str(name): each.dims for name, each in self._dataset.coords.items() if name in known}
+        return [name for name, own in along.items() if own and set(own) <= set(dims)]
 
 
 def _dropping(run: xr.Dataset) -> xr.Dataset:
@@ -330,10 +314,6 @@ def _numbers(count: int) -> NDArray[np.int64]:
     return np.arange(1, count + 1)
 
 
-def _concatenated(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    return np.concatenate(parts) if parts else np.empty(0, np.int64)
-
-
 # A dataset as one flat table: a row for each case (and drive), or for each event or sample; parameters first, then numbers.
 
 
@@ -350,7 +330,7 @@ class Column:
 
 def case_columns(root: xr.Dataset) -> list[Column]:
     """Every parameter and scalar of a dataset over its cases, or over its cases and drives where it has drives."""
-    ending = root[next(name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root)]
+    ending = root[_ending(root)]
     ids = {group.id.name for group in all_groups().values()}
     names = [name for name in (*ending.dims, *root.coords, *root.data_vars) if set(root[name].dims) <= set(ending.dims)]
     return [_column(root[name], ending) for name in dict.fromkeys(names) if name not in ids]
@@ -375,10 +355,8 @@ def _long(table: xr.Dataset) -> list[Column]:
 
 
 def _column(values: xr.DataArray, over: xr.DataArray) -> Column:
-    attributes = values.attrs
-    return Column(
-        str(values.name), attributes.get("units", ""), attributes.get("long_name", ""), values_over(values, over)
-    )
+    attrs = values.attrs
+    return Column(str(values.name), attrs.get("units", ""), attrs.get("long_name", ""), values_over(values, over))
 
 
 def values_over(values: xr.DataArray, over: xr.DataArray) -> list[Any]:

@@ -11,7 +11,7 @@ import hashlib
 import json
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
@@ -27,7 +27,7 @@ from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION, carrying, seal_of
 from nanoslip.study.dataset.table import Results, Table, coordinates, layout_of
 from nanoslip.study.dataset.variables import DISCRETIZATION_ERROR, SOFTWARE, Group, Runs, all_groups, factors, texts
-from nanoslip.study.manifest.cases import CampaignCase, Heard
+from nanoslip.study.manifest.cases import Heard
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.origin import Origin, Origins, all_sources_hash, census, mixture
 from nanoslip.study.plan.grids import Front, chosen, load_front
@@ -42,14 +42,13 @@ from nanoslip.study.results.store import Store
 def software(counts: Mapping[Origin, int]) -> xr.Dataset:
     """The software that computed the results, one origin each."""
     origins = sorted(counts)
-    name, count, *facts = SOFTWARE
-    found: dict[str, Any] = {
-        name.name: (name.name, texts(origin.name for origin in origins), attributes(name)),
-        count.name: (name.name, np.array([counts[origin] for origin in origins], np.int64), attributes(count)),
-    }
-    for item, quantity in zip(fields(Origin), facts, strict=True):
-        found[quantity.name] = (name.name, texts(getattr(each, item.name) for each in origins), attributes(quantity))
-    return xr.Dataset(found)
+    names, results = (
+        texts(origin.name for origin in origins),
+        np.array([counts[origin] for origin in origins], np.int64),
+    )
+    facts = [texts(getattr(origin, item.name) for origin in origins) for item in fields(Origin)]
+    columns = zip(SOFTWARE, (names, results, *facts), strict=True)
+    return xr.Dataset({each.name: (SOFTWARE[0].name, values, attributes(each)) for each, values in columns})
 
 
 def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
@@ -96,27 +95,6 @@ class Finished:
         return ended | {result.key: result.outcome for result in results.values()}
 
 
-def _enter(
-    table: Table,
-    place: int,
-    runs: Sequence[Runs],
-    manifest: Manifest,
-    case: CampaignCase,
-    results: Results,
-) -> None:
-    """Enter the numbers of a case."""
-    assert case.case is not None
-    drives = {drive.label: drive.drive for drive in manifest.drives}
-    by = {name: factors(case.case, manifest.scales, drives.get(name)) for _, name in results}
-    for (_, name), result in results.items():
-        table.enter(place, case.case, name, result, by[name])
-    for each in runs:
-        for name in drives if each.group.driven else ("",):
-            parts = [found for kind in each.group.kinds if (found := results.get((kind, name)))]
-            if parts:
-                table.put(each.group.id.name, place, name, each.add(parts, by[name], case.case_id, name))
-
-
 def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Dataset:
     """The dataset of a campaign with its groups, finished or not: what is not computed is NaN, with the outcome `pending`.
 
@@ -126,6 +104,7 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
     front = load_front(manifest.front, manifest.files.get("front"))
     table = Table(manifest, layout, [each.group for each in runs])
     finished, origins = Finished(plan, store), dict[str, Origins]()
+    drives = {drive.label: drive.drive for drive in manifest.drives}
     for number, (place, case) in enumerate(zip(layout.places.tolist(), plan.cases, strict=True), 1):
         keys = plan.case_tasks[case.case_id].keys
         results = finished.results(keys)
@@ -137,7 +116,13 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
         table.enter_software(place, results)
         if case.case is not None:
             table.put(DISCRETIZATION_ERROR.name, place, "", front.expected_error(case.case))
-            _enter(table, place, runs, manifest, case, results)
+            by = {name: factors(case.case, manifest.scales, drives.get(name)) for _, name in results}
+            for (_, name), result in results.items():
+                table.enter(place, case.case, name, result, by[name])
+            for each in runs:
+                for name in drives if each.group.driven else ("",):
+                    if parts := [found for kind in each.group.kinds if (found := results.get((kind, name)))]:
+                        table.put(each.group.id.name, place, name, each.add(parts, by[name], case.case_id, name))
         heard(number)
     counts = census(origins.values())  # a result counts once, however many cases share it
     root = xr.Dataset(table.variables(), coordinates(plan, layout), _attributes(manifest, front, counts))
@@ -147,26 +132,23 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
     meanwhile = folder if os.access(folder, os.W_OK) else None
     kinds = needed_kinds(manifest)
-    found = []
-    for group in all_groups().values():
-        series = tuple(each for each in group.series if each.kind in kinds and each.ragged.wanted(manifest))
-        if series:
-            found.append(Runs(Group(group.name, series), meanwhile))
-    return found
+    wanted = {
+        group.name: tuple(each for each in group.series if each.kind in kinds and each.ragged.wanted(manifest))
+        for group in all_groups().values()
+    }
+    return [Runs(Group(name, series), meanwhile) for name, series in wanted.items() if series]
 
 
 def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
-    texts = {
-        **{f"manifest_{key}": text for key, text in manifest.files.items()},
-        CHOSEN: json.dumps(grid) if manifest.accuracy is not None and (grid := chosen(manifest)) else None,
-    }
+    grid = chosen(manifest) if manifest.accuracy is not None else None
     return {
         FORMAT: VERSION,
         "title": manifest.title,
         "Conventions": "CF-1.11",
         "history": "computed and collected by nanoslip",  # without a date: the same results give the same bytes
         "manifest": manifest.text,
-        **{name: text for name, text in texts.items() if text is not None},
+        **{f"manifest_{key}": text for key, text in manifest.files.items() if text is not None},
+        **({CHOSEN: json.dumps(grid)} if grid else {}),
         "manifest_sha256": manifest.sha256,
         "discretization_front": f"{front.name}, sha256 {front.sha256}",
         **software_attributes(counts),
@@ -185,8 +167,7 @@ def made_of(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
     front = load_front(manifest.front, manifest.files.get("front"))
     texts = (manifest.text, *manifest.files.items(), front.sha256)
-    asked = content_hash(all_sources_hash(), manifest.path.name, *texts)
-    found = hashlib.sha256(asked.encode())
+    found = hashlib.sha256(content_hash(all_sources_hash(), manifest.path.name, *texts).encode())
     for key, seal in store.seals():
         found.update(f"{key} {seal}\n".encode())
     for key, attempt in sorted(store.failures().items()):

@@ -1,7 +1,8 @@
-"""A dataset and the same one computed again, case by case: the same bits, within rounding or uncertainty, or different."""
+"""Two datasets beside each other: what both have, and whether it agrees: the same bits, within uncertainties, or different."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from enum import IntEnum
 from typing import Any, Final
 
@@ -9,29 +10,37 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.solver.parameter import Quantity
-from nanoslip.study.dataset import file
-from nanoslip.study.dataset.file import flattened, groups_of
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.parameter import GRID_ERROR
+from nanoslip.study.canonical import content_hash
+from nanoslip.study.dataset.access import values_over
+from nanoslip.study.dataset.file import FORMAT, is_older
 from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
-    DISCRETIZATION_ERROR,
+    DRIVE,
+    DRIVE_NAME,
+    MEMBERS,
+    MODEL,
     OUTCOMES,
-    Group,
     all_groups,
-    companions,
-    scalars,
-    windows,
+    counted,
+    is_counted,
+    of_drives,
+    parameters,
 )
-from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.checker import shown
+from nanoslip.study.manifest.parameters import HASHED, TABLES, Value, words_of
 from nanoslip.study.origin import Origin
+from nanoslip.study.plan.plan import NOTHING_KNOWN
+from nanoslip.study.toml_text import from_toml
+
+# Whether two values agree.
 
 ROUNDING: Final = 1e-9
 """Largest difference that is taken for rounding, as a share of the variable's scale.
 
 Another processor or library changes last digits, 1e-16, and operators of condition 1e5 make 1e-11 of that.
 """
-STANDARD_ERRORS: Final = 5.0
-"""Combined standard errors by which two means over records that took different paths may differ."""
 
 
 class Verdict(IntEnum):
@@ -45,49 +54,16 @@ class Verdict(IntEnum):
         return ("bit-identical", "within tolerance", "different")[self]
 
 
-@dataclass(frozen=True, slots=True)
-class Difference:
-    """How one variable differs."""
-
-    name: str
-    verdict: Verdict
-    size: float
-    """Largest difference over the variable's scale; infinite for what cannot be subtracted."""
-    words: str = ""
-    """What it is, where a number says nothing."""
-
-    def __str__(self) -> str:
-        return f"{self.name}: {self.words}" if self.words else f"{self.name} by {self.size:.2g} of its scale"
+def same_bits(one: NDArray[Any], other: NDArray[Any]) -> Any:
+    """Where two arrays of one shape have the same bits; NaN is NaN, whatever its payload, but -0.0 is not 0.0."""
+    if not (real(one) and real(other)):
+        return one == other
+    return (np.isnan(one) & np.isnan(other)) | ((one == other) & (np.signbit(one) == np.signbit(other)))
 
 
-def worst(differences: Iterable[Difference]) -> Verdict:
-    """The verdict on all of them together."""
-    return max((each.verdict for each in differences), default=Verdict.IDENTICAL)
-
-
-def compared(name: str, kept: NDArray[Any], again: NDArray[Any], scale: float | None = None) -> Difference:
-    """Compare the stored values of a variable with recomputed ones. Whole numbers and texts have no rounding.
-
-    scale: magnitude of the variable; without it the largest of `again`.
-    """
-    kept, again = np.asarray(kept), np.asarray(again)
-    if kept.shape != again.shape:
-        return Difference(name, Verdict.DIFFERENT, np.inf, f"{_size(kept)} kept, {_size(again)} recomputed")
-    if identical(kept, again):
-        return Difference(name, Verdict.IDENTICAL, 0.0)
-    if not (_real(kept) and _real(again)):
-        return Difference(name, Verdict.DIFFERENT, np.inf, _first_two(kept, again))
-    size = relative(kept, again, magnitude(again) if scale is None else scale)
-    verdict = Verdict.WITHIN if size <= ROUNDING else Verdict.DIFFERENT
-    return Difference(name, verdict, size, "" if np.isfinite(size) else _first_two(kept, again))
-
-
-def identical(kept: NDArray[Any], again: NDArray[Any]) -> bool:
-    """Whether both have the same bits; NaN is NaN, whatever its payload, but -0.0 is not 0.0."""
-    if not (_real(kept) and _real(again)):
-        return bool(np.array_equal(kept, again))
-    nothing = np.isnan(kept) & np.isnan(again)
-    return bool(np.all(nothing | ((kept == again) & (np.signbit(kept) == np.signbit(again)))))
+def identical(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    """Whether two arrays have one shape and the same bits."""
+    return one.shape == other.shape and bool(np.all(same_bits(one, other)))
 
 
 def relative(kept: NDArray[Any], again: NDArray[Any], scale: float) -> float:
@@ -104,302 +80,283 @@ def magnitude(values: NDArray[Any]) -> float:
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
 
 
-def within_uncertainty(kept: NDArray[Any], again: NDArray[Any], errors: tuple[NDArray[Any], NDArray[Any]]) -> bool:
-    """Whether two means agree within `STANDARD_ERRORS` of both; two that are missing (NaN) agree."""
-    missing = np.isnan(kept) & np.isnan(again)
-    return bool(np.all(missing | (np.abs(kept - again) <= STANDARD_ERRORS * np.hypot(*errors))))
+def deviations(one: Any, other: Any, errors: tuple[Any, Any]) -> Any:
+    """Difference in combined standard deviations: 0 of what is missing (NaN) in both. An error that is NaN counts as none."""
+    difference = np.where(np.isnan(one) & np.isnan(other), 0.0, np.abs(one - other))
+    combined = np.hypot(*np.nan_to_num(errors))
+    return np.divide(difference, combined, out=np.where(difference == 0.0, 0.0, np.inf), where=combined > 0.0)
 
 
-def _real(values: NDArray[Any]) -> bool:
+def real(values: NDArray[Any]) -> bool:
+    """Whether values are floats."""
     return bool(np.issubdtype(values.dtype, np.floating))
 
 
-def _size(values: NDArray[Any]) -> str:
-    return " x ".join(map(str, values.shape)) or "one value"
+# The cases that two datasets share: those with the same values of every parameter that varies in either.
+
+KINDS: Final = ("", "drive")
+"""What rows are of: cases, or cases with a drive."""
+_MEMBER: Final = "member"
+"""The dimension of the members of an ensemble in format 3."""
+Pair = tuple[xr.Dataset, xr.Dataset]
+"""Two datasets."""
 
 
-def _first_two(kept: NDArray[Any], again: NDArray[Any]) -> str:
-    """The first place where both differ, in words."""
-    pairs = zip(kept.ravel().tolist(), again.ravel().tolist(), strict=True)
-    here, there = next(pair for pair in pairs if pair[0] != pair[1] and not (_nan(pair[0]) and _nan(pair[1])))
-    return f"{_short(here)} kept, {_short(there)} recomputed"
-
-
-def _nan(value: object) -> bool:
-    return isinstance(value, float) and value != value  # noqa: PLR0124  only NaN is not itself
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 80 else text[:77] + "..."
-
-
-# A dataset and the same one computed again, side by side: first what all cases share, then case by case.
-
-LITTLE: Final = 1e-2
-"""Share of its scale by which a number may differ that took another path and does not know its uncertainty."""
-_NOT_COMPARED: Final = "not compared"
-_SOFTWARE: Final = {quantity.name for quantity in COMPUTED_BY.values()}
-_ADVICE: Final = {message.name for _, message in OUTCOMES.values()}
+class NotComparableError(ValueError):
+    """Two datasets that have nothing to compare; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
-    """The verdict on one case, or on what all cases share."""
+class Matched:
+    """Rows of two datasets side by side."""
 
-    label: str
-    verdict: Verdict
-    remark: str
-
-
-def finding_of(label: str, differences: Sequence[Difference], remark: str = "") -> Finding:
-    """The worst of some differences, in a line."""
-    verdict = worst(differences)
-    told = sorted((each for each in differences if each.verdict == verdict), key=lambda each: -each.size)
-    if verdict is Verdict.IDENTICAL:
-        return Finding(label, verdict, remark)
-    others = list(dict.fromkeys(each.name for each in told if each.name != told[0].name))
-    more = f", and {len(others)} more: " + ", ".join(others[:3]) if others else ""
-    dots = ", ..." if len(others) > 3 else ""
-    return Finding(label, verdict, "; ".join(part for part in (remark, f"{told[0]}{more}{dots}") if part))
+    labels: tuple[dict[str, Value], ...]
+    """Of each shared row: its values of the parameters that tell the rows of either apart."""
+    rows: tuple[tuple[int, int], ...]
+    """Of each shared row: its place in the first and in the second dataset."""
+    only: tuple[tuple[dict[str, Value], ...], tuple[dict[str, Value], ...]]
+    """Labels of the rows that the first, and the second, has alone."""
+    pending: int
+    """Shared rows that are left out, as either is not computed yet, or failed without a result."""
 
 
-class Shared:
-    """Attributes, coordinates and the variables that there are at all."""
+def over_members(root: xr.Dataset) -> xr.Dataset:
+    """A dataset with each ensemble as one case: in format 3 members are cases. Means have their ±, texts are counted.
 
-    def __init__(self, found: xr.Dataset, again: xr.Dataset) -> None:
-        self._found, self._again = found, again
-        same_front = found.attrs.get(_FRONT) == again.attrs.get(_FRONT)
-        # A later package may come with a front measured anew: what it says of a grid is then another estimate.
-        self.left_out = set() if same_front or "manifest_front" in again.attrs else {DISCRETIZATION_ERROR.name}
-
-    @property
-    def comparable(self) -> bool:
-        """Whether the cases lie in the same places."""
-        both = set(self._found.variables) & set(self._again.variables)
-        lying = all(self._found[name].dims == self._again[name].dims for name in both)
-        return lying and identical(self._found["case_id"].values, self._again["case_id"].values)
-
-    def differences(self) -> list[Difference]:
-        """How each attribute and each variable without a case of its own compares: one entry for each, identical ones too."""
-        found, again = flattened(self._found), flattened(self._again)
-        names = sorted({*found, *again})
-        missing = [_odd(name, "is missing") for name in names if name not in found]
-        strange = [_odd(name, "is in no dataset of this manifest") for name in names if name not in again]
-        common = [name for name in names if name in found and name in again]
-        words = [
-            compared(f"{kind} of {name}", np.array(one), np.array(other))
-            for name in common
-            for kind, one, other in _properties(found[name], again[name])
-        ]
-        values = [compared(name, found[name].values, again[name].values) for name in common if self._for_all(name)]
-        return [*missing, *strange, *words, *self._attributes(), *values]
-
-    def _for_all(self, name: str) -> bool:
-        """Whether a variable belongs to no case, and is not in a group: runs are compared with their case."""
-        along = set(self._again["case_id"].dims)
-        return "/" not in name and (name in self._again.coords or not set(self._again[name].dims) & along)
-
-    def _attributes(self) -> list[Difference]:
-        apart = {item.name for item in fields(Origin)} | {file.MIXED} | ({_FRONT} if self.left_out else set())
-        kept = self._found.attrs
-        return [
-            compared(f"attribute {name}", np.array(kept[name]), np.array(value))
-            if name in kept
-            else _odd(f"attribute {name}", "is missing")
-            for name, value in self._again.attrs.items()
-            if name not in apart
-        ]
+    A number that has no mean over members is left out; a parameter of several values, as `start`, is the first member's.
+    """
+    if _MEMBER not in root.dims:
+        return root
+    of_members = {str(name): each for name, each in root.data_vars.items() if _MEMBER in each.dims}
+    texts = {name: _counted(each) for name, each in of_members.items() if each.dtype.kind in "OU"}
+    names = {"members_used": MEMBERS.name}
+    for name in of_members:
+        names |= {f"{name}_ensemble_mean": name, f"{name}_ensemble_uncertainty": f"{name}_uncertainty"}
+    there = {theirs: ours for theirs, ours in names.items() if theirs in root}
+    return root.drop_vars(of_members.keys() - texts.keys()).rename(there).assign(texts).isel({_MEMBER: 0}, drop=True)
 
 
-_FRONT: Final = "discretization_front"
+def _counted(texts: xr.DataArray) -> xr.DataArray:
+    along = [[_MEMBER]]
+    found: xr.DataArray = xr.apply_ufunc(counted, texts, input_core_dims=along, vectorize=True, output_dtypes=[object])
+    return found
 
 
-class Pair:
-    """A dataset and the same one computed again, case by case."""
+def matched(pair: Pair, kind: str) -> Matched:
+    """The rows of cases ("") or drives that both datasets have. Raises NotComparableError where rows cannot be told apart."""
+    names = [name for name in (*parameters(), DRIVE_NAME.name) if any(_varies(root, name, kind) for root in pair)]
+    here, there = (_places(root, kind, names) for root in pair)
+    endings = [values_over(ending_of(root, kind), ending_of(root, kind)) for root in pair]
+    shared = [(key, (place, there[key])) for key, place in here.items() if key in there]
+    done = [(key, at) for key, at in shared if not {endings[0][at[0]], endings[1][at[1]]} & set(NOTHING_KNOWN)]
+    only = tuple(
+        tuple(dict(key) for key in mine if key not in theirs) for mine, theirs in ((here, there), (there, here))
+    )
+    labels = tuple(dict(key) for key, _ in done)
+    return Matched(labels, tuple(at for _, at in done), (only[0], only[1]), len(shared) - len(done))
 
-    def __init__(self, found: xr.Dataset, again: xr.Dataset, left_out: set[str]) -> None:
-        """left_out: variables that are not compared."""
-        self._found, self._again = found, again
-        self._groups = [
-            _Runs(group, groups_of(found)[name], groups_of(again)[name])
-            for name, group in all_groups().items()
-            if name in groups_of(found) and name in groups_of(again)
-        ]
-        along = set(again["case_id"].dims)
-        apart = {group.id.name for group in all_groups().values()} | left_out | _SOFTWARE
-        self._names = [
-            str(name)
-            for name, values in again.data_vars.items()
-            if along <= set(values.dims) and str(name) not in apart and name in found.variables
-        ]
-        self._scales = {name: _scale(again[name]) for name in self._names}
-        self._before_sliding, self._of_records = before_sliding(), of_records()
-        self._parted, self._moved = (np.zeros(again["case_id"].shape, np.bool_) for _ in range(2))
 
-    def look(self, case: CampaignCase) -> None:
-        """See whether a case's last digits moved, and whether its record took another path; for all of them first."""
-        place = place_of(self._again, case.case_id) or {}
-        names = [name for name in self._names if self._again.variables[name].dtype.kind == "f"]
-        pairs = {name: (kept.values, now.values) for name, kept, now in self._pairs(place, names)}
-        numbers = {name: pair for name, pair in pairs.items() if not np.isnan(pair).all()}
-        self._moved[tuple(place.values())] = _half(not identical(*pair) for pair in numbers.values())
-        self._parted[tuple(place.values())] = _half(
-            relative(*pair, self._scales[name]) > ROUNDING for name, pair in numbers.items() if name in self._of_records
+def values(root: xr.Dataset, name: str) -> list[Value]:
+    """The different values of a parameter in a dataset; none where it has no such parameter."""
+    found = root[name].values.ravel().tolist() if name in root.coords else []
+    return list(dict.fromkeys(value for value in found if not _missing(value)))
+
+
+def ending_of(root: xr.Dataset, kind: str) -> xr.DataArray:
+    """How the rows ended: what lies along all their dimensions."""
+    return root[OUTCOMES[kind][0].name]
+
+
+def _varies(root: xr.Dataset, name: str, kind: str) -> bool:
+    """Whether a parameter of cases or drives has several values."""
+    return len(values(root, name)) > 1 and _along(root, name, kind)
+
+
+def _along(root: xr.Dataset, name: str, kind: str) -> bool:
+    return name in root.coords and set(root[name].dims) <= set(ending_of(root, kind).dims)
+
+
+def _places(root: xr.Dataset, kind: str, names: Sequence[str]) -> dict[tuple[tuple[str, Value], ...], int]:
+    """Names and values of the parameters that a row has -> where it is."""
+    over = ending_of(root, kind)
+    columns = [[(name, value) for value in values_over(root[name], over)] for name in names if _along(root, name, kind)]
+    keys = [tuple(each for column in columns if not _missing((each := column[row])[1])) for row in range(over.size)]
+    found = {key: place for place, key in enumerate(keys)}
+    if len(found) < len(keys):
+        raise NotComparableError(f"cases are not told apart by {', '.join(names) or 'any parameter'}")
+    return found
+
+
+def _missing(value: object) -> bool:
+    return value is None or value == "" or value != value  # noqa: PLR0124  only NaN is not itself
+
+
+# Whether the numbers of shared cases agree: the same bits, within their uncertainties, or beyond them.
+
+STANDARD_DEVIATIONS: Final = 2.0
+"""Combined ones by which two numbers may differ and still agree."""
+TELLING: Final = 4
+"""Members of each ensemble from which on it tells that all of one say another word than all of the other.
+
+Were both words as likely in both, four and four members would be apart like that 2 times in 70: less often than two numbers
+are by `STANDARD_DEVIATIONS`.
+"""
+
+
+Judged = tuple[Verdict | None, float]
+"""A verdict, and how far apart both are, as `Observed` has them."""
+_NOT_KNOWN: Final[Judged] = (None, math.nan)
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """One number or word of one shared case, in both datasets."""
+
+    label: dict[str, Value]
+    name: str
+    values: tuple[Any, Any]
+    verdict: Verdict | None
+    """None where they differ, and how uncertain one of them is, is not known; of an ensemble a missing number and most words."""
+    apart: float
+    """Difference in combined standard deviations; infinite where one is missing or a word, NaN where these are not known."""
+
+
+def observed(pair: Pair, kind: str, found: Matched) -> Iterator[Observed]:
+    """Every number that states an uncertainty, and every word, of the shared cases ("") or drives."""
+    for name in _names(pair, kind):
+        if _judged(pair, name):
+            scale = max(magnitude(root[name].values) for root in pair) if _number(pair, name) else 0.0
+            columns = (_beside(pair, kind, found, each) for each in (name, f"{name}_uncertainty", MEMBERS.name))
+            for label, both, errors, members in zip(found.labels, *columns, strict=True):
+                yield Observed(label, name, both, *_verdict(both, errors, members, scale))
+
+
+def unjudged(pair: Pair, kind: str, found: Matched) -> tuple[list[str], list[str]]:
+    """The numbers that state no uncertainty: those that differ in any shared case, and those that do not."""
+    differing: list[str] = []
+    same: list[str] = []
+    for name in _names(pair, kind):
+        if not _judged(pair, name):
+            rows = _beside(pair, kind, found, name)
+            here, there = (np.array([both[side] for both in rows]) for side in range(2))
+            (same if identical(here, there) else differing).append(name)
+    return differing, same
+
+
+def _names(pair: Pair, kind: str) -> list[str]:
+    """The variables of cases or drives that both have; not those that are said of another, or say who computed it."""
+    driven = of_drives() | {each.name for each in OUTCOMES[DRIVE]}
+    apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
+    apart |= {group.id.name for group in all_groups().values()} | {"advice", GRID_ERROR}
+    both = [str(name) for name in pair[0].data_vars if name in pair[1].data_vars and name not in apart]
+    told = ("_uncertainty", "members")
+    return [name for name in both if (name in driven) == bool(kind) and not name.endswith(told)]
+
+
+def _judged(pair: Pair, name: str) -> bool:
+    return not _number(pair, name) or all(f"{name}_uncertainty" in root for root in pair)
+
+
+def _number(pair: Pair, name: str) -> bool:
+    return pair[0][name].dtype.kind in "fiub"
+
+
+def _beside(pair: Pair, kind: str, found: Matched, name: str) -> list[tuple[Any, Any]]:
+    """The values of a variable in the shared rows of both datasets; NaN in one that has no such variable."""
+    endings = [ending_of(root, kind) for root in pair]
+    here, there = (
+        values_over(root[name], over) if name in root else [math.nan] * over.size
+        for root, over in zip(pair, endings, strict=True)
+    )
+    return [(here[one], there[other]) for one, other in found.rows]
+
+
+def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[float, float], scale: float) -> Judged:
+    here, there = (np.array(value) for value in both)
+    if identical(here, there):
+        return Verdict.IDENTICAL, 0.0
+    difference = abs(both[0] - both[1]) if here.dtype.kind in "fiu" else math.nan
+    if math.isnan(difference):
+        return _NOT_KNOWN if _by_chance(both, members) else (Verdict.DIFFERENT, math.inf)
+    apart = float(deviations(*both, errors))
+    if difference <= ROUNDING * scale or apart <= STANDARD_DEVIATIONS:
+        return Verdict.WITHIN, apart
+    return _NOT_KNOWN if any(map(math.isnan, errors)) else (Verdict.DIFFERENT, apart)
+
+
+def _by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
+    """Whether what cannot be subtracted may differ for the choice of members (NaN: one case) alone."""
+    if all(map(math.isnan, members)):
+        return False
+    if not all(isinstance(value, str) for value in both):
+        return any(value != value for value in both)  # noqa: PLR0124  only NaN is not itself
+    return any(map(is_counted, both)) or not all(count >= TELLING for count in members)
+
+
+# Differences in the origin of two datasets: parameters, keys of their campaigns, scales, software and what ± means.
+
+_NO_FACTS: Final = ("title", "axes", "drives", "drive_axes", "scales", *TABLES)
+"""Parts of a campaign whose values are parameters or scales, which are compared as what they came to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """A parameter, key, scale or software that differs between two datasets."""
+
+    name: str
+    values: tuple[str, str]
+    """As text; `–` where one says nothing of it."""
+
+
+def differing(pair: Pair) -> list[Fact]:
+    """Parameters, other keys of the campaigns, files that they name, scales and software that differ."""
+    said = [dict(_said(root)) for root in pair]
+    names = dict.fromkeys([*said[0], *said[1]])
+    both = {name: (said[0].get(name, "–"), said[1].get(name, "–")) for name in names}
+    return [Fact(name, value) for name, value in both.items() if value[0] != value[1]]
+
+
+def meaning(pair: Pair) -> str:
+    """What ± is where it is not in both what it is today; else empty."""
+    older, today = (
+        " and ".join(
+            f"{name} (format {root.attrs[FORMAT]})"
+            for name, root in zip("AB", pair, strict=True)
+            if is_older(root) is old
         )
-
-    def _pairs(self, place: "Place", names: Sequence[str]) -> "Iterator[tuple[str, xr.Variable, xr.Variable]]":
-        """Variables at a place, by name, as kept and as recomputed, where both have one shape."""
-        kept, now = self._values(place, names)
-        return ((name, kept[name], now[name]) for name in names if kept[name].shape == now[name].shape)
-
-    def finding(self, case: CampaignCase) -> Finding:
-        """The verdict on one case."""
-        place = place_of(self._again, case.case_id) or {}
-        parted = bool(self._parted[tuple(place.values())])
-        moved = bool(self._moved[tuple(place.values())])
-        kept, now = self._values(place, self._names)
-        differences = [self._scalar(name, kept, now, moved, parted) for name in self._names]
-        for runs in self._groups:
-            if not (parted and runs.group.kinds != ("contact",)):
-                differences += self._run(runs, place, moved)
-        skipped = any(each.words == _NOT_COMPARED for each in differences)
-        turned = "its record" if parted else "a drive" if skipped else ""
-        remark = f"{turned} takes another path: compared within uncertainties" if turned else ""
-        label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
-        return finding_of(label, differences, remark)
-
-    def _values(self, place: "Place", names: Sequence[str]) -> "tuple[_Values, _Values]":
-        """The variables at a place, as kept and as recomputed."""
-        kept, now = (
-            {name: each.variables[name].isel(place, missing_dims="ignore") for name in names}
-            for each in (self._found, self._again)
-        )
-        return kept, now
-
-    def _scalar(self, name: str, kept: "_Values", now: "_Values", moved: bool, parted: bool) -> Difference:
-        found = compared(name, kept[name].values, now[name].values, self._scales[name])
-        if found.verdict is not Verdict.DIFFERENT:
-            return found
-        if name in _ADVICE:
-            return replace(found, verdict=Verdict.WITHIN)
-        elsewhere = parted if name in self._of_records else moved or parted
-        if not elsewhere or name in self._before_sliding or now[name].dtype == object:
-            return found
-        error = f"{name}_uncertainty"
-        if error not in now:
-            return Difference(name, Verdict.WITHIN, 0.0, _NOT_COMPARED)
-        # An error that nobody knows is taken for `LITTLE` in all.
-        little = LITTLE * self._scales[name] / STANDARD_ERRORS
-        errors = (np.nan_to_num(kept[error].values, nan=little), np.nan_to_num(now[error].values, nan=little))
-        close = within_uncertainty(kept[name].values, now[name].values, errors)
-        return replace(found, verdict=Verdict.WITHIN) if close else found
-
-    def _run(self, runs: "_Runs", place: "Place", moved: bool) -> list[Difference]:
-        """The runs of one group that belong to a case, a run for each of its drives."""
-        name = runs.group.id.name
-        ids = (each.variables[name].isel(place).values.ravel() for each in (self._found, self._again))
-        found = []
-        for kept, now in zip(*ids, strict=True):
-            if bool(kept) != bool(now):
-                found.append(_odd(name, "recomputed, but none kept" if now else "kept, but none recomputed"))
-            elif kept:
-                found += runs.differences(kept, now, moved)
-        return found
+        for old in (True, False)
+    )
+    if not older:
+        return ""
+    other = f", that of {today} the 68 % interval over independent starts" if today else ""
+    return f"± of {older} is {MODEL}{other}: either is taken for one standard deviation"
 
 
-class _Runs:
-    """The runs of one group, as kept and as recomputed."""
-
-    def __init__(self, group: Group, found: xr.Dataset, again: xr.Dataset) -> None:
-        self.group = group
-        self._both = (found, again)
-        self._numbers = tuple(
-            {name: number for number, name in enumerate(each[group.name].values)} for each in self._both
-        )
-        self._windows = tuple(windows(each, group) for each in self._both)
-
-    def differences(self, kept: str, now: str, moved: bool) -> list[Difference]:
-        """One run beside the other, by their names: whose it is, and column by column."""
-        places = [numbers.get(name, -1) for numbers, name in zip(self._numbers, (kept, now), strict=True)]
-        if places[0] < 0:
-            return [_odd(self.group.id.name, f"{kept} is not in the group {self.group.name}")]
-        owner = self._compared(
-            [each.name for each in self.group.owners], self.group.name, [slice(at, at + 1) for at in places]
-        )
-        found = []
-        for sample in self._windows[1]:
-            names = [name for name, quantity in self.group.columns.items() if quantity.along == sample]
-            slices = [_window(each, sample, at) for each, at in zip(self._windows, places, strict=True)]
-            found += self._compared(names, sample, slices)
-        if moved and self.group.driven and worst(found) is Verdict.DIFFERENT:
-            found = [Difference(each.name, Verdict.WITHIN, 0.0, _NOT_COMPARED) for each in found]
-        return owner + found
-
-    def _compared(self, names: Sequence[str], dim: str, slices: Sequence[slice]) -> list[Difference]:
-        """The variables of these names that both have, where the slices say."""
-        (found, again), (here, there) = self._both, slices
-        return [
-            compared(
-                name, found.variables[name].isel({dim: here}).values, again.variables[name].isel({dim: there}).values
-            )
-            for name in names
-            if name in found.variables and name in again.variables
-        ]
+def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Name and text of every fact of a dataset."""
+    for name in (*parameters(), DRIVE_NAME.name):
+        if found := values(root, name):
+            yield name, ", ".join(map(_word, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
+    for key, value in _keys_of_facts(from_toml(str(root.attrs.get("manifest", "")))):
+        yield key, shown(value)
+    for name in (f"manifest_{key}" for key in HASHED):
+        if name in root.attrs:
+            yield name, f"a file of hash {content_hash(root.attrs[name], length=12)}"
+    for name in ("discretization_front", *(item.name for kind in (Scales, Origin) for item in fields(kind))):
+        if name in root.attrs:
+            yield name, str(root.attrs[name])
 
 
-def _half(votes: Iterable[bool]) -> bool:
-    """Whether half or more are in favour, of one or more."""
-    counted = list(votes)
-    return bool(counted) and 2 * sum(counted) >= len(counted)
+def _word(value: Value) -> str:
+    """A value of a parameter; switches as manifests have them."""
+    return shown(value) if isinstance(value, bool) else str(value)
 
 
-_Values = Mapping[str, xr.Variable]
-Place = dict[str, int]
-"""Dimension -> where along it."""
-
-
-def before_sliding() -> set[str]:
-    """Variables that no decision of sliding changes."""
-    of_record = [each for each in scalars("record").values() if each.of_grid or each.name.startswith("initial_")]
-    return {DISCRETIZATION_ERROR.name} | _names(scalars("contact").values()) | _names(of_record)
-
-
-def of_records() -> set[str]:
-    """Variables that sum up a record."""
-    both = (*scalars("record").values(), *companions("record").values())
-    return _names(both) - before_sliding()
-
-
-def _names(quantities: Iterable[Quantity]) -> set[str]:
-    """The variables of these quantities, and of their ±."""
-    return {name for each in quantities for name in (each.name, each.uncertainty) if name}
-
-
-def _odd(name: str, words: str) -> Difference:
-    return Difference(name, Verdict.DIFFERENT, np.inf, words)
-
-
-def _properties(found: xr.DataArray, again: xr.DataArray) -> Iterator[tuple[str, str, str]]:
-    """What is said of a variable beside its values: what, as kept, as it comes out again."""
-    yield "dimensions", " ".join(map(str, found.dims)), " ".join(map(str, again.dims))
-    yield "units", str(found.attrs.get("units", "")), str(again.attrs.get("units", ""))
-
-
-def _scale(values: xr.DataArray) -> float:
-    return magnitude(values.values) if np.issubdtype(values.dtype, np.floating) else 1.0
-
-
-def _window(found: Mapping[str, tuple[str, NDArray[np.int64]]], sample: str, number: int) -> slice:
-    """Where a run lies along a sample dimension; empty where there is no such dimension."""
-    if sample not in found:
-        return slice(0, 0)
-    first = found[sample][1]
-    return slice(int(first[number]), int(first[number + 1]))
-
-
-def place_of(found: xr.Dataset, case_id: str) -> "Place | None":
-    """Where a case lies, by dimension; None where it is not."""
-    ids = found["case_id"]
-    places = np.argwhere(ids.values == case_id)
-    return dict(zip(map(str, ids.dims), map(int, places[0]), strict=True)) if len(places) else None
+def _keys_of_facts(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`, `limits.seconds`."""
+    for key, value in document.items():
+        if isinstance(value, Mapping) and (key in TABLES or key not in _NO_FACTS):
+            known = words_of(key) if key in TABLES else ()
+            yield from ((f"{key}.{inner}", each) for inner, each in value.items() if inner not in known)
+        elif key not in _NO_FACTS:
+            yield key, value

@@ -1,6 +1,7 @@
 """Several datasets as one: scalars side by side, groups one behind the other."""
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -12,9 +13,6 @@ from nanoslip.study.dataset.file import FORMAT, carrying, groups_of
 from nanoslip.study.dataset.variables import SOFTWARE, Group, all_groups, parameters, windows
 
 # Positions of the cases of several datasets in their union: its axes, and each variable over them.
-
-Variables = dict[str, tuple[tuple[str, ...], NDArray[Any], dict[Any, Any]]]
-"""Name -> dimensions, values and attributes."""
 
 
 class NotJoinableError(ValueError):
@@ -38,25 +36,27 @@ class Axes:
             return self.dims("case_id", roots)
         return (*(each for each in self.added if each not in own), *own)
 
-    def place(self, root: xr.Dataset, dims: Iterable[str]) -> tuple[list[int], ...]:
-        """Along each dimension, where the labels of one of the datasets are."""
-        return tuple([self.labels[dim].index(label) for label in _labels(root, dim)] for dim in dims)
+    def place(self, root: xr.Dataset, dims: Iterable[str]) -> Any:
+        """Index of the cases of one of the datasets in an array over these dimensions."""
+        each = [[self.labels[dim].index(label) for label in _labels(root, dim)] for dim in dims]
+        return np.ix_(*each) if each else ...
 
     def shape(self, dims: Iterable[str]) -> tuple[int, ...]:
         """Sizes of these dimensions."""
         return tuple(len(self.labels[dim]) for dim in dims)
 
 
-def axes_of(roots: Sequence[xr.Dataset]) -> Axes:
+def axes_of(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> Axes:
     """The axes by which the cases of all datasets are distinct: their dimensions, and as few further parameters as possible."""
-    added: list[str] = []
     dims = list(dict.fromkeys(str(dim) for root in roots for dim in root.dims))
     candidates = [name for name in parameters() if name not in dims and _differs(name, roots)]
-    while True:
-        axes = Axes({name: _union(name, roots) for name in (*added, *dims)}, tuple(added))
-        if not candidates or not _two_in_one_place(axes, roots):
-            return axes
-        added.append(candidates.pop(0))
+    for count in range(len(candidates) + 1):
+        added = tuple(candidates[:count])
+        axes = Axes({name: _union(name, roots) for name in (*added, *dims)}, added)
+        with suppress(NotJoinableError):  # two cases in one place
+            placed("case_id", axes, roots, sources)
+            break
+    return axes
 
 
 def placed(name: str, axes: Axes, roots: Sequence[xr.Dataset], sources: Sequence[str]) -> xr.Variable:
@@ -67,10 +67,11 @@ def placed(name: str, axes: Axes, roots: Sequence[xr.Dataset], sources: Sequence
     values: NDArray[Any] = np.empty(axes.shape(dims), kind)
     held = np.zeros(values.shape, np.bool_)
     for root, source in having:
-        place: Any = np.ix_(*axes.place(root, dims)) if dims else ...
+        place = axes.place(root, dims)
         block = _block(root[name], dims)
         before = held[place]
-        if not _same(values[place][before], np.broadcast_to(block, before.shape)[before]):
+        mine = np.broadcast_to(block, before.shape)[before]
+        if not np.array_equal(values[place][before], mine, equal_nan=kind.kind == "f"):
             raise NotJoinableError(f"{source}: says something else of {name} than {sources[0]} does of the same cases")
         values[place] = block
         held[place] = True
@@ -107,29 +108,10 @@ def _values(name: str, roots: Sequence[xr.Dataset]) -> set[Any]:
     return {root[name].item() if name in root.variables else None for root in roots}
 
 
-def _two_in_one_place(axes: Axes, roots: Sequence[xr.Dataset]) -> bool:
-    """Whether two cases, which are not the same, have the same labels."""
-    dims = axes.dims("case_id", roots)
-    ids = np.full(axes.shape(dims), "", dtype=object)
-    for root in roots:
-        place = np.ix_(*axes.place(root, dims))
-        before, block = ids[place], _block(root["case_id"], dims)
-        if np.any((before != "") & (before != block)):
-            return True
-        ids[place] = block
-    return False
-
-
 def _block(values: xr.DataArray, dims: tuple[str, ...]) -> NDArray[Any]:
     """The values of one dataset with all dimensions in this order; those that it lacks have one place."""
     own = values.transpose(*(dim for dim in dims if dim in values.dims)).values
     return np.asarray(own).reshape([values.sizes.get(dim, 1) for dim in dims])
-
-
-def _same(one: NDArray[Any], other: NDArray[Any]) -> bool:
-    if one.dtype.kind == "f":
-        return bool(np.array_equal(one, other, equal_nan=True))
-    return bool(np.array_equal(one, other))
 
 
 _TITLE: Final = "title"
@@ -144,16 +126,12 @@ def joined(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> xr.Dataset:
     """
     _refuse_strangers(roots, sources)
     roots = _numbered(roots)
-    axes = axes_of(roots)
+    axes = axes_of(roots, sources)
     names = list(dict.fromkeys(str(name) for root in roots for name in root.variables if name not in axes.labels))
     found = {name: placed(name, axes, roots, sources) for name in names}
-    coordinates = {str(name) for root in roots for name in root.coords}
-    labels = {name: xr.Variable(name, np.asarray(values), roots[0][name].attrs) for name, values in axes.labels.items()}
-    root = xr.Dataset(
-        {name: each for name, each in found.items() if name not in coordinates},
-        labels | {name: each for name, each in found.items() if name in coordinates},
-        _attributes(roots),
-    )
+    found |= {name: xr.Variable(name, np.asarray(values), roots[0][name].attrs) for name, values in axes.labels.items()}
+    coordinates = dict.fromkeys(str(name) for root in roots for name in root.coords)
+    root = xr.Dataset(found, attrs=_attributes(roots)).set_coords([*axes.labels, *coordinates])
     groups = {name: _group(roots, group) for name, group in all_groups().items() if name in groups_of(roots[0])}
     software = SOFTWARE[0].name
     return carrying(root, groups | {software: _software([groups_of(each)[software] for each in roots])})
@@ -163,24 +141,18 @@ def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> No
     """Raise NotJoinableError unless all are of one format, and have the same variables and groups."""
     if not roots:
         raise NotJoinableError("no datasets: needs at least one")
+    first = roots[0]
     for root, source in zip(roots, sources, strict=True):
         if "case_id" not in root.coords or FORMAT not in root.attrs:
             raise NotJoinableError(f"{source}: no dataset: needs what nanoslip.open or nanoslip.run returned")
-        if root.attrs[FORMAT] != roots[0].attrs[FORMAT]:
-            form, first = root.attrs[FORMAT], roots[0].attrs[FORMAT]
-            raise NotJoinableError(
-                f"{source}: has format {form}, {sources[0]} format {first}: needs one, as ± means something else"
-            )
-        for mine, theirs in (
-            (set(root.data_vars), set(roots[0].data_vars)),
-            (set(groups_of(root)), set(groups_of(roots[0]))),
-        ):
-            if odd := sorted(map(str, mine ^ theirs)):
-                where = "there alone" if odd[0] in mine else f"only in {sources[0]}"
-                raise NotJoinableError(
-                    f"{source}: {', '.join(odd[:4])}: {where}: needs the same stages and outputs in all campaigns"
-                )
-        if (_CASE in root.dims) != (_CASE in roots[0].dims):
+        if root.attrs[FORMAT] != first.attrs[FORMAT]:
+            forms = f"has format {root.attrs[FORMAT]}, {sources[0]} format {first.attrs[FORMAT]}"
+            raise NotJoinableError(f"{source}: {forms}: needs one, as ± means something else")
+        for mine, theirs in ((root.data_vars, first.data_vars), (groups_of(root), groups_of(first))):
+            if odd := sorted(map(str, mine.keys() ^ theirs.keys())):
+                said = f"{', '.join(odd[:4])}: {'there alone' if odd[0] in mine else f'only in {sources[0]}'}"
+                raise NotJoinableError(f"{source}: {said}: needs the same stages and outputs in all campaigns")
+        if (_CASE in root.dims) != (_CASE in first.dims):
             raise NotJoinableError(f"{source}: a list of cases beside a product of axes: needs all of one design")
 
 
@@ -213,8 +185,8 @@ def _group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
         kept = [number for number, name in enumerate(names) if name not in known]
         known.update(names)
         within = {
-            sample: _joined([np.arange(first[number], first[number + 1]) for number in kept])
-            for sample, (_, first) in windows(found, group).items()
+            sample: np.concatenate([np.arange(0), *(np.arange(*first[at : at + 2]) for at in kept)])
+            for sample, first in windows(found, group).items()
         }
         parts.append(found.isel({group.name: kept, **within}))
     return _behind(parts)
@@ -236,10 +208,4 @@ def _behind(parts: Sequence[xr.Dataset]) -> xr.Dataset:
         name: xr.Variable(each.dims, np.concatenate([part[name].values for part in parts]), each.attrs)
         for name, each in parts[0].variables.items()
     }
-    return xr.Dataset(
-        {name: found[name] for name in parts[0].data_vars}, {name: found[name] for name in parts[0].coords}
-    )
-
-
-def _joined(parts: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    return np.concatenate(parts) if parts else np.empty(0, np.int64)
+    return xr.Dataset(found).set_coords(list(parts[0].coords))

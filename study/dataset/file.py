@@ -31,12 +31,6 @@ def seal(path: Path) -> None:
         file.write(f"\nsha256 {digest}\n".encode("ascii"))
 
 
-def broken(path: Path) -> bool:
-    """Whether a byte of a sealed file has changed; a file without the line has nothing to break. Raises OSError."""
-    written = seal_of(path)
-    return written is not None and written != _digest(path, path.stat().st_size - _LENGTH)
-
-
 def seal_of(path: Path) -> str | None:
     """The checksum that a file ends with, None where it has none. Raises OSError."""
     length = path.stat().st_size - _LENGTH
@@ -121,20 +115,8 @@ class LostGroupsError(ValueError):
     """A dataset that no longer knows where its records and trajectories are."""
 
 
-class Groups(Mapping[str, xr.Dataset]):
+class Groups(dict[str, xr.Dataset]):
     """Name -> group. Never changed once it is carried by a dataset: copies of the dataset share it."""
-
-    def __init__(self, groups: Mapping[str, xr.Dataset]) -> None:
-        self._groups = dict(groups)
-
-    def __getitem__(self, name: str) -> xr.Dataset:
-        return self._groups[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._groups)
-
-    def __len__(self) -> int:
-        return len(self._groups)
 
     def __copy__(self) -> "Groups":
         return self
@@ -176,21 +158,14 @@ def opened(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
             if are_texts(variable) and not isinstance(variable, xr.IndexVariable):  # which is read already
                 variable.data = read_texts(variable)  # xarray cannot transpose characters that it has not read
     root = found.pop(ROOT)
-    groups = {name.strip("/"): group for name, group in found.items()}
+    closing = [each._close for each in (*found.values(), root) if each._close]
 
     def close() -> None:
-        for each in groups.values():
-            each.close()
+        for each in closing:
+            each()
 
-    own = root._close
-
-    def close_all() -> None:
-        close()
-        if own is not None:
-            own()
-
-    root.set_close(close_all)
-    return root, groups
+    root.set_close(close)
+    return root, {name.strip("/"): group for name, group in found.items()}
 
 
 def tree_of(root: xr.Dataset) -> xr.DataTree:
@@ -370,10 +345,10 @@ def _other_format(said: Mapping[str, Any]) -> str:
 
 def check(path: Path) -> None:
     """Raises StoreError where a byte of the file has changed since it was collected, OSError."""
-    if broken(path):
-        raise StoreError(
-            f"{path}: its bytes are not those that were collected: damaged? nanoslip collect writes it anew"
-        )
+    written = seal_of(path)  # a file without one has nothing to break
+    if written is not None and written != _digest(path, path.stat().st_size - _LENGTH):
+        said = "its bytes are not those that were collected: damaged? nanoslip collect writes it anew"
+        raise StoreError(f"{path}: {said}")
 
 
 @contextmanager

@@ -75,30 +75,19 @@ def layout_of(manifest: Manifest) -> Layout:
 
     Drives lie along `drive`, where there are several tables of them, and along the drive axes of several values.
     """
-    drive_axes = _drive_axes(manifest)
-    return Layout(*_of_cases(manifest), drive_axes, _drive_positions(manifest, drive_axes))
-
-
-def _drive_axes(manifest: Manifest) -> dict[str, tuple[Value, ...]]:
     names = tuple(dict.fromkeys(drive.name for drive in manifest.drives))
-    found = {"drive": names, **manifest.drive_axes}
-    return {name: values for name, values in found.items() if len(values) > 1}
-
-
-def _drive_positions(manifest: Manifest, axes: dict[str, tuple[Value, ...]]) -> dict[str, tuple[int, ...]]:
-    numbers = {name: {value: number for number, value in enumerate(values)} for name, values in axes.items()}
+    drive_axes = {name: each for name, each in {"drive": names, **manifest.drive_axes}.items() if len(each) > 1}
     points = {drive.label: {"drive": drive.name, **drive.point} for drive in manifest.drives}
-    return {label: tuple(numbers[name][point[name]] for name in axes) for label, point in points.items()}
-
-
-def _of_cases(manifest: Manifest) -> tuple[dict[str, tuple[Value, ...]], tuple[str, ...]]:
+    position = {
+        label: tuple(drive_axes[name].index(point[name]) for name in drive_axes) for label, point in points.items()
+    }
     if manifest.design != "product":
-        return {"case": tuple(range(manifest.case_count))}, ("case",)
-    standard = {name: (value,) for name, value in labels_of(manifest).standard.items()}
-    values = {**standard, **manifest.axes}
+        return Layout({"case": tuple(range(manifest.case_count))}, ("case",), drive_axes, position)
+    values = {**{name: (value,) for name, value in labels_of(manifest).standard.items()}, **manifest.axes}
     further = (name for name, each in manifest.axes.items() if name not in STANDARD and len(each) > 1)
     axes = {name: tuple(values[name]) for name in (*STANDARD, *further)}
-    return axes, tuple(dict.fromkeys([*(name for name in manifest.axes if name in axes), *axes]))
+    order = tuple(dict.fromkeys([*(name for name in manifest.axes if name in axes), *axes]))
+    return Layout(axes, order, drive_axes, position)
 
 
 def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
@@ -126,14 +115,15 @@ def _spread(given: Mapping[tuple[int, ...], Any], axes: Mapping[str, Sequence[Va
         first = values.take([0], dims.index(axis))
         if axis != "drive" and np.all(values == first):
             values, dims = first.squeeze(dims.index(axis)), tuple(dim for dim in dims if dim != axis)
-    missing: Any = "" if any(isinstance(value, str) for value in given.values()) else np.nan
-    flat = [missing if value is None else value for value in values.ravel().tolist()]
-    return dims, array_of(flat).reshape(values.shape)[()]
+    return dims, array_of(values.ravel().tolist()).reshape(values.shape)[()]
 
 
-def array_of(values: Any) -> Any:
-    """Values of a label, texts at their length."""
-    return texts(values) if any(isinstance(value, str) for value in values) else np.array(values)
+def array_of(values: Sequence[Any]) -> NDArray[Any]:
+    """Values of a label, texts at their length, where None stands for a missing one."""
+    words = any(isinstance(value, str) for value in values)
+    missing: Any = "" if words else np.nan
+    found = [missing if value is None else value for value in values]
+    return texts(found) if words else np.array(found)
 
 
 # The coordinates of a dataset: every parameter that matters, and the cases' names.
@@ -154,12 +144,10 @@ def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
     rows = [_values(case, names, exclusions) for case in plan.cases]
     for name, values in zip(names, zip(*rows, strict=True), strict=True):
         there = [value for value in values if value is not None]
-        if not there:
-            continue
-        if len(set(there)) == 1 and len(there) >= able and name not in along:
-            found[name] = ((), there[0], attributes(_parameter(name)))
-        else:
-            found[name] = (dims, _at(places, values).reshape(layout.shape), attributes(_parameter(name)))
+        if there:
+            once = len(set(there)) == 1 and len(there) >= able and name not in along
+            placed = ((), there[0]) if once else (dims, _at(places, values).reshape(layout.shape))
+            found[name] = (*placed, attributes(_parameter(name)))
     return found | drive_coordinates(manifest, layout)
 
 
@@ -173,13 +161,9 @@ def _values(case: CampaignCase, names: Sequence[str], exclusions: tuple[Exclusio
 
 def _at(places: NDArray[np.intp], values: Sequence[Any]) -> NDArray[Any]:
     """Values at their places, where None stands for a missing one."""
-    sample = next(value for value in values if value is not None)
-    # Whole numbers stay whole, as floats lose digits beyond 2^53, except where some are missing.
-    whole = isinstance(sample, int) and None not in values
-    kind: Any = object if isinstance(sample, str) else np.int64 if whole else float
-    missing: Any = "" if isinstance(sample, str) else np.nan
-    found = np.empty(len(values), kind)
-    found[places] = [missing if value is None else value for value in values]
+    given = array_of(values)
+    found = np.empty(len(values), np.int64 if given.dtype == np.bool_ else given.dtype)
+    found[places] = given
     return found
 
 
@@ -274,24 +258,21 @@ class Table:
         kinds = needed_kinds(manifest)
         for kind, (ending, message) in OUTCOMES.items():
             if not kind or kind in kinds:
-                self._declare(kind, ending, PENDING)
-                self._declare(kind, message, "")
-                self._declare(kind, COMPUTED_BY[kind], "")
-        self._declare("", DISCRETIZATION_ERROR, np.nan)
-        self._declare("", ADVICE, "")
-        self._declare("", MEMBERS, np.nan)
+                for text in (ending, message, COMPUTED_BY[kind]):
+                    self._declare(kind, text, PENDING if text == ending else "")
+        for each in (DISCRETIZATION_ERROR, ADVICE, MEMBERS):
+            self._declare("", each, "" if each == ADVICE else np.nan)
         if DRIVE in kinds:
             self._declare(DRIVE, DRIVE_MEMBERS, np.nan)
-        for kind in KINDS:
-            if kind in kinds:
-                apart = left_out(KINDS[kind], manifest)
-                for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
-                    for own in (quantity, *quantity.beside) if name not in apart else ():
-                        self._declare(kind, own, _nothing(own))
-        for each in groups:
-            self._declare(DRIVE if each.driven else "", each.id, "")
+        for kind in (each for each in KINDS if each in kinds):
+            apart = left_out(KINDS[kind], manifest)
+            for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
+                for own in (quantity, *quantity.beside) if name not in apart else ():
+                    self._declare(kind, own, "" if own.words else np.int32(0) if own.flags else np.nan)
+        for group in groups:
+            self._declare(DRIVE if group.driven else "", group.id, "")
 
-    def _declare(self, kind: str, quantity: Quantity, fill: object) -> None:
+    def _declare(self, kind: str, quantity: Quantity, fill: Any) -> None:
         """A variable, and what stands for values of it that are not there."""
         count = math.prod(self._layout.shape) * (self._drives if kind == DRIVE else 1)
         self._driven[quantity.name], self._quantities[quantity.name] = kind == DRIVE, quantity
@@ -307,42 +288,27 @@ class Table:
             alike.setdefault((len(next(iter(row.scalars.values()))), *row.scalars), []).append(row)
         self._waiting[kind].clear()
         for rows in alike.values():
-            numbers = np.array([list(row.scalars.values()) for row in rows], float).swapaxes(0, 1)
-            found = dict(zip(rows[0].scalars, numbers, strict=True))
-            self._enter_alike(kind, found, np.array([row.place for row in rows]), [row.factors for row in rows])
+            self._enter_alike(kind, rows)
 
-    def _enter_alike(
-        self,
-        kind: str,
-        found: Mapping[str, NDArray[np.float64]],
-        places: NDArray[np.intp],
-        factors: Sequence[Mapping[str, float]],
-    ) -> None:
-        """Set these scalars of results, a variable after the other: means over the members, (results, members) each."""
-        units: dict[str, NDArray[Any]] = {}
-        for known in (scalars(kind), companions(kind)):
-            for name, quantity in known.items():
-                if quantity.name == VALIDITY.name or name not in found or quantity.name not in self._values:
-                    continue
-                if quantity.per not in units:
-                    units[quantity.per] = np.array([by[quantity.per] for by in factors])
-                if quantity.words:
-                    self._values[quantity.name][places] = [_word(quantity, row) for row in found[name].tolist()]
-                    continue
-                mean, uncertainty, members = mean_of(found[name])
-                if quantity.uncertainty in found:  # of all members together: the result holds its ±
-                    uncertainty, members = found[quantity.uncertainty][:, 0], found[quantity.members][:, 0].astype(int)
-                self._values[quantity.name][places] = mean * units[quantity.per]
-                if quantity.ensemble:
-                    self._values[quantity.uncertainty][places] = uncertainty * np.abs(units[quantity.per])
-                    self._values[quantity.members][places] = members
-
-
-def _nothing(quantity: Quantity) -> object:
-    """What stands for a number that is not there."""
-    if quantity.words:
-        return ""
-    return np.int32(0) if quantity.flags else np.nan
+    def _enter_alike(self, kind: str, rows: Sequence[_Row]) -> None:
+        """Set the scalars of these results, a variable after the other: means over the members, (results, members) each."""
+        numbers = np.array([list(row.scalars.values()) for row in rows], float).swapaxes(0, 1)
+        found = dict(zip(rows[0].scalars, numbers, strict=True))
+        places = np.array([row.place for row in rows])
+        for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
+            if quantity.name == VALIDITY.name or name not in found or quantity.name not in self._values:
+                continue
+            if quantity.words:
+                self._values[quantity.name][places] = [_word(quantity, row) for row in found[name].tolist()]
+                continue
+            mean, uncertainty, members = mean_of(found[name])
+            if quantity.uncertainty in found:  # of all members together: the result holds its ±
+                uncertainty, members = found[quantity.uncertainty][:, 0], found[quantity.members][:, 0].astype(int)
+            unit = np.array([row.factors[quantity.per] for row in rows])
+            self._values[quantity.name][places] = mean * unit
+            if quantity.ensemble:
+                self._values[quantity.uncertainty][places] = uncertainty * np.abs(unit)
+                self._values[quantity.members][places] = members
 
 
 def _word(quantity: Quantity, numbers: Sequence[float]) -> str:

@@ -272,11 +272,13 @@ def page() -> str:
     for each in rows():
         sections.setdefault(each.group, []).append(each)
     lines = [_HEAD, "", "| section | variables |", "|---|---|"]
-    lines += [f"| [{_title(group)}](#{_anchor(group)}) | {len(found)} |" for group, found in sections.items()]
+    lines += [f"| [{_title(group)}](#{group.replace(' ', '-')}) | {len(found)} |" for group, found in sections.items()]
     for group, found in sections.items():
-        family = _FAMILIES.get(group)
-        lines += [f"\n## {_title(group)}\n", *(family.lines if family else ())]
-        lines += [*_COLUMNS, *map(_line, family.folded(found) if family else found)]
+        lines.append(f"\n## {_title(group)}\n")
+        if group == "statistics":
+            named = ", ".join(f"`{word}` ({meaning})" for word, meaning in SIZES.items())
+            lines += [*textwrap.wrap(f"{_SIZE} is one of {named}.", WIDTH, break_on_hyphens=False), ""]
+        lines += [*_COLUMNS, *map(_line, _folded(found) if group == "statistics" else found)]
     return "\n".join(lines) + "\n"
 
 
@@ -284,54 +286,31 @@ def _title(group: str) -> str:
     return f"{group[0].upper()}{group[1:]}"
 
 
-def _anchor(group: str) -> str:
-    return group.replace(" ", "-")
+_SIZE: Final = "SIZE"
+"""What stands in the section `statistics` for each of SIZES, by which the names of variables begin."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Family:
-    """Variables that there is one of for each of several words, which their names begin with."""
-
-    mark: str
-    """What stands for the word."""
-    words: Mapping[str, str]
-    """Word -> what it stands for in sentences."""
-
-    @property
-    def lines(self) -> list[str]:
-        named = ", ".join(f"`{word}` ({meaning})" for word, meaning in self.words.items())
-        return [*textwrap.wrap(f"{self.mark} is one of {named}.", WIDTH, break_on_hyphens=False), ""]
-
-    def folded(self, found: Iterable[Described]) -> list[Described]:
-        """Variables that differ only by a word of the family are folded into one; the others stay as they are."""
-        marked = {each: self._marked(each) for each in found}
-        units: dict[Described, list[str]] = {}
-        for new in marked.values():
-            units.setdefault(replace(new, units=""), []).append(new.units)
-        rows = (self._one(each, new, units[replace(new, units="")]) for each, new in marked.items())
-        return list(dict.fromkeys(rows))
-
-    def _one(self, each: Described, new: Described, units: list[str]) -> Described:
-        """The row of those that are alike but for their word and perhaps their units, or of one that is not."""
-        if len(units) < len(self.words):
-            return each
-        return new if len(set(units)) == 1 else replace(new, units=f"that of {self.mark}")
-
-    def _marked(self, each: Described) -> Described:
-        word = next((word for word in self.words if each.name.startswith(f"{word}_")), None)
-        if word is None:
-            return each
-        texts = (each.name, each.uncertainty, each.meaning, each.comment)
-        name, uncertainty, meaning, comment = (
-            text.replace(self.words[word], self.mark).replace(word, self.mark) for text in texts
-        )
-        return replace(each, name=name, uncertainty=uncertainty, meaning=meaning, comment=comment)
+def _folded(found: Sequence[Described]) -> list[Described]:
+    """Variables that differ only by a size, and perhaps in their units, are folded into one; the others stay as they are."""
+    marked = [_marked(each) for each in found]
+    units: dict[Described, list[str]] = {}
+    for new in marked:
+        units.setdefault(replace(new, units=""), []).append(new.units)
+    rows = []
+    for each, new in zip(found, marked, strict=True):
+        of_all = units[replace(new, units="")]
+        one = new if len(set(of_all)) == 1 else replace(new, units=f"that of {_SIZE}")
+        rows.append(one if len(of_all) >= len(SIZES) else each)
+    return list(dict.fromkeys(rows))
 
 
-_FAMILIES = {
-    "statistics": _Family("SIZE", SIZES),
-}
-"""Sections whose rows are folded."""
+def _marked(each: Described) -> Described:
+    word = next((word for word in SIZES if each.name.startswith(f"{word}_")), None)
+    if word is None:
+        return each
+    names = ("name", "uncertainty", "meaning", "comment")
+    return replace(each, **{n: getattr(each, n).replace(SIZES[word], _SIZE).replace(word, _SIZE) for n in names})
+
 
 _HEAD = """# Variables of a dataset
 
@@ -411,12 +390,13 @@ def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArr
 
 def _counters(dataset: xr.Dataset, name: str) -> tuple[str, ...]:
     """The variables that count the members having a number and the members computed; none of what is no such mean."""
-    names = (f"{name}_members", (DRIVE_MEMBERS if name in _of_drives() else MEMBERS).name)
+    names = (f"{name}_members", (DRIVE_MEMBERS if name in of_drives() else MEMBERS).name)
     return names if set(names) <= dataset.variables.keys() else ()
 
 
 @cache
-def _of_drives() -> set[str]:
+def of_drives() -> set[str]:
+    """The variables of the results of drives, but for those beside means."""
     return {each.name for kind in (scalars, companions) for each in kind(DRIVE).values()}
 
 
@@ -451,7 +431,7 @@ def modelled(dataset: xr.Dataset) -> str:
 LONGEST: Final = 30
 """Characters of a counted text in a table; of a longer one the most frequent text is told, and how many say something else."""
 _PARTS: Final = re.compile(r"; (?=\d+ )")
-_COUNT: Final = re.compile(r"(\d+) ")
+_COUNT: Final = re.compile(r"\d+ ")
 
 
 def counted(values: Sequence[Any]) -> str:
@@ -468,22 +448,19 @@ def is_counted(text: str) -> bool:
 
 
 def _parts(text: str) -> list[tuple[int, str]]:
-    """Of a counted text: how many members say what."""
-    return [(int(number), said) for number, _, said in (part.partition(" ") for part in _PARTS.split(text))]
+    """Of a counted text: how many members say what; nothing of another one."""
+    parts = (part.partition(" ") for part in _PARTS.split(text))
+    return [(int(number), said) for number, _, said in parts] if is_counted(text) else []
 
 
 def commonest(text: str) -> tuple[str, float]:
     """The text that most members have, and their share of those that have any; all of it of a text that is not counted."""
-    if not is_counted(text):
-        return text, 1.0
     parts = _parts(text)
-    return parts[0][1], parts[0][0] / sum(number for number, _ in parts)
+    return (parts[0][1], parts[0][0] / sum(number for number, _ in parts)) if parts else (text, 1.0)
 
 
 def joined(text: str) -> str:
     """A counted text in which texts that differ in numbers alone are one, the first of them, with the members of all."""
-    if not is_counted(text):
-        return text
     kinds: dict[str, list[tuple[int, str]]] = {}
     for number, said in _parts(text):
         kinds.setdefault(without_numbers(said), []).append((number, said))
@@ -491,7 +468,7 @@ def joined(text: str) -> str:
         f"{sum(number for number, _ in each)} {each[0][1]}{' (numbers differ)' if len(each) > 1 else ''}"
         for each in sorted(kinds.values(), key=lambda each: -sum(number for number, _ in each))
     ]
-    return "; ".join(found)
+    return "; ".join(found) or text
 
 
 @lru_cache(maxsize=1024)  # of a million messages few are different
@@ -502,23 +479,17 @@ def without_numbers(message: str) -> str:
 
 def shortened(text: str) -> str:
     """A counted text in at most `LONGEST` characters where its first words allow it; any other text as it is."""
-    first, *others = _PARTS.split(text)
-    if len(text) <= LONGEST or not others or not is_counted(first):
+    parts = _parts(text) if len(text) > LONGEST else []
+    if len(parts) < 2:
         return text
-    numbers = [int(found[1]) for each in others if (found := _COUNT.match(each))]
-    return f"{first}; {sum(numbers)} others"
+    return f"{parts[0][0]} {parts[0][1]}; {sum(number for number, _ in parts[1:])} others"
 
 
 def in_short(dataset: xr.Dataset) -> xr.Dataset:
     """A dataset whose counted texts are short, for a table."""
+    short = np.vectorize(lambda value: shortened(value) if isinstance(value, str) else value, otypes=[object])
     texts = {str(name): each for name, each in dataset.data_vars.items() if each.dtype.kind == "O"}
-    return dataset.assign({name: each.copy(data=_each_shortened(each.values)) for name, each in texts.items()})
-
-
-def _each_shortened(values: Any) -> Any:
-    found = np.empty(values.shape, dtype=object)
-    found.ravel()[:] = [shortened(value) if isinstance(value, str) else value for value in values.ravel().tolist()]
-    return found
+    return dataset.assign({name: each.copy(data=short(each.values)) for name, each in texts.items()})
 
 
 NAME_LENGTH: Final = 12
@@ -578,18 +549,21 @@ class Runs:
             return self._names.get(keys, "")
         for sample, series in self.group.samples.items():
             pairs = [(each, result) for result in parts for each in series if each.kind == result.kind]
-            self._counts[sample].append(sum(_length(each, result) for each, result in pairs))
+            count = 0
             for each, result in pairs:
-                for name, quantity in each.columns.items():
-                    run = _run(result, name, each)
+                runs = [(_run(result, name, each), quantity) for name, quantity in each.columns.items()]
+                count += runs[0][0].size
+                for run, quantity in runs:
                     self._columns[quantity.name].add(run * factors[quantity.per] if quantity.per else run)
+            self._counts[sample].append(count)
         self._owners.append((case_id, drive))
         name = keys[0][:NAME_LENGTH] if len(keys) == 1 else content_hash(keys, length=NAME_LENGTH)
         return self._names.setdefault(keys, name)
 
     def _held(self, result: TaskResult) -> bool:
         """Whether a result has the columns of the group, and not its scalars alone."""
-        return any(each.kind == result.kind and set(each.columns) <= _there(result, each) for each in self.group.series)
+        mine = (each for each in self.group.series if each.kind == result.kind)
+        return any(each.columns.keys() <= _values_of(result, each).keys() for each in mine)
 
     def dataset(self) -> xr.Dataset:
         """The columns over the samples; over the instances their names, owners and the count of samples."""
@@ -600,15 +574,11 @@ class Runs:
             found[count.name] = (self.group.name, counts, {**attributes(count), "sample_dimension": sample})
         for name, quantity in self.group.columns.items():
             found[name] = (quantity.along, self._columns[name].values(quantity.dtype), attributes(quantity))
-        places = [name for name, quantity in self.group.columns.items() if quantity.coordinate]
-        return xr.Dataset(found).set_coords(places).assign_coords(self._labels())
-
-    def _labels(self) -> dict[str, Any]:
-        instance = self.group.name
-        labels: dict[str, Any] = {instance: (instance, texts(self._names.values()), attributes(self.group.label))}
+        found[self.group.name] = (self.group.name, texts(self._names.values()), attributes(self.group.label))
         for number, owner in enumerate(self.group.owners):
-            labels[owner.name] = (instance, texts(names[number] for names in self._owners), attributes(owner))
-        return labels
+            found[owner.name] = (self.group.name, texts(names[number] for names in self._owners), attributes(owner))
+        places = [name for name, quantity in self.group.columns.items() if quantity.coordinate]
+        return xr.Dataset(found).set_coords([*places, *(owner.name for owner in self.group.owners)])
 
 
 def _once(results: list[TaskResult]) -> list[TaskResult]:
@@ -618,8 +588,8 @@ def _once(results: list[TaskResult]) -> list[TaskResult]:
     return results
 
 
-def _there(result: TaskResult, series: Series) -> set[str]:
-    return set(result.scalars if series.sample == MEMBER else result.arrays)
+def _values_of(result: TaskResult, series: Series) -> Mapping[str, Any]:
+    return result.scalars if series.sample == MEMBER else result.arrays
 
 
 def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
@@ -629,25 +599,16 @@ def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
     return column(result, name, series.sample)
 
 
-def _length(series: Series, result: TaskResult) -> int:
-    return int(_run(result, next(iter(series.columns)), series).size)
-
-
 def texts(values: Iterable[str]) -> NDArray[Any]:
     """Strings as an array that netCDF keeps at their length."""
     return np.array(list(values), dtype=object)
 
 
-def starts(counts: NDArray[Any]) -> NDArray[np.int64]:
-    """Where each run of so many values begins, and where the last one ends."""
-    return np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
-
-
-def windows(group: xr.Dataset, declared: Group) -> dict[str, tuple[str, NDArray[np.int64]]]:
-    """Sample dimension that a group has -> the variable of its counts, and where each run begins."""
+def windows(group: xr.Dataset, declared: Group) -> dict[str, NDArray[np.int64]]:
+    """Sample dimension that a group has -> where each of its runs begins, and where the last one ends."""
     counts = {name: series[0].count.name for name, series in declared.samples.items()}
     return {
-        name: (count, starts(group.variables[count].values))
+        name: np.concatenate(([0], np.cumsum(group.variables[count].values, dtype=np.int64)))
         for name, count in counts.items()
         if count in group.variables
     }

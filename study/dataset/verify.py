@@ -1,376 +1,52 @@
-"""Two datasets beside each other, what both have and whether it agrees; and a dataset computed again from itself alone."""
+"""A dataset computed again from itself alone, and beside what is kept: what all cases share, then case by case."""
 
 import hashlib
 import itertools
 import json
-import math
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from nanoslip.solver.drive import Scales
-from nanoslip.solver.parameter import GRID_ERROR
-from nanoslip.study.canonical import content_hash
+from nanoslip.solver.parameter import Quantity
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.access import values_over
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.compare import (
     ROUNDING,
-    Finding,
-    Shared,
     Verdict,
-    finding_of,
+    deviations,
     identical,
     magnitude,
-    place_of,
+    real,
+    relative,
+    same_bits,
 )
-from nanoslip.study.dataset.compare import Pair as Twice
-from nanoslip.study.dataset.file import FORMAT, is_older, loaded
+from nanoslip.study.dataset.file import flattened, groups_of, loaded
 from nanoslip.study.dataset.table import Layout, layout_of
 from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
-    DRIVE,
-    DRIVE_NAME,
-    MEMBERS,
-    MODEL,
+    DISCRETIZATION_ERROR,
     OUTCOMES,
+    Group,
     all_groups,
     companions,
-    counted,
-    parameters,
     scalars,
+    windows,
 )
 from nanoslip.study.manifest.cases import CampaignCase, expand
-from nanoslip.study.manifest.checker import shown
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import HASHED, NAMED, TABLES, Value, words_of
+from nanoslip.study.manifest.parameters import HASHED, NAMED
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.origin import Origin, computing
 from nanoslip.study.plan.plan import NOTHING_KNOWN, PENDING, Plan, make_plan, plan_of
 from nanoslip.study.plan.task import Task
 from nanoslip.study.provenance import UNKNOWN
 from nanoslip.study.results.store import Store, StoreError
-from nanoslip.study.toml_text import from_toml
-
-# The cases that two datasets share: those with the same values of every parameter that varies in either.
-
-KINDS: Final = ("", "drive")
-"""What rows are of: cases, or cases with a drive."""
-_MEMBER: Final = "member"
-"""The dimension of the members of an ensemble in format 3."""
-Pair = tuple[xr.Dataset, xr.Dataset]
-"""Two datasets."""
-
-
-class NotComparableError(ValueError):
-    """Two datasets that have nothing to compare; the message says why."""
-
-
-@dataclass(frozen=True, slots=True)
-class Matched:
-    """Rows of two datasets side by side."""
-
-    axes: tuple[str, ...]
-    """Parameters that tell the rows of either apart."""
-    labels: tuple[dict[str, Value], ...]
-    """Of each shared row: its values on the axes."""
-    rows: tuple[tuple[int, int], ...]
-    """Of each shared row: its place in the first and in the second dataset."""
-    only: tuple[tuple[dict[str, Value], ...], tuple[dict[str, Value], ...]]
-    """Labels of the rows that the first, and the second, has alone."""
-    pending: int
-    """Shared rows that are left out, as either is not computed yet, or failed without a result."""
-
-
-def over_members(root: xr.Dataset) -> xr.Dataset:
-    """A dataset with each ensemble as one case: in format 3 members are cases. Means have their ±, texts are counted.
-
-    A number that has no mean over members is left out; a parameter of several values, as `start`, is the first member's.
-    """
-    if _MEMBER not in root.dims:
-        return root
-    of_members = {str(name): each for name, each in root.data_vars.items() if _MEMBER in each.dims}
-    texts = {name: each for name, each in of_members.items() if each.dtype.kind in "OU"}
-    names = {"members_used": MEMBERS.name}
-    for name in of_members:
-        names |= {f"{name}_ensemble_mean": name, f"{name}_ensemble_uncertainty": f"{name}_uncertainty"}
-    found = root.drop_vars(of_members.keys() - texts.keys()).rename(
-        {theirs: ours for theirs, ours in names.items() if theirs in root}
-    )
-    return found.assign({name: _counted(each) for name, each in texts.items()}).isel({_MEMBER: 0}, drop=True)
-
-
-def _counted(texts: xr.DataArray) -> xr.DataArray:
-    found: xr.DataArray = xr.apply_ufunc(
-        counted, texts, input_core_dims=[[_MEMBER]], vectorize=True, output_dtypes=[object]
-    )
-    return found
-
-
-def matched(pair: Pair, kind: str) -> Matched:
-    """The rows of cases ("") or drives that both datasets have. Raises NotComparableError where rows cannot be told apart."""
-    names = axes(pair, kind)
-    places = [_places(root, kind, names) for root in pair]
-    endings = [values_over(ending_of(root, kind), ending_of(root, kind)) for root in pair]
-    shared = [(key, (place, places[1][key])) for key, place in places[0].items() if key in places[1]]
-    done = [(key, at) for key, at in shared if not {endings[0][at[0]], endings[1][at[1]]} & set(NOTHING_KNOWN)]
-    only = [
-        tuple(_label(names, key) for key in mine if key not in theirs) for mine, theirs in (places, reversed(places))
-    ]
-    labels = tuple(_label(names, key) for key, _ in done)
-    return Matched(names, labels, tuple(at for _, at in done), (only[0], only[1]), len(shared) - len(done))
-
-
-def axes(pair: Pair, kind: str) -> tuple[str, ...]:
-    """The parameters of cases or drives that have several values in either dataset."""
-    return tuple(
-        name
-        for name in (*parameters(), DRIVE_NAME.name)
-        if any(len(values(root, name)) > 1 and _along(root, name, kind) for root in pair)
-    )
-
-
-def values(root: xr.Dataset, name: str) -> list[Value]:
-    """The different values of a parameter in a dataset; none where it has no such parameter."""
-    found = root[name].values.ravel().tolist() if name in root.coords else []
-    return list(dict.fromkeys(value for value in found if not _missing(value)))
-
-
-def ending_of(root: xr.Dataset, kind: str) -> xr.DataArray:
-    """How the rows ended: what lies along all their dimensions."""
-    return root[OUTCOMES[kind][0].name]
-
-
-def _along(root: xr.Dataset, name: str, kind: str) -> bool:
-    return name in root.coords and set(root[name].dims) <= set(ending_of(root, kind).dims)
-
-
-def _places(root: xr.Dataset, kind: str, names: Sequence[str]) -> dict[tuple[Any, ...], int]:
-    """Values on the axes -> where the row is."""
-    keys = list(_keys(root, kind, names))
-    found = {key: place for place, key in enumerate(keys)}
-    if len(found) < len(keys):
-        raise NotComparableError(f"cases are not told apart by {', '.join(names) or 'any parameter'}")
-    return found
-
-
-def _keys(root: xr.Dataset, kind: str, names: Sequence[str]) -> Iterator[tuple[Any, ...]]:
-    over = ending_of(root, kind)
-    columns = [values_over(root[name], over) if _along(root, name, kind) else [None] * over.size for name in names]
-    for place in range(over.size):
-        yield tuple(None if _missing(column[place]) else column[place] for column in columns)
-
-
-def _label(names: Sequence[str], key: Sequence[Any]) -> dict[str, Value]:
-    return {name: value for name, value in zip(names, key, strict=True) if value is not None}
-
-
-def _missing(value: object) -> bool:
-    return value is None or value == "" or value != value  # noqa: PLR0124  only NaN is not itself
-
-
-# Whether the numbers of shared cases agree: the same bits, within their uncertainties, or beyond them.
-
-STANDARD_DEVIATIONS: Final = 2.0
-"""Combined ones by which two numbers may differ and still agree."""
-TELLING: Final = 4
-"""Members of each ensemble from which on it tells that all of one say another word than all of the other.
-
-Were both words as likely in both, four and four members would be apart like that 2 times in 70: less often than two numbers
-are by `STANDARD_DEVIATIONS`.
-"""
-_COUNTED: Final = re.compile(r"\d+ ")
-"""How words begin on which members do not agree."""
-
-
-Judged = tuple[Verdict | None, float]
-"""A verdict, and how far apart both are, as `Observed` has them."""
-_APART: Final[Judged] = (Verdict.DIFFERENT, math.inf)
-"""Of what cannot be subtracted."""
-_NOT_KNOWN: Final[Judged] = (None, math.nan)
-
-
-@dataclass(frozen=True, slots=True)
-class Observed:
-    """One number or word of one shared case, in both datasets."""
-
-    label: dict[str, Value]
-    name: str
-    values: tuple[Any, Any]
-    verdict: Verdict | None
-    """None where they differ, and how uncertain one of them is, is not known; of an ensemble a missing number and most words."""
-    apart: float
-    """Difference in combined standard deviations; infinite where one is missing or a word, NaN where these are not known."""
-
-
-def observed(pair: Pair, kind: str, found: Matched) -> Iterator[Observed]:
-    """Every number that states an uncertainty, and every word, of the shared cases ("") or drives."""
-    for name in _names(pair, kind):
-        if _judged(pair, name):
-            columns = [_values(root, kind, name) for root in pair]
-            errors = [_errors(root, kind, name) for root in pair]
-            members = [_members(root, kind) for root in pair]
-            scale = magnitude(np.array(columns[0] + columns[1])) if _number(pair, name) else 0.0
-            for label, at in zip(found.labels, found.rows, strict=True):
-                both = columns[0][at[0]], columns[1][at[1]]
-                of_both = members[0][at[0]], members[1][at[1]]
-                verdict = _verdict(both, (errors[0][at[0]], errors[1][at[1]]), scale)
-                yield Observed(label, name, both, *(_NOT_KNOWN if _by_chance(both, verdict, of_both) else verdict))
-
-
-def unjudged(pair: Pair, kind: str, found: Matched) -> tuple[list[str], list[str]]:
-    """The numbers that state no uncertainty: those that differ in any shared case, and those that do not."""
-    differing: list[str] = []
-    same: list[str] = []
-    for name in _names(pair, kind):
-        if not _judged(pair, name):
-            columns = [_values(root, kind, name) for root in pair]
-            picked = [np.array([column[at[side]] for at in found.rows]) for side, column in enumerate(columns)]
-            (same if identical(*picked) else differing).append(name)
-    return differing, same
-
-
-def _names(pair: Pair, kind: str) -> list[str]:
-    """The variables of cases or drives that both have; not those that are said of another, or say who computed it."""
-    of_drives = {each.name for known in (scalars(DRIVE), companions(DRIVE)) for each in known.values()}
-    of_drives |= {each.name for each in OUTCOMES[DRIVE]}
-    apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
-    apart |= {group.id.name for group in all_groups().values()} | {"advice", GRID_ERROR}
-    both = [str(name) for name in pair[0].data_vars if name in pair[1].data_vars and name not in apart]
-    told = ("_uncertainty", "members")
-    return [name for name in both if (name in of_drives) == bool(kind) and not name.endswith(told)]
-
-
-def _judged(pair: Pair, name: str) -> bool:
-    return not _number(pair, name) or all(_error_of(root, name) for root in pair)
-
-
-def _number(pair: Pair, name: str) -> bool:
-    return pair[0][name].dtype.kind in "fiub"
-
-
-def _values(root: xr.Dataset, kind: str, name: str) -> list[Any]:
-    return values_over(root[name], ending_of(root, kind))
-
-
-def _error_of(root: xr.Dataset, name: str) -> str:
-    """The variable that says how uncertain another is; empty where none does."""
-    error = f"{name}_uncertainty"
-    return error if error in root else ""
-
-
-def _errors(root: xr.Dataset, kind: str, name: str) -> list[float]:
-    """The ± that a dataset states; NaN where none is known."""
-    error = _error_of(root, name)
-    if not error:
-        return [math.nan] * ending_of(root, kind).size
-    return values_over(root[error], ending_of(root, kind))
-
-
-def _members(root: xr.Dataset, kind: str) -> list[float]:
-    """How many members each row is of; NaN where it is one case."""
-    if MEMBERS.name in root:
-        return values_over(root[MEMBERS.name], ending_of(root, kind))
-    return [math.nan] * ending_of(root, kind).size
-
-
-def _by_chance(both: tuple[Any, Any], verdict: Judged, members: tuple[float, float]) -> bool:
-    """Whether what cannot be subtracted may differ for the choice of members alone."""
-    if verdict != _APART or all(map(math.isnan, members)):
-        return False
-    if not all(isinstance(value, str) for value in both):
-        return any(value != value for value in both)  # noqa: PLR0124  only NaN is not itself
-    return any(map(_COUNTED.match, both)) or not all(count >= TELLING for count in members)
-
-
-def _verdict(both: tuple[Any, Any], errors: tuple[float, float], scale: float) -> Judged:
-    here, there = (np.array(value) for value in both)
-    if identical(here, there):
-        return Verdict.IDENTICAL, 0.0
-    difference = abs(both[0] - both[1]) if here.dtype.kind in "fiu" else math.nan
-    if math.isnan(difference):
-        return _APART
-    known = [error for error in errors if not math.isnan(error)]
-    combined = math.hypot(*known)
-    apart = difference / combined if combined > 0.0 else math.inf
-    if difference <= ROUNDING * scale or apart <= STANDARD_DEVIATIONS:
-        return Verdict.WITHIN, apart
-    return (Verdict.DIFFERENT, apart) if len(known) == len(errors) else _NOT_KNOWN
-
-
-# Differences in the origin of two datasets: parameters, keys of their campaigns, scales, software and what ± means.
-
-_NO_FACTS: Final = ("title", "axes", "drives", "drive_axes", "scales", *TABLES)
-"""Parts of a campaign whose values are parameters or scales, which are compared as what they came to."""
-
-
-@dataclass(frozen=True, slots=True)
-class Fact:
-    """A parameter, key, scale or software that differs between two datasets."""
-
-    name: str
-    values: tuple[str, str]
-    """As text; `–` where one says nothing of it."""
-
-
-def differing(pair: Pair) -> list[Fact]:
-    """Parameters, other keys of the campaigns, files that they name, scales and software that differ."""
-    said = [dict(_said(root)) for root in pair]
-    names = dict.fromkeys([*said[0], *said[1]])
-    both = {name: (said[0].get(name, "–"), said[1].get(name, "–")) for name in names}
-    return [Fact(name, value) for name, value in both.items() if value[0] != value[1]]
-
-
-def meaning(pair: Pair) -> str:
-    """What ± is where it is not in both what it is today; else empty."""
-    older, today = (
-        " and ".join(
-            f"{name} (format {root.attrs[FORMAT]})"
-            for name, root in zip("AB", pair, strict=True)
-            if is_older(root) is old
-        )
-        for old in (True, False)
-    )
-    if not older:
-        return ""
-    other = f", that of {today} the 68 % interval over independent starts" if today else ""
-    return f"± of {older} is {MODEL}{other}: either is taken for one standard deviation"
-
-
-def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:
-    """Name and text of every fact of a dataset."""
-    for name in (*parameters(), DRIVE_NAME.name):
-        if found := values(root, name):
-            yield name, ", ".join(map(_word, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
-    for key, value in _keys_of_facts(from_toml(str(root.attrs.get("manifest", "")))):
-        yield key, shown(value)
-    for name in (f"manifest_{key}" for key in HASHED):
-        if name in root.attrs:
-            yield name, f"a file of hash {content_hash(root.attrs[name], length=12)}"
-    for name in ("discretization_front", *(item.name for kind in (Scales, Origin) for item in fields(kind))):
-        if name in root.attrs:
-            yield name, str(root.attrs[name])
-
-
-def _word(value: Value) -> str:
-    """A value of a parameter; switches as manifests have them."""
-    return shown(value) if isinstance(value, bool) else str(value)
-
-
-def _keys_of_facts(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """The keys of a campaign file that are no parameters: `stages`, `ensemble.members`, `outputs.records`, `limits.seconds`."""
-    for key, value in document.items():
-        if isinstance(value, Mapping) and (key in TABLES or key not in _NO_FACTS):
-            known = words_of(key) if key in TABLES else ()
-            yield from ((f"{key}.{inner}", each) for inner, each in value.items() if inner not in known)
-        elif key not in _NO_FACTS:
-            yield key, value
-
 
 # A dataset computed again from itself alone: its manifest -> plan -> tasks -> dataset, and both side by side.
 #
@@ -379,13 +55,10 @@ def _keys_of_facts(document: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 # `message`. Two things are chains of decisions, which a last digit may turn: a record, seldom, and a drive over its teeth,
 # often.
 #
-# - A record took another path where half or more of the case's numbers over it differ. What precedes sliding still
-# has to agree
-#   as before; what states an uncertainty (plateau, mean step, μ_s, μ_k) agrees within `STANDARD_ERRORS` combined
-# ones, or within
+# - A record took another path where half or more of the case's numbers over it differ. What precedes sliding still has to agree
+#   as before; what states an uncertainty (plateau, mean step, μ_s, μ_k) agrees within `STANDARD_ERRORS` combined ones, or within
 #   `LITTLE` of its scale where its uncertainty is unknown; the rest is not compared.
-# - A drive may have taken another path only where last digits moved all over the case: where half or more of its
-# numbers
+# - A drive may have taken another path only where last digits moved all over the case: where half or more of its numbers
 #   have other bits. Then of the drive only what states an uncertainty has to agree, as above.
 #
 # One wrong number in a file is never taken for either.
@@ -446,10 +119,10 @@ def other_software(found: xr.Dataset) -> str:
     """Who computed the dataset, and who recomputes it, where they may not make the same bits; else empty."""
     origin = Origin(**{item.name: str(found.attrs.get(item.name, UNKNOWN)) for item in fields(Origin)})
     home = computing()
-    if origin.alike(home):
-        said = f"computed with {origin.arithmetic}; recomputed with {home.arithmetic}: last bits may differ"
-        return "" if origin.same_bits(home) else said
-    return f"computed by {origin}; recomputed by {home}"
+    if not origin.alike(home):
+        return f"computed by {origin}; recomputed by {home}"
+    said = f"computed with {origin.arithmetic}; recomputed with {home.arithmetic}: last bits may differ"
+    return "" if origin.same_bits(home) else said
 
 
 def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
@@ -460,9 +133,8 @@ def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
 
 def failed(plan: Plan, found: xr.Dataset) -> int:
     """How many cases have no result as an attempt at one has failed: time, memory, a process that died."""
-    names = [case.case_id for case in plan.cases]
     without = (_endings(found, "") == PENDING) & (found[OUTCOMES[""][0].name] != PENDING)
-    return int((without & found["case_id"].isin(names)).sum())
+    return int((without & found["case_id"].isin([case.case_id for case in plan.cases])).sum())
 
 
 def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCase, ...]:
@@ -482,16 +154,15 @@ def tasks_of(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tu
         pending = _pending_drives(layout, found, case) if keys.drives else set()
         wanted |= {key for (_, drive), key in keys.keys.items() if drive not in pending}
     for task in reversed(plan.tasks):
-        if task.key in wanted:
-            wanted |= set(task.needs)
+        wanted.update(task.needs if task.key in wanted else ())
     return tuple(task for task in plan.tasks if task.key in wanted)
 
 
 def _pending_drives(layout: Layout, found: xr.Dataset, case: CampaignCase) -> set[str]:
     """Labels of the drives of a case that the dataset has no result of, as they are pending or failed."""
     place = place_of(found, case.case_id)
-    endings = _endings(found, "drive").isel(place or {}).values
-    if place is None or endings.shape != tuple(len(values) for values in layout.drive_axes.values()):
+    endings = _endings(found, "drive").isel(place).values
+    if not place or endings.shape != tuple(map(len, layout.drive_axes.values())):
         return set()  # another manifest's dataset, as comparing it will tell
     return {label for label, position in layout.drive_position.items() if endings[position] == PENDING}
 
@@ -515,6 +186,270 @@ def _as_pending(found: xr.Dataset) -> xr.Dataset:
     return found.assign(changed)
 
 
+# A dataset and the same one computed again, side by side.
+
+STANDARD_ERRORS: Final = 5.0
+"""Combined standard errors by which two means over records that took different paths may differ."""
+LITTLE: Final = 1e-2
+"""Share of its scale by which a number may differ that took another path and does not know its uncertainty."""
+_NOT_COMPARED: Final = "not compared"
+_SOFTWARE: Final = {quantity.name for quantity in COMPUTED_BY.values()}
+_ADVICE: Final = {message.name for _, message in OUTCOMES.values()}
+_FRONT: Final = "discretization_front"
+_Values = Mapping[str, xr.Variable]
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """How one variable differs."""
+
+    name: str
+    verdict: Verdict
+    size: float
+    """Largest difference over the variable's scale; infinite for what cannot be subtracted."""
+    words: str = ""
+    """What it is, where a number says nothing."""
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.words}" if self.words else f"{self.name} by {self.size:.2g} of its scale"
+
+
+def worst(differences: Iterable[Difference]) -> Verdict:
+    """The verdict on all of them together."""
+    return max((each.verdict for each in differences), default=Verdict.IDENTICAL)
+
+
+def compared(name: str, kept: NDArray[Any], again: NDArray[Any], scale: float | None = None) -> Difference:
+    """Compare the stored values of a variable with recomputed ones. Whole numbers and texts have no rounding.
+
+    scale: magnitude of the variable; without it the largest of `again`.
+    """
+    if kept.shape != again.shape:
+        return _odd(name, f"{_size(kept)} kept, {_size(again)} recomputed")
+    if identical(kept, again):
+        return Difference(name, Verdict.IDENTICAL, 0.0)
+    if real(kept) and real(again):
+        size = relative(kept, again, magnitude(again) if scale is None else scale)
+        if np.isfinite(size):
+            return Difference(name, Verdict.WITHIN if size <= ROUNDING else Verdict.DIFFERENT, size)
+    first = int(np.argmin(same_bits(kept, again) | (kept == again)))  # 0.0 and -0.0 are the same in words
+    return _odd(name, f"{_short(kept.item(first))} kept, {_short(again.item(first))} recomputed")
+
+
+def _size(values: NDArray[Any]) -> str:
+    return " x ".join(map(str, values.shape)) or "one value"
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """The verdict on one case, or on what all cases share."""
+
+    label: str
+    verdict: Verdict
+    remark: str
+
+
+def finding_of(label: str, differences: Sequence[Difference], remark: str = "") -> Finding:
+    """The worst of some differences, in a line."""
+    verdict = worst(differences)
+    told = sorted((each for each in differences if each.verdict == verdict), key=lambda each: -each.size)
+    if verdict is Verdict.IDENTICAL:
+        return Finding(label, verdict, remark)
+    others = list(dict.fromkeys(each.name for each in told if each.name != told[0].name))
+    more = f", and {len(others)} more: {', '.join(others[:3])}{', ...' if len(others) > 3 else ''}" if others else ""
+    return Finding(label, verdict, "; ".join(filter(None, (remark, f"{told[0]}{more}"))))
+
+
+class Recomputed:
+    """A dataset and the same one computed again, side by side."""
+
+    def __init__(self, found: xr.Dataset, again: xr.Dataset) -> None:
+        self._found, self._again = found, again
+        # A later package may come with a front measured anew: what it says of a grid is then another estimate.
+        same_front = found.attrs.get(_FRONT) == again.attrs.get(_FRONT) or "manifest_front" in again.attrs
+        self._of_front = set() if same_front else {_FRONT, DISCRETIZATION_ERROR.name}
+        groups = groups_of(found), groups_of(again)
+        declared = [group for name, group in all_groups().items() if all(name in each for each in groups)]
+        self._groups = [_Runs(group, [each[group.name] for each in groups]) for group in declared]
+        self._along = set(again["case_id"].dims)
+        apart = {group.id.name for group in all_groups().values()} | self._of_front | _SOFTWARE
+        self._names = [
+            str(name)
+            for name, values in again.data_vars.items()
+            if self._along <= set(values.dims) and name not in apart and name in found.variables
+        ]
+        self._scales = {name: magnitude(again[name].values) for name in self._names if real(again[name].values)}
+
+    @property
+    def comparable(self) -> bool:
+        """Whether the cases lie in the same places."""
+        both = set(self._found.variables) & set(self._again.variables)
+        lying = all(self._found[name].dims == self._again[name].dims for name in both)
+        return lying and identical(self._found["case_id"].values, self._again["case_id"].values)
+
+    def shared(self) -> list[Difference]:
+        """How each attribute, coordinate and variable without a case of its own compares; identical ones too."""
+        found, again = flattened(self._found), flattened(self._again)
+        names = sorted({*found, *again})
+        missing = [_odd(name, "is missing") for name in names if name not in found]
+        strange = [_odd(name, "is in no dataset of this manifest") for name in names if name not in again]
+        common = [name for name in names if name in found and name in again]
+        words = [
+            compared(f"{kind} of {name}", np.array(one), np.array(other))
+            for name in common
+            for (kind, one), other in zip(_words(found[name]).items(), _words(again[name]).values(), strict=True)
+        ]
+        values = [compared(name, found[name].values, again[name].values) for name in common if self._for_all(name)]
+        return [*missing, *strange, *words, *self._attributes(), *values]
+
+    def _for_all(self, name: str) -> bool:
+        """Whether a variable belongs to no case, and is not in a group: runs are compared with their case."""
+        return "/" not in name and (name in self._again.coords or not set(self._again[name].dims) & self._along)
+
+    def _attributes(self) -> list[Difference]:
+        apart = {item.name for item in fields(Origin)} | {file.MIXED} | self._of_front
+        kept = self._found.attrs
+        return [
+            compared(f"attribute {name}", np.array(kept[name]), np.array(value))
+            if name in kept
+            else _odd(f"attribute {name}", "is missing")
+            for name, value in self._again.attrs.items()
+            if name not in apart
+        ]
+
+    def finding(self, case: CampaignCase) -> Finding:
+        """The verdict on one case: whether its last digits moved, whether its record took another path, and what differs then."""
+        place = place_of(self._again, case.case_id)
+        kept, now = (
+            {name: each.variables[name].isel(place, missing_dims="ignore") for name in self._names}
+            for each in (self._found, self._again)
+        )
+        both = {
+            name: (kept[name].values, now[name].values) for name in self._names if kept[name].shape == now[name].shape
+        }
+        numbers = {
+            name: pair for name, pair in both.items() if now[name].dtype.kind == "f" and not np.isnan(pair).all()
+        }
+        moved = _half(not identical(*pair) for pair in numbers.values())
+        parted = _half(
+            relative(*pair, self._scales[name]) > ROUNDING for name, pair in numbers.items() if name in _of_records()
+        )
+        differences = [self._scalar(name, kept, now, moved, parted) for name in self._names]
+        for runs in self._groups:
+            if not (parted and runs.group.kinds != ("contact",)):
+                name = runs.group.id.name
+                ids = (each.variables[name].isel(place).values.ravel() for each in (self._found, self._again))
+                differences += [
+                    each for one, other in zip(*ids, strict=True) for each in runs.differences(one, other, moved)
+                ]
+        skipped = any(each.words == _NOT_COMPARED for each in differences)
+        turned = "its record" if parted else "a drive" if skipped else ""
+        remark = f"{turned} takes another path: compared within uncertainties" if turned else ""
+        label = ", ".join(f"{name} = {value}" for name, value in case.parameters.items())
+        return finding_of(label, differences, remark)
+
+    def _scalar(self, name: str, kept: _Values, now: _Values, moved: bool, parted: bool) -> Difference:
+        scale = self._scales.get(name, 1.0)
+        found = compared(name, kept[name].values, now[name].values, scale)
+        if found.verdict is not Verdict.DIFFERENT:
+            return found
+        if name in _ADVICE:
+            return replace(found, verdict=Verdict.WITHIN)
+        elsewhere = parted if name in _of_records() else moved or parted
+        if not elsewhere or name in _before_sliding() or now[name].dtype == object:
+            return found
+        error = f"{name}_uncertainty"
+        if error not in now:
+            return Difference(name, Verdict.WITHIN, 0.0, _NOT_COMPARED)
+        # An error that nobody knows is taken for `LITTLE` in all.
+        errors = [np.nan_to_num(each[error].values, nan=LITTLE * scale / STANDARD_ERRORS) for each in (kept, now)]
+        close = deviations(kept[name].values, now[name].values, (errors[0], errors[1])) <= STANDARD_ERRORS
+        return replace(found, verdict=Verdict.WITHIN) if np.all(close) else found
+
+
+class _Runs:
+    """The runs of one group, as kept and as recomputed."""
+
+    def __init__(self, group: Group, both: Sequence[xr.Dataset]) -> None:
+        self.group, self._both = group, both
+        self._numbers = [{name: number for number, name in enumerate(each[group.name].values)} for each in both]
+        self._windows = [windows(each, group) for each in both]
+
+    def differences(self, kept: str, now: str, moved: bool) -> list[Difference]:
+        """One run beside the other, by their names (empty where there is none): whose it is, and column by column."""
+        if not kept or not now:
+            said = "recomputed, but none kept" if now else "kept, but none recomputed"
+            return [_odd(self.group.id.name, said)] if kept or now else []
+        if kept not in self._numbers[0]:
+            return [_odd(self.group.id.name, f"{kept} is not in the group {self.group.name}")]
+        places = [numbers[name] for numbers, name in zip(self._numbers, (kept, now), strict=True)]
+        whole = [slice(at, at + 1) for at in places]
+        owner = self._compared([each.name for each in self.group.owners], self.group.name, whole)
+        found = []
+        for sample in self._windows[1]:
+            names = [name for name, quantity in self.group.columns.items() if quantity.along == sample]
+            pairs = zip(self._windows, places, strict=True)
+            slices = [slice(*each[sample][at : at + 2].tolist()) if sample in each else slice(0) for each, at in pairs]
+            found += self._compared(names, sample, slices)
+        if moved and self.group.driven and worst(found) is Verdict.DIFFERENT:
+            found = [Difference(each.name, Verdict.WITHIN, 0.0, _NOT_COMPARED) for each in found]
+        return owner + found
+
+    def _compared(self, names: Sequence[str], dim: str, slices: Sequence[slice]) -> list[Difference]:
+        """The variables of these names that both have, where the slices say."""
+        (found, again), (here, there) = self._both, ({dim: at} for at in slices)
+        return [
+            compared(name, found.variables[name].isel(here).values, again.variables[name].isel(there).values)
+            for name in names
+            if name in found.variables and name in again.variables
+        ]
+
+
+def _half(votes: Iterable[bool]) -> bool:
+    """Whether half or more are in favour, of one or more."""
+    counted = list(votes)
+    return bool(counted) and 2 * sum(counted) >= len(counted)
+
+
+@cache
+def _before_sliding() -> set[str]:
+    """Variables that no decision of sliding changes."""
+    of_record = [each for each in scalars("record").values() if each.of_grid or each.name.startswith("initial_")]
+    return {DISCRETIZATION_ERROR.name} | _names(scalars("contact").values()) | _names(of_record)
+
+
+@cache
+def _of_records() -> set[str]:
+    """Variables that sum up a record."""
+    return _names((*scalars("record").values(), *companions("record").values())) - _before_sliding()
+
+
+def _names(quantities: Iterable[Quantity]) -> set[str]:
+    """The variables of these quantities, and of their ±."""
+    return {name for each in quantities for name in (each.name, each.uncertainty) if name}
+
+
+def _odd(name: str, words: str) -> Difference:
+    return Difference(name, Verdict.DIFFERENT, np.inf, words)
+
+
+def _words(found: xr.DataArray) -> dict[str, str]:
+    """What is said of a variable beside its values."""
+    return {"dimensions": " ".join(map(str, found.dims)), "units": str(found.attrs.get("units", ""))}
+
+
+def place_of(found: xr.Dataset, case_id: str) -> dict[str, int]:
+    """Where a case lies, by dimension; nowhere where it is not."""
+    ids = found["case_id"]
+    places = np.argwhere(ids.values == case_id)
+    return dict(zip(map(str, ids.dims), map(int, places[0]), strict=True)) if len(places) else {}
+
+
 def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
     """Compare the dataset with the results in `store`: first what all cases share, then case by case."""
     path = store.folder / file.FILE
@@ -523,12 +458,7 @@ def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store:
         again, found = loaded(opened_again), _as_pending(found)
         if len(cases) == len(computed(plan, found)):
             found = loaded(found)  # a run at a time would take longer
-        shared = Shared(found, again)
-        differences = shared.differences()
-        yield finding_of("what all cases share", differences)
-        if not shared.comparable:
-            return
-        pair = Twice(found, again, shared.left_out)
-        for case in cases:
-            pair.look(case)
-        yield from map(pair.finding, cases)
+        both = Recomputed(found, again)
+        yield finding_of("what all cases share", both.shared())
+        if both.comparable:
+            yield from map(both.finding, cases)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from nanoslip.study.api import open_dataset, run
 from nanoslip.study.dataset.access import Column, case_columns, event_columns, one_case, sample_columns
-from nanoslip.study.dataset.file import LostGroupsError, carrying, groups_of
+from nanoslip.study.dataset.file import LostGroupsError, groups_of
 from tests.conftest import ROOT
 from tests.study.dataset.campaigns import FULL
 
@@ -114,16 +114,6 @@ def test_the_inside_of_the_slab_has_x_and_z(full):
     inside = full.nanoslip.interior(event=3, **ONE)
     assert inside["stress_zz"].dims == inside["x"].dims == inside["z"].dims == ("interior_node",)
     assert float(inside["z"].max()) == 0.0
-
-
-def test_what_is_returned_is_drawn_along_displacement_time_and_x(full):
-    mpl.use("Agg")
-    assert full.nanoslip.teeth(**ONE)["friction_force"].plot(x="displacement")[0].get_xdata().size == 402
-    record = full.nanoslip.record(**ONE)["event_friction_after"].plot(x="displacement")[0]
-    assert record.axes.get_xlabel().replace("\n", " ").startswith("pin displacement, in L_x")
-    moved = full.nanoslip.trajectory(**ONE, drive="fast")["sample_spring_force"].plot(x="time")[0]
-    assert moved.axes.get_xlabel().replace("\n", " ") == "time since the stage started [s]"
-    assert len(full.nanoslip.contact(**ONE)["pressure"].plot(x="x", hue="event")) == 3
 
 
 def test_datatree_reads_everything_and_all_of_a_dataset_can_be_kept_and_opened_again(full, full_folder, tmp_path):
@@ -245,13 +235,3 @@ def test_events_and_samples_are_rows_of_their_runs(full, columns, draw, where, s
     one = getattr(full.nanoslip, draw)(**where)
     for column, name in same.items():
         assert [found[column][row] for row in mine] == one[name].values.tolist()
-
-
-def test_a_selection_has_its_own_rows_and_what_is_not_there_is_said(full):
-    one = full.sel(drive="slow", radius=50.0)
-    assert by_name(case_columns(one))["radius"] == [50.0, 50.0]
-    assert len(by_name(sample_columns(one))["time"]) == 2 * 41
-    assert len(by_name(sample_columns(full))["time"]) == 8 * 41
-    others = {name: each for name, each in groups_of(full).items() if name != "record"}
-    with pytest.raises(ValueError, match="this dataset has no group record"):
-        event_columns(carrying(full.copy(), others))

@@ -49,14 +49,6 @@ def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folder
     )
 
 
-def test_what_is_joined_can_be_kept_and_joined_again(folders, whole, tmp_path):
-    joined = concat(folders)
-    joined.nanoslip.tree.to_netcdf(tmp_path / "joined.nc")
-    again = open_dataset(tmp_path / "joined.nc")
-    xr.testing.assert_identical(again.load(), joined)
-    xr.testing.assert_identical(concat([again]).nanoslip.events(), whole.nanoslip.events())
-
-
 def test_xarray_itself_joins_the_scalars_of_both(folders, whole, tmp_path):
     """As `xr.open_mfdataset` does, with its own defaults: it opens every file's root, and combines by coordinates."""
     run(FULL | {"title": "third", "axes": FULL["axes"] | {"radius": [25.0, 40.0]}}, tmp_path).close()

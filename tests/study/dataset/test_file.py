@@ -17,7 +17,6 @@ from nanoslip.study.api import run
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.file import (
     SMALLEST_COMPRESSED,
-    LostGroupsError,
     carrying,
     flattened,
     groups_of,
@@ -40,16 +39,6 @@ def made(size: int) -> xr.Dataset:
     return carrying(
         root, {"record": xr.Dataset({"force": ("event", sample), "kind": ("event", np.zeros(size, np.int8))})}
     )
-
-
-def test_a_dataset_that_another_program_has_changed_is_read_as_it_is(tmp_path):
-    """netCDF drops what stands behind a file that it changes."""
-    path = tmp_path / "one.nc"
-    file.write(made(100), path)
-    with netCDF4.Dataset(path, "a") as changed:
-        changed.setncattr("note", "mine " * 1000)
-    with file.read(path) as found:
-        assert found.attrs["note"].startswith("mine")
 
 
 @pytest.mark.parametrize(
@@ -172,12 +161,6 @@ def test_a_file_says_and_holds_what_xarray_would_have_it(tmp_path, shape):
         xr.testing.assert_identical(here.load(), other.load())
 
 
-def test_the_same_dataset_is_the_same_bytes(tmp_path):
-    for name in ("one.nc", "two.nc"):
-        write_tree(tree((9, 8, 11)), tmp_path / name)
-    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "two.nc").read_bytes()
-
-
 def test_the_characters_of_texts_are_never_all_in_memory(tmp_path):
     """A text that one case has takes its length of every case: 60 MB here, of which a chunk of at most 16 MiB is made."""
     texts = np.full(100_000, "", object)
@@ -228,11 +211,6 @@ def test_selections_and_copies_keep_the_groups(change):
     assert groups_of(change(root)) is groups_of(root)
 
 
-def test_what_was_computed_anew_has_lost_them():
-    with pytest.raises(LostGroupsError, match="has lost its records"):
-        groups_of(xr.Dataset({"a": grouped()["a"].variable}))
-
-
 def test_a_dataset_in_memory_goes_to_another_process_whole():
     again = pickle.loads(pickle.dumps(grouped()))
     xr.testing.assert_identical(groups_of(again)["record"], groups_of(grouped())["record"])
@@ -272,26 +250,7 @@ def test_root_and_groups_pass_the_checker_of_cf_1_11(parts: list[Path]) -> None:
     assert "exceptions occurred" not in done.stdout + done.stderr
 
 
-def test_coordinates_have_no_missing_values_and_texts_are_characters(parts: list[Path]) -> None:
-    for path in parts:
-        with xr.open_dataset(path) as read, netCDF4.Dataset(path) as written:
-            for name, variable in read.variables.items():
-                assert name not in read.coords or "_FillValue" not in written[str(name)].ncattrs(), name
-                assert written[str(name)].dtype.kind in "fi" or written[str(name)].dtype == "S1", variable
-
-
 HERE = {file.FORMAT: file.VERSION}
-
-
-@pytest.mark.parametrize("size", [1, SMALLEST_COMPRESSED])
-def test_what_is_read_is_what_was_written_compressed_where_it_is_long(tmp_path, size):
-    file.write(made(size), tmp_path / "one.nc")
-    with file.read(tmp_path / "one.nc") as again:
-        xr.testing.assert_identical(again.load(), made(size))
-        assert groups_of(again)["record"]["kind"].dtype == np.int8
-        xr.testing.assert_identical(groups_of(again)["record"].load(), groups_of(made(size))["record"])
-    with netCDF4.Dataset(tmp_path / "one.nc") as opened:
-        assert opened["record/force"].filters()["zlib"] == (size > 1)
 
 
 def test_texts_that_are_all_empty_or_none_at_all_are_kept_and_can_be_turned_about(tmp_path):

@@ -137,16 +137,3 @@ def test_collect_does_not_replace_an_older_dataset_by_one_without_results(main: 
         campaign.write_text(kept.attrs["manifest"])
     code, _, errors = main("collect", campaign, "--out", tmp_path)
     assert (code, "not replaced: has 2 finished cases" in errors, path.read_bytes() == whole) == (2, True, True)
-
-
-@pytest.mark.parametrize("command", [("show",), ("export",), ("compare", "again"), ("verify",)])
-def test_a_dataset_that_is_older_still_is_refused_in_one_line(
-    main: Main, tmp_path: Path, command: tuple[str, ...]
-) -> None:
-    path = tmp_path / "old.nc"
-    xr.Dataset({"outcome": "completed"}, attrs={file.FORMAT: 2}).to_netcdf(path)
-    code, said, errors = main(command[0], path, *([path] if command[1:] else []))
-    assert (code, said, len(errors.splitlines())) == (2, "", 1)
-    assert (
-        f"{path}: has format 2, of an older nanoslip; this one reads formats 3 to 4: nanoslip run writes it" in errors
-    )
