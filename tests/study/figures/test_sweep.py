@@ -17,7 +17,6 @@ from nanoslip.study.figures.points import (
     label,
     points_named,
     points_of,
-    ratio,
     roles_of,
     scattered,
     short,
@@ -214,10 +213,10 @@ def test_a_variable_that_is_not_there_is_named() -> None:
 
 def test_a_ratio_is_named_before_what_its_upper_part_is_measured_in() -> None:
     """It read "... in L_x over F/W"."""
-    assert ratio("mean_step", "plateau_mean") == "mean step per event over F/W, in L_x"
-    assert ratio("surface_stiffness", "normal_load") == "lateral stiffness K over W/(G·L_x·L_y), in G·L_y"
-    assert ratio("plateau_mean", "intrinsic_friction") == "F/W on the plateau over μ_i"
-    assert ratio("stage_velocity", "spring_stiffness") == "velocity of the stage V_o (m/s) over k (N/m)"
+    assert label("mean_step", "plateau_mean") == "mean step per event over F/W, in L_x"
+    assert label("surface_stiffness", "normal_load") == "lateral stiffness K over W/(G·L_x·L_y), in G·L_y"
+    assert label("plateau_mean", "intrinsic_friction") == "F/W on the plateau over μ_i"
+    assert label("stage_velocity", "spring_stiffness") == "velocity of the stage V_o (m/s) over k (N/m)"
 
 
 # The axis of most values runs along x, the next in colours, the others in panels; what is too much is held, and said.
