@@ -113,6 +113,8 @@ COLUMN: Final = 3.35
 """Width of one column of a journal, in inches (85 mm)."""
 PAGE: Final = 7.0
 """Width of both columns, in inches (178 mm)."""
+WIDTH: Final = 4.0
+"""Of a figure on a page of a dataset, in inches."""
 COLORS: Final = ("#0b5394", "#cc4125", "#38761d", "#b8860b", "#674ea7", "#555555")
 """Of lines, in their order; told apart in grey too, as their lightness differs."""
 

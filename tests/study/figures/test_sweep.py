@@ -1,6 +1,6 @@
 """Figures of a sweep: names are found, points hold every case, axes get roles, and what is drawn is what the points hold."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -32,13 +32,12 @@ from nanoslip.study.figures.sweep import (
     SHORTEST,
     UNSURE,
     begins_with_zero,
-    draw_lines,
     draw_scattered,
-    draw_tiles,
+    figure_of,
     is_logarithmic,
     panels_of,
+    view_of,
 )
-from nanoslip.study.figures.view import view_of
 from tests.study.figures.cases import listed, product
 
 # Variables are found by their names, their symbols in either alphabet, and the start of a mean; what is unknown is named.
@@ -301,7 +300,7 @@ def crosses(figure: Figure) -> list[tuple[float, float]]:
 
 def test_lines_hold_the_values_in_the_order_of_x() -> None:
     points = points_of(product(intrinsic_friction=[0.4, 0.2], radius=[3.0, 1.0, 2.0]), "plateau_mean")
-    axes = draw_lines(points, roles_of(points)).axes[0]
+    axes = figure_of(points, roles_of(points)).axes[0]
     found = {bars.get_label(): bars.lines[0].get_data() for bars in axes.containers}
     assert {label: (list(x), list(y)) for label, (x, y) in found.items()} == {
         "0.2": ([1.0, 2.0, 3.0], [0.1] * 3),
@@ -313,13 +312,13 @@ def test_lines_hold_the_values_in_the_order_of_x() -> None:
 def test_cases_without_a_value_are_crosses_on_the_lower_edge() -> None:
     data = product(lambda radius: np.where(radius == 2.0, np.nan, radius), radius=[1.0, 2.0, 4.0])
     points = points_of(data, "plateau_mean")
-    assert crosses(draw_lines(points, roles_of(points))) == [(2.0, pytest.approx(0.02))]
+    assert crosses(figure_of(points, roles_of(points))) == [(2.0, pytest.approx(0.02))]
 
 
 def test_a_line_breaks_where_a_value_is_missing() -> None:
     data = product(lambda radius: np.where(radius == 2.0, np.nan, radius), radius=[4.0, 1.0, 2.0, 3.0])
     points = points_of(data, "plateau_mean")
-    line = draw_lines(points, roles_of(points)).axes[0].containers[0].lines[0]
+    line = figure_of(points, roles_of(points)).axes[0].containers[0].lines[0]
     np.testing.assert_array_equal(line.get_ydata(), [1.0, np.nan, 3.0, 4.0])
 
 
@@ -330,7 +329,7 @@ def test_each_value_has_its_tile() -> None:
         n_x=[17, 65],
     )
     points = points_of(data, "plateau_mean")
-    figure = draw_tiles(points, roles_of(points))
+    figure = figure_of(points, replace(roles_of(points), mapped=True))
     tiles = np.asarray(figure.axes[0].collections[0].get_array()).reshape(2, 3)
     np.testing.assert_array_equal(tiles, [[17.0, 34.0, 68.0], [65.0, np.nan, 260.0]])
     assert crosses(figure) == [(2.0, 65.0)]
@@ -341,7 +340,7 @@ def test_words_have_tiles_of_their_own_colour() -> None:
         lambda radius, n_x: np.where(radius * n_x > 40.0, np.nan, radius), radius=[1.0, 2.0, 4.0], n_x=[17, 33]
     )
     points = points_of(data, "outcome")
-    figure = draw_tiles(points, roles_of(points))
+    figure = figure_of(points, roles_of(points))
     tiles = np.asarray(figure.axes[0].collections[0].get_array()).reshape(2, 3)
     np.testing.assert_array_equal(tiles, [[0, 0, 1], [0, 1, 1]])
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["completed", "no-plateau"]
@@ -353,7 +352,7 @@ def test_each_word_has_its_own_colour_and_stands_whole_in_the_legend(count: int)
     data = product(lambda radius, n_x: radius + n_x, radius=np.arange(1.0, count + 1.0).tolist(), n_x=[17, 33])
     words = [f"stick_slip of sort {number}; and slides" for number in range(count)]
     data["outcome"] = (("radius", "n_x"), np.array([[word, word] for word in words], dtype=object))
-    figure = draw_tiles(points := points_of(data, "outcome"), roles_of(points))
+    figure = figure_of(points := points_of(data, "outcome"), roles_of(points))
     figure.draw_without_rendering()
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == [word.replace("_", "-") for word in words]
@@ -406,7 +405,7 @@ def test_what_stands_below_a_narrow_panel_is_short() -> None:
 def test_a_line_joins_numbers_and_no_words(values: list[float] | list[str], line: str) -> None:
     data = product(lambda support: np.arange(2.0), support=values)
     points = points_of(data, "plateau_mean")
-    axes = draw_lines(points, roles_of(points)).axes[0]
+    axes = figure_of(points, roles_of(points)).axes[0]
     assert axes.containers[0].lines[0].get_linestyle() == line
 
 
@@ -415,7 +414,7 @@ def test_a_point_without_a_known_uncertainty_has_a_mark_and_no_bar() -> None:
     data = product(radius=[1.0, 2.0, 4.0], intrinsic_friction=[0.2])
     data["plateau_mean_uncertainty"] = data["plateau_mean_uncertainty"].where(data["radius"] != 2.0)
     points = points_of(data, "plateau_mean")
-    axes = draw_lines(points, roles_of(points)).axes[0]
+    axes = figure_of(points, roles_of(points)).axes[0]
     marks = [list(line.get_xdata()) for line in axes.lines if line.get_marker() == UNSURE]
     assert marks == [[2.0]]
     assert "± not known of 1 of 3 points" in view_of(points).caption
@@ -428,7 +427,7 @@ def test_a_bar_of_all_of_a_number_is_an_arrow_on_a_logarithmic_axis() -> None:
     data = product(lambda radius: radius, radius=[1.0, 10.0, 100.0])
     data["plateau_mean_uncertainty"] = ("radius", np.array([0.1, 10.0, 7.0]))
     points = points_of(data, "plateau_mean")
-    axes = draw_lines(points, roles_of(points)).axes[0]
+    axes = figure_of(points, roles_of(points)).axes[0]
     assert axes.get_yscale() == "log"
     (bars,) = (container.lines[2][0] for container in axes.containers)
     lower = [float(segment[0][1]) for segment in bars.get_segments()]
@@ -442,7 +441,7 @@ def test_members_that_differ_have_the_colour_of_what_most_do_and_the_paler_the_f
     words = [["slides", "12 slides; 4 sticks"], ["9 sticks; 7 slides", "8 sticks"], ["sticks", "11 sticks"]]
     data["outcome"] = (("radius", "n_x"), np.array(words, dtype=object))
     points = points_of(data, "outcome")
-    figure = draw_tiles(points, roles_of(points))
+    figure = figure_of(points, roles_of(points))
     mesh = figure.axes[0].collections[0]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["slides", "sticks"]
     np.testing.assert_array_equal(np.asarray(mesh.get_array()).reshape(2, 3), [[0, 1, 1], [0, 1, 1]])
@@ -454,7 +453,7 @@ def test_a_zero_beside_many_decades_has_a_place_of_its_own_on_the_axis() -> None
     """On a linear scale it lay on the smallest numbers, label on label."""
     data = product(stage_velocity=[1e3, 0.0, 1e-12, 2e-3], intrinsic_friction=[0.2])
     points = points_of(data, "plateau_mean")
-    figure = draw_lines(points, roles_of(points))
+    figure = figure_of(points, roles_of(points))
     axes = figure.axes[0]
     places = axes.transAxes.inverted().transform(axes.transData.transform([(x, 0.1) for x in axes.get_xticks()]))
     assert [text.get_text() for text in axes.get_xticklabels()] == ["0", "1e-12", "0.002", "1000"]
