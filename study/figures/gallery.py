@@ -3,7 +3,7 @@
 import math
 import runpy
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -123,13 +123,9 @@ def _other_pages(folder: str) -> list[str]:
 
 def _page(figure: CampaignFigure, dataset: xr.Dataset) -> str:
     """Heading, picture, caption, claims and the way to the gallery, as Markdown."""
+    folder = place(figure, Path()).name
     claims = table(figure.claims(dataset), figure.header)
     picture = f"![{figure.caption}]({figure.name}.png)"
     source = f"*{figure.caption}* Campaign: `{figure.campaign}`."
-    return "\n\n".join((f"# {figure.title}", picture, source, claims, *_back(figure))) + "\n"
-
-
-def _back(figure: CampaignFigure) -> Iterator[str]:
-    folder = place(figure, Path()).name
-    if folder:
-        yield f"All {folder}: [gallery]({INDEX})."
+    back = [f"All {folder}: [gallery]({INDEX})."] if folder else []
+    return "\n\n".join((f"# {figure.title}", picture, source, claims, *back)) + "\n"

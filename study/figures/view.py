@@ -32,11 +32,6 @@ class View:
         return words(self.place)
 
 
-def no_notes(_: xr.Dataset) -> Iterator[str]:
-    """Of a sort that has nothing to say besides its figures."""
-    return iter(())
-
-
 @dataclass(frozen=True, slots=True)
 class Sort:
     """Views of one sort."""
@@ -45,7 +40,7 @@ class Sort:
     title: str
     views: Callable[[xr.Dataset], Iterator[View]]
     """Those that a dataset calls for; none where it has nothing of the sort."""
-    notes: Callable[[xr.Dataset], Iterator[str]] = no_notes
+    notes: Callable[[xr.Dataset], Iterator[str]]
     """Sentences on what is not drawn, and why."""
 
 

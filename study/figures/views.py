@@ -184,8 +184,7 @@ def contact_columns(dataset: xr.Dataset, run: Run) -> Columns:
     """
     seen = Accessor(dataset).contact(**run.selection)
     seen = seen if "event" in seen.dims else seen.expand_dims("event")
-    events, x = np.atleast_1d(seen["event"].values), seen["x"].values
-    pressure, shear = (np.atleast_2d(seen[name].values) for name in ("pressure", "shear"))
+    events, x, pressure, shear = (seen[name].values for name in ("event", "x", "pressure", "shear"))
     near = _near(x, pressure)
     x, pressure, shear = x[near], pressure[:, near], shear[:, near]
     shown = [np.union1d(thinned(x, p), thinned(x, q)) for p, q in zip(pressure, shear, strict=True)]
@@ -281,8 +280,8 @@ DRIVES: Final = Family(
 
 # Views of events: how the sizes of the events of each case are distributed.
 
-FITTED: Final = ("exponent", "exponent_uncertainty", "cutoff", "tail", "goodness")
-"""Of the power law of slips."""
+FITTED: Final = ("exponent", "exponent_uncertainty", "goodness")
+"""Of the power law of slips, in the table of a figure."""
 
 
 def size_columns(dataset: xr.Dataset, run: Run) -> Columns:
@@ -292,19 +291,17 @@ def size_columns(dataset: xr.Dataset, run: Run) -> Columns:
     """
     found = Accessor(dataset).event_sizes("slips", **run.selection)
     middles, events = found["bin_middle"].values, found["bin_events"].values
-    exponent, uncertainty, cutoff, tail, goodness = (float(found[f"slips_{name}"]) for name in FITTED)
+    fit = {name: float(found[f"slips_{name}"]) for name in (*FITTED, "cutoff", "tail")}
     law = np.full(len(middles), np.nan)
-    if goodness >= SIGNIFICANT and np.isfinite(exponent):
-        there = middles >= cutoff
-        law[there] = tail / events.sum() * density(middles[there], exponent, cutoff, True)
+    if fit["goodness"] >= SIGNIFICANT and np.isfinite(fit["exponent"]):
+        there = middles >= fit["cutoff"]
+        law[there] = fit["tail"] / events.sum() * density(middles[there], fit["exponent"], fit["cutoff"], True)
     return {
         "event_slips": middles,
         "density": found["bin_density"].values,
         "events": events,
         "power_law": law,
-        "exponent": np.full(len(middles), exponent),
-        "exponent_uncertainty": np.full(len(middles), uncertainty),
-        "goodness": np.full(len(middles), goodness),
+        **{name: np.full(len(middles), fit[name]) for name in FITTED},
     }
 
 
@@ -342,15 +339,9 @@ def interior_columns(dataset: xr.Dataset, run: Run) -> Columns:
     """x, z (L_x), the three stresses and the largest shear stress, in W/(L_x·L_y), after the first event that is kept."""
     seen = Accessor(dataset).interior(**run.selection)
     here = seen.isel(event=0) if "event" in seen.dims else seen
-    xx, zz, xz = (here[f"stress_{name}"].values for name in ("xx", "zz", "xz"))
-    return {
-        "x": here["x"].values,
-        "z": here["z"].values,
-        "stress_xx": xx,
-        "stress_zz": zz,
-        "stress_xz": xz,
-        "largest_shear_stress": np.hypot(0.5 * (xx - zz), xz),
-    }
+    columns = {name: here[name].values for name in ("x", "z", "stress_xx", "stress_zz", "stress_xz")}
+    half_difference = 0.5 * (columns["stress_xx"] - columns["stress_zz"])
+    return {**columns, "largest_shear_stress": np.hypot(half_difference, columns["stress_xz"])}
 
 
 def draw_interiors(axes: Any, table: Columns, style: dict[str, Any]) -> None:

@@ -1,6 +1,6 @@
 """Figures of a sweep: names are found, points hold every case, axes get roles, and what is drawn is what the points hold."""
 
-from dataclasses import fields, replace
+from dataclasses import fields, replace, replace
 
 import numpy as np
 import pytest
@@ -8,34 +8,34 @@ from matplotlib.figure import Figure
 
 import nanoslip
 from nanoslip.study.figures.points import (
-    MOST_PANELS,
     Points,
     UnknownNameError,
     axis_named,
-    held_at,
     in_text,
     label,
     points_named,
     points_of,
-    roles_of,
-    scattered,
     short,
     symbol,
-    together,
     typeset,
-    values_of,
     variable_of,
     words,
 )
 from nanoslip.study.figures.sweep import (
     FAILED,
+    MOST_PANELS,
     SHORTEST,
     UNSURE,
     begins_with_zero,
     draw_scattered,
     figure_of,
+    held_at,
     is_logarithmic,
     panels_of,
+    roles_of,
+    scattered,
+    together,
+    values_of,
     view_of,
 )
 from tests.study.figures.cases import listed, product
