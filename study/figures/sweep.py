@@ -29,8 +29,7 @@ from nanoslip.study.figures.points import (
     typeset,
     words,
 )
-from nanoslip.study.figures.shared import COLORS, WIDTH, column
-from nanoslip.study.figures.view import View
+from nanoslip.study.figures.shared import COLORS, WIDTH, View, column
 
 # Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
 

@@ -18,9 +18,8 @@ from nanoslip.study.dataset.access import Accessor, id_of, places
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.variables import means_of
 from nanoslip.study.figures.points import Columns, label, typeset, varying, words
-from nanoslip.study.figures.shared import COLORS, WIDTH, column, fitted, scales_of
+from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, scales_of, spread
 from nanoslip.study.figures.sweep import answers, notes
-from nanoslip.study.figures.view import Sort, View, spread
 
 # Runs of a dataset (records, trajectories, contacts) as views: a few together in one figure, then each alone.
 

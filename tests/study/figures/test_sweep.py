@@ -1,6 +1,6 @@
 """Figures of a sweep: names are found, points hold every case, axes get roles, and what is drawn is what the points hold."""
 
-from dataclasses import fields, replace, replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest

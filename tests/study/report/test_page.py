@@ -10,8 +10,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.dataset.file import carrying, groups_of
-from nanoslip.study.figures.shared import COLORS, column, image
-from nanoslip.study.figures.view import View
+from nanoslip.study.figures.shared import COLORS, View, column, image
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report import summary
