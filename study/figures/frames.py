@@ -22,7 +22,7 @@ from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide, states_at
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, FORMATS, column, format_of, image
+from nanoslip.study.figures.shared import COLORS, FORMATS, column, format_of, image, legend
 from nanoslip.study.results.store import write_files
 
 # The contact of one case after chosen events, and the record up to there: computed when asked for, kept nowhere.
@@ -138,7 +138,7 @@ def strip(shown: Moments) -> Figure:
             for axes in (upper, lower) if number else ():
                 axes.set(ylabel="", yticklabels=[])
                 axes.yaxis.get_offset_text().set_visible(False)
-        _legend(figure)
+        legend(figure)
         _draw_record(figure.add_subplot(grid[2, :]), shown, shown.moments)
     return figure
 
@@ -148,7 +148,7 @@ def draw_frame(figure: Figure, shown: Moments, moment: Moment) -> None:
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 0.6))
     _draw_contact(figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), shown, moment)
     _draw_record(figure.add_subplot(grid[:, 1]), shown, (moment,))
-    _legend(figure)
+    legend(figure)
 
 
 def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> None:
@@ -181,12 +181,6 @@ def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
     axes.plot(*zip(*places.values(), strict=True), "o", color=SHEAR, markersize=3.5)
     for event, place in places.items() if len(places) > 1 else ():
         axes.annotate(f"{event}", place, (3, -8), textcoords="offset points", fontsize=6.0)
-
-
-def _legend(figure: Figure) -> None:
-    """One legend for all axes."""
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
 
 
 def _span(shown: Moments) -> tuple[float, float]:

@@ -315,12 +315,10 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
 def _called(names: Sequence[str], word: str) -> list[str]:
     """The variables of these names that a word means, by the first rule that finds any."""
     symbols = {name: typed(description_of(name).symbol) for name in names if not name.startswith("fitted_")}
-    for found in (
+    rules = (
         [word] if word in names else [],
         [name for name, (known_as, _) in symbols.items() if word in known_as],
         [name for name, (_, in_short) in symbols.items() if word in in_short],
         [name for name in names if name == f"{word}_mean"],
-    ):
-        if found:
-            return found
-    return []
+    )
+    return next(filter(None, rules), [])

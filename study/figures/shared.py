@@ -157,6 +157,13 @@ def column(height: float = 2.4, width: float = COLUMN) -> Iterator[Figure]:
         yield Figure(figsize=(width, height), layout="constrained")
 
 
+def legend(figure: Figure, **look: Any) -> None:
+    """One legend for all axes, above them; none where nothing has a name. look: settings of matplotlib's legend."""
+    handles, names = figure.axes[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, names, **{"loc": "outside upper center", "ncols": min(len(names), 6), **look})
+
+
 def image(figure: Figure, form: str) -> bytes:
     """The figure as a file of one of `FORMATS`. No clock is in it."""
     settings, buffer, dpi = _FORMATS[form], io.BytesIO(), figure.dpi
@@ -237,34 +244,24 @@ def csv_of(columns: Columns) -> str:
 def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
     """Positions of at most so many places, rising: each axis is divided into parts, and all its parts are shown alike.
 
-    places: the coordinates of each, the same ones for all. They are taken one by one: a place costs 2^m for each one taken
-    before that it shares m parts with, so that single axes and pairs of them are balanced; of equals the one nearest to the
-    middles of its parts.
+    places: the coordinates of each, the same ones for all; those without any lie along one axis, in their order. They are taken
+    one by one: a place costs 2^m for each one taken before that it shares m parts with, so that single axes and pairs of them
+    are balanced; of equals the one nearest to the middles of its parts. An axis has as many parts as values, at most `most`.
     """
     if len(places) <= most:
         return list(range(len(places)))
-    parts, off = _parts(places, most)
+    columns = [[place[name] for place in places] for name in places[0]] or [list(range(len(places)))]
+    ranks = [{value: rank for rank, value in enumerate(ordered(values))} for values in columns]
+    counts = np.array([[len(rank)] for rank in ranks])
+    ranked = np.array([[rank[value] for value in values] for rank, values in zip(ranks, columns, strict=True)])
+    shares = (ranked + 0.5) / counts * np.minimum(counts, most)
+    parts, off = shares.astype(np.int64), np.abs(shares % 1.0 - 0.5).sum(axis=0)
     cost, taken = np.zeros(len(places)), np.zeros(len(places), np.bool_)
     for _ in range(most):
         best = np.lexsort((off, cost, taken))[0]
         taken[best] = True
         cost += 2.0 ** (parts == parts[:, best, None]).sum(axis=0)
     return [int(position) for position in np.flatnonzero(taken)]
-
-
-def _parts(places: Sequence[Mapping[str, Any]], most: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """(axes, places) the part of its axis that each place is in, and (places,) how far it is from the middles of its parts.
-
-    An axis has as many parts as values, at most `most`. Places without coordinates lie along one axis, in their order.
-    """
-    columns = [[place[name] for place in places] for name in places[0]] or [list(range(len(places)))]
-    parts, off = [], np.zeros(len(places))
-    for values in columns:
-        order = {value: rank for rank, value in enumerate(ordered(values))}
-        share = (np.array([order[value] for value in values]) + 0.5) / len(order) * min(len(order), most)
-        parts.append(share.astype(np.int64))
-        off += np.abs(share % 1.0 - 0.5)
-    return np.stack(parts), off
 
 
 # The driven pin by Eq. 16-19 in SI, with given coefficients: what measured motion is compared with.

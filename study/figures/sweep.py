@@ -29,7 +29,7 @@ from nanoslip.study.figures.points import (
     typeset,
     words,
 )
-from nanoslip.study.figures.shared import COLORS, WIDTH, View, column
+from nanoslip.study.figures.shared import COLORS, WIDTH, View, column, legend
 
 # Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
 
@@ -316,10 +316,7 @@ def _finish(figure: Figure, points: Points, title: str = "") -> None:
         elif is_logarithmic(points.values):
             axes.set_yscale("log")
     figure.supylabel(typeset(points.label), fontsize=8)
-    handles, names = figure.axes[0].get_legend_handles_labels()
-    if handles:
-        look: dict[str, Any] = {"loc": "outside upper center", "ncols": min(len(names), 6)}
-        figure.legend(handles, names, title=title, title_fontsize=7, **look)
+    legend(figure, title=title, title_fontsize=7)
 
 
 # Tiles.
@@ -397,12 +394,10 @@ def _edges(places: Floats, axis: Any) -> Floats:
 
 
 def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
-    patches = [
-        figure.axes[0].plot([], [], "s", color=color, label=name.replace("_", "-"))[0]
-        for color, name in zip(_palette(len(names)), names, strict=True)
-    ]
+    for color, name in zip(_palette(len(names)), names, strict=True):
+        figure.axes[0].plot([], [], "s", color=color, label=name.replace("_", "-"))
     beside = LETTERS_OF_TILES // (max(map(len, names)) + len("■   "))
-    figure.legend(handles=patches, loc="outside upper center", ncols=max(min(len(names), beside), 1))
+    legend(figure, ncols=max(min(len(names), beside), 1))
 
 
 # Numbers that need no figure, told in one sentence: the same in all cases, known of one case only, or of none.
@@ -525,7 +520,10 @@ def _against(roles: Roles) -> str:
 def _seen(points: Points, roles: Roles) -> str:
     """What the signs mean that are drawn of these points."""
     if roles.mapped and is_crowded(points, roles):
-        return _without(points, "White") + _members(points) + _outlined(points)
+        care = int((points.flagged & points.there).sum())
+        where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
+        hatched = f" {where} are to be taken with care." if care else ""
+        return _without(points, "White") + _members(points) + hatched
     differing = points.text and any(commonest(value)[1] < 1.0 for value in points.values.tolist())
     paler = ", the paler the fewer" if roles.mapped else ""
     mixed = f" Of members that differ: what most do{paler}." if differing else ""
@@ -536,13 +534,6 @@ def _seen(points: Points, roles: Roles) -> str:
 def _without(points: Points, sign: str = "Red crosses") -> str:
     missing = int((~points.there).sum())
     return f" {sign}: {missing} without a value." if missing else ""
-
-
-def _outlined(points: Points) -> str:
-    """What of many points is to be taken with care."""
-    care = int((points.flagged & points.there).sum())
-    where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
-    return f" {where} are to be taken with care." if care else ""
 
 
 def _marks(points: Points) -> str:

@@ -18,7 +18,7 @@ from nanoslip.study.dataset.access import Accessor, id_of, places
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.variables import means_of
 from nanoslip.study.figures.points import Columns, label, typeset, varying, words
-from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, scales_of, spread
+from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, scales_of, spread
 from nanoslip.study.figures.sweep import answers, notes
 
 # Runs of a dataset (records, trajectories, contacts) as views: a few together in one figure, then each alone.
@@ -162,11 +162,10 @@ def _drawn(family: Family, numbers: Callable[[Run], Columns], runs: Sequence[Run
             named = {"label": typeset(words(run.label))} if len(runs) > 1 else {}
             family.draw(axes, numbers(run), {"color": color, **named})
         axes.set(**family.axes)
-        handles, labels = axes.get_legend_handles_labels()
-        if handles:
-            columns = 1 if max(map(len, labels)) > LONG else 2
-            figure.set_size_inches(WIDTH, family.height + LINE * math.ceil(len(labels) / columns))
-            figure.legend(handles, labels, loc="outside upper center", ncols=columns, markerscale=2.0)
+        if names := axes.get_legend_handles_labels()[1]:
+            columns = 1 if max(map(len, names)) > LONG else 2
+            figure.set_size_inches(WIDTH, family.height + LINE * math.ceil(len(names) / columns))
+            legend(figure, ncols=columns, markerscale=2.0)
     return figure
 
 
