@@ -103,7 +103,12 @@ def _entry(figure: CampaignFigure) -> str:
 
 
 def _head(folder: str) -> str:
-    others = ", ".join(f"[{name}](../{name})" for name in _other_pages(folder))
+    """Heading of a gallery, and the ways to those of the other folders and to figures that lie in none."""
+    places = {place(figure, Path()): f"{figure.name}.md" for figure in shipped_figures().values()}
+    pages = [
+        (where / (INDEX if where.name else alone)).as_posix() for where, alone in places.items() if where.name != folder
+    ]
+    others = ", ".join(f"[{page}](../{page})" for page in pages)
     return f"""# {folder.capitalize()}
 
 Behind each title are the numbers: what the paper says, what is found and why the two differ. In brackets: the standard
@@ -111,14 +116,6 @@ deviation (s.d.) and range over starts, if nothing else is named. `nanoslip figu
 SVG and PNG; `make figures FIGURES=campaigns` wrote this page.
 
 Beside these: {others}."""
-
-
-def _other_pages(folder: str) -> list[str]:
-    """The pages of the other folders, and of figures that lie in none, seen from the folder of all."""
-    places = {place(figure, Path()): f"{figure.name}.md" for figure in shipped_figures().values()}
-    return [
-        (where / (INDEX if where.name else alone)).as_posix() for where, alone in places.items() if where.name != folder
-    ]
 
 
 def _page(figure: CampaignFigure, dataset: xr.Dataset) -> str:

@@ -119,9 +119,9 @@ class Points:
     """How many members of an ensemble each mean is of; -1 of what is no mean."""
     lacking: NDArray[np.bool_]
     """Whether a mean is of fewer members than its ensemble has, as the others have no value."""
-    zipped: tuple[str, ...] = ()
+    zipped: tuple[str, ...]
     """The coordinates that vary together, as their campaign says."""
-    stated: bool = False
+    stated: bool
     """Whether numbers of this sort have an uncertainty, known or not."""
 
     @property
@@ -168,20 +168,12 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
     flags = dataset.get(VALIDITY.name, 0)
     numbers = {"_value": value, "_error": error, "_having": having, "_used": used, "_flags": flags}
     found = places(dataset.assign(numbers), widest, {})
+    values, errors, flagged = found.values("_value"), found.values("_error").astype(float), found.values("_flags") != 0
     members, most = (np.nan_to_num(found.values(each)).astype(np.int64) for each in ("_having", "_used"))
-    axes = varying(found)
-    return Points(
-        f"{name}/{over}" if over else name,
-        label(name, over),
-        found.values("_value"),
-        found.values("_error").astype(float),
-        axes,
-        found.values("_flags") != 0,
-        members,
-        (members > 0) & (members < most),
-        tuple(name for name in zipped(dataset) if name in axes),
-        stated,
-    )
+    axes, lacking = varying(found), (members > 0) & (members < most)
+    as_one = tuple(each for each in zipped(dataset) if each in axes)
+    called = f"{name}/{over}" if over else name
+    return Points(called, label(name, over), values, errors, axes, flagged, members, lacking, as_one, stated)
 
 
 def _number(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, Any, bool]:

@@ -120,7 +120,6 @@ COLORS: Final = ("#0b5394", "#cc4125", "#38761d", "#b8860b", "#674ea7", "#555555
 
 _LOOK: Final[dict[Any, Any]] = {
     "font.size": 8.0,
-    "axes.labelsize": 8.0,
     "axes.titlesize": 8.0,
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,

@@ -408,10 +408,8 @@ ROUNDING: Final = 1e-9
 
 def differs(points: Points) -> bool:
     """Whether a figure has something to show: two values that are not the same but for rounding."""
-    values = points.values[points.there]
-    if not points.axes or not len(values):
-        return False
-    if points.text:
+    values = points.values[points.there] if points.axes else points.values[:0]
+    if points.text or not len(values):
         return len(set(values.tolist())) > 1
     return bool(np.ptp(values) > ROUNDING * np.abs(values).max())
 

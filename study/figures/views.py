@@ -91,18 +91,16 @@ def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[R
     found = places(dataset, id_of(dataset, group), {})
     ids = found.values(f"{group}_id").tolist()
     labels = varying(found)
-    firsts = dict.fromkeys(each for each in ids if isinstance(each, str) and each)
-    numbers = [ids.index(each) for each in firsts]
-    enough = np.ones(len(ids), np.bool_)
-    if need and need.variable in dataset:
-        enough = found.values(need.variable) >= need.least
+    firsts = [ids.index(each) for each in dict.fromkeys(ids) if isinstance(each, str) and each]
+    needed = need if need and need.variable in dataset else None
+    enough = found.values(needed.variable) >= needed.least if needed else np.ones(len(ids), np.bool_)
     return [
         Run(
             number,
             {name: values[place : place + 1].tolist()[0] for name, values in labels.items()},
             {dim: dataset[dim].values[found.positions[place, axis]] for axis, dim in enumerate(found.dims)},
         )
-        for number, place in enumerate(numbers, 1)
+        for number, place in enumerate(firsts, 1)
         if enough[place]
     ]
 

@@ -14,7 +14,6 @@ from chain import (
     SHARES,
     at_lags,
     claims_of_correlations,
-    claims_of_nodes,
     draw_of_nodes,
     names,
     numbers_of,
@@ -47,7 +46,7 @@ from tiles import codes, counted, panels, regime_legend, regime_tiles
 import nanoslip
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.sliding.power_law import SIGNIFICANT
-from nanoslip.solver.sliding.sizes import DISCRETE, EventSizes
+from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.study import shipped
 from nanoslip.study.figures.shared import PAGE, column
 from tests.study.figures.shipped_small import small
@@ -192,12 +191,6 @@ def test_cases_are_called_by_what_they_are() -> None:
     assert found == ["slab", *(f"chain, k_c/k_l = {ratio}" for ratio in (1, 10, 100, 1000))]
 
 
-def test_events_are_those_of_the_statistics() -> None:
-    dataset = small("figures/chain")
-    for number in names(dataset):
-        assert len(steady_sizes(dataset, number).slips) == int(numbers_of(dataset, number)["sized_events"]) > 100
-
-
 # The mean step falls with the node spacing, and a fall of the peak is claimed only with its confidence.
 
 
@@ -324,13 +317,6 @@ def test_a_case_with_a_flag_does_not_count() -> None:
     assert next(claims_of_share(data, "plateau_mean")).remark.startswith(f"{counted - 1} of {before.size} cases")
 
 
-def test_kinetic_friction_is_the_plateau() -> None:
-    data = small("maps/friction")
-    ratio = share_of(data, "kinetic_friction") / share_of(data, "plateau_mean")
-    assert np.isfinite(ratio).sum() > 4
-    assert ratio.values[np.isfinite(ratio.values)] == pytest.approx(1.0, abs=0.03)  # 1.002 ± 0.0025 over the map
-
-
 # What repeats with the node spacing is found, whatever the start; what does not averages out.
 
 
@@ -363,13 +349,6 @@ def test_shares_of_a_case_sum_up_to_all_and_are_in_the_middle() -> None:
         assert share[0] == share[-1] == 0.0
 
 
-def test_the_table_counts_the_same_slips() -> None:
-    dataset = small("figures/chain")
-    for row in claims_of_nodes(dataset):
-        assert 0.0 < float(row.found.split()[0]) < 100.0
-        assert int(row.remark.split()[0]) > 1000
-
-
 # The plateau is a matter of n_x more than of the scheme, and the step one of how the slab is held.
 
 
@@ -395,14 +374,6 @@ def test_a_half_plane_has_a_support_alone() -> None:
 # Tables of sizes quote the dataset: an exponent where a power law is not refused, and nowhere else.
 
 CAMPAIGN = "figures/chain"
-
-
-def test_every_size_is_drawn_of_every_case() -> None:
-    figure = draw_of_sizes(small(CAMPAIGN))
-    assert list(PANELS) == list(DISCRETE)
-    drawn = [axes for axes in figure.axes if axes.get_visible()]
-    assert len(drawn) == len(PANELS)
-    assert all(len(axes.lines) >= len(names(small(CAMPAIGN))) for axes in drawn)
 
 
 def test_the_legend_names_the_cases_and_no_power_law() -> None:
@@ -486,11 +457,6 @@ def test_every_drive_is_counted_once_along_each_parameter() -> None:
 # The effective number of independent numbers is n where none knows of another, and 1 where all say the same.
 
 DRAWN = np.random.default_rng(5).standard_normal((4000, 3))
-
-
-def test_independent_numbers_all_count() -> None:
-    """A correlation of 4000 samples is 0 ± 0.016."""
-    assert effective_number(DRAWN) == pytest.approx(3.0, abs=0.01)
 
 
 def test_numbers_that_rank_alike_count_as_one() -> None:

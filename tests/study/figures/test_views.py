@@ -53,11 +53,6 @@ def test_places_without_coordinates_lie_in_their_order() -> None:
     assert spread([{}] * 9, 3) == [1, 4, 7]
 
 
-def test_ten_thousand_places_take_no_time() -> None:
-    many = [{"a": a, "b": b} for a in range(100) for b in range(100)]
-    assert len({many[position]["a"] for position in spread(many, 24)}) == 24
-
-
 # A number that differs has a figure; one that does not is said in a sentence, with the cases that have it.
 
 NAN = np.nan
