@@ -14,6 +14,7 @@ from chain import (
     SHARES,
     at_lags,
     claims_of_correlations,
+    claims_of_nodes,
     draw_of_nodes,
     names,
     numbers_of,
@@ -46,7 +47,7 @@ from tiles import codes, counted, panels, regime_legend, regime_tiles
 import nanoslip
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.sliding.power_law import SIGNIFICANT
-from nanoslip.solver.sliding.sizes import EventSizes
+from nanoslip.solver.sliding.sizes import DISCRETE, EventSizes
 from nanoslip.study import shipped
 from nanoslip.study.figures.shared import PAGE, column
 from tests.study.figures.shipped_small import small
@@ -349,6 +350,13 @@ def test_shares_of_a_case_sum_up_to_all_and_are_in_the_middle() -> None:
         assert share[0] == share[-1] == 0.0
 
 
+def test_the_table_counts_the_same_slips() -> None:
+    dataset = small("figures/chain")
+    for row in claims_of_nodes(dataset):
+        assert 0.0 < float(row.found.split()[0]) < 100.0
+        assert int(row.remark.split()[0]) > 1000
+
+
 # The plateau is a matter of n_x more than of the scheme, and the step one of how the slab is held.
 
 
@@ -390,8 +398,10 @@ def test_an_exponent_is_stated_unless_its_power_law_is_refused() -> None:
     dataset["drop_goodness"] = dataset["drop_goodness"] * 0.0
     rows = {claim.meaning: claim for claim in claims_of_sizes(dataset)}
     assert len(rows) == len(names(dataset)) * len(PANELS) + len(SHARES)
-    drawn = dict(zip(PANELS, draw_of_sizes(dataset).axes, strict=False))
-    for size, axes in drawn.items():
+    assert list(PANELS) == list(DISCRETE)
+    drawn = [axes for axes in draw_of_sizes(dataset).axes if axes.get_visible()]
+    for size, axes in zip(PANELS, drawn, strict=True):
+        assert len(axes.lines) >= len(names(dataset))
         stated = 0
         for number, name in names(dataset).items():
             scalars, row = numbers_of(dataset, number), rows[f"{name.replace('$', '')}: {size}"]
