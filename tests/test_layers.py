@@ -35,7 +35,7 @@ ORDER = {
     "nanoslip.study.run": "launch queue progress dispatch journal mail child agent farm mpi compute warm_up executor batch "
     "campaign",
     "nanoslip.study.report": "console summary curves page",
-    "nanoslip.study.figures": "shared points sweep frames view views gallery",
+    "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.accuracy": "setup elastic_operator digit effects measurement",
     "nanoslip.study.commands": "words plans datasets prepare run conduct surface look judge cli",
 }

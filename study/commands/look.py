@@ -21,8 +21,8 @@ from nanoslip.study.dataset import file
 from nanoslip.study.figures.frames import events_of, frames
 from nanoslip.study.figures.gallery import figures_of, shipped_figures, write, write_indexes
 from nanoslip.study.figures.points import axis_named, points_named
-from nanoslip.study.figures.shared import FORMATS, CampaignFigure, as_row, format_of, image
-from nanoslip.study.figures.view import csv_of, view_of
+from nanoslip.study.figures.shared import FORMATS, CampaignFigure, as_row, csv_of, format_of, image
+from nanoslip.study.figures.sweep import view_of
 from nanoslip.study.manifest.cases import campaign_of, expand
 from nanoslip.study.manifest.checker import ManifestError, number_or_text
 from nanoslip.study.manifest.parameters import make_case, words

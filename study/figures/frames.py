@@ -22,7 +22,7 @@ from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide, states_at
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, FORMATS, column, format_of, image
+from nanoslip.study.figures.shared import COLORS, FORMATS, column, format_of, image, legend
 from nanoslip.study.results.store import write_files
 
 # The contact of one case after chosen events, and the record up to there: computed when asked for, kept nowhere.
@@ -135,11 +135,10 @@ def strip(shown: Moments) -> Figure:
         for number, moment in enumerate(shown.moments):
             upper, lower = (figure.add_subplot(grid[row, number]) for row in (0, 1))
             _draw_contact(upper, lower, shown, moment)
-            upper.set_title(f"event {moment.event}")
             for axes in (upper, lower) if number else ():
                 axes.set(ylabel="", yticklabels=[])
                 axes.yaxis.get_offset_text().set_visible(False)
-        _legend(figure)
+        legend(figure)
         _draw_record(figure.add_subplot(grid[2, :]), shown, shown.moments)
     return figure
 
@@ -147,37 +146,28 @@ def strip(shown: Moments) -> Figure:
 def draw_frame(figure: Figure, shown: Moments, moment: Moment) -> None:
     """Draw one moment of a film on an empty figure: the contact, and beside it the record with a point that moves."""
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 0.6))
-    upper, lower = (figure.add_subplot(grid[row, 0]) for row in (0, 1))
-    _draw_contact(upper, lower, shown, moment)
-    upper.set_title(f"event {moment.event}")
+    _draw_contact(figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), shown, moment)
     _draw_record(figure.add_subplot(grid[:, 1]), shown, (moment,))
-    _legend(figure)
+    legend(figure)
 
 
 def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> None:
     """Tractions with the limits ±μ_i·p of shear, and slips; nodes that slipped since the moment before are marked."""
-    upper.fill_between(
-        moment.x, -moment.limit, moment.limit, color=SHEAR, alpha=0.15, linewidth=0.0, label=typeset("±μ_i·p")
-    )
-    upper.plot(moment.x, moment.pressure, ".-", color=PRESSURE, markersize=2.0, label="pressure p")
-    upper.plot(moment.x, moment.shear, ".-", color=SHEAR, markersize=2.0, label="shear q")
-    lower.plot(moment.x, moment.slip, ".-", color=PRESSURE, markersize=2.0)
+    x, limit, slipped = moment.x, moment.limit, moment.slipped
+    line: dict[str, Any] = {"marker": ".", "markersize": 2.0}
+    mark: dict[str, Any] = {"color": MARK, "markersize": 2.5, "label": "slipped since the picture before"}
+    upper.fill_between(x, -limit, limit, color=SHEAR, alpha=0.15, linewidth=0.0, label=typeset("±μ_i·p"))
+    upper.plot(x, moment.pressure, color=PRESSURE, label="pressure p", **line)
+    upper.plot(x, moment.shear, color=SHEAR, label="shear q", **line)
+    lower.plot(x, moment.slip, color=PRESSURE, **line)
     for axes, values in ((upper, moment.shear), (lower, moment.slip)):
-        axes.plot(
-            moment.x[moment.slipped],
-            values[moment.slipped],
-            "v",
-            color=MARK,
-            markersize=2.5,
-            label="slipped since the picture before",
-        )
-    upper.set(
-        xlim=_span(shown),
-        ylim=_range(shown, "pressure", "shear", "limit"),
-        ylabel=typeset("traction·L_x·L_y/W"),
-        xticklabels=[],
+        axes.plot(x[slipped], values[slipped], "v", **mark)
+        axes.set_xlim(_span(shown))
+    upper.set(title=f"event {moment.event}", ylabel=typeset("traction·L_x·L_y/W"), xticklabels=[])
+    upper.set_ylim(
+        _range(part for each in shown.moments for part in (each.pressure, each.shear, each.limit, -each.limit))
     )
-    lower.set(xlim=_span(shown), ylim=_range(shown, "slip"), xlabel=typeset("x/L_x"), ylabel=typeset("slip s/L_x"))
+    lower.set(xlabel=typeset("x/L_x"), ylabel=typeset("slip s/L_x"), ylim=_range(each.slip for each in shown.moments))
     lower.ticklabel_format(axis="y", scilimits=(0, 0))
 
 
@@ -187,18 +177,10 @@ def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
     axes.set(xlabel=typeset(axes.get_xlabel()), ylabel=typeset(axes.get_ylabel()))
     axes.ticklabel_format(axis="x", scilimits=(0, 0))
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # a point moves no axis
-    axes.plot(
-        [each.displacement for each in marked], [each.friction for each in marked], "o", color=SHEAR, markersize=3.5
-    )
-    for each in marked if len(marked) > 1 else ():
-        place = (each.displacement, each.friction)
-        axes.annotate(f"{each.event}", place, (3, -8), textcoords="offset points", fontsize=6.0)
-
-
-def _legend(figure: Figure) -> None:
-    """One legend for all axes."""
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+    places = {each.event: (each.displacement, each.friction) for each in marked}
+    axes.plot(*zip(*places.values(), strict=True), "o", color=SHEAR, markersize=3.5)
+    for event, place in places.items() if len(places) > 1 else ():
+        axes.annotate(f"{event}", place, (3, -8), textcoords="offset points", fontsize=6.0)
 
 
 def _span(shown: Moments) -> tuple[float, float]:
@@ -210,13 +192,9 @@ def _span(shown: Moments) -> tuple[float, float]:
     return float(first - margin), float(last + margin)
 
 
-def _range(shown: Moments, *names: str) -> tuple[float, float]:
-    """Room for these arrays in all moments, and for limits of either sign."""
-    signs = {"limit": (-1.0, 1.0)}
-    parts = [
-        sign * getattr(moment, name) for moment in shown.moments for name in names for sign in signs.get(name, (1.0,))
-    ]
-    values = np.concatenate(parts)
+def _range(parts: Iterable[NDArray[np.float64]]) -> tuple[float, float]:
+    """Room for all of these arrays."""
+    values = np.concatenate(list(parts))
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     margin = 0.05 * (high - low) or 1.0
     return low - margin, high + margin

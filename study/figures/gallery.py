@@ -3,7 +3,7 @@
 import math
 import runpy
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -103,11 +103,18 @@ def _entry(figure: CampaignFigure) -> str:
 
 
 def _head(folder: Path) -> str:
-    """Title, what the pages hold and where others are; a page that belongs to no figure is to be read first."""
-    known = {INDEX, *(f"{name}.md" for name in shipped_figures())}
+    """Heading of a gallery, what its figures mean together, and the ways to those of other folders and to figures in none."""
+    shipped = shipped_figures()
+    known = {INDEX, *(f"{name}.md" for name in shipped)}
     first = [f"[{_title(path)}]({path.name})" for path in sorted(folder.glob("*.md")) if path.name not in known]
-    others = ", ".join(f"[{name}](../{name})" for name in _other_pages(folder.name))
     begin = f"\n\nWhat they mean together: {', '.join(first)}." if first else ""
+    places = {place(figure, Path()): f"{figure.name}.md" for figure in shipped.values()}
+    pages = [
+        (where / (INDEX if where.name else alone)).as_posix()
+        for where, alone in places.items()
+        if where.name != folder.name
+    ]
+    others = ", ".join(f"[{page}](../{page})" for page in pages)
     return f"""# {folder.name.capitalize()}{begin}
 
 Behind each title are the numbers: what the paper says, what is found and why the two differ. In brackets: the standard
@@ -121,23 +128,11 @@ def _title(page: Path) -> str:
     return page.read_text("utf-8").partition("\n")[0].removeprefix("# ")
 
 
-def _other_pages(folder: str) -> list[str]:
-    """The pages of the other folders, and of figures that lie in none, seen from the folder of all."""
-    places = {place(figure, Path()): f"{figure.name}.md" for figure in shipped_figures().values()}
-    return [
-        (where / (INDEX if where.name else alone)).as_posix() for where, alone in places.items() if where.name != folder
-    ]
-
-
 def _page(figure: CampaignFigure, dataset: xr.Dataset) -> str:
     """Heading, picture, caption, claims and the way to the gallery, as Markdown."""
+    folder = place(figure, Path()).name
     claims = table(figure.claims(dataset), figure.header)
     picture = f"![{figure.caption}]({figure.name}.png)"
     source = f"*{figure.caption}* Campaign: `{figure.campaign}`."
-    return "\n\n".join((f"# {figure.title}", picture, source, claims, *_back(figure))) + "\n"
-
-
-def _back(figure: CampaignFigure) -> Iterator[str]:
-    folder = place(figure, Path()).name
-    if folder:
-        yield f"All {folder}: [gallery]({INDEX})."
+    back = [f"All {folder}: [gallery]({INDEX})."] if folder else []
+    return "\n\n".join((f"# {figure.title}", picture, source, claims, *back)) + "\n"

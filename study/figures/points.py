@@ -3,8 +3,8 @@
 import difflib
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -24,39 +24,28 @@ LETTERS: Final = 3
 """Names so short are symbols themselves: n_x."""
 
 
-def description_of(name: str) -> Described | None:
-    """What is declared of a variable; None of one that is not declared."""
+def description_of(name: str) -> Described:
+    """What is declared of a variable; of one that is not declared its name alone."""
     try:
         return described(name)
     except KeyError:
-        return None
+        return Described(name, "", "", "1", name, "", "", "", ())
 
 
 def symbol(name: str) -> str:
     """What equations call a variable, else its name in words."""
+    return description_of(name).symbol or (name if len(name) <= LETTERS else name.replace("_", " "))
+
+
+def label(name: str, over: str = "") -> str:
+    """A variable, or its ratio to another, on an axis: meaning, symbol and unit; behind a ratio what the first is measured in."""
     found = description_of(name)
-    if found and found.symbol:
-        return found.symbol
-    return name if len(name) <= LETTERS else name.replace("_", " ")
-
-
-def label(name: str) -> str:
-    """A variable on an axis: meaning, symbol and unit."""
-    found = description_of(name)
-    if found is None:
-        return name
-    meaning = found.meaning.split(", in ")[0] if "/" in found.symbol else found.meaning
-    own = f" {found.symbol}" if found.symbol and found.symbol not in meaning else ""
-    return in_unit(f"{meaning}{own}", name)
-
-
-def ratio(above: str, below: str) -> str:
-    """A ratio of two variables on an axis; what the first is measured in stands behind both."""
-    found = description_of(above)
-    meaning, _, own = (found.meaning if found else above).partition(", in ")
-    sign = f" {found.symbol}" if found and found.symbol and found.symbol not in meaning else ""
-    measured = f", in {own}" if own and "/" not in sign else ""
-    return f"{in_unit(f'{meaning}{sign}', above)} over {short(below)}{measured}"
+    meaning, comma, measure = found.meaning.partition(", in ")
+    sign = f" {found.symbol}" if found.symbol not in meaning else ""
+    measured = "" if "/" in sign else comma + measure
+    if over:
+        return f"{in_unit(meaning + sign, name)} over {short(over)}{measured}"
+    return in_unit(meaning + measured + sign, name)
 
 
 def short(name: str) -> str:
@@ -71,8 +60,7 @@ def in_unit(text: str, name: str) -> str:
 
 def unit_of(name: str) -> str:
     """The unit of a variable as people write it; empty of pure numbers and words."""
-    found = description_of(name)
-    return readable(found.units) if found else ""
+    return readable(description_of(name).units)
 
 
 def readable(units: str) -> str:
@@ -131,9 +119,9 @@ class Points:
     """How many members of an ensemble each mean is of; -1 of what is no mean."""
     lacking: NDArray[np.bool_]
     """Whether a mean is of fewer members than its ensemble has, as the others have no value."""
-    zipped: tuple[str, ...] = ()
+    zipped: tuple[str, ...]
     """The coordinates that vary together, as their campaign says."""
-    stated: bool = False
+    stated: bool
     """Whether numbers of this sort have an uncertainty, known or not."""
 
     @property
@@ -153,20 +141,18 @@ class Points:
 
     def at(self, chosen: NDArray[Any]) -> "Points":
         """Some of the points: a mask, or their places in another order."""
-        axes = {name: each[chosen] for name, each in self.axes.items()}
-        arrays = {each.name: getattr(self, each.name) for each in fields(self)}
-        some = {name: array[chosen] for name, array in arrays.items() if isinstance(array, np.ndarray)}
-        return replace(self, axes=axes, **some)
-
-    def without(self, names: Collection[str]) -> "Points":
-        """The points without some of their coordinates."""
-        return replace(self, axes={name: each for name, each in self.axes.items() if name not in names})
+        arrays: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _ARRAYS}
+        return replace(self, axes={name: each[chosen] for name, each in self.axes.items()}, **arrays)
 
     def columns(self) -> Columns:
         """The points as a table: coordinates, value, uncertainty, members, whether flagged."""
         errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
         members = {"members": self.members} if (self.members >= 0).any() else {}
         return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged}
+
+
+_ARRAYS: Final = ("values", "errors", "flagged", "members", "lacking")
+"""Fields of points that have an entry for each of them."""
 
 
 def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
@@ -177,31 +163,43 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
     Raises KeyError where the dataset has no such variable.
     """
     widest = max((each for each in (name, over, OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim)
-    found = places(dataset, widest, {})
-    values, errors = _numbers(dataset, found, name)
-    stated = bool(_stated(dataset, name))
-    if over:
-        below, its_errors = _numbers(dataset, found, over)
-        exact = tuple(not _stated(dataset, each) for each in (name, over))
-        stated = not all(exact)
-        values, errors = _ratio((values, errors), (below, its_errors), exact)
-        if over == name:
-            errors = np.where(np.isfinite(values), 0.0, np.nan)  # whatever it is, it is all of itself
-    flags = found.values(VALIDITY.name) if VALIDITY.name in dataset else np.zeros(len(values))
-    axes = varying(found)
-    members, used = _members(dataset, found, name)
-    return Points(
-        f"{name}/{over}" if over else name,
-        ratio(name, over) if over else label(name),
-        values,
-        errors,
-        axes,
-        flags != 0,
-        members,
-        (members > 0) & (members < used),
-        tuple(name for name in zipped(dataset) if name in axes),
-        stated,
-    )
+    value, error, stated = _ratio(dataset, name, over) if over else _number(dataset, name)
+    having, used = members_of(dataset, name) or (-1, -1)
+    flags = dataset.get(VALIDITY.name, 0)
+    numbers = {"_value": value, "_error": error, "_having": having, "_used": used, "_flags": flags}
+    found = places(dataset.assign(numbers), widest, {})
+    values, errors, flagged = found.values("_value"), found.values("_error").astype(float), found.values("_flags") != 0
+    members, most = (np.nan_to_num(found.values(each)).astype(np.int64) for each in ("_having", "_used"))
+    axes, lacking = varying(found), (members > 0) & (members < most)
+    as_one = tuple(each for each in zipped(dataset) if each in axes)
+    called = f"{name}/{over}" if over else name
+    return Points(called, label(name, over), values, errors, axes, flagged, members, lacking, as_one, stated)
+
+
+def _number(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, Any, bool]:
+    """A variable and its uncertainty, NaN where there is none, and whether numbers of this sort have one; or texts."""
+    value, uncertainty = dataset[name], description_of(name).uncertainty
+    if value.dtype.kind in "OUTS":
+        return value.astype(object), np.nan, False
+    value = value.astype(float)
+    return value.where(np.isfinite(value)), dataset.get(uncertainty, np.nan), uncertainty in dataset
+
+
+def _ratio(dataset: xr.Dataset, above: str, below: str) -> tuple[xr.DataArray, Any, bool]:
+    """A ratio, its uncertainty, NaN where that of either number is not known, and whether it has one. Raises ValueError of words.
+
+    A number without uncertainties, as a parameter, counts as exact; the error of a ratio of two such numbers is not known.
+    """
+    numbers = [_number(dataset, each) for each in (above, below)]
+    if any(value.dtype.kind == "O" for value, *_ in numbers):
+        raise ValueError("a ratio needs two numbers, and one of these is words")
+    quotient = numbers[0][0] / numbers[1][0]
+    quotient = quotient.where(np.isfinite(quotient))
+    stated = any(each for *_, each in numbers)
+    if above == below:
+        return quotient, quotient.where(quotient.isnull(), 0.0), stated  # whatever it is, it is all of itself
+    first, second = (error / value if each else 0.0 for value, error, each in numbers)
+    return quotient, abs(quotient) * np.hypot(first, second) if stated else np.nan, stated
 
 
 def varying(found: Places) -> dict[str, NDArray[Any]]:
@@ -237,64 +235,19 @@ def _manifest(root: xr.Dataset) -> dict[str, Any]:
     return from_toml(str(root.attrs.get("manifest", "")))
 
 
+def ordered(values: Iterable[Any]) -> list[Any]:
+    """Each value once: numbers in their order, also where some cases lack them, last; other texts as they come."""
+    found = list(dict.fromkeys(values))
+    try:
+        return sorted(found, key=lambda value: (value == LACKING, 0.0 if value == LACKING else float(value)))
+    except ValueError:
+        return found
+
+
 def _whole(values: NDArray[Any]) -> NDArray[Any]:
     if values.dtype.kind == "f" and not np.isfinite(values).all():
         return np.array([LACKING if np.isnan(each) else in_text(each) for each in values.tolist()], dtype=object)
     return values.astype(object) if values.dtype.kind in "UTS" else values
-
-
-def _numbers(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[Any], Floats]:
-    values = found.values(name)
-    nothing = np.full(len(values), np.nan)
-    if values.dtype.kind in "OUTS":
-        return values.astype(object), nothing
-    numbers = np.where(np.isfinite(values.astype(float)), values, np.nan).astype(float)
-    error = _stated(dataset, name)
-    if not error:
-        return numbers, nothing
-    return numbers, np.asarray(found.values(error), dtype=float)
-
-
-def _members(dataset: xr.Dataset, found: Places, name: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """How many members a number is of, and how many its ensembles have; -1 of what is no mean over members."""
-    counts = members_of(dataset, name)
-    if counts is None:
-        nothing = np.full(len(found.positions), -1)
-        return nothing, nothing
-    having, used = (np.nan_to_num(_of_cases(found, each)).astype(np.int64) for each in counts)
-    return having, used
-
-
-def _stated(dataset: xr.Dataset, name: str) -> str:
-    """The variable of the dataset that says how uncertain a number is; empty where none does."""
-    declared = description_of(name)
-    error = declared.uncertainty if declared else ""
-    return error if error in dataset else ""
-
-
-def _of_cases(found: Places, array: xr.DataArray) -> NDArray[Any]:
-    """The values of an array that is no variable of the dataset, as `found.values` gives those of one."""
-    return replace(found, root=found.root.assign(array=array)).values("array")
-
-
-def _ratio(
-    above: tuple[NDArray[Any], Floats], below: tuple[NDArray[Any], Floats], exact: tuple[bool, ...]
-) -> tuple[Floats, Floats]:
-    """A ratio and its uncertainty, NaN where that of either number is not known. Raises ValueError of words.
-
-    exact: whether each of both states none at all, as a parameter; of two such numbers the ratio's is not known.
-    """
-    if any(values.dtype.kind in "OUTS" for values, _ in (above, below)):
-        raise ValueError("a ratio needs two numbers, and one of these is words")
-    with np.errstate(divide="ignore", invalid="ignore"):
-        quotient = above[0] / below[0]
-        quotient = np.where(np.isfinite(quotient), quotient, np.nan)
-        shares = [
-            np.zeros_like(quotient) if sure else error / value
-            for (value, error), sure in zip((above, below), exact, strict=True)
-        ]
-        errors = np.abs(quotient) * np.hypot(*shares)
-    return quotient, np.full_like(quotient, np.nan) if all(exact) else errors
 
 
 # Variables as people write them: by name, by the start of a name, or as equations call them: plateau/mu_i, R/L_x or R.
@@ -323,16 +276,13 @@ def variable_of(dataset: xr.Dataset, word: str) -> str:
 
 def points_named(dataset: xr.Dataset, word: str) -> Points:
     """A variable, or a ratio of two, of every case and drive. Raises UnknownNameError."""
-    slashes = [place for place, letter in enumerate(word) if letter == "/"]
-    splits = [(word, ""), *((word[:place], word[place + 1 :]) for place in slashes)]
-    unknown = UnknownNameError(word)
+    splits = [(word, ""), *((word[: slash.start()], word[slash.end() :]) for slash in re.finditer("/", word))]
     for above, below in splits:
-        if above != word and not (above and below):
-            unknown = UnknownNameError(
-                f"{word}: needs a variable, or a ratio of two as plateau/mu_i; nanoslip describe lists them"
-            )
-            continue
         try:
+            if above != word and not (above and below):
+                raise UnknownNameError(
+                    f"{word}: needs a variable, or a ratio of two as plateau/mu_i; nanoslip describe lists them"
+                )
             return points_of(dataset, variable_of(dataset, above), variable_of(dataset, below) if below else "")
         except AmbiguousNameError:
             raise
@@ -345,125 +295,22 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
     if len(found := _called(list(points.axes), word)) == 1:
         return found[0]
-    try:
-        variable_of(dataset, word)
-        wrong = "cases do not differ in it"
-    except AmbiguousNameError:
-        wrong = "cases do not differ in what is called so"
-    except UnknownNameError:
-        wrong = "no variable of this dataset"
-    raise UnknownNameError(f"{word}: {wrong}; they differ in {_listed(points.axes)}")
+    wrong = (
+        "no variable of this dataset",
+        "cases do not differ in it",
+        "cases do not differ in what is called so",
+    )[min(len(_called([str(name) for name in dataset.variables], word)), 2)]
+    known = (f"{name} ({sign})" if (sign := description_of(name).symbol) else name for name in points.axes)
+    raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")
 
 
 def _called(names: Sequence[str], word: str) -> list[str]:
     """The variables of these names that a word means, by the first rule that finds any."""
-    symbols = {name: typed(_symbol(name)) for name in names if not name.startswith("fitted_")}
-    for found in (
+    symbols = {name: typed(description_of(name).symbol) for name in names if not name.startswith("fitted_")}
+    rules = (
         [word] if word in names else [],
         [name for name, (known_as, _) in symbols.items() if word in known_as],
         [name for name, (_, in_short) in symbols.items() if word in in_short],
         [name for name in names if name == f"{word}_mean"],
-    ):
-        if found:
-            return found
-    return []
-
-
-def _symbol(name: str) -> str:
-    """What equations call a variable; empty where they do not."""
-    found = description_of(name)
-    return found.symbol if found else ""
-
-
-def _listed(names: Iterable[str]) -> str:
-    """Names, each with its symbol where it has one."""
-    signs = {name: _symbol(name) for name in names}
-    return ", ".join(f"{name} ({sign})" if sign else name for name, sign in signs.items()) or "nothing"
-
-
-# Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
-
-MOST_HUES: Final = 6
-"""Lines in one panel that are told apart by colour; more values make a map."""
-MOST_PANELS: Final = 9
-FILLED: Final = 0.5
-"""Share of a full product from which a design counts as one; sparser ones are scattered."""
-
-
-@dataclass(frozen=True, slots=True)
-class Roles:
-    """Coordinates by their place in a figure."""
-
-    x: str
-    hue: str = ""
-    panels: tuple[str, ...] = ()
-    held: Mapping[str, Any] = field(default_factory=dict)
-    """Those with too many values for panels, at the value that is shown."""
-
-
-def counts_of(points: Points) -> dict[str, int]:
-    """Coordinate -> its number of values; numbers first, then by falling number."""
-    counts = {name: len(set(values.tolist())) for name, values in points.axes.items()}
-    return dict(sorted(counts.items(), key=lambda item: (points.axes[item[0]].dtype.kind in "OUb", -item[1])))
-
-
-def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
-    """Points whose zipped coordinates are one, and its name; as they are, and "", where no single one tells the cases apart.
-
-    chosen: coordinates of which one is taken before others.
-    """
-    cases = len(set(zip(*(points.axes[name].tolist() for name in points.zipped), strict=True)))
-    telling = [name for name, count in counts_of(points).items() if name in points.zipped and count == cases]
-    wanted = [name for name in chosen if name in points.zipped] or telling[:1]
-    if len(points.zipped) < 2 or len(wanted) != 1 or wanted[0] not in telling:
-        return points, ""
-    return points.without([name for name in points.zipped if name != wanted[0]]), wanted[0]
-
-
-def scattered(points: Points) -> bool:
-    """Whether the cases fill so little of the product of their coordinates that there are no lines to draw."""
-    counts = counts_of(points)
-    return len(counts) > 1 and len(points.values) < FILLED * math.prod(counts.values())
-
-
-def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
-    """Roles of all coordinates in which the cases differ: at least one. x, hue: those that are chosen already.
-
-    Raises ValueError where one is chosen twice, or the only one as hue.
-    """
-    counts = counts_of(points)
-    left = [name for name in counts if name not in (x, hue)]
-    if x == hue and x:
-        raise ValueError(f"{x}: is x and hue: needs two axes")
-    if not (x or left):
-        raise ValueError(f"{hue}: the only axis: needs to be x, not hue")
-    x = x or left.pop(0)
-    hue = hue or (left.pop(0) if left else "")
-    panels: list[str] = []
-    held: dict[str, Any] = {}
-    for name in left:
-        if math.prod(counts[each] for each in (*panels, name)) <= MOST_PANELS:
-            panels.append(name)
-        else:
-            values = values_of(points, name)
-            held[name] = values[len(values) // 2]
-    return Roles(x, hue, tuple(panels), held)
-
-
-def values_of(points: Points, name: str) -> list[Any]:
-    """The values of a coordinate: numbers in their order, also where some cases lack them, last; texts as they come."""
-    found = list(dict.fromkeys(points.axes[name].tolist()))
-    if points.axes[name].dtype.kind != "O":
-        return sorted(found)
-    try:
-        return sorted(found, key=lambda value: (value == LACKING, 0.0 if value == LACKING else float(value)))
-    except ValueError:
-        return found
-
-
-def held_at(points: Points, values: Mapping[str, Any]) -> Points:
-    """The points with these values of coordinates."""
-    chosen: NDArray[np.bool_] = np.ones(len(points.values), np.bool_)
-    for name, value in values.items():
-        chosen &= points.axes[name] == value
-    return points.at(chosen)
+    )
+    return next(filter(None, rules), [])

@@ -1,10 +1,9 @@
-"""What all figures share: a drawing surface, tables of claims, and the closed form of stick-slip beside a drive."""
+"""What all figures share: a drawing surface, tables of claims or numbers, and the closed form of stick-slip beside a drive."""
 
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
-from importlib import import_module
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from cycler import cycler
-from matplotlib.backend_bases import FigureCanvasBase, RendererBase
+from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -20,6 +19,7 @@ from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import with_error
+from nanoslip.study.figures.points import Columns, ordered, words
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,12 +113,13 @@ COLUMN: Final = 3.35
 """Width of one column of a journal, in inches (85 mm)."""
 PAGE: Final = 7.0
 """Width of both columns, in inches (178 mm)."""
+WIDTH: Final = 4.0
+"""Of a figure on a page of a dataset, in inches."""
 COLORS: Final = ("#0b5394", "#cc4125", "#38761d", "#b8860b", "#674ea7", "#555555")
 """Of lines, in their order; told apart in grey too, as their lightness differs."""
 
 _LOOK: Final[dict[Any, Any]] = {
     "font.size": 8.0,
-    "axes.labelsize": 8.0,
     "axes.titlesize": 8.0,
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,
@@ -138,8 +139,6 @@ _FORMATS: Final[dict[str, dict[str, Any]]] = {
     "png": {"metadata": {"Software": None}, "dpi": 200},
 }
 FORMATS: Final = tuple(_FORMATS)
-_BACKENDS: Final = {"pdf": "pdf", "svg": "svg", "png": "agg"}
-"""What of matplotlib writes a format."""
 
 
 def format_of(path: Path, allowed: Sequence[str] = FORMATS) -> str:
@@ -154,38 +153,26 @@ def format_of(path: Path, allowed: Sequence[str] = FORMATS) -> str:
 def column(height: float = 2.4, width: float = COLUMN) -> Iterator[Figure]:
     """An empty figure of this size in inches, to be drawn on inside the block."""
     with mpl.rc_context({**_LOOK, "axes.prop_cycle": cycler(color=COLORS)}):
-        yield _Sheet(figsize=(width, height), layout="constrained")
+        yield Figure(figsize=(width, height), layout="constrained")
+
+
+def legend(figure: Figure, **look: Any) -> None:
+    """One legend for all axes, above them; none where nothing has a name. look: settings of matplotlib's legend."""
+    handles, names = figure.axes[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, names, **{"loc": "outside upper center", "ncols": min(len(names), 6), **look})
 
 
 def image(figure: Figure, form: str) -> bytes:
     """The figure as a file of one of `FORMATS`. No clock is in it."""
     settings, buffer, dpi = _FORMATS[form], io.BytesIO(), figure.dpi
     with mpl.rc_context(_LOOK):
-        canvas = _canvas_of(form)(figure)
+        canvas = get_registered_canvas_class(form)(figure)
         figure.dpi = settings.get("dpi", dpi)
         # Matplotlib's savefig would draw all of it first, for its layout alone.
         getattr(canvas, f"print_{form}")(buffer, metadata=settings["metadata"])
     figure.dpi = dpi
     return buffer.getvalue()
-
-
-class _Sheet(Figure):
-    """A figure that knows what draws it, so that its layout measures letters with that and not with another one."""
-
-    renderer: RendererBase
-
-    def draw(self, renderer: RendererBase) -> None:
-        self.renderer = renderer
-        super().draw(renderer)
-
-
-def _canvas_of(form: str) -> type[FigureCanvasBase]:
-    """What prints a format, loaded when it is asked for."""
-    module = import_module(f"matplotlib.backends.backend_{_BACKENDS[form]}")
-    canvas: type[FigureCanvasBase] = module.FigureCanvas
-    if hasattr(canvas, "get_renderer"):
-        return canvas
-    return type("Canvas", (canvas,), {"get_renderer": lambda self: self.figure.renderer})
 
 
 # A figure of one campaign, with a table of claims: a script beside its file, of the same name, has them as FIGURES.
@@ -209,6 +196,73 @@ class CampaignFigure:
 Floats = NDArray[np.float64]
 
 
+# A view is a figure that a dataset calls for, with its numbers; and which of many alike are shown.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """One figure of a dataset, drawn when asked for."""
+
+    name: str
+    """Stem of a file's name."""
+    caption: str
+    """What is to be seen, for readers and in place of the picture."""
+    draw: Callable[[], Figure]
+    columns: Callable[[], Columns]
+    """The numbers that are drawn."""
+    place: Mapping[str, Any] = field(default_factory=dict)
+    """Of one of many alike, which a page shows small: the coordinates in which it differs from the others."""
+
+    @property
+    def label(self) -> str:
+        """The parameters in which one run differs from the others, in words."""
+        return words(self.place)
+
+
+@dataclass(frozen=True, slots=True)
+class Sort:
+    """Views of one sort."""
+
+    name: str
+    title: str
+    views: Callable[[xr.Dataset], Iterator[View]]
+    """Those that a dataset calls for; none where it has nothing of the sort."""
+    notes: Callable[[xr.Dataset], Iterator[str]]
+    """Sentences on what is not drawn, and why."""
+
+
+def csv_of(columns: Columns) -> str:
+    """Columns as CSV with a line of names; numbers have nine digits, missing ones are empty."""
+    table = xr.Dataset({name: ("row", values) for name, values in columns.items()}).to_dataframe()
+    return str(table.to_csv(index=False, float_format="%.9g", lineterminator="\n"))
+
+
+# Choice of the few runs that are drawn of many, spread over the values of every axis.
+
+
+def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
+    """Positions of at most so many places, rising: each axis is divided into parts, and all its parts are shown alike.
+
+    places: the coordinates of each, the same ones for all; those without any lie along one axis, in their order. They are taken
+    one by one: a place costs 2^m for each one taken before that it shares m parts with, so that single axes and pairs of them
+    are balanced; of equals the one nearest to the middles of its parts. An axis has as many parts as values, at most `most`.
+    """
+    if len(places) <= most:
+        return list(range(len(places)))
+    columns = [[place[name] for place in places] for name in places[0]] or [list(range(len(places)))]
+    ranks = [{value: rank for rank, value in enumerate(ordered(values))} for values in columns]
+    counts = np.array([[len(rank)] for rank in ranks])
+    ranked = np.array([[rank[value] for value in values] for rank, values in zip(ranks, columns, strict=True)])
+    shares = (ranked + 0.5) / counts * np.minimum(counts, most)
+    parts, off = shares.astype(np.int64), np.abs(shares % 1.0 - 0.5).sum(axis=0)
+    cost, taken = np.zeros(len(places)), np.zeros(len(places), np.bool_)
+    for _ in range(most):
+        best = np.lexsort((off, cost, taken))[0]
+        taken[best] = True
+        cost += 2.0 ** (parts == parts[:, best, None]).sum(axis=0)
+    return [int(position) for position in np.flatnonzero(taken)]
+
+
 # The driven pin by Eq. 16-19 in SI, with given coefficients: what measured motion is compared with.
 
 COEFFICIENTS = ("fitted_kinetic_friction", "fitted_static_friction", "fitted_later_static_friction")
@@ -226,10 +280,10 @@ class ClosedForm:
 
 def scales_of(attributes: Mapping[Any, Any]) -> Scales | None:
     """The scales of a dataset, from its attributes; None where these do not state them."""
-    names = [item.name for item in fields(Scales)]
-    if not all(name in attributes for name in names):
+    try:
+        return Scales(**{each.name: float(attributes[each.name]) for each in fields(Scales)})
+    except KeyError:
         return None
-    return Scales(**{name: float(attributes[name]) for name in names})
 
 
 def scales_in(dataset: xr.Dataset) -> Scales:

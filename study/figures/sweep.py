@@ -1,31 +1,121 @@
-"""A variable over the axes of a campaign: its points, which axis goes where, and the drawing."""
+"""A variable over the axes of a campaign: lines, or a map of tiles, with a caption; in words where it does not differ."""
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
+import xarray as xr
 from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
+from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.variables import commonest
 from nanoslip.study.figures.points import (
+    Floats,
     Points,
-    Roles,
-    counts_of,
-    held_at,
     in_text,
     label,
+    ordered,
+    points_of,
     short,
+    symbol,
     typeset,
-    values_of,
     words,
 )
-from nanoslip.study.figures.shared import COLORS, column
+from nanoslip.study.figures.shared import COLORS, WIDTH, View, column, legend
+
+# Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
+
+MOST_HUES: Final = 6
+"""Lines in one panel that are told apart by colour; more values make a map."""
+MOST_PANELS: Final = 9
+FILLED: Final = 0.5
+"""Share of a full product from which a design counts as one; sparser ones are scattered."""
+
+
+@dataclass(frozen=True, slots=True)
+class Roles:
+    """Coordinates by their place in a figure."""
+
+    x: str
+    hue: str = ""
+    panels: tuple[str, ...] = ()
+    held: Mapping[str, Any] = field(default_factory=dict)
+    """Those with too many values for panels, at the value that is shown."""
+    mapped: bool = False
+    """Whether tiles are drawn: words, or many values of the hue, would make too many lines."""
+
+
+def counts_of(points: Points) -> dict[str, int]:
+    """Coordinate -> its number of values; numbers first, then by falling number."""
+    counts = {name: len(set(values.tolist())) for name, values in points.axes.items()}
+    return dict(sorted(counts.items(), key=lambda item: (points.axes[item[0]].dtype.kind in "OUb", -item[1])))
+
+
+def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
+    """Points whose zipped coordinates are one, and its name; as they are, and "", where no single one tells the cases apart.
+
+    chosen: coordinates of which one is taken before others.
+    """
+    cases = len(set(zip(*(points.axes[name].tolist() for name in points.zipped), strict=True)))
+    telling = [name for name, count in counts_of(points).items() if name in points.zipped and count == cases]
+    wanted = [name for name in chosen if name in points.zipped] or telling[:1]
+    if len(points.zipped) < 2 or len(wanted) != 1 or wanted[0] not in telling:
+        return points, ""
+    left_out = set(points.zipped) - set(wanted)
+    return replace(points, axes={name: each for name, each in points.axes.items() if name not in left_out}), wanted[0]
+
+
+def scattered(points: Points) -> bool:
+    """Whether the cases fill so little of the product of their coordinates that there are no lines to draw."""
+    counts = counts_of(points)
+    return len(counts) > 1 and len(points.values) < FILLED * math.prod(counts.values())
+
+
+def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
+    """Roles of all coordinates in which the cases differ: at least one. x, hue: those that are chosen already.
+
+    Raises ValueError where one is chosen twice, or the only one as hue.
+    """
+    counts = counts_of(points)
+    left = [name for name in counts if name not in (x, hue)]
+    if x == hue and x:
+        raise ValueError(f"{x}: is x and hue: needs two axes")
+    if not (x or left):
+        raise ValueError(f"{hue}: the only axis: needs to be x, not hue")
+    x = x or left.pop(0)
+    hue = hue or (left.pop(0) if left else "")
+    panels: list[str] = []
+    held: dict[str, Any] = {}
+    for name in left:
+        if math.prod(counts[each] for each in (*panels, name)) <= MOST_PANELS:
+            panels.append(name)
+        else:
+            values = values_of(points, name)
+            held[name] = values[len(values) // 2]
+    mapped = bool(hue) and (points.text or counts[hue] > MOST_HUES)
+    return Roles(x, hue, tuple(panels), held, mapped)
+
+
+def values_of(points: Points, name: str) -> list[Any]:
+    """The values of a coordinate, as `ordered` has them."""
+    return ordered(points.axes[name].tolist())
+
+
+def held_at(points: Points, values: Mapping[str, Any]) -> Points:
+    """The points with these values of coordinates."""
+    chosen: NDArray[np.bool_] = np.ones(len(points.values), np.bool_)
+    for name, value in values.items():
+        chosen &= points.axes[name] == value
+    return points.at(chosen)
+
 
 # Positions of values along an axis: numbers on a linear or logarithmic scale, texts at equal distances.
 #
@@ -84,10 +174,8 @@ def set_axis(axis: Any, points: Points, name: str) -> None:
         axis.set_ticks([], minor=True)
 
 
-# Numbers over one coordinate with error bars: a colour for each value of a second one, panels for the rest.
+# Panels of lines with error bars, a colour for each value of a second coordinate, or of tiles; or one for each coordinate.
 
-WIDTH: Final = 4.0
-"""Of a figure on a page, in inches."""
 FAILED: Final = "#c00000"
 UNSURE: Final = "$?$"
 """Mark beside a point without a known uncertainty, which tables write as ± ?."""
@@ -110,11 +198,6 @@ def columns_for(count: int) -> int:
     return 1 if count == 1 else 2 if count <= 4 else MOST_COLUMNS
 
 
-def title_of(panel: dict[str, Any]) -> str:
-    """The coordinates of a panel, a line each."""
-    return "\n".join(typeset(words({name: value})) for name, value in panel.items())
-
-
 def grid_of(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any]:
     """So many panels in rows of so many; a larger figure where there are several."""
     rows = math.ceil(count / columns)
@@ -127,25 +210,25 @@ def grid_of(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any
     return list(found[:count])
 
 
-def draw_lines(points: Points, roles: Roles) -> Figure:
-    """One line for each value of the hue, in each panel, points alone over words.
-
-    Crosses at the bottom are without a value, question marks without a known uncertainty.
-    """
+def figure_of(points: Points, roles: Roles) -> Figure:
+    """Lines over the first coordinate, or tiles over two, in a panel for each value of the others."""
     points = held_at(points, roles.held)
-    line = "" if points.axes[roles.x].dtype.kind in "Ob" else "-"
+    draw: Callable[..., Any] = _draw_tiles if roles.mapped else _draw_lines
     with column(width=WIDTH) as figure:
         panels, columns = panels_of(points, roles)
-        for axes, panel in zip(grid_of(figure, len(panels), columns, sharex=True, sharey=True), panels, strict=True):
-            here = held_at(points, panel)
-            for color, (name, series) in zip(itertools.cycle(COLORS), _series(here, points, roles), strict=False):
-                _draw_series(axes, points, series, places_of(points, roles.x, series), color, name, line)
-            set_axis(axes.xaxis, points, roles.x)
-            axes.set_title(title_of(panel))
-        _finish(figure, points)
+        found = grid_of(figure, len(panels), columns, sharex=True, sharey=True)
+        for axes, panel in zip(found, panels, strict=True):
+            mesh = draw(axes, points, held_at(points, panel), roles)
+            axes.set_title("\n".join(typeset(words({name: value})) for name, value in panel.items()))
+        if roles.mapped:
+            figure.supylabel(typeset(label(roles.hue)), fontsize=8)
+            if points.text:
+                _legend_of_tiles(figure, names_of(points))
+            else:
+                figure.colorbar(mesh, ax=found, label=typeset(points.label))
+        else:
+            _finish(figure, points, typeset(short(roles.hue)) if roles.hue else "")
         figure.supxlabel(typeset(label(roles.x)), fontsize=8)
-        title = typeset(short(roles.hue)) if roles.hue else ""
-        _legend(figure, title)
     return figure
 
 
@@ -155,53 +238,47 @@ def draw_scattered(points: Points) -> Figure:
     with column(width=WIDTH) as figure:
         for axes, name in zip(grid_of(figure, len(names), columns_for(len(names)), sharey=True), names, strict=True):
             x = places_of(points, name, points)
-            _draw_series(axes, points, points, x, COLORS[0], "", line="-" if _monotonic(x) else "")
+            steps = np.diff(x)
+            one_way = bool((steps > 0).all() or (steps < 0).all())
+            _draw_series(axes, points, points, x, COLORS[0], line="-" if one_way else "")
             set_axis(axes.xaxis, points, name)
             axes.set_xlabel(typeset(short(name)))
         _finish(figure, points)
-        _legend(figure, "")
     return figure
 
 
-def _series(here: Points, points: Points, roles: Roles) -> Iterator[tuple[str, Points]]:
-    if not roles.hue:
-        yield "", here
-        return
-    for value in values_of(points, roles.hue):
-        yield in_text(value), held_at(here, {roles.hue: value})
+def _draw_lines(axes: Any, points: Points, here: Points, roles: Roles) -> None:
+    """One line for each value of the hue, points alone over words."""
+    line = "" if points.axes[roles.x].dtype.kind in "Ob" else "-"
+    hues = [(in_text(value), {roles.hue: value}) for value in values_of(points, roles.hue)] if roles.hue else [("", {})]
+    for color, (name, hue) in zip(itertools.cycle(COLORS), hues, strict=False):
+        series = held_at(here, hue)
+        _draw_series(axes, points, series, places_of(points, roles.x, series), color, name, line)
+    set_axis(axes.xaxis, points, roles.x)
 
 
-def _draw_series(axes: Any, points: Points, series: Points, x: Any, color: str, name: str, line: str = "-") -> None:
+def _draw_series(
+    axes: Any, points: Points, series: Points, x: NDArray[Any], color: str, name: str = "", line: str = "-"
+) -> None:
     """Values with error bars, a question mark where these are not known, hollow where flagged; crosses without a value."""
     order = np.argsort(x, kind="stable")
     x, series = x[order], series.at(order)
-    there = series.there
-    heights = np.full(len(x), np.nan)  # a line breaks at what is no number
-    heights[there] = y = _heights(points, series.values[there])
+    y, there = _heights(series, names_of(points)), series.there  # a line breaks at what is no number
     line = "" if series.text or len(set(x[there].tolist())) < there.sum() else line
-    errors = np.nan_to_num(series.errors)
-    ends = far_below(points, series)
-    lower = np.where(ends, (1.0 - SHORTEST) * np.nan_to_num(heights), errors)
-    axes.plot(x[ends], SHORTEST * heights[ends], "v", markersize=2.6, color=color)
-    axes.errorbar(
-        x, heights, (lower, errors), fmt=f"{line}o", markersize=2.6, capsize=1.6, color=color, label=name or None
-    )
-    care = series.flagged[there]
-    axes.plot(x[there][care], y[care], "o", markersize=2.0, color="white", zorder=5)
-    unsure = series.unsure[there]
+    errors, ends = np.nan_to_num(series.errors), far_below(points, series)
+    lower = np.where(ends, (1.0 - SHORTEST) * np.nan_to_num(y), errors)
+    axes.plot(x[ends], SHORTEST * y[ends], "v", markersize=2.6, color=color)
+    look: dict[str, Any] = {"markersize": 2.6, "capsize": 1.6, "color": color, "label": name or None}
+    axes.errorbar(x, y, (lower, errors), fmt=f"{line}o", **look)
+    care = series.flagged & there
+    axes.plot(x[care], y[care], "o", markersize=2.0, color="white", zorder=5)
     beside = offset_copy(axes.transData, axes.figure, 3.5, 3.5, "points")
-    look = {
-        "marker": UNSURE,
-        "markersize": 3.6,
-        "markeredgewidth": 0.3,
-        "color": color,
-        "clip_on": False,
-        "transform": beside,
-    }
-    axes.plot(x[there][unsure], y[unsure], linestyle="", **look)[0].set_in_layout(False)
+    look = {"marker": UNSURE, "markersize": 3.6, "markeredgewidth": 0.3, "color": color, "linestyle": ""}
+    marks = axes.plot(x[series.unsure], y[series.unsure], clip_on=False, transform=beside, **look)
     bottom = np.full(int((~there).sum()), 0.02)
     crosses = axes.plot(x[~there], bottom, "x", color=FAILED, transform=axes.get_xaxis_transform(), zorder=6)
-    crosses[0].set_in_layout(False)
+    for signs in (*marks, *crosses):
+        signs.set_in_layout(False)
 
 
 def far_below(points: Points, series: Points) -> NDArray[np.bool_]:
@@ -214,26 +291,23 @@ def far_below(points: Points, series: Points) -> NDArray[np.bool_]:
     return np.asarray(series.there & (np.nan_to_num(series.errors) > (1.0 - SHORTEST) * series.values))
 
 
-def _monotonic(x: NDArray[Any]) -> bool:
-    """Whether a list of cases goes along a coordinate one way."""
-    steps = np.diff(x)
-    return bool((steps > 0).all() or (steps < 0).all())
-
-
-def _heights(points: Points, values: NDArray[Any]) -> NDArray[np.float64]:
-    """Numbers as they are; words in a row, in the order in which all points have them."""
+def _heights(points: Points, names: list[str]) -> Floats:
+    """Numbers as they are; words by their places in a row of names; NaN where there is none."""
     if not points.text:
-        return values.astype(float)
-    names = names_of(points)
-    return np.array([names.index(commonest(value)[0]) for value in values.tolist()], dtype=float)
+        return points.values
+    order = {name: place for place, name in enumerate(names)}
+    return np.array([order.get(commonest(value)[0], np.nan) for value in points.values.tolist()], dtype=float)
 
 
 def names_of(points: Points) -> list[str]:
-    """The words that occur as values, each once; of members that differ the commonest."""
+    """The words that occur as values, each once; of members that differ the commonest. None of numbers."""
+    if not points.text:
+        return []
     return [name for name in dict.fromkeys(commonest(value)[0] for value in points.values.tolist()) if name]
 
 
-def _finish(figure: Figure, points: Points) -> None:
+def _finish(figure: Figure, points: Points, title: str = "") -> None:
+    """Scale and label of what runs upwards, and the legend with its title."""
     for axes in figure.axes:
         if points.text:
             names = names_of(points)
@@ -242,19 +316,11 @@ def _finish(figure: Figure, points: Points) -> None:
         elif is_logarithmic(points.values):
             axes.set_yscale("log")
     figure.supylabel(typeset(points.label), fontsize=8)
+    legend(figure, title=title, title_fontsize=7)
 
 
-def _legend(figure: Figure, title: str) -> None:
-    handles, names = figure.axes[0].get_legend_handles_labels()
-    if handles:
-        figure.legend(
-            handles, names, title=title, title_fontsize=7, loc="outside upper center", ncols=min(len(names), 6)
-        )
+# Tiles.
 
-
-# Numbers or words over two coordinates as a map of tiles, panels for the rest.
-
-Floats = NDArray[np.float64]
 LETTERS_OF_TILES: Final = 56
 """Letters of a legend that stand side by side above a figure: more would be cut off at its sides."""
 MOST_VECTOR: Final = 500
@@ -269,64 +335,40 @@ def is_crowded(points: Points, roles: Roles) -> bool:
     return counts[roles.x] * counts[roles.hue] > MOST_SIGNS
 
 
-def draw_tiles(points: Points, roles: Roles) -> Figure:
+def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
     """A tile for each case, coloured by its value.
 
-    Crosses are cases without one, dots those to be taken with care, stars regimes with teeth left out. Very many have none.
+    Crosses are cases without one, dots those to be taken with care. Very many have none.
     """
-    points = held_at(points, roles.held)
-    names = names_of(points) if points.text else []
-    with column(width=WIDTH) as figure:
-        panels, columns = panels_of(points, roles)
-        found = grid_of(figure, len(panels), columns, sharex=True, sharey=True)
-        for axes, panel in zip(found, panels, strict=True):
-            mesh = _draw_panel(axes, points, held_at(points, panel), roles, names)
-            axes.set_title(title_of(panel))
-        if names:
-            _legend_of_tiles(figure, names)
-        else:
-            figure.colorbar(mesh, ax=found, label=typeset(points.label))
-        figure.supxlabel(typeset(label(roles.x)), fontsize=8)
-        figure.supylabel(typeset(label(roles.hue)), fontsize=8)
-    return figure
-
-
-def _draw_panel(axes: Any, points: Points, here: Points, roles: Roles, names: list[str]) -> Any:
+    names = names_of(points)
     x, y = places_of(points, roles.x, here), places_of(points, roles.hue, here)
     columns, rows = (np.unique(places_of(points, name, points)) for name in (roles.x, roles.hue))
-    tiles = np.full((len(rows), len(columns)), np.nan)
-    tiles[np.searchsorted(rows, y), np.searchsorted(columns, x)] = _numbers_of_tiles(here, names)
+
+    def tiles(values: NDArray[Any], otherwise: float) -> Floats:
+        """(rows, columns)"""
+        found = np.full((len(rows), len(columns)), otherwise)
+        found[np.searchsorted(rows, y), np.searchsorted(columns, x)] = values
+        return found
+
     axes.grid(visible=False)
     for axis, name in ((axes.xaxis, roles.x), (axes.yaxis, roles.hue)):
         set_axis(axis, points, name)
     ends = [_edges(values, axis) for values, axis in ((columns, axes.xaxis), (rows, axes.yaxis))]
-    look: dict[str, Any] = {"rasterized": tiles.size > MOST_VECTOR, "edgecolors": "face", "linewidth": 0.3}
-    if names and (shares := _shares(here)).min(initial=1.0) < 1.0:
-        shades = np.ones(tiles.shape)
-        shades[np.searchsorted(rows, y), np.searchsorted(columns, x)] = shares
-        look |= {"alpha": shades, "edgecolors": "none", "rasterized": True}  # without hairlines between the shapes
-    mesh = axes.pcolormesh(*ends, tiles, **look, **_colors(points, names))
+    rasterized = len(rows) * len(columns) > MOST_VECTOR
+    look: dict[str, Any] = {"rasterized": rasterized, "edgecolors": "face", "linewidth": 0.3}
+    shares = np.array([commonest(value)[1] for value in here.values.tolist()]) if names else np.ones(1)
+    if shares.min(initial=1.0) < 1.0:  # drawn without hairlines between the shapes
+        look |= {"alpha": tiles(shares, 1.0), "edgecolors": "none", "rasterized": True}
+    mesh = axes.pcolormesh(*ends, tiles(_heights(here, names), np.nan), **look, **_colors(points, names))
     care = here.flagged & here.there
     if is_crowded(points, roles):
-        inside = np.zeros(tiles.shape)
-        inside[np.searchsorted(rows, y), np.searchsorted(columns, x)] = care
+        inside = tiles(care, 0.0)
         if 0.0 < inside.mean() < 1.0:
             axes.contourf(columns, rows, inside, levels=[0.5, 1.5], colors="none", hatches=["//"])
         return mesh
     axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED)
     axes.plot(x[care], y[care], "o", markersize=2.4, color="white", markeredgecolor="black", markeredgewidth=0.4)
     return mesh
-
-
-def _numbers_of_tiles(here: Points, names: list[str]) -> Floats:
-    if not here.text:
-        return here.values
-    return np.array([names.index(commonest(value)[0]) if value else np.nan for value in here.values.tolist()])
-
-
-def _shares(here: Points) -> Floats:
-    """How many of the members say what most of them say."""
-    return np.array([commonest(value)[1] for value in here.values.tolist()])
 
 
 def _colors(points: Points, names: list[str]) -> dict[str, Any]:
@@ -345,20 +387,170 @@ def _palette(number: int) -> Sequence[Any]:
 def _edges(places: Floats, axis: Any) -> Floats:
     """(n + 1,) ends of n tiles: halfway between neighbours on the scale of their axis (matplotlib's)."""
     scale = axis.get_transform()
-    return np.asarray(scale.inverted().transform(_halfway(scale.transform(places.astype(float)))))
-
-
-def _halfway(places: Floats) -> Floats:
-    if len(places) == 1:
-        return np.array([places[0] - 0.5, places[0] + 0.5])
-    middles = 0.5 * (places[1:] + places[:-1])
-    return np.concatenate(([2 * places[0] - middles[0]], middles, [2 * places[-1] - middles[-1]]))
+    middles = scale.transform(places.astype(float))
+    steps = np.diff(middles) if len(middles) > 1 else np.ones(1)
+    wider = np.concatenate(([middles[0] - steps[0]], middles, [middles[-1] + steps[-1]]))
+    return np.asarray(scale.inverted().transform(0.5 * (wider[1:] + wider[:-1])))
 
 
 def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
-    patches = [
-        figure.axes[0].plot([], [], "s", color=color, label=name.replace("_", "-"))[0]
-        for color, name in zip(_palette(len(names)), names, strict=True)
-    ]
+    for color, name in zip(_palette(len(names)), names, strict=True):
+        figure.axes[0].plot([], [], "s", color=color, label=name.replace("_", "-"))
     beside = LETTERS_OF_TILES // (max(map(len, names)) + len("■   "))
-    figure.legend(handles=patches, loc="outside upper center", ncols=max(min(len(names), beside), 1))
+    legend(figure, ncols=max(min(len(names), beside), 1))
+
+
+# Numbers that need no figure, told in one sentence: the same in all cases, known of one case only, or of none.
+
+ROUNDING: Final = 1e-9
+"""Share of a number by which others may differ from it and be the same."""
+
+
+def differs(points: Points) -> bool:
+    """Whether a figure has something to show: two values that are not the same but for rounding."""
+    values = points.values[points.there] if points.axes else points.values[:0]
+    if points.text or not len(values):
+        return len(set(values.tolist())) > 1
+    return bool(np.ptp(values) > ROUNDING * np.abs(values).max())
+
+
+def in_words(found: Sequence[Points]) -> Iterator[str]:
+    """A sentence for each of several numbers that do not differ, and one that names all those that no case has."""
+    for points in found:
+        if points.there.any():
+            yield f"{sentence(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
+    unknown = [points.label for points in found if not points.there.any()]
+    if unknown:
+        yield f"Not known of any case: {', '.join(unknown)}."
+
+
+def sentence(text: str) -> str:
+    """A text that begins with a capital letter."""
+    return text[0].upper() + text[1:]
+
+
+def _value(points: Points) -> str:
+    first = int(np.flatnonzero(points.there)[0])
+    value = points.values[first]
+    if points.text:
+        return str(value).replace("_", "-")
+    return with_error(float(value), float(points.errors[first])) if points.stated else f"{value:.5g}"
+
+
+def _care(points: Points) -> str:
+    """Which of the values are to be taken with care, as hollow points are in a figure."""
+    flagged, known = int((points.flagged & points.there).sum()), int(points.there.sum())
+    which = "" if flagged == known else f"{flagged} of them "
+    return f"; {which}to be taken with care" if flagged else ""
+
+
+def _where(points: Points) -> str:
+    """Of which cases a value is that all of them share that have any."""
+    known, count = int(points.there.sum()), len(points.values)
+    if count == 1:
+        return ""
+    if known == count:
+        return " in all cases"
+    if known > 1:
+        return f" in all cases that have it, {known} of {count}"
+    place = {name: values[points.there].tolist()[0] for name, values in points.axes.items()}
+    return f" at {words(place)}, the only one of {count} that has it" if place else ""
+
+
+# The answer of a campaign: its numbers over its axes, drawn as the design asks for.
+
+OBSERVED: Final = (
+    ("regime", ""),
+    ("slips_exponent", ""),
+    ("slips_goodness", ""),
+    ("plateau_mean", "intrinsic_friction"),
+    ("static_friction", "intrinsic_friction"),
+    ("kinetic_friction", "intrinsic_friction"),
+    ("mean_step", ""),
+    ("contact_half_width", ""),
+)
+"""Variable and what it is divided by: what a record or a drive is asked for, first what a campaign asks for on purpose."""
+PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
+"""What a contact at rest is asked for."""
+
+
+def answers(dataset: xr.Dataset) -> Iterator[View]:
+    """A figure for each number that differs between cases; none of a single case."""
+    return (view_of(points) for points in _asked(dataset) if differs(points))
+
+
+def notes(dataset: xr.Dataset) -> Iterator[str]:
+    """The numbers that do not differ, in words."""
+    return in_words([points for points in _asked(dataset) if not differs(points)])
+
+
+def _asked(dataset: xr.Dataset) -> Iterator[Points]:
+    for name, over in OBSERVED if "plateau_mean" in dataset else PRESSED:
+        if name in dataset and (not over or over in dataset.variables):
+            yield points_of(dataset, name, over)
+
+
+def view_of(points: Points, x: str = "", hue: str = "") -> View:
+    """The figure of some points that differ in at least one coordinate. x, hue: coordinates that the caller chooses."""
+    drawn, kept = together(points, (x, hue))
+    if scattered(drawn) and not x:
+        against, draw = f"against {' and '.join(map(symbol, counts_of(drawn)))}", partial(draw_scattered, drawn)
+        signs = f"{_without(points)}{_members(points)}{_marks(points)}"
+    else:
+        roles = roles_of(drawn, x, hue)
+        against, draw = _against(roles), partial(figure_of, drawn, roles)
+        signs = _seen(held_at(drawn, roles.held), roles)
+    with_it = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
+    caption = f"{sentence(points.label)}, {against}.{with_it}{signs}"
+    return View(points.name.replace("/", "_over_"), caption, draw, points.columns)
+
+
+def _against(roles: Roles) -> str:
+    """What is drawn against what, and at which value of what is not shown."""
+    panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
+    held = f"; drawn for {words(dict(roles.held))} only, counts in this caption are for all cases" if roles.held else ""
+    if roles.mapped:
+        return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}"
+    hue = f", one colour for each {symbol(roles.hue)}" if roles.hue else ""
+    return f"against {symbol(roles.x)}{hue}{panels}{held}"
+
+
+def _seen(points: Points, roles: Roles) -> str:
+    """What the signs mean that are drawn of these points."""
+    if roles.mapped and is_crowded(points, roles):
+        care = int((points.flagged & points.there).sum())
+        where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
+        hatched = f" {where} are to be taken with care." if care else ""
+        return _without(points, "White") + _members(points) + hatched
+    differing = points.text and any(commonest(value)[1] < 1.0 for value in points.values.tolist())
+    paler = ", the paler the fewer" if roles.mapped else ""
+    mixed = f" Of members that differ: what most do{paler}." if differing else ""
+    flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
+    return mixed + _without(points) + _members(points) + (flagged if roles.mapped else _marks(points))
+
+
+def _without(points: Points, sign: str = "Red crosses") -> str:
+    missing = int((~points.there).sum())
+    return f" {sign}: {missing} without a value." if missing else ""
+
+
+def _marks(points: Points) -> str:
+    """What bars, question marks and hollow points mean, where there are any."""
+    bars = " Bars: its uncertainty, where larger than the point." if np.isfinite(points.errors).any() else ""
+    if far_below(points, points).any():
+        bars += f" Arrows: down to less than {SHORTEST:.0%} of the number."
+    if unsure := int(points.unsure.sum()):
+        bars += f" Question marks: ± not known of {unsure} of {len(points.values)} points."
+    hollow = " Hollow: to be taken with care." if points.flagged[points.there].any() else ""
+    return bars + hollow
+
+
+def _members(points: Points) -> str:
+    """How many means are of fewer members than there are, where there are any."""
+    lacking = points.lacking & points.there
+    if not lacking.any():
+        return ""
+    least = int(points.members[lacking].min())
+    return (
+        f" Of {int(lacking.sum())} of {len(points.values)} points some members have no value; the least have {least}."
+    )

@@ -1,6 +1,9 @@
-"""Figures that a dataset calls for, by sort: contacts, drives, sizes of events, the inside of the slab, records."""
+"""Figures that a dataset calls for, by sort: its answer; contacts, drives, sizes of events, the inside of the slab, records."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any, Final
 
 import numpy as np
@@ -11,23 +14,158 @@ from numpy.typing import NDArray
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
 from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
-from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.points import Columns, label, typeset, words
-from nanoslip.study.figures.shared import COLORS, column, fitted, scales_of
-from nanoslip.study.figures.sweep import WIDTH
-from nanoslip.study.figures.view import (
-    Family,
-    Need,
-    Run,
-    Sort,
-    View,
-    answers,
-    notes,
-    notes_of,
-    runs_of,
-    thinned,
-    views_of,
-)
+from nanoslip.study.dataset.access import Accessor, id_of, places
+from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.dataset.variables import means_of
+from nanoslip.study.figures.points import Columns, label, typeset, varying, words
+from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, scales_of, spread
+from nanoslip.study.figures.sweep import answers, notes
+
+# Runs of a dataset (records, trajectories, contacts) as views: a few together in one figure, then each alone.
+
+HEIGHT: Final = 2.3
+"""Of a figure without its legend, in inches."""
+LINE: Final = 0.15
+"""Height of a line of a legend, in inches."""
+LONG: Final = 30
+"""Characters of a name from which it has a line of its own."""
+MOST_TOGETHER: Final = len(COLORS)
+"""Runs that are drawn together; of more, so many that are spread over all axes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    """What a case needs for its run to be drawn: at least so much of one of its numbers."""
+
+    variable: str
+    least: float
+    otherwise: str
+    """What is said of runs without: `they have no events`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """One run of a group."""
+
+    number: int
+    label: dict[str, Any]
+    """The coordinates in which its case differs from the others."""
+    selection: dict[str, Any]
+    """What singles it out for the accessor."""
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """Runs that are drawn alike."""
+
+    name: str
+    title: str
+    """Of their section of a page."""
+    group: str
+    """Of the dataset."""
+    caption: str
+    columns: Callable[[xr.Dataset, Run], Columns]
+    """The numbers of one run that are drawn."""
+    draw: Callable[[Any, Columns, dict[str, Any]], None]
+    """Draws one run on axes of matplotlib, with the settings of its main line."""
+    axes: dict[str, Any]
+    """Labels and scales."""
+    need: Need | None = None
+    """Without which a figure would be empty."""
+    of_all: bool = False
+    """Whether a run is of all members of an ensemble, not of the first."""
+    together: bool = True
+    """Whether several have a figure of some of them on the same axes."""
+    alone: bool = True
+    """Whether several have a figure of each."""
+    height: float = HEIGHT
+
+
+def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[Run]:
+    """The runs of a group, each once, though several cases share it; none where the dataset has no such group.
+
+    need: runs of cases that lack it are left out.
+    """
+    if f"{group}_id" not in dataset or group not in groups_of(dataset):
+        return []
+    found = places(dataset, id_of(dataset, group), {})
+    ids = found.values(f"{group}_id").tolist()
+    labels = varying(found)
+    firsts = [ids.index(each) for each in dict.fromkeys(ids) if isinstance(each, str) and each]
+    needed = need if need and need.variable in dataset else None
+    enough = found.values(needed.variable) >= needed.least if needed else np.ones(len(ids), np.bool_)
+    return [
+        Run(
+            number,
+            {name: values[place : place + 1].tolist()[0] for name, values in labels.items()},
+            {dim: dataset[dim].values[found.positions[place, axis]] for axis, dim in enumerate(found.dims)},
+        )
+        for number, place in enumerate(firsts, 1)
+        if enough[place]
+    ]
+
+
+def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View]:
+    """One figure of several runs together, then one of each."""
+    caption = f"{family.caption}, of the first member" if means_of(dataset) and not family.of_all else family.caption
+    runs = runs_of(dataset, family.group, family.need)
+    numbers = cache(partial(family.columns, dataset))  # two figures show a run, and two files hold it
+    if family.together and len(runs) > 1:
+        shown = [runs[position] for position in spread([run.label for run in runs], MOST_TOGETHER)]
+        which = "all cases" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)} cases, spread over all axes"
+        draw, columns = partial(_drawn, family, numbers, shown), partial(_joined, numbers, shown)
+        yield View(f"{family.name}_together", f"{caption}: {which}.", draw, columns)
+    for run in runs if family.alone or len(runs) == 1 else ():
+        which = f": {words(run.label)}" if run.label else ""
+        draw, columns = partial(_drawn, family, numbers, [run]), partial(numbers, run)
+        yield View(
+            f"{family.name}_{run.number}", f"{caption}{which}.", draw, columns, run.label if len(runs) > 1 else {}
+        )
+
+
+def notes_of(dataset: xr.Dataset, family: Family) -> Iterator[str]:
+    """How many runs are not drawn as there is nothing in them, and why."""
+    every, drawn = runs_of(dataset, family.group), runs_of(dataset, family.group, family.need)
+    if family.need and len(drawn) < len(every):
+        count = "None" if not drawn else f"{len(every) - len(drawn)}"
+        yield f"{count} of {len(every)} {'is' if not drawn else 'are not'} drawn: {family.need.otherwise}."
+
+
+def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int64]:
+    """Which points of a line to draw, so that it looks the same: the lowest and the highest in each bin of x, and the ends.
+
+    x: (n,), rising. Returns rising indices; all where there are few.
+    """
+    if len(x) <= 2 * bins:
+        return np.arange(len(x))
+    order = np.lexsort((y, edges := np.digitize(x, np.linspace(x[0], x[-1], bins + 1)[1:-1])))
+    firsts = np.flatnonzero(np.diff(edges[order], prepend=-1))
+    lasts = np.append(firsts[1:], len(x)) - 1
+    return np.unique(np.concatenate((order[firsts], order[lasts], [0, len(x) - 1])))
+
+
+def _joined(numbers: Callable[[Run], Columns], runs: Sequence[Run]) -> Columns:
+    """The numbers of several runs one below the other, and beside them which case they are of."""
+    tables = [(words(run.label), numbers(run)) for run in runs]
+    cases = [np.full(len(next(iter(table.values()))), name, dtype=object) for name, table in tables]
+    joined = {name: np.concatenate([table[name] for _, table in tables]) for name in tables[0][1]}
+    return {"case": np.concatenate(cases), **joined}
+
+
+def _drawn(family: Family, numbers: Callable[[Run], Columns], runs: Sequence[Run]) -> Figure:
+    """Runs on one pair of axes; the figure grows by the legend of several."""
+    with column(family.height, WIDTH) as figure:
+        axes = figure.add_subplot()
+        for color, run in zip(COLORS, runs, strict=False):
+            named = {"label": typeset(words(run.label))} if len(runs) > 1 else {}
+            family.draw(axes, numbers(run), {"color": color, **named})
+        axes.set(**family.axes)
+        if names := axes.get_legend_handles_labels()[1]:
+            columns = 1 if max(map(len, names)) > LONG else 2
+            figure.set_size_inches(WIDTH, family.height + LINE * math.ceil(len(names) / columns))
+            legend(figure, ncols=columns, markerscale=2.0)
+    return figure
+
 
 # Views of contacts: pressure and shear of the surface nodes, with the closed form of a half-plane.
 
@@ -42,18 +180,17 @@ def contact_columns(dataset: xr.Dataset, run: Run) -> Columns:
     """
     seen = Accessor(dataset).contact(**run.selection)
     seen = seen if "event" in seen.dims else seen.expand_dims("event")
-    events, x = np.atleast_1d(seen["event"].values), seen["x"].values
-    pressure, shear = (np.atleast_2d(seen[name].values) for name in ("pressure", "shear"))
+    events, x, pressure, shear = (seen[name].values for name in ("event", "x", "pressure", "shear"))
     near = _near(x, pressure)
     x, pressure, shear = x[near], pressure[:, near], shear[:, near]
     shown = [np.union1d(thinned(x, p), thinned(x, q)) for p, q in zip(pressure, shear, strict=True)]
-    theory = half_plane(seen, x)
+    row, node = np.repeat(np.arange(len(shown)), list(map(len, shown))), np.concatenate(shown)
     return {
-        "event": np.repeat(events, [len(nodes) for nodes in shown]),
-        "x": np.concatenate([x[nodes] for nodes in shown]),
-        "pressure": np.concatenate([p[nodes] for p, nodes in zip(pressure, shown, strict=True)]),
-        "shear": np.concatenate([q[nodes] for q, nodes in zip(shear, shown, strict=True)]),
-        "half_plane_pressure": np.concatenate([theory[nodes] for nodes in shown]),
+        "event": events[row],
+        "x": x[node],
+        "pressure": pressure[row, node],
+        "shear": shear[row, node],
+        "half_plane_pressure": half_plane(seen, x)[node],
     }
 
 
@@ -96,6 +233,7 @@ def _near(x: NDArray[np.float64], pressure: NDArray[np.float64]) -> NDArray[np.b
 
 CONTACTS: Final = Family(
     "contacts",
+    "Pressure and shear",
     "contact",
     "Dots: pressure of the surface nodes; thin line: their shear, where there is any; dashed: pressure of the same pin on a "
     "half-plane without friction. Of more than 600 nodes those with the least and the most of their neighbourhood are drawn",
@@ -127,6 +265,7 @@ def draw_drives(axes: Any, table: Columns, style: dict[str, Any]) -> None:
 
 DRIVES: Final = Family(
     "drives",
+    "Drives",
     "trajectory",
     "Spring force over load against time; dashed: Eq. 16-19 with the coefficients that fit it best, where they were fitted",
     drive_columns,
@@ -137,8 +276,8 @@ DRIVES: Final = Family(
 
 # Views of events: how the sizes of the events of each case are distributed.
 
-FITTED: Final = ("exponent", "exponent_uncertainty", "cutoff", "tail", "goodness")
-"""Of the power law of slips."""
+FITTED: Final = ("exponent", "exponent_uncertainty", "goodness")
+"""Of the power law of slips, in the table of a figure."""
 
 
 def size_columns(dataset: xr.Dataset, run: Run) -> Columns:
@@ -148,19 +287,17 @@ def size_columns(dataset: xr.Dataset, run: Run) -> Columns:
     """
     found = Accessor(dataset).event_sizes("slips", **run.selection)
     middles, events = found["bin_middle"].values, found["bin_events"].values
-    exponent, uncertainty, cutoff, tail, goodness = (float(found[f"slips_{name}"]) for name in FITTED)
+    fit = {name: float(found[f"slips_{name}"]) for name in (*FITTED, "cutoff", "tail")}
     law = np.full(len(middles), np.nan)
-    if goodness >= SIGNIFICANT and np.isfinite(exponent):
-        there = middles >= cutoff
-        law[there] = tail / events.sum() * density(middles[there], exponent, cutoff, True)
+    if fit["goodness"] >= SIGNIFICANT and np.isfinite(fit["exponent"]):
+        there = middles >= fit["cutoff"]
+        law[there] = fit["tail"] / events.sum() * density(middles[there], fit["exponent"], fit["cutoff"], True)
     return {
         "event_slips": middles,
         "density": found["bin_density"].values,
         "events": events,
         "power_law": law,
-        "exponent": np.full(len(middles), exponent),
-        "exponent_uncertainty": np.full(len(middles), uncertainty),
-        "goodness": np.full(len(middles), goodness),
+        **{name: np.full(len(middles), fit[name]) for name in FITTED},
     }
 
 
@@ -175,6 +312,7 @@ def draw_sizes(axes: Any, table: Columns, style: dict[str, Any]) -> None:
 
 SIZES: Final = Family(
     "sizes",
+    "Sizes of events",
     "event_sizes",
     "Distribution of the node slips of an event, on all members' plateaus together, in bins of equal ratio; dashed: the "
     f"power law of exponent -τ of the largest, where its goodness of fit is {SIGNIFICANT:g} or more",
@@ -183,12 +321,8 @@ SIZES: Final = Family(
     {"xlabel": typeset(label("event_slips")), "ylabel": "share of events", "xscale": "log", "yscale": "log"},
     Need("sized_events", LEAST_TAIL, f"they have fewer than {LEAST_TAIL} events on the plateaus of enough members"),
     of_all=True,
+    alone=False,
 )
-
-
-def size_views(dataset: xr.Dataset) -> Iterator[View]:
-    """One figure of several cases; none where the events are not counted."""
-    yield from (view for view in views_of(dataset, SIZES) if not view.place)
 
 
 # Views of the inside of slabs: a map of the largest shear stress under the pin.
@@ -201,50 +335,32 @@ def interior_columns(dataset: xr.Dataset, run: Run) -> Columns:
     """x, z (L_x), the three stresses and the largest shear stress, in W/(L_x·L_y), after the first event that is kept."""
     seen = Accessor(dataset).interior(**run.selection)
     here = seen.isel(event=0) if "event" in seen.dims else seen
-    xx, zz, xz = (here[f"stress_{name}"].values for name in ("xx", "zz", "xz"))
-    return {
-        "x": here["x"].values,
-        "z": here["z"].values,
-        "stress_xx": xx,
-        "stress_zz": zz,
-        "stress_xz": xz,
-        "largest_shear_stress": np.hypot(0.5 * (xx - zz), xz),
-    }
+    columns = {name: here[name].values for name in ("x", "z", "stress_xx", "stress_zz", "stress_xz")}
+    half_difference = 0.5 * (columns["stress_xx"] - columns["stress_zz"])
+    return {**columns, "largest_shear_stress": np.hypot(half_difference, columns["stress_xz"])}
 
 
-def draw_interiors(table: Columns) -> Figure:
+def draw_interiors(axes: Any, table: Columns, style: dict[str, Any]) -> None:
     """Colours between the nodes, as an image inside the picture."""
     stress = table["largest_shear_stress"]
-    with column(3.0, WIDTH) as figure:
-        axes = figure.add_subplot(aspect="equal")
-        axes.grid(visible=False)
-        mesh = axes.tripcolor(
-            table["x"],
-            table["z"],
-            stress,
-            shading="gouraud",
-            rasterized=True,
-            cmap="magma",
-            vmin=0.0,
-            vmax=np.percentile(stress, LARGEST),
-        )
-        figure.colorbar(mesh, ax=axes, label="largest shear stress, in $W/(L_xL_y)$", extend="max")
-        axes.set(xlabel=typeset(label("x")), ylabel=typeset(label("z")))
-    return figure
+    axes.grid(visible=False)
+    most = np.percentile(stress, LARGEST)
+    look = {"shading": "gouraud", "rasterized": True, "cmap": "magma"}
+    mesh = axes.tripcolor(table["x"], table["z"], stress, vmin=0.0, vmax=most, **look)
+    axes.figure.colorbar(mesh, ax=axes, label="largest shear stress, in $W/(L_xL_y)$", extend="max")
 
 
-def interior_views(dataset: xr.Dataset) -> Iterator[View]:
-    """A map for each case whose inside is kept."""
-    runs = runs_of(dataset, "interior")
-    for run in runs:
-        caption = f"Largest shear stress inside the slab{': ' + words(run.label) if run.label else ''}."
-        yield View(
-            f"interior_{run.number}",
-            caption,
-            lambda run=run: draw_interiors(interior_columns(dataset, run)),  # type: ignore[misc]
-            lambda run=run: interior_columns(dataset, run),  # type: ignore[misc]
-            run.label if len(runs) > 1 else {},
-        )
+INTERIORS: Final = Family(
+    "interior",
+    "Inside of the slab",
+    "interior",
+    "Largest shear stress inside the slab",
+    interior_columns,
+    draw_interiors,
+    {"aspect": "equal", "xlabel": typeset(label("x")), "ylabel": typeset(label("z"))},
+    together=False,
+    height=3.0,
+)
 
 
 # Views of friction records: F/W against the displacement of the pin.
@@ -265,6 +381,7 @@ def draw_records(axes: Any, table: Columns, style: dict[str, Any]) -> None:
 
 RECORDS: Final = Family(
     "records",
+    "Friction records",
     "record",
     "Friction force over load against pin displacement",
     record_columns,
@@ -274,20 +391,15 @@ RECORDS: Final = Family(
 )
 
 
+def _sort_of(family: Family) -> Sort:
+    return Sort(family.name, family.title, partial(views_of, family=family), partial(notes_of, family=family))
+
+
 SORTS: Final = {
     sort.name: sort
     for sort in (
         Sort("answer", "Answer", answers, notes),
-        Sort("contacts", "Pressure and shear", lambda dataset: views_of(dataset, CONTACTS)),
-        Sort("drives", "Drives", lambda dataset: views_of(dataset, DRIVES)),
-        Sort("sizes", "Sizes of events", size_views, lambda dataset: notes_of(dataset, SIZES)),
-        Sort("interiors", "Inside of the slab", interior_views),
-        Sort(
-            "records",
-            "Friction records",
-            lambda dataset: views_of(dataset, RECORDS),
-            lambda dataset: notes_of(dataset, RECORDS),
-        ),
+        *map(_sort_of, (CONTACTS, DRIVES, SIZES, INTERIORS, RECORDS)),
     )
 }
 """Every sort by name, in the order of a page."""

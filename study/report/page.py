@@ -34,8 +34,7 @@ from nanoslip.study.dataset.variables import (
 )
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import SYMBOL, label
-from nanoslip.study.figures.shared import COLORS, image, scales_of
-from nanoslip.study.figures.view import Sort, View, csv_of, spread
+from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image, scales_of, spread
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.report.console import Table

@@ -12,9 +12,9 @@ import xarray as xr
 import nanoslip
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import points_of
-from nanoslip.study.figures.shared import image
-from nanoslip.study.figures.view import View, csv_of, differs, in_words, spread, thinned, view_of
-from nanoslip.study.figures.views import SORTS
+from nanoslip.study.figures.shared import View, csv_of, image, spread
+from nanoslip.study.figures.sweep import differs, in_words, view_of
+from nanoslip.study.figures.views import SORTS, thinned
 from nanoslip.study.report.summary import scalar_table
 from tests.study.figures.cases import listed, product
 
@@ -51,11 +51,6 @@ def test_pairs_of_axes_are_mixed() -> None:
 
 def test_places_without_coordinates_lie_in_their_order() -> None:
     assert spread([{}] * 9, 3) == [1, 4, 7]
-
-
-def test_ten_thousand_places_take_no_time() -> None:
-    many = [{"a": a, "b": b} for a in range(100) for b in range(100)]
-    assert len({many[position]["a"] for position in spread(many, 24)}) == 24
 
 
 # A number that differs has a figure; one that does not is said in a sentence, with the cases that have it.

@@ -10,8 +10,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.dataset.file import carrying, groups_of
-from nanoslip.study.figures.shared import COLORS, column, image
-from nanoslip.study.figures.view import View
+from nanoslip.study.figures.shared import COLORS, View, column, image
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report import summary
@@ -270,7 +269,7 @@ def test_symbols_have_their_indices_lowered_and_names_of_keys_stay_as_they_are()
 
 
 def test_a_picture_holds_its_drawing_and_its_numbers() -> None:
-    found = picture(View("name", "What it is.", drawn, dict))
+    found = picture(View("name", "What it is.", drawn, lambda: {"x": np.zeros(1)}))
     kind, _, text = found.source.partition(";base64,")
     assert kind == "data:image/svg+xml"
     assert base64.b64decode(text).startswith(b"<svg")
