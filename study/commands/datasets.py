@@ -22,7 +22,7 @@ from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import STANDARD, Value, in_words, of_symbol, words
 from nanoslip.study.plan.plan import PENDING, Plan
-from nanoslip.study.report.console import console, counting, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import FAILED, console, counting, print_sentences, print_table, say, whole
 from nanoslip.study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
 from nanoslip.study.report.summary import (
     MOST_LINES,
@@ -112,7 +112,7 @@ def print_summary(dataset: xr.Dataset) -> None:
     print_sentences(_chosen(dataset))
     print_sentences([*alike, *filter(None, [means_of(dataset)])])
     print_sentences(drive_summary(dataset))
-    print_sentences(failure_summary(dataset), "failed")
+    print_sentences(failure_summary(dataset), FAILED)
     print_sentences([*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)])
 
 
@@ -266,7 +266,7 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
     if "drive_outcome" in case and case["drive_outcome"].dims:
         say("several drives; drive=NAME, or values of their parameters, shows one:")
         print_table(scalar_table(case, why=False))
-        print_sentences(failure_summary(case), "failed")
+        print_sentences(failure_summary(case), FAILED)
 
 
 def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:

@@ -39,7 +39,7 @@ from nanoslip.study.dataset.verify import (
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task
-from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import FAILED, Table, console, print_sentences, print_table, say, whole
 from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, words
 from nanoslip.study.results.shard import folders
@@ -175,7 +175,7 @@ def _print_worst(seen: Sequence[Observed]) -> None:
     worst = sorted(apart, key=lambda each: (_SEVERITY.index(each.verdict), -each.apart))[:WORST]
     if worst:
         header = ("observable", "A", "B", "verdict", "apart/σ", "case")
-        print_table(Table(header, tuple(map(_row, worst)), labels=4, prose=True))
+        print_table(Table(header, tuple(map(_row, worst)), labels=4))
     if len(apart) > len(worst):
         say(f"and {len(apart) - len(worst)} smaller differences")
 
@@ -248,9 +248,9 @@ def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str
     """Print a line for each case that is not bit-identical, those that differ first, and the counts of all."""
     if other:
         say(other)
-    for verdict, sort in ((Verdict.DIFFERENT, "failed"), (Verdict.WITHIN, "")):
+    for verdict, style in ((Verdict.DIFFERENT, FAILED), (Verdict.WITHIN, "")):
         found = [f"{verdict}: {each.label}: {each.remark}" for each in findings if each.verdict is verdict]
-        print_sentences(found[:MOST_ROWS], sort)
+        print_sentences(found[:MOST_ROWS], style)
         if len(found) > MOST_ROWS:
             say(f"{verdict}: {len(found) - MOST_ROWS} more")
     parts = [f"{count} {verdict}" for verdict, count in _counts(findings).items()]
@@ -293,7 +293,7 @@ def describe_variables(name: str | None, as_json: bool) -> None:
         print_json([asdict(one) for one in found])
     elif name is None:
         cells = tuple((one.name, one.units, one.meaning) for one in found)
-        print_table(Table(("variable", "unit", "meaning"), cells, prose=True))
+        print_table(Table(("variable", "unit", "meaning"), cells, labels=2))
     else:
         print_sentences(text_of(found[0]).splitlines())
 

@@ -32,7 +32,7 @@ from nanoslip.study.plan.grids import Front, load_front, settled
 from nanoslip.study.plan.plan import plan_of
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import page
-from nanoslip.study.report.console import Table, print_entries, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import FAILED, Table, print_entries, print_sentences, print_table, say, whole
 from nanoslip.study.results.store import StoreError, write_files
 from nanoslip.study.run.progress import roughly
 
@@ -150,7 +150,7 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
                 for figure in figures:
                     written = write(figure, dataset, into, formats)
                     say(figure.title)
-                    print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3, prose=True))
+                    print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3))
                     _say_written(written)
         _say_written(write_indexes(into))
 
@@ -237,13 +237,13 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
     say(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
     found, failures = influences(scenes)
     print_sentences(f"case {number}: {each.point}" for number, each in enumerate(scenes.cases, start=1))
-    print_sentences((f"with everything, {each}" for each in failures), "failed")
+    print_sentences((f"with everything, {each}" for each in failures), FAILED)
     if not found:
         say("nothing to compare: no number of these cases depends on an effect that can be left out")
         return
     rows = tuple(map(_row, found))
     failed = frozenset(place for place, each in enumerate(found) if each.problems)
-    print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed, prose=True))
+    print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed))
     say(
         "Below each effect: what leaves it out, and where the change is largest. seconds ×: without it, over everything"
     )

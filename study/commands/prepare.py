@@ -43,7 +43,6 @@ from nanoslip.study.report.console import (
     print_sentences,
     print_table,
     say,
-    table_text,
     whole,
 )
 from nanoslip.study.results.store import write_files
@@ -165,7 +164,7 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
         rows = tuple(
             (each.name, each.setting, _unless_on(each.setting, each.without)) for each in effects(plan.manifest)
         )
-        print_table(Table(("effect", "here", "left out where off"), rows, 2, prose=True))
+        print_table(Table(("effect", "here", "left out where off"), rows, 2))
     else:
         off = [each.name for each in effects(plan.manifest) if each.setting != "on"]
         print_sentences(
@@ -338,11 +337,12 @@ def _watch(found: Standing) -> None:
         if not out.is_terminal:
             _print_changes(found)
             return
+        from rich.console import Group  # noqa: PLC0415  as is Live
         from rich.live import Live  # noqa: PLC0415  slow to load, and only who watches needs it
 
         with Live(console=out, auto_refresh=False) as screen:
             for each in _again(found):
-                screen.update(table_text(each.plan.manifest.title, _tables(each)), refresh=True)
+                screen.update(Group(each.plan.manifest.title, *_tables(each)), refresh=True)
     except KeyboardInterrupt:
         return
 

@@ -107,7 +107,7 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
             rows.append(
                 (name, f"{_shown(value, _uncertainty(case, each))} {unit}".rstrip() + fewer(case, name), meaning)
             )
-    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2, prose=True), missing
+    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), missing
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:
