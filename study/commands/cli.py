@@ -11,15 +11,19 @@ import click
 
 from nanoslip.study.commands.words import (
     CAMPAIGN,
+    CAMPAIGN_PATH,
     JSON,
+    NEW_FILE,
     OUT,
-    CampaignPath,
-    NewFile,
+    PARAMETERS,
+    PATH,
+    PICTURE,
+    POSITIVE,
     Refusal,
     aborted,
     cli,
+    command,
     show,
-    work,
 )
 from nanoslip.study.exit_codes import WRONG_INPUT
 from nanoslip.study.results.shard import MOST, Shard
@@ -31,20 +35,18 @@ __all__ = ["cli", "main"]
 # Before a campaign is computed: prepare.py.
 
 
-@cli.command()
-@JSON
-def campaigns(**given: object) -> None:
+@command("prepare:list_campaigns", JSON)
+def campaigns() -> None:
     """List the campaigns that come with nanoslip.
 
     Run them by name, or copy them.
     """
-    work("prepare:list_campaigns", **given)
 
 
-@cli.command()
+@command("prepare:new_campaign")
 @click.argument("starter", required=False)
-@click.argument("file", type=click.Path(path_type=Path), required=False)
-def new(**given: object) -> None:
+@click.argument("file", type=PATH, required=False)
+def new() -> None:
     """Write a commented campaign to start from.
 
     STARTER is its name; without a name the starters are listed. It is written to FILE [default: STARTER.toml], which must not
@@ -52,12 +54,11 @@ def new(**given: object) -> None:
 
     Example: nanoslip new sweep campaigns/mine.toml
     """
-    work("prepare:new_campaign", **given)
 
 
-@cli.command()
-@click.argument("campaigns", metavar="CAMPAIGN...", nargs=-1, required=True, type=CampaignPath(path_type=Path))
-def check(**given: object) -> None:
+@command("prepare:check_campaign")
+@click.argument("campaigns", metavar="CAMPAIGN...", nargs=-1, required=True, type=CAMPAIGN_PATH)
+def check() -> None:
     """Find every problem of campaign files, without computing.
 
     Each CAMPAIGN is a file, or the name of one that comes with nanoslip. Of a correct one a line tells its cases and tasks. Of
@@ -67,34 +68,25 @@ def check(**given: object) -> None:
 
     Example: nanoslip check campaigns/*.toml
     """
-    work("prepare:check_campaign", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
-@click.option(
-    "--ranks", type=click.IntRange(min=1), help="Number of ranks to estimate the time for [default: cores here]"
-)
+@command("prepare:show_plan", CAMPAIGN, OUT, JSON)
+@click.option("--ranks", type=POSITIVE, help="Number of ranks to estimate the time for [default: cores here]")
 @click.option("--measure", is_flag=True, help="Measure a few tasks on this machine first; no result is kept.")
 @click.option("--effects", "show_effects", is_flag=True, help="Show which effects are on, and what is left out.")
-@JSON
-def plan(**given: object) -> None:
+def plan() -> None:
     """Show the tasks of CAMPAIGN, their time, memory and disk space.
 
     The time is that of the tasks that are not finished. It is predicted to a factor of three until the first tasks of the
     campaign have ended, or are measured here (--measure): what they took scales it then, kind by kind.
     """
-    work("prepare:show_plan", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@click.argument("parameters", metavar="[KEY=VALUE]...", nargs=-1)
+@command("look:explain_case", CAMPAIGN, PARAMETERS)
 @click.option(
     "--effects", "show_effects", is_flag=True, help="Measure what each of its effects changes and costs, too."
 )
-def explain(**given: object) -> None:
+def explain() -> None:
     """Explain one case of CAMPAIGN before it is computed.
 
     KEY=VALUE select the case, as in `nanoslip show`. Shown are its estimated time, the error of its grid where that
@@ -102,16 +94,12 @@ def explain(**given: object) -> None:
 
     Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5 --effects
     """
-    work("look:explain_case", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@click.option(
-    "--cases", type=click.IntRange(min=1), default=3, show_default=True, help="Number of cases, and of drives."
-)
+@command("look:show_effects", CAMPAIGN)
+@click.option("--cases", type=POSITIVE, default=3, show_default=True, help="Number of cases, and of drives.")
 @click.option("--members", type=click.IntRange(min=2), help="Members of each case [default: the campaign's, at most 8]")
-def effects(**given: object) -> None:
+def effects() -> None:
     """Measure what each effect of CAMPAIGN changes and costs.
 
     Its first, middle and last case are computed with everything, then without one effect at a time, by the same members.
@@ -121,7 +109,6 @@ def effects(**given: object) -> None:
 
     Example: nanoslip effects campaigns/mine.toml --members 16
     """
-    work("look:show_effects", **given)
 
 
 # Computing a campaign: run.py, conduct.py and prepare.py.
@@ -140,11 +127,9 @@ class ShardText(click.ParamType[Shard]):
             self.fail(str(error), param, ctx)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
+@command("run:run_campaign", CAMPAIGN, OUT)
 @click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI; no time limit ends a task.")
-@click.option("-j", "--jobs", type=click.IntRange(min=1), help="Number of processes on this machine, without MPI.")
+@click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
 @click.option(
     "--grace",
     type=click.FloatRange(min=0.0),
@@ -161,7 +146,7 @@ class ShardText(click.ParamType[Shard]):
     type=ShardText(),
     help="Compute one part, 3/10 the third of ten, in a folder of its own; `nanoslip merge` joins the parts.",
 )
-def run(**given: object) -> None:
+def run() -> None:
     """Compute what is left of CAMPAIGN, then write its dataset.
 
     Under mpiexec or srun all ranks compute.
@@ -169,55 +154,42 @@ def run(**given: object) -> None:
     Exit codes: 0 complete; 1 a defect of the program; 2 wrong input or a full disk; 3 complete, but some tasks failed; 99
     interrupted, run again to continue.
     """
-    work("run:run_campaign", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
+@command("prepare:show_status", CAMPAIGN, OUT, JSON)
 @click.option("--watch", is_flag=True, help="Repeat every two seconds until all is finished; stop it with Ctrl-C.")
-@JSON
-def status(**given: object) -> None:
+def status() -> None:
     """Show how much of CAMPAIGN is finished, and how its cases ended.
 
     It reads the files of results alone. So it works while CAMPAIGN is computed, after an interruption, and on another machine.
     """
-    work("prepare:show_status", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
+@command("judge:collect_dataset", CAMPAIGN, OUT)
 @click.option(
     "--replace",
     is_flag=True,
     help="Replace a dataset that has more finished cases, as of the campaign before it changed.",
 )
-def collect(**given: object) -> None:
+def collect() -> None:
     """Write the dataset of CAMPAIGN from its finished results.
 
     What is not computed is "pending". An existing dataset with more finished cases is kept.
     """
-    work("judge:collect_dataset", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
-def merge(**given: object) -> None:
+@command("judge:merge_shards_of", CAMPAIGN, OUT)
+def merge() -> None:
     """Join all shards of CAMPAIGN, and write its dataset.
 
     Exit codes: 0 complete; 3 complete, but some tasks failed; 99 tasks are left, which `nanoslip run` computes.
     """
-    work("judge:merge_shards_of", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
+@command("prepare:submit_campaign", CAMPAIGN, OUT)
 @click.option(
     "--site",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
 )
 @click.option(
@@ -226,9 +198,8 @@ def merge(**given: object) -> None:
     help="Number of small jobs in an array; one job more merges their results.",
 )
 @click.option("--submit", is_flag=True, help="Submit the scripts by sbatch.")
-def submit(**given: object) -> None:
+def submit() -> None:
     """Write batch scripts that run CAMPAIGN as a job, or an array."""
-    work("prepare:submit_campaign", **given)
 
 
 # Showing results: look.py.
@@ -236,21 +207,14 @@ def submit(**given: object) -> None:
 FORMATS: Final = ("pdf", "svg", "png")
 """Of pictures; nanoslip.study.figures.shared knows how to write them."""
 RESULTS: Final = Path("results")
-PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
-PICTURE = click.option(
-    "-o", "--picture", type=NewFile(path_type=Path), help="Draw a picture into this file (.png, .pdf, .svg) instead."
-)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
-def report(**given: object) -> None:
+@command("look:write_report", CAMPAIGN, OUT)
+def report() -> None:
     """Write the HTML page of a collected CAMPAIGN."""
-    work("look:write_report", **given)
 
 
-@cli.command()
+@command("look:draw_figure")
 @click.argument("names", nargs=-1, metavar="[CAMPAIGN | NAME]...")
 @click.option("--all", "everything", is_flag=True, help="Draw every shipped figure, and write pages of them.")
 @click.option(
@@ -263,14 +227,14 @@ def report(**given: object) -> None:
 )
 @click.option(
     "--into",
-    type=click.Path(path_type=Path),
+    type=PATH,
     default=RESULTS,
     show_default=True,
     help="Folder of shipped figures. Folders below it are those of their campaigns: fig5 in figures, regimes in maps.",
 )
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Folder of CAMPAIGN's results. Of shipped figures: the folder with a folder for each campaign, as figures/records  "
     f"[default: results/<campaign>; {RESULTS}]",
 )
@@ -279,9 +243,9 @@ def report(**given: object) -> None:
 @click.option(
     "--hue", default="", metavar="AXIS", help="Axis of CAMPAIGN with a colour for each value [default: the next one]"
 )
-@click.option("-o", "--output", type=NewFile(path_type=Path), help="File of that figure: .pdf, .svg or .png.")
+@click.option("-o", "--output", type=NEW_FILE, help="File of that figure: .pdf, .svg or .png.")
 @click.option("--csv", "table", is_flag=True, help="Write the numbers that are drawn to a file beside it.")
-def figure(**given: object) -> None:
+def figure() -> None:
     """Draw a variable of CAMPAIGN over its axes, or shipped figures.
 
     CAMPAIGN has been run, or is a file results.nc. Variables have the names of `nanoslip describe`, or symbols as in equations.
@@ -292,15 +256,10 @@ def figure(**given: object) -> None:
     Without --y, NAMEs are shipped figures. Each is drawn with a table that compares the paper's numbers with those found. Cases
     that are not computed yet are computed in this process. Each folder gets a page of its figures. Without names they are listed.
     """
-    work("look:draw_figure", **given)
 
 
-@cli.command("show")
-@CAMPAIGN
-@PARAMETERS
-@OUT
-@PICTURE
-def show_case(**given: object) -> None:
+@command("look:show_dataset", CAMPAIGN, PARAMETERS, OUT, PICTURE, name="show")
+def show_case() -> None:
     """Show one case of CAMPAIGN: its numbers and a small plot.
 
     CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. KEY=VALUE select the case by exact
@@ -309,15 +268,12 @@ def show_case(**given: object) -> None:
 
     Example: nanoslip show campaigns/mine.toml intrinsic_friction=0.5 normal_load=1e-3
     """
-    work("look:show_dataset", **given)
 
 
-@cli.command("try")
-@PARAMETERS
+@command("look:try_campaign", PARAMETERS, PICTURE, name="try")
 @click.option("--contact", is_flag=True, help="Compute initial contact only.")
 @click.option("--drive", is_flag=True, help="Pull the pin by the paper's drive, too. Any key of [[drives]] implies it.")
-@PICTURE
-def try_case(**given: object) -> None:
+def try_case() -> None:
     """Compute one case now and show it; nothing is written to disk.
 
     KEY=VALUE are keys of a campaign's tables of parameters, [scales], [ensemble], [outputs] and [[drives]]. All others have
@@ -325,12 +281,9 @@ def try_case(**given: object) -> None:
 
     Example: nanoslip try radius=50 normal_load=1e-3
     """
-    work("look:try_campaign", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@click.argument("selection", nargs=-1, metavar="[KEY=VALUE]...")
+@command("look:draw_frames", CAMPAIGN, PARAMETERS)
 @click.option(
     "--events",
     default="0:200:40",
@@ -340,12 +293,12 @@ def try_case(**given: object) -> None:
 @click.option(
     "-o",
     "--output",
-    type=NewFile(path_type=Path),
+    type=NEW_FILE,
     default=Path("frames.png"),
     show_default=True,
     help="File to write: a strip (.png, .pdf, .svg) or a film (.gif, .mp4).",
 )
-def frames(**given: object) -> None:
+def frames() -> None:
     """Draw the contact of one case of CAMPAIGN, event by event.
 
     Pressure, shear, slip and F/W are computed from the campaign file; no results are needed. KEY=VALUE select the case by values
@@ -353,23 +306,20 @@ def frames(**given: object) -> None:
 
     Example: nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
     """
-    work("look:draw_frames", **given)
 
 
 # Exporting and comparing numbers: judge.py.
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
+@command("judge:export_dataset", CAMPAIGN, OUT)
 @click.option(
     "--csv", "form", flag_value="csv", help="As CSV: a header, a line of units that begins with #, rows [default]."
 )
 @click.option("--json", "form", flag_value="json", help="As JSON: title, variables with unit and meaning, rows.")
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
-@click.option("-o", "--output", type=NewFile(path_type=Path), help="Write this file [default: standard output].")
-def export(**given: object) -> None:
+@click.option("-o", "--output", type=NEW_FILE, help="Write this file [default: standard output].")
+def export() -> None:
     """Write CAMPAIGN's numbers as a table for other programs.
 
     CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
@@ -377,13 +327,12 @@ def export(**given: object) -> None:
 
     Example: nanoslip export results/mine --csv -o mine.csv
     """
-    work("judge:export_dataset", **given)
 
 
-@cli.command()
-@click.argument("first", metavar="A", type=CampaignPath(path_type=Path))
-@click.argument("second", metavar="B", type=CampaignPath(path_type=Path))
-def compare(**given: object) -> None:
+@command("judge:compare_datasets")
+@click.argument("first", metavar="A", type=CAMPAIGN_PATH)
+@click.argument("second", metavar="B", type=CAMPAIGN_PATH)
+def compare() -> None:
     """Show what differs between datasets A and B, and how much.
 
     Each is a dataset (results.nc), the folder it is in, or a campaign. Cases are compared that have the same values of all
@@ -395,39 +344,31 @@ def compare(**given: object) -> None:
 
     Example: nanoslip compare results/mine results/finer
     """
-    work("judge:compare_datasets", **given)
 
 
-@cli.command()
-@click.argument("dataset", type=click.Path(path_type=Path))
-@click.option(
-    "--sample", type=click.IntRange(min=1), help="Number of cases, evenly spread, the same each time [default: all]"
-)
-@JSON
-def verify(**given: object) -> None:
+@command("judge:verify_dataset", JSON)
+@click.argument("dataset", type=PATH)
+@click.option("--sample", type=POSITIVE, help="Number of cases, evenly spread, the same each time [default: all]")
+def verify() -> None:
     """Compute DATASET again from the file alone, and compare.
 
     DATASET is a file results.nc, or the folder it is in. Each case is bit-identical, within tolerance, or different.
 
     Exit codes: 0 all identical or within tolerance; 1 a case is different; 2 DATASET cannot be computed again.
     """
-    work("judge:verify_dataset", **given)
 
 
-@cli.command()
+@command("judge:describe_variables", JSON)
 @click.argument("name", required=False)
-@JSON
-def describe(**given: object) -> None:
+def describe() -> None:
     """Explain the variables of a dataset, or one of them.
 
     NAME is a variable of a file results.nc; without a name a table of all variables is printed.
     """
-    work("judge:describe_variables", **given)
 
 
-@cli.command()
-@click.argument("campaign", type=CampaignPath(path_type=Path), required=False)
-@OUT
+@command("judge:show_accuracy", OUT)
+@click.argument("campaign", type=CAMPAIGN_PATH, required=False)
 @click.option("--quick", is_flag=True, help="Measure few values of every setting: a trial that takes seconds.")
 @click.option(
     "--digit",
@@ -436,10 +377,10 @@ def describe(**given: object) -> None:
 )
 @click.option(
     "--save",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Write the Pareto front to this file; campaigns choose from it by front = FILE.",
 )
-def accuracy(**given: object) -> None:
+def accuracy() -> None:
     """Measure error against time for every numerical setting.
 
     It is measured on the first case of CAMPAIGN [default: the paper's case; with --digit three cases]. With --digit the
@@ -447,7 +388,6 @@ def accuracy(**given: object) -> None:
 
     Example: nanoslip accuracy campaigns/mine.toml --digit
     """
-    work("judge:show_accuracy", **given)
 
 
 def main() -> None:

@@ -10,7 +10,7 @@ import click
 import xarray as xr
 
 from nanoslip.solver.case import parameters_of_a_case
-from nanoslip.study.commands.plans import advised, counted, planned, refusals
+from nanoslip.study.commands.plans import advised, counted, planned
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import one_case
@@ -246,8 +246,7 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
     if lines and MEMBERS.name in case and int(case[MEMBERS.name].max()) > 1:
         say("lines are those of the first member")
     if picture:
-        with refusals():
-            write_files({picture: _drawn(lines, format_of(picture))})
+        write_files({picture: _drawn(lines, format_of(picture))})
         say(whole(f"written: {picture}"))
         return
     width = min(WIDTH, console().width - MARGIN)

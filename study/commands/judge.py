@@ -4,7 +4,6 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -53,8 +52,7 @@ from nanoslip.study.run.progress import open_progress
 def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
     """Write and print the dataset of a campaign's results; replace: also that of one with more of them."""
     into = folder(campaign, out)
-    with refusals():
-        write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
+    write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
     if shards := folders(into):
         say(f"without {counted(len(shards), 'shard')}; {advised('merge', campaign, into)} takes them in")
 
@@ -65,14 +63,13 @@ def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
 def merge_shards_of(campaign: Path, out: Path | None) -> None:
     """Move the results of all shards into the campaign's, and write and print its dataset. Ends the process."""
     into = folder(campaign, out)
-    with refusals(), ExitStack() as stack:
-        plan, store = planned(campaign), Store(into)
-        if plan.tasks and not (folders(into) or store.finished() or store.failures()):
-            raise StoreError(
-                f"{into}: no shards and no results of {campaign} there, nothing to merge: "
-                f"{advised('run', campaign, into)} computes all of it; results of runs with another --out are found with it"
-            )
-        stack.enter_context(Lease(into))
+    plan, store = planned(campaign), Store(into)
+    if plan.tasks and not (folders(into) or store.finished() or store.failures()):
+        raise StoreError(
+            f"{into}: no shards and no results of {campaign} there, nothing to merge: "
+            f"{advised('run', campaign, into)} computes all of it; results of runs with another --out are found with it"
+        )
+    with Lease(into):
         store.prepare()
         problems = merge_shards(into)
         drop_intermediates(plan, store)
@@ -107,8 +104,7 @@ def export_dataset(campaign: Path, out: Path | None, form: str | None, table: st
     if output is None:
         click.echo(text, nl=False)
         return
-    with refusals():
-        write_files({output: text.encode()})
+    write_files({output: text.encode()})
     say(f"{whole(f'written: {output}')} ({len(columns[0].values)} rows)", stderr=True)
 
 
@@ -195,7 +191,7 @@ def _row(each: Observed) -> tuple[str, ...]:
 def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
     """Compute a dataset's cases again, print which differ, and end the process with the exit code for the worst."""
     dataset = dataset / file.FILE if dataset.is_dir() else dataset
-    with refusals(), TemporaryDirectory() as folder, file.reading(dataset) as found:
+    with TemporaryDirectory() as folder, file.reading(dataset) as found:
         file.check(dataset)  # however large it is
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
@@ -313,21 +309,20 @@ def show_accuracy(campaign: Path | None, out: Path | None, quick: bool, digit: b
     effort = QUICK if quick else FULL
     if digit and save:
         raise Refusal("--save: needs a front, which is not measured with --digit")
-    with refusals():
-        manifest = load_manifest(campaign) if campaign else None
-        if digit:
-            setups = (first_of(manifest),) if manifest else digit_setups()
-            say(f"measuring, {counted(len(setups), 'case')}, a minute or two each unless --quick", stderr=True)
-            measured = measure_another_digit(setups, effort)
-        else:
-            setup = setup_of(manifest) if manifest else default_setup()
-            slabs = counted(len(setup.slabs), "slab")
-            say(f"{setup.title}: measuring, {slabs}, a minute or two each unless --quick", stderr=True)
-            measured = measure(setup, effort)
-        for diagram in measured.diagrams:
-            say(f"{diagram.title}; errors against {diagram.reference}")
-            print_table(as_table(diagram))
-        if measured.remark:
-            say(f"not measured: {measured.remark}")
-        for path in write(measured, folder(campaign or Path("accuracy"), out), save):
-            say(whole(f"written: {path}"))
+    manifest = load_manifest(campaign) if campaign else None
+    if digit:
+        setups = (first_of(manifest),) if manifest else digit_setups()
+        say(f"measuring, {counted(len(setups), 'case')}, a minute or two each unless --quick", stderr=True)
+        measured = measure_another_digit(setups, effort)
+    else:
+        setup = setup_of(manifest) if manifest else default_setup()
+        slabs = counted(len(setup.slabs), "slab")
+        say(f"{setup.title}: measuring, {slabs}, a minute or two each unless --quick", stderr=True)
+        measured = measure(setup, effort)
+    for diagram in measured.diagrams:
+        say(f"{diagram.title}; errors against {diagram.reference}")
+        print_table(as_table(diagram))
+    if measured.remark:
+        say(f"not measured: {measured.remark}")
+    for path in write(measured, folder(campaign or Path("accuracy"), out), save):
+        say(whole(f"written: {path}"))

@@ -13,7 +13,7 @@ from typing import Any, Final
 import click
 import threadpoolctl
 
-from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
@@ -55,8 +55,8 @@ def _plain(value: Any) -> Any:
 
 @contextmanager
 def refusals(*more: type[Exception]) -> Iterator[None]:
-    """Turn errors of manifests and of files of results, and those given, into a `Refusal`."""
-    kinds: tuple[type[Exception], ...] = (ManifestError, StoreError, *more)
+    """Turn errors of input, of manifests and of files of results, and those given, into a `Refusal`."""
+    kinds: tuple[type[Exception], ...] = (InvalidInput, ManifestError, StoreError, *more)
     try:
         yield
     except kinds as error:

@@ -100,8 +100,7 @@ def _write(copies: Mapping[Path, Path]) -> None:
     """Copy each file to its place, which must be free; nothing is written where one is not. Raises Refusal."""
     if taken := [str(target) for target in copies.values() if target.exists()]:
         raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
-    with refusals():
-        write_files({target: source.read_bytes() for source, target in copies.items()})
+    write_files({target: source.read_bytes() for source, target in copies.items()})
 
 
 # `nanoslip check`: every problem of campaign files, or what each would compute in a line.
@@ -148,12 +147,11 @@ def show_plan(
     ranks: number for which the time is estimated beside that of one, None for the cores here. measure: whether tasks are
     measured here.
     """
-    with refusals():
-        found = standing(campaign, out, measured_here if measure else None)
-        if as_json:
-            print_json(_data(found, ranks or cores()))
-        else:
-            _print(found, ranks or cores(), show_effects)
+    found = standing(campaign, out, measured_here if measure else None)
+    if as_json:
+        print_json(_data(found, ranks or cores()))
+    else:
+        _print(found, ranks or cores(), show_effects)
 
 
 def _print(found: Standing, ranks: int, show_effects: bool) -> None:
@@ -312,22 +310,21 @@ def show_status(campaign: Path, out: Path | None, watch: bool, as_json: bool) ->
     """Print how many of a campaign's tasks are finished and how its cases ended; with `watch` until all are finished."""
     if watch and as_json:
         raise click.UsageError("--watch and --json exclude each other")
-    with refusals():
-        found = standing(campaign, out)
-        if as_json:
-            print_json(_status_data(found))
-        elif watch:
-            _watch(found)
-        else:
-            say(found.plan.manifest.title)
-            print_table(*_tables(found))
-            if found.given_up:
-                again = advised("run", campaign, found.into, "--retry")
-                say(f"{counted(len(found.given_up), 'task')} {_GIVEN_UP}; {again} tries again")
-            if len(found.stores) > 1:
-                shards = counted(len(found.stores) - 1, "shard")
-                say(_UNMERGED.format(shards=shards, merge=advised("merge", campaign, found.into)))
-            print_foreign(found.foreign, campaign, found.into)
+    found = standing(campaign, out)
+    if as_json:
+        print_json(_status_data(found))
+    elif watch:
+        _watch(found)
+    else:
+        say(found.plan.manifest.title)
+        print_table(*_tables(found))
+        if found.given_up:
+            again = advised("run", campaign, found.into, "--retry")
+            say(f"{counted(len(found.given_up), 'task')} {_GIVEN_UP}; {again} tries again")
+        if len(found.stores) > 1:
+            shards = counted(len(found.stores) - 1, "shard")
+            say(_UNMERGED.format(shards=shards, merge=advised("merge", campaign, found.into)))
+        print_foreign(found.foreign, campaign, found.into)
 
 
 def _watch(found: Standing) -> None:

@@ -4,9 +4,11 @@ import gc
 import os
 import signal
 import time
+from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import click
 from click.shell_completion import CompletionItem
@@ -84,9 +86,18 @@ class NewFile(click.Path):
         return path
 
 
-CAMPAIGN = click.argument("campaign", type=CampaignPath(path_type=Path))
+PATH: Final = click.Path(path_type=Path)
+CAMPAIGN_PATH: Final = CampaignPath(path_type=Path)
+NEW_FILE: Final = NewFile(path_type=Path)
+POSITIVE: Final = click.IntRange(min=1)
+
+CAMPAIGN = click.argument("campaign", type=CAMPAIGN_PATH)
+PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts (keys: study/commands/README.md).")
-OUT = click.option("--out", type=click.Path(path_type=Path), help="Folder of the results [default: results/<campaign>]")
+OUT = click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
+PICTURE = click.option(
+    "-o", "--picture", type=NEW_FILE, help="Draw a picture into this file (.png, .pdf, .svg) instead."
+)
 
 
 def folder(campaign: Path, out: Path | None) -> Path:
@@ -98,11 +109,12 @@ def folder(campaign: Path, out: Path | None) -> Path:
 
 
 def work(command: str, /, **given: object) -> None:
-    """Call a function of `nanoslip.study.commands`, "file:function", with the arguments of the command line."""
+    """Call a function of `nanoslip.study.commands`, "file:function", with the arguments of the command line. Raises Refusal."""
     pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
     gc.set_threshold(100_000)  # of 100 000 cases little is garbage: to look for it as often as usual doubles `collect`
     file, _, function = command.partition(":")
-    getattr(import_module(f"nanoslip.study.commands.{file}"), function)(**given)
+    with import_module("nanoslip.study.commands.plans").refusals():
+        getattr(import_module(f"nanoslip.study.commands.{file}"), function)(**given)
 
 
 # The command `nanoslip`, which its commands are declared on.
@@ -136,3 +148,24 @@ def _say_version(context: click.Context, _option: click.Parameter, asked: bool) 
 )
 def cli() -> None:
     """A friction laboratory: from campaign files (TOML) to one labelled dataset each."""
+
+
+Declared: TypeAlias = Callable[..., object]
+
+
+def command(
+    place: str, *arguments: Callable[[Declared], Declared], name: str | None = None
+) -> Callable[[Declared], click.Command]:
+    """Declare a command by a function of its name with its help; `work` at this place is called with its arguments.
+
+    arguments: those that other commands have, too; its own are decorators of the function.
+    """
+
+    def declare(described: Declared) -> click.Command:
+        for each in reversed(arguments):
+            described = each(described)
+        declared = cli.command(name)(described)
+        declared.callback = partial(work, place)
+        return declared
+
+    return declare
