@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import jinja2
 import numpy as np
@@ -24,13 +24,11 @@ from matplotlib.ticker import EngFormatter
 from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.variables import (
     DISCRETIZATION_ERROR,
-    OUTCOMES,
     commonest,
     ends_of,
     means_of,
     members_of,
     modelled,
-    without_numbers,
 )
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import SYMBOL, label
@@ -45,6 +43,7 @@ from nanoslip.study.report.summary import (
     counted_as,
     flag_summary,
     left_out_summary,
+    reasons,
     said_once,
     scalar_table,
     short_summary,
@@ -77,13 +76,10 @@ def as_json(columns: Sequence[Column], title: str) -> str:
     Infinite numbers are texts, `inf` and `-inf`, as JSON has none.
     """
     variables = {each.name: {"units": each.units, "long_name": each.meaning} for each in columns}
-    names = [each.name for each in columns]
     values = zip(*([_json(value) for value in each.values] for each in columns), strict=True)
-    rows = ",\n".join(json.dumps(dict(zip(names, row, strict=True)), ensure_ascii=False) for row in values)
-    head = (
-        f'"title": {json.dumps(title, ensure_ascii=False)},\n"variables": {json.dumps(variables, ensure_ascii=False)}'
-    )
-    return f'{{{head},\n"rows": [\n{rows}\n]}}\n'
+    rows = [dict(zip(variables, row, strict=True)) for row in values]
+    document = {"title": title, "variables": variables, "rows": rows}
+    return json.dumps(document, ensure_ascii=False, indent=1) + "\n"
 
 
 def _cell(value: Any) -> Any:
@@ -130,16 +126,16 @@ def run_table(runs: Sequence[Run]) -> tuple[Table, list[str]]:
     """One row for each of the last runs; and sentences with common values, and the number of runs not shown."""
     shown = runs[-MOST_RUNS:]
     facts = [_facts(run) for run in shown]
-    values = {name: [each.get(name) or NOTHING for each in facts] for each in facts for name in each}
-    alike = {name: found[0] for name, found in values.items() if len(set(found)) == 1}
-    told = {name: found for name, found in values.items() if name not in alike}
-    rows = tuple((*_times(run), *(found[row] for found in told.values()), run.command) for row, run in enumerate(shown))
-    common = "; ".join(f"{name} {value}" for name, value in alike.items() if value != NOTHING)
-    sentences = [f"{'All' if len(shown) > 1 else 'By'}: {common}."] if common else []
+    names = dict.fromkeys(name for each in facts for name, value in each.items() if value)
+    rows = tuple(
+        (*_times(run), *(each.get(name) or NOTHING for name in names), run.command)
+        for run, each in zip(shown, facts, strict=True)
+    )
+    failed = frozenset(number for number, run in enumerate(shown) if not run.ended or run.exit_code)
+    table, sentences = said_once(Table((*_TIMES, *names, "command"), rows, len(_TIMES), failed), least=1)
     if left := len(runs) - len(shown):
         sentences.append(f"{left} earlier ones are in {JOURNAL_FILE} beside the dataset.")
-    failed = frozenset(number for number, run in enumerate(shown) if not run.ended or run.exit_code)
-    return Table((*_TIMES, *told, "command"), rows, 1, failed), sentences
+    return table, sentences
 
 
 _TIMES: Final = ("began (UTC)", "end", "took", "core time", "tasks", "failed", "processes")
@@ -192,24 +188,14 @@ MOST_ADVICE: Final = 5
 """Different messages of one outcome that a page shows."""
 
 
-@dataclass(frozen=True, slots=True)
-class Advice:
-    """A message, and how many more there are that differ from it in numbers alone."""
-
-    text: str
-    alike: int
-
-
-@dataclass(frozen=True, slots=True)
-class Ending:
+class Ending(NamedTuple):
     """Cases or drives that ended alike: their number, in words, and what their messages say."""
 
     words: str
     failed: bool
     """Whether something asks for a change."""
-    advice: tuple[Advice, ...]
-    more: int
-    """Messages that are not shown."""
+    advice: list[tuple[str, int]]
+    """Messages, and how many more there are of each that differ from it in numbers alone."""
 
 
 def endings(dataset: xr.Dataset) -> list[Ending]:
@@ -217,28 +203,15 @@ def endings(dataset: xr.Dataset) -> list[Ending]:
 
     What a drive inherits from its case is said once, of the case.
     """
-    found: list[Ending] = []
-    said: set[str] = set()
-    for outcome, message in OUTCOMES.values():
-        if outcome.name not in dataset:
-            continue
-        words, messages = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
-        of_word = {word: [text for each, text in zip(words, messages, strict=True) if each == word] for word in words}
-        for word, texts in sorted(of_word.items(), key=lambda item: -len(item[1])):
+    found = []
+    for outcomes, messages, groups in reasons(dataset):
+        for word, count in Counter(outcomes.values.ravel().tolist()).most_common():
+            own = [numbers for (ending, kind), numbers in groups.items() if ending == word and kind]
+            advice = [(messages[numbers[0]], len(numbers) - 1) for numbers in own]
+            words = f"{count} {counted_as(outcomes)}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
             if word:
-                own = [text for text in texts if not any(known in text for known in said)]
-                found.append(_ending(counted_as(dataset[outcome.name]), word, len(texts), own))
-        said = {text for text in messages if text}
+                found.append(Ending(words, word not in UNHURT, advice))
     return sorted(found, key=lambda ending: not ending.failed)
-
-
-def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
-    kinds: dict[str, list[str]] = {}
-    for text in filter(None, messages):
-        kinds.setdefault(without_numbers(text), []).append(text)
-    advice = [Advice(texts[0], len(texts) - 1) for texts in sorted(kinds.values(), key=len, reverse=True)]
-    words = f"{count} {what}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
-    return Ending(words, word not in UNHURT, tuple(advice[:MOST_ADVICE]), max(len(advice) - MOST_ADVICE, 0))
 
 
 def regimes(dataset: xr.Dataset) -> str:
@@ -444,6 +417,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         manifest=dataset.attrs.get("manifest", ""),
         attributes={name: value for name, value in dataset.attrs.items() if name not in _ELSEWHERE},
         endings=endings(dataset),
+        most_advice=MOST_ADVICE,
         regimes=regimes(dataset),
         flags=[*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)],
         facts={

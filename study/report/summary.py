@@ -2,8 +2,9 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -56,12 +57,12 @@ def plain(value: float, digits: int) -> str:
     return f"{value:.{digits}g}"
 
 
-def said_once(table: Table) -> tuple[Table, list[str]]:
+def said_once(table: Table, least: int = 2) -> tuple[Table, list[str]]:
     """A table without the columns whose cells are all the same, and sentences with their values.
 
-    Labels and the last column stay, and a table of one row stays as it is.
+    Labels and the last column stay, and a table of fewer than `least` rows stays as it is.
     """
-    if len(table.rows) < 2:
+    if len(table.rows) < least:
         return table, []
     last = len(table.header) - 1
     columns = list(zip(*table.rows, strict=True))
@@ -98,15 +99,14 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
     """
     rows, missing = [], []
     case = in_short(case)
-    for name, each in _scalars(case):
-        value = each.item()
-        if value == "" or (isinstance(value, float) and math.isnan(value)):
+    for name in map(str, case.data_vars):
+        if case[name].dims or name in _SAID_APART or name.endswith((_UNCERTAINTY, "members")):
+            continue  # ± and count of members are shown with their variable
+        if (value := _text(case, name, 6)) == NOTHING:
             missing.append(name)
         else:
-            meaning, unit = _meaning_and_unit(each)
-            rows.append(
-                (name, f"{_shown(value, _uncertainty(case, each))} {unit}".rstrip() + fewer(case, name), meaning)
-            )
+            meaning, unit = _meaning_and_unit(case[name])
+            rows.append((name, f"{value} {unit}".rstrip() + fewer(case, name), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), missing
 
 
@@ -121,24 +121,14 @@ def ending_lines(case: xr.Dataset) -> Iterator[str]:
     yield from filter(None, [means_of(case), modelled(case)])
 
 
-def _scalars(case: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
-    """What is shown of a case: ± and count of members are shown with their variable."""
-    for name in map(str, case.data_vars):
-        if not case[name].dims and name not in _SAID_APART and not name.endswith((_UNCERTAINTY, "members")):
-            yield name, case[name]
-
-
-def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float | None:
-    """The ± of a number, NaN where it is not known; None of a number that has none."""
-    name = f"{each.name}{_UNCERTAINTY}"
-    return float(case[name]) if name in case else None
-
-
-def _shown(value: Any, uncertainty: float | None) -> str:
-    """A number, rounded beside an uncertainty as in the table of cases."""
-    if uncertainty is not None:
-        return with_error(value, uncertainty)
-    return plain(value, 6) if isinstance(value, float) else str(value)
+def _text(values: xr.Dataset, name: str, digits: int) -> str:
+    """A scalar as text: a number in so many digits, or rounded beside the ± that it states; NOTHING where it is not known."""
+    value, error = values[name].item(), f"{name}{_UNCERTAINTY}"
+    if value in ("", NOTHING) or value != value:  # noqa: PLR0124  NaN is not
+        return NOTHING
+    if error in values:
+        return with_error(value, float(values[error]))
+    return str(value) if isinstance(value, str | bool) else plain(value, digits)
 
 
 def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
@@ -250,13 +240,8 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
     if VALIDITY.name not in dataset:
         return []
     masks = dataset[VALIDITY.name]
-    varying = [str(name) for name in _varying(dataset, masks.dims)]
-
-    def first(number: int) -> str:
-        here = masks[np.unravel_index(number, masks.shape)]
-        return words({name: here[name].item() for name in varying})
-
-    return flag_lines(masks.values.ravel().tolist(), first if masks.size > 1 else lambda _: "")
+    first = partial(_place, dataset, masks) if masks.size > 1 else lambda _: ""
+    return flag_lines(masks.values.ravel().tolist(), first)
 
 
 def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
@@ -276,10 +261,7 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
 
     def line(found: xr.DataArray, end: str) -> None:
         if len(short := np.flatnonzero(found.values)):
-            first = found[np.unravel_index(short[0], found.shape)]
-            place = words({dim: first[dim].item() for dim in map(str, _varying(dataset, found.dims))})
-            where = f"{len(short)} of {found.size} cases" + (f", first {place}" if place else "")
-            lines.append(f"{name} is not known within {enough:.2g}: {where}; {end}")
+            lines.append(f"{name} is not known within {enough:.2g}: {_where(dataset, found, short.tolist())}; {end}")
 
     for name in names:
         if {name, f"{name}_uncertainty"} <= set(dataset.data_vars):
@@ -307,43 +289,54 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
     ]
 
 
-def failure_summary(dataset: xr.Dataset) -> list[str]:
-    """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do.
+def reasons(
+    dataset: xr.Dataset,
+) -> Iterator[tuple[xr.DataArray, list[str], dict[tuple[str, str | None], list[int]]]]:
+    """Outcomes of cases, then of drives, their messages, and those that ended alike: positions by outcome and message.
 
-    Messages that differ in numbers alone are one; what a drive inherits from its case is
-    said of the case.
+    Messages that differ in numbers alone are one; that of a drive is None where its case has it. The most frequent come first.
     """
-    lines: list[str] = []
     of_cases: set[str] = set()
     for outcome, message in OUTCOMES.values():
         if outcome.name in dataset:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
             kinds = list(map(without_numbers, texts))
-            groups: dict[tuple[str, str], list[int]] = {}
+            groups: dict[tuple[str, str | None], list[int]] = {}
             for number, (ending, kind) in enumerate(zip(endings, kinds, strict=True)):
-                if ending and (kind or ending not in _UNHURT) and not any(known in kind for known in of_cases):
-                    groups.setdefault((ending, kind), []).append(number)
-            ordered = sorted(groups.values(), key=len, reverse=True)
-            lines += [_failure(dataset[outcome.name], numbers, texts) for numbers in ordered]
+                inherited = any(known in kind for known in of_cases)
+                groups.setdefault((ending, None if inherited else kind), []).append(number)
+            yield dataset[outcome.name], texts, dict(sorted(groups.items(), key=lambda item: -len(item[1])))
             of_cases = {kind for kind in kinds if kind}
+
+
+def failure_summary(dataset: xr.Dataset) -> list[str]:
+    """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do."""
+    lines = []
+    for outcomes, messages, groups in reasons(dataset):
+        for (ending, kind), numbers in groups.items():
+            if ending and kind is not None and (kind or ending not in _UNHURT):
+                alike = len({messages[number] for number in numbers}) == 1
+                where = _where(dataset, outcomes, numbers, f"{counted_as(outcomes)}s")
+                why = messages[numbers[0]] + ("" if alike else "; the others differ in numbers")
+                lines.append(f"{ending}: {where}: {why}".removesuffix(": "))
     return lines
+
+
+def _where(dataset: xr.Dataset, of: xr.DataArray, numbers: Sequence[int], what: str = "cases") -> str:
+    """How many of a variable's cases or drives these are, and the first of them."""
+    place = _place(dataset, of, numbers[0])
+    return f"{len(numbers)} of {of.size} {what}" + (f", first {place}" if place else "")
+
+
+def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
+    """The parameters of one of a variable's cases or drives, those that vary."""
+    here = of[np.unravel_index(number, of.shape)]
+    return words({str(name): here[name].item() for name in _varying(dataset, of.dims)})
 
 
 def counted_as(outcomes: xr.DataArray) -> str:
     """What has one of these outcomes each: a drive or a case."""
     return "drive" if outcomes.name == OUTCOMES[DRIVE][0].name else "case"
-
-
-def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) -> str:
-    """One way to fail in a line. outcomes: of all. numbers: of those that ended so. messages: of all, in the same order."""
-    first = numbers[0]
-    here = outcomes[np.unravel_index(first, outcomes.shape)]
-    what = f"{counted_as(outcomes)}s"
-    place = words({name: here[name].item() for name in map(str, _varying(outcomes.to_dataset(), outcomes.dims))})
-    where = f"{len(numbers)} of {outcomes.size} {what}" + (f", first {place}" if place else "")
-    others = len({messages[number] for number in numbers}) - 1
-    more = "; the others differ in numbers" if others else ""
-    return f"{here.item()}: {where}: {messages[first]}{more}".removesuffix(": ")
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
@@ -412,14 +405,8 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
 
 
 def _cell(values: xr.Dataset, name: str) -> str:
-    if values[name].dtype.kind in "OUT":
-        return str(values[name].item()) or "–"
-    value, error = float(values[name]), _SUMMARY_UNCERTAINTY.get(name, "")
-    if math.isnan(value):
-        return "–"
-    known = error in values
-    value = round(value) if name in _COUNTS else value
-    return (with_error(value, float(values[error])) if known else plain(value, 5)) + fewer(values, name)
+    known = values.assign({name: values[name].round()}) if name in _COUNTS else values
+    return _text(known, name, 5) + fewer(values, name)
 
 
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:

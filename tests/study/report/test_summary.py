@@ -400,7 +400,7 @@ def test_a_table_of_runs_has_a_row_for_each_and_says_once_what_they_share() -> N
     assert table.rows[2][2:6] == ("–",) * 4
     assert [row[1] for row in table.rows] == ["complete", "interrupted", "none: at work, or killed"]
     assert table.failed == {1, 2}
-    assert said == "All: solver 5017e2; processor a processor; numpy 2.4.6."
+    assert said == "In all rows: solver = 5017e2, processor = a processor, numpy = 2.4.6."
 
 
 def test_of_many_runs_the_last_ones_are_shown_and_the_others_counted() -> None:
