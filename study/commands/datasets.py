@@ -22,25 +22,10 @@ from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import STANDARD, Value, in_words, of_symbol, words
 from nanoslip.study.plan.plan import PENDING, Plan
+from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, console, counting, print_sentences, print_table, say, whole
 from nanoslip.study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
-from nanoslip.study.report.summary import (
-    MOST_LINES,
-    case_table,
-    drive_summary,
-    ending_lines,
-    failure_summary,
-    flag_summary,
-    left_out_summary,
-    said_once,
-    scalar_table,
-    short_summary,
-)
-from nanoslip.study.report.summary import words as words_of
 from nanoslip.study.results.store import Store, StoreError, write_files
-
-COLLECTED: Final = "{} cases collected"
-"""What is shown while a dataset is made."""
 
 
 def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = False) -> int:
@@ -51,7 +36,7 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = Fal
     if not anew and print_written(plan.manifest, store):
         return 0
     path = store.folder.parent / file.FILE
-    with counting(COLLECTED) as heard:
+    with counting("{} cases collected") as heard:
         collected = collect(plan, store, heard)
     if keep and (losses := list(_losses(path, collected))):
         campaign, into = plan.manifest.path, path.parent
@@ -107,13 +92,13 @@ def _print(dataset: xr.Dataset, path: Path) -> None:
 def print_summary(dataset: xr.Dataset) -> None:
     """Print the table of a dataset's cases, how its drives ended, why and what to do, where an ensemble
     knows less than was asked for, and the advice of its validity flags."""
-    table, alike = said_once(scalar_table(dataset, why=False, most=MOST_LINES))
+    table, alike = summary.said_once(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES))
     print_table(table)
     print_sentences(_chosen(dataset))
     print_sentences([*alike, *filter(None, [means_of(dataset)])])
-    print_sentences(drive_summary(dataset))
-    print_sentences(failure_summary(dataset), FAILED)
-    print_sentences([*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)])
+    print_sentences(summary.drive_summary(dataset))
+    print_sentences(summary.failure_summary(dataset), FAILED)
+    print_sentences(summary.cautions(dataset))
 
 
 def _chosen(dataset: xr.Dataset) -> Iterator[str]:
@@ -256,16 +241,16 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
 
 def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
     """Print what a case is, how it ended and what is known of it; drives as rows where they are several."""
-    print_sentences([f"case {_label(case, dataset)}", *ending_lines(case)])
-    table, missing = case_table(case)
+    print_sentences([f"case {_label(case, dataset)}", *summary.ending_lines(case)])
+    table, missing = summary.case_table(case)
     if table.rows:
         print_table(table)
     if missing:
         say(f"not known here: {', '.join(missing)}")
     if "drive_outcome" in case and case["drive_outcome"].dims:
         say("several drives; drive=NAME, or values of their parameters, shows one:")
-        print_table(scalar_table(case, why=False))
-        print_sentences(failure_summary(case), FAILED)
+        print_table(summary.scalar_table(case, why=False))
+        print_sentences(summary.failure_summary(case), FAILED)
 
 
 def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
@@ -277,7 +262,7 @@ def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
             "pin",
             *("half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")),
         ]
-    return words_of({name: case[name].item() for name in told if not case[name].isnull()})
+    return summary.words({name: case[name].item() for name in told if not case[name].isnull()})
 
 
 def _drawn(lines: Sequence[Curve], form: str) -> bytes:

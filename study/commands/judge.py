@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final, NamedTuple
+from typing import Final
 
 import click
 
@@ -21,20 +21,6 @@ from nanoslip.study.dataset import verify as verification
 from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
 from nanoslip.study.dataset.compare import Finding, Verdict
 from nanoslip.study.dataset.variables import OUTCOMES, Described, described, rows, shortened, text_of
-from nanoslip.study.dataset.verify import (
-    KINDS,
-    STANDARD_DEVIATIONS,
-    Matched,
-    NotComparableError,
-    Observed,
-    Pair,
-    differing,
-    matched,
-    meaning,
-    observed,
-    over_members,
-    unjudged,
-)
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task
@@ -115,24 +101,26 @@ WORST: Final = 12
 _SEVERITY: Final = (Verdict.DIFFERENT, None, Verdict.WITHIN)
 _WORDS: Final = {
     Verdict.IDENTICAL: "identical",
-    Verdict.WITHIN: f"within uncertainties ({STANDARD_DEVIATIONS:g} combined standard deviations)",
+    Verdict.WITHIN: f"within uncertainties ({verification.STANDARD_DEVIATIONS:g} combined standard deviations)",
     Verdict.DIFFERENT: "beyond",
 }
 
 
 def compare_datasets(first: Path, second: Path) -> None:
     """Print what differs between two datasets, and end the process with the exit code for the worst of it."""
-    with refusals(NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
-        pair = over_members(one), over_members(other)
-        kinds = [kind for kind in KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
+    with refusals(verification.NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
+        pair = verification.over_members(one), verification.over_members(other)
+        kinds = [kind for kind in verification.KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
         _print_facts(pair)
-        found = {kind: matched(pair, kind) for kind in kinds}
+        found = {kind: verification.matched(pair, kind) for kind in kinds}
         if not any(each.rows for each in found.values()):
-            raise NotComparableError(f"{first} and {second} share no computed case")
-        seen = [each for kind in kinds for each in observed(pair, kind, found[kind])]
+            raise verification.NotComparableError(f"{first} and {second} share no computed case")
+        seen = [each for kind in kinds for each in verification.observed(pair, kind, found[kind])]
         for kind in kinds:
-            _print_rows("drives of cases" if kind else "cases", found[kind], unjudged(pair, kind, found[kind]))
+            _print_rows(
+                "drives of cases" if kind else "cases", found[kind], verification.unjudged(pair, kind, found[kind])
+            )
     _print_worst(seen)
     counts = Counter(each.verdict for each in seen)
     unknown = f", {counts[None]} of unknown uncertainty" if counts[None] else ""
@@ -140,16 +128,16 @@ def compare_datasets(first: Path, second: Path) -> None:
     sys.exit(CRASHED if counts[Verdict.DIFFERENT] else 0)
 
 
-def _print_facts(pair: Pair) -> None:
-    facts = differing(pair)
+def _print_facts(pair: verification.Pair) -> None:
+    facts = verification.differing(pair)
     if facts:
         print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
     else:
         say("same parameters, campaign and software")
-    print_sentences(filter(None, [meaning(pair)]))
+    print_sentences(filter(None, [verification.meaning(pair)]))
 
 
-def _print_rows(what: str, found: Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
+def _print_rows(what: str, found: verification.Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
     """Print how many rows both have, the first of those that one has alone, and what states no uncertainty."""
     pending = f", {found.pending} more without a result in one of them" if found.pending else ""
     say(f"{what} in both: {len(found.rows)}{pending}")
@@ -165,7 +153,7 @@ def _print_rows(what: str, found: Matched, others: tuple[Sequence[str], Sequence
         )
 
 
-def _print_worst(seen: Sequence[Observed]) -> None:
+def _print_worst(seen: Sequence[verification.Observed]) -> None:
     """Print the largest differences, those beyond their uncertainties first."""
     apart = [each for each in seen if each.verdict is not Verdict.IDENTICAL]
     worst = sorted(apart, key=lambda each: (_SEVERITY.index(each.verdict), -each.apart))[:WORST]
@@ -176,7 +164,7 @@ def _print_worst(seen: Sequence[Observed]) -> None:
         say(f"and {len(apart) - len(worst)} smaller differences")
 
 
-def _row(each: Observed) -> tuple[str, ...]:
+def _row(each: verification.Observed) -> tuple[str, ...]:
     here, there = (f"{value:.6g}" if isinstance(value, float) else shortened(str(value)) for value in each.values)
     if here == there and isinstance(each.values[0], str):  # what differs is behind the most frequent text
         here, there = each.values
@@ -196,32 +184,41 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
         failed = verification.failed(plan, found)
-        pending = len(plan.cases) - len(cases) - failed
+        skipped = {"pending": len(plan.cases) - len(cases) - failed, "failed": failed}
         if not cases:
-            said = ", ".join(_skipped(pending, failed))
+            said = ", ".join(f"{count} {sort}" for sort, count in skipped.items() if count)
             raise Refusal(f"{dataset}: no case has a result to compute again: {said}")
         chosen = verification.sample(cases, sample)
         say(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
         other = verification.other_software(found)
         code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
         if not code:
-            findings = list(verification.compare(found, plan, chosen, Store(Path(folder))))
-            left = _Left(pending, failed, len(cases) - len(chosen))
+            shared, *findings = verification.compare(found, plan, chosen, Store(Path(folder)))
+            verdicts = Counter(each.verdict for each in findings)
+            counts = {str(verdict): verdicts[verdict] for verdict in Verdict} | skipped
+            counts["not_in_sample"] = len(cases) - len(chosen)
             if as_json:
-                print_json(_data(findings, dataset, left, other))
+                shared_data, *of_cases = (
+                    {"case": each.label, "verdict": str(each.verdict), "difference": each.remark}
+                    for each in (shared, *findings)
+                )
+                told = {"dataset": str(dataset), "other_software": other, "counts": counts}
+                print_json({**told, "shared": shared_data, "cases": of_cases})
             else:
-                _print_findings(findings, dataset, left, other)
-            code = CRASHED if any(each.verdict is Verdict.DIFFERENT for each in findings) else 0
+                print_sentences([other])
+                _print_findings([shared, *findings])
+                parts = [
+                    f"{count} {_SAID.get(sort, sort)}" for sort, count in counts.items() if count or sort not in _SAID
+                ]
+                say(f"{dataset}: cases: {', '.join(parts)}; {shared.label}: {shared.verdict}")
+            code = CRASHED if any(each.verdict is Verdict.DIFFERENT for each in (shared, *findings)) else 0
     sys.exit(code)
 
 
-class _Left(NamedTuple):
-    """Cases that were not recomputed."""
+_SAID: Final = {"pending": "pending, skipped", "failed": "failed, skipped", "not_in_sample": "not in the sample"}
+"""Cases that were not recomputed, and what is said of them where there are any.
 
-    pending: int
-    failed: int
-    """For want of time or memory, or as a process died: nobody knows whether they would again."""
-    not_in_sample: int
+Failed are those for want of time or memory, or as a process died: nobody knows whether they would again."""
 
 
 def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
@@ -240,43 +237,13 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     return 0
 
 
-def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str) -> None:
-    """Print a line for each case that is not bit-identical, those that differ first, and the counts of all."""
-    if other:
-        say(other)
+def _print_findings(findings: list[Finding]) -> None:
+    """Print a line for each case that is not bit-identical, those that differ first."""
     for verdict, style in ((Verdict.DIFFERENT, FAILED), (Verdict.WITHIN, "")):
         found = [f"{verdict}: {each.label}: {each.remark}" for each in findings if each.verdict is verdict]
         print_sentences(found[:MOST_ROWS], style)
         if len(found) > MOST_ROWS:
             say(f"{verdict}: {len(found) - MOST_ROWS} more")
-    parts = [f"{count} {verdict}" for verdict, count in _counts(findings).items()]
-    parts += [f"{said}, skipped" for said in _skipped(left.pending, left.failed)]
-    parts += [f"{left.not_in_sample} not in the sample"] if left.not_in_sample else []
-    say(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
-
-
-def _skipped(pending: int, failed: int) -> list[str]:
-    """Counts of the cases without a result, of each sort that there is."""
-    return [f"{count} {sort}" for count, sort in ((pending, "pending"), (failed, "failed")) if count]
-
-
-def _counts(findings: list[Finding]) -> dict[str, int]:
-    counts = Counter(each.verdict for each in findings[1:])  # the first is what all cases share
-    return {str(verdict): counts[verdict] for verdict in Verdict}
-
-
-def _data(findings: list[Finding], path: Path, left: _Left, other: str) -> dict[str, Any]:
-    """The comparison for scripts."""
-    shared, *cases = (
-        {"case": each.label, "verdict": str(each.verdict), "difference": each.remark} for each in findings
-    )
-    return {
-        "dataset": str(path),
-        "other_software": other,
-        "counts": _counts(findings) | left._asdict(),
-        "shared": shared,
-        "cases": cases,
-    }
 
 
 # `nanoslip describe`: names, units and meanings of the variables of a dataset.

@@ -8,6 +8,7 @@ import time
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -36,15 +37,7 @@ from nanoslip.study.manifest.reader import effects
 from nanoslip.study.plan.grids import choice
 from nanoslip.study.plan.outlook import expected_lines, outlook_of, shortages, span_line
 from nanoslip.study.plan.plan import PENDING, Plan, disk_of_plan, ended
-from nanoslip.study.report.console import (
-    Table,
-    console,
-    print_entries,
-    print_sentences,
-    print_table,
-    say,
-    whole,
-)
+from nanoslip.study.report.console import Table, console, print_entries, print_sentences, print_table, say, whole
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
 from nanoslip.study.run.launch import cores
@@ -155,27 +148,23 @@ def show_plan(
 
 
 def _print(found: Standing, ranks: int, show_effects: bool) -> None:
-    plan = found.plan
-    say(plan.manifest.title)
-    print_sentences([*_cases(plan), *idle_lines(plan)])
+    plan, outlook = found.plan, outlook_of(found.plan)
+    on_or_off = effects(plan.manifest)
+    print_sentences([plan.manifest.title, *_cases(plan), *idle_lines(plan)])
     if show_effects:
-        rows = tuple(
-            (each.name, each.setting, _unless_on(each.setting, each.without)) for each in effects(plan.manifest)
-        )
+        rows = tuple((each.name, each.setting, "" if each.setting == "on" else each.without) for each in on_or_off)
         print_table(Table(("effect", "here", "left out where off"), rows, 2))
     else:
-        off = [each.name for each in effects(plan.manifest) if each.setting != "on"]
-        print_sentences(
-            [f"effects that are off or vary: {', '.join(off) or 'none'} (--effects says what that leaves out)"]
-        )
+        off = ", ".join(each.name for each in on_or_off if each.setting != "on") or "none"
+        say(f"effects that are off or vary: {off} (--effects says what that leaves out)")
     _print_counts(found)
-    outlook = outlook_of(plan)
-    print_sentences(
-        [*_factors(found), _time(found, ranks), *_ensembles(found), _disk(plan), *filter(None, [span_line(outlook)])]
-    )
-    print_sentences(f"expected: {line}" for line in expected_lines(plan, outlook))
-    print_sentences(f"refused: {line}" for line in _refused(plan))
-    print_sentences(f"does not fit here: {line}" for line in shortages(plan, found.remaining))
+    print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), _disk(plan), span_line(outlook)])
+    for what, lines in (
+        ("expected", expected_lines(plan, outlook)),
+        ("refused", _refused(plan)),
+        ("does not fit here", shortages(plan, found.remaining)),
+    ):
+        print_sentences(f"{what}: {line}" for line in lines)
     print_foreign(found.foreign, found.campaign, found.into)
 
 
@@ -249,17 +238,13 @@ def _disk(plan: Plan) -> str:
 
 def _refused(plan: Plan) -> Iterator[str]:
     """One line for each reason of a refusal: the first case or drive that has it, and how many more."""
-    cases: Iterator[tuple[str, CampaignCase | CampaignDrive]]
-    cases = ((case.outcome.message, case) for case in plan.cases if case.case is None)
-    drives = ((drive.outcome.message, drive) for drive in plan.manifest.drives if drive.drive is None)
-    first: dict[str, CampaignCase | CampaignDrive] = {}
-    count: Counter[str] = Counter()
-    for message, refused in itertools.chain(cases, drives):
-        first.setdefault(message, refused)
-        count[message] += 1
-    for message, refused in first.items():
-        where = refused.point if isinstance(refused, CampaignCase) else f"drive {refused.label}"
-        yield f"{where}: {message}" + (f" (and {count[message] - 1} more)" if count[message] > 1 else "")
+    refused: list[CampaignCase | CampaignDrive] = [case for case in plan.cases if case.case is None]
+    refused += [drive for drive in plan.manifest.drives if drive.drive is None]
+    first = {each.outcome.message: each for each in reversed(refused)}
+    for message, count in Counter(each.outcome.message for each in refused).items():
+        each = first[message]
+        where = each.point if isinstance(each, CampaignCase) else f"drive {each.label}"
+        yield f"{where}: {message}" + (f" (and {count - 1} more)" if count > 1 else "")
 
 
 def _data(found: Standing, ranks: int) -> dict[str, Any]:
@@ -290,18 +275,12 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
     }
 
 
-def _unless_on(setting: str, text: str) -> str:
-    return "" if setting == "on" else text
-
-
 def _mega(number: float) -> str:
     return f"{number / 1e6:.2g}" if number < 1e8 else f"{number / 1e6:.0f}"
 
 
 # `nanoslip status`: how much of a campaign is finished, and how it ended, from the files of results alone.
 
-_GIVEN_UP: Final = "are not tried any more: failed, or need one that has"
-_UNMERGED: Final = "counted with the results of {shards} not merged yet; {merge} brings them together"
 INTERVAL: Final = 2.0
 """Seconds between two looks at the results."""
 
@@ -319,20 +298,21 @@ def show_status(campaign: Path, out: Path | None, watch: bool, as_json: bool) ->
         say(found.plan.manifest.title)
         print_table(*_tables(found))
         if found.given_up:
-            again = advised("run", campaign, found.into, "--retry")
-            say(f"{counted(len(found.given_up), 'task')} {_GIVEN_UP}; {again} tries again")
+            again, tasks = advised("run", campaign, found.into, "--retry"), counted(len(found.given_up), "task")
+            say(f"{tasks} are not tried any more: failed, or need one that has; {again} tries again")
         if len(found.stores) > 1:
-            shards = counted(len(found.stores) - 1, "shard")
-            say(_UNMERGED.format(shards=shards, merge=advised("merge", campaign, found.into)))
+            merge, shards = advised("merge", campaign, found.into), counted(len(found.stores) - 1, "shard")
+            say(f"counted with the results of {shards} not merged yet; {merge} brings them together")
         print_foreign(found.foreign, campaign, found.into)
 
 
 def _watch(found: Standing) -> None:
     """Redraw on a terminal, else print a line whenever something has changed; ends with the last task, or by Ctrl-C."""
     out = console()
-    try:
+    with suppress(KeyboardInterrupt):
         if not out.is_terminal:
-            _print_changes(found)
+            for line, _ in itertools.groupby(map(_line, _again(found))):
+                click.echo(line)
             return
         from rich.console import Group  # noqa: PLC0415  as is Live
         from rich.live import Live  # noqa: PLC0415  slow to load, and only who watches needs it
@@ -340,17 +320,6 @@ def _watch(found: Standing) -> None:
         with Live(console=out, auto_refresh=False) as screen:
             for each in _again(found):
                 screen.update(Group(each.plan.manifest.title, *_tables(each)), refresh=True)
-    except KeyboardInterrupt:
-        return
-
-
-def _print_changes(found: Standing) -> None:
-    said = ""
-    for each in _again(found):
-        line = _line(each)
-        if line != said:
-            click.echo(line)
-            said = line
 
 
 def _again(found: Standing) -> Iterator[Standing]:
@@ -358,7 +327,7 @@ def _again(found: Standing) -> Iterator[Standing]:
     yield found
     while found.remaining:
         time.sleep(INTERVAL)
-        found = found.again()
+        found = standing(found.campaign, found.into, before=found)
         yield found
 
 

@@ -21,33 +21,16 @@ import xarray as xr
 from markupsafe import Markup, escape
 from matplotlib.ticker import EngFormatter
 
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import Column
-from nanoslip.study.dataset.variables import (
-    DISCRETIZATION_ERROR,
-    commonest,
-    ends_of,
-    means_of,
-    members_of,
-    modelled,
-)
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import SYMBOL, label
 from nanoslip.study.figures.shared import COLORS, image, scales_of
 from nanoslip.study.figures.view import Sort, View, csv_of, spread
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.manifest.parameters import NAMED
+from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
-from nanoslip.study.report.summary import (
-    MOST_ROWS,
-    NOTHING,
-    counted_as,
-    flag_summary,
-    left_out_summary,
-    reasons,
-    said_once,
-    scalar_table,
-    short_summary,
-)
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE
 from nanoslip.study.results.attempts import Run
@@ -75,11 +58,11 @@ def as_json(columns: Sequence[Column], title: str) -> str:
 
     Infinite numbers are texts, `inf` and `-inf`, as JSON has none.
     """
-    variables = {each.name: {"units": each.units, "long_name": each.meaning} for each in columns}
+    named = {each.name: {"units": each.units, "long_name": each.meaning} for each in columns}
     values = zip(*([_json(value) for value in each.values] for each in columns), strict=True)
-    rows = [dict(zip(variables, row, strict=True)) for row in values]
-    document = {"title": title, "variables": variables, "rows": rows}
-    return json.dumps(document, ensure_ascii=False, indent=1) + "\n"
+    rows = ",\n".join(json.dumps(dict(zip(named, row, strict=True)), ensure_ascii=False) for row in values)
+    head = json.dumps({"title": title, "variables": named}, ensure_ascii=False)
+    return f'{head[:-1]},\n"rows": [\n{rows}\n]}}\n'
 
 
 def _cell(value: Any) -> Any:
@@ -128,11 +111,11 @@ def run_table(runs: Sequence[Run]) -> tuple[Table, list[str]]:
     facts = [_facts(run) for run in shown]
     names = dict.fromkeys(name for each in facts for name, value in each.items() if value)
     rows = tuple(
-        (*_times(run), *(each.get(name) or NOTHING for name in names), run.command)
+        (*_times(run), *(each.get(name) or summary.NOTHING for name in names), run.command)
         for run, each in zip(shown, facts, strict=True)
     )
     failed = frozenset(number for number, run in enumerate(shown) if not run.ended or run.exit_code)
-    table, sentences = said_once(Table((*_TIMES, *names, "command"), rows, len(_TIMES), failed), least=1)
+    table, sentences = summary.said_once(Table((*_TIMES, *names, "command"), rows, len(_TIMES), failed), least=1)
     if left := len(runs) - len(shown):
         sentences.append(f"{left} earlier ones are in {JOURNAL_FILE} beside the dataset.")
     return table, sentences
@@ -144,7 +127,7 @@ _TIMES: Final = ("began (UTC)", "end", "took", "core time", "tasks", "failed", "
 def _times(run: Run) -> tuple[str, ...]:
     began, processes = run.begun[:19].replace("T", " "), f"{run.processes} {run.unit}"
     if not run.ended:
-        return began, _end(run), *(NOTHING,) * 4, processes
+        return began, _end(run), *(summary.NOTHING,) * 4, processes
     return began, _end(run), _time(run.wall_seconds), _time(run.core_seconds), str(run.done), str(run.failed), processes
 
 
@@ -204,11 +187,11 @@ def endings(dataset: xr.Dataset) -> list[Ending]:
     What a drive inherits from its case is said once, of the case.
     """
     found = []
-    for outcomes, messages, groups in reasons(dataset):
+    for outcomes, messages, groups in summary.reasons(dataset):
         for word, count in Counter(outcomes.values.ravel().tolist()).most_common():
             own = [numbers for (ending, kind), numbers in groups.items() if ending == word and kind]
             advice = [(messages[numbers[0]], len(numbers) - 1) for numbers in own]
-            words = f"{count} {counted_as(outcomes)}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
+            words = f"{count} {summary.counted_as(outcomes)}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
             if word:
                 found.append(Ending(words, word not in UNHURT, advice))
     return sorted(found, key=lambda ending: not ending.failed)
@@ -218,7 +201,7 @@ def regimes(dataset: xr.Dataset) -> str:
     """Number of drives in each regime, of an ensemble that of most members; empty where all have the same regime."""
     if "regime" not in dataset:
         return ""
-    counts = Counter(commonest(text)[0] for text in dataset["regime"].values.ravel().tolist() if text)
+    counts = Counter(variables.commonest(text)[0] for text in dataset["regime"].values.ravel().tolist() if text)
     if len(counts) < 2:
         return ""
     return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
@@ -226,8 +209,8 @@ def regimes(dataset: xr.Dataset) -> str:
 
 def accuracy(dataset: xr.Dataset) -> Iterator[str]:
     """What the slab's grid costs, and how uncertain the numbers are, a line each."""
-    if DISCRETIZATION_ERROR.name in dataset:
-        errors = dataset[DISCRETIZATION_ERROR.name].values.ravel()
+    if variables.DISCRETIZATION_ERROR.name in dataset:
+        errors = dataset[variables.DISCRETIZATION_ERROR.name].values.ravel()
         yield f"Grid (discretization_error of stiffness, approach, half-width, pressure): {_shares(errors, 'measured')}"
     for name in UNCERTAIN:
         uncertainty = f"{name}_uncertainty"
@@ -238,12 +221,12 @@ def accuracy(dataset: xr.Dataset) -> Iterator[str]:
 
 def _of_mean(dataset: xr.Dataset, name: str) -> str:
     """Of how many members a number's means are, where they are of several."""
-    counts = members_of(dataset, name)
+    counts = variables.members_of(dataset, name)
     if counts is None or not bool((counts[0] > 1.0).any()):
         return ""
     having, used = (each.where(counts[0] > 0.0) for each in counts)
-    of = "" if having.equals(used) else f" of {ends_of(used)}"
-    return f", over {ends_of(having)}{of} members"
+    of = "" if having.equals(used) else f" of {variables.ends_of(used)}"
+    return f", over {variables.ends_of(having)}{of} members"
 
 
 def _sentence(text: str) -> str:
@@ -411,7 +394,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
     )
     environment.filters["lowered"] = lowered
     sections = tuple(found for sort in SORTS.values() if (found := section(dataset, sort)))
-    table, alike = said_once(scalar_table(dataset))
+    table, alike = summary.said_once(summary.scalar_table(dataset))
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
         manifest=dataset.attrs.get("manifest", ""),
@@ -419,7 +402,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         endings=endings(dataset),
         most_advice=MOST_ADVICE,
         regimes=regimes(dataset),
-        flags=[*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)],
+        flags=summary.cautions(dataset),
         facts={
             "Cost": [cost(journal)],
             "Accuracy": list(accuracy(dataset)),
@@ -428,7 +411,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         },
         sections=placed(sections),
         table=table,
-        alike=[*alike, *filter(None, [means_of(dataset), modelled(dataset)])],
+        alike=[*alike, *filter(None, [variables.means_of(dataset), variables.modelled(dataset)])],
         runs=run_table(journal),
     )
 
@@ -455,7 +438,7 @@ def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
 
 def _not_shown(dataset: xr.Dataset, sections: Sequence[Section], rows: int) -> Iterator[str]:
     yield from left_out(dataset)
-    if rows > MOST_ROWS:
-        yield f"Table: the first {MOST_ROWS} cases; the dataset has all."
+    if rows > summary.MOST_ROWS:
+        yield f"Table: the first {summary.MOST_ROWS} cases; the dataset has all."
     if any(picture.name.startswith(_THINNED) for section in sections for picture in section.large):
         yield "Lines of many points are thinned to what can be seen, in figures and their CSV."

@@ -16,24 +16,8 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.validity import flags_in
 from nanoslip.solver.view import with_error
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.file import are_texts
-from nanoslip.study.dataset.variables import (
-    DRIVE,
-    DRIVE_MEMBERS,
-    MEMBERS,
-    OUTCOMES,
-    VALIDITY,
-    all_groups,
-    all_scalars,
-    commonest,
-    fewer,
-    in_short,
-    joined,
-    means_of,
-    modelled,
-    parameters,
-    without_numbers,
-)
 from nanoslip.study.figures.points import in_text, in_unit, listed, readable, symbol, unit_of
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value
@@ -82,9 +66,9 @@ def said_once(table: Table, least: int = 2) -> tuple[Table, list[str]]:
 
 _UNCERTAINTY: Final = "_uncertainty"
 _SAID_APART: Final = {
-    *(each.name for both in OUTCOMES.values() for each in both),
-    *(group.id.name for group in all_groups().values()),
-    VALIDITY.name,
+    *(each.name for both in variables.OUTCOMES.values() for each in both),
+    *(group.id.name for group in variables.all_groups().values()),
+    variables.VALIDITY.name,
     "advice",
     "computed_by",
     "drive_computed_by",
@@ -98,7 +82,7 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
     case: of nanoslip.study.dataset.access; what lies along a dimension is left out.
     """
     rows, missing = [], []
-    case = in_short(case)
+    case = variables.in_short(case)
     for name in map(str, case.data_vars):
         if case[name].dims or name in _SAID_APART or name.endswith((_UNCERTAINTY, "members")):
             continue  # ± and count of members are shown with their variable
@@ -106,19 +90,21 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
             missing.append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
-            rows.append((name, f"{value} {unit}".rstrip() + fewer(case, name), meaning))
+            rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), missing
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:
     """Outcomes of a case and its drive with their messages, advice for validity flags, and what its means and ± are."""
-    for label, (ending, message) in zip(("outcome", "drive"), (OUTCOMES[""], OUTCOMES["drive"]), strict=True):
+    for label, (ending, message) in zip(
+        ("outcome", "drive"), (variables.OUTCOMES[""], variables.OUTCOMES["drive"]), strict=True
+    ):
         if ending.name in case and not case[ending.name].dims:
-            why = joined(str(case[message.name].item()))
+            why = variables.joined(str(case[message.name].item()))
             yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
-    if "advice" in case and (advice := joined(str(case["advice"].item()))):
+    if "advice" in case and (advice := variables.joined(str(case["advice"].item()))):
         yield f"advice: {advice}"
-    yield from filter(None, [means_of(case), modelled(case)])
+    yield from filter(None, [variables.means_of(case), variables.modelled(case)])
 
 
 def _text(values: xr.Dataset, name: str, digits: int) -> str:
@@ -147,7 +133,7 @@ MOST_LINES: Final = 40
 COMPLETED: Final = Ending.COMPLETED.value
 FEW: Final = 50
 """Drives whose endings are not counted."""
-SYMBOLS: Final = {name: each.symbol for name, each in parameters().items() if each.symbol}
+SYMBOLS: Final = {name: each.symbol for name, each in variables.parameters().items() if each.symbol}
 """Parameter -> what tables and figures call it."""
 
 
@@ -182,7 +168,7 @@ def points(dataset: xr.Dataset, variable: str, most: int = MOST_ROWS) -> Iterato
 def _waiting(dataset: xr.Dataset, of: xr.DataArray) -> NDArray[np.bool_]:
     """Whether cases, with their drives, are still to be computed, in the order of a variable; (n,)."""
     found = xr.zeros_like(of, dtype=np.bool_)
-    for ending, _ in OUTCOMES.values():
+    for ending, _ in variables.OUTCOMES.values():
         if ending.name in dataset:
             found = found | (dataset[ending.name] == PENDING)
     return np.asarray(found.transpose(*of.dims).values.ravel())
@@ -193,16 +179,16 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
 
     why: behind an outcome its message, too.
     """
-    dataset = in_short(dataset)
+    dataset = variables.in_short(dataset)
     asked = [name for name in _asked(dataset) if name in dataset]
     columns = {name: _COLUMNS.get(name, symbol(name)) for name in (*asked, *_DRIVEN, *_COLUMNS) if name in dataset}
     numbers = {
         *columns,
         *map(_SUMMARY_UNCERTAINTY.get, columns),
         *(f"{name}_members" for name in columns),
-        MEMBERS.name,
-        DRIVE_MEMBERS.name,
-        VALIDITY.name,
+        variables.MEMBERS.name,
+        variables.DRIVE_MEMBERS.name,
+        variables.VALIDITY.name,
     }
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
@@ -237,9 +223,9 @@ def _asked(dataset: xr.Dataset) -> list[str]:
 
 def flag_summary(dataset: xr.Dataset) -> list[str]:
     """One line for each validity flag: how many cases have it, the first of them, and the advice."""
-    if VALIDITY.name not in dataset:
+    if variables.VALIDITY.name not in dataset:
         return []
-    masks = dataset[VALIDITY.name]
+    masks = dataset[variables.VALIDITY.name]
     first = partial(_place, dataset, masks) if masks.size > 1 else lambda _: ""
     return flag_lines(masks.values.ravel().tolist(), first)
 
@@ -270,7 +256,7 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
             if _LEFT_OUT_ERROR.name in dataset and set(dataset[_LEFT_OUT_ERROR.name].dims) <= set(known.dims):
                 known = known + dataset[_LEFT_OUT_ERROR.name]
             line(known > enough, f"the worst to {float(known.max()):.1%}; raise target.most")
-            endings = (dataset[each.name] for each, _ in OUTCOMES.values() if each.name in dataset)
+            endings = (dataset[each.name] for each, _ in variables.OUTCOMES.values() if each.name in dataset)
             for ending in [each for each in endings if set(each.dims) <= set(mean.dims)][-1:]:
                 line(mean.isnull() & (ending == COMPLETED), "too few members have a value")
     return lines
@@ -297,16 +283,21 @@ def reasons(
     Messages that differ in numbers alone are one; that of a drive is None where its case has it. The most frequent come first.
     """
     of_cases: set[str] = set()
-    for outcome, message in OUTCOMES.values():
+    for outcome, message in variables.OUTCOMES.values():
         if outcome.name in dataset:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
-            kinds = list(map(without_numbers, texts))
+            kinds = list(map(variables.without_numbers, texts))
             groups: dict[tuple[str, str | None], list[int]] = {}
             for number, (ending, kind) in enumerate(zip(endings, kinds, strict=True)):
                 inherited = any(known in kind for known in of_cases)
                 groups.setdefault((ending, None if inherited else kind), []).append(number)
             yield dataset[outcome.name], texts, dict(sorted(groups.items(), key=lambda item: -len(item[1])))
             of_cases = {kind for kind in kinds if kind}
+
+
+def cautions(dataset: xr.Dataset) -> list[str]:
+    """What is to be known before numbers are used: effects left out, errors beyond what was asked for, validity flags."""
+    return [*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)]
 
 
 def failure_summary(dataset: xr.Dataset) -> list[str]:
@@ -336,7 +327,7 @@ def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
 
 def counted_as(outcomes: xr.DataArray) -> str:
     """What has one of these outcomes each: a drive or a case."""
-    return "drive" if outcomes.name == OUTCOMES[DRIVE][0].name else "case"
+    return "drive" if outcomes.name == variables.OUTCOMES[variables.DRIVE][0].name else "case"
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
@@ -344,7 +335,7 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
     endings = [name for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
     lines = []
     for name in endings:
-        counts = Counter(commonest(text)[0] for text in dataset[name].values.ravel().tolist())
+        counts = Counter(variables.commonest(text)[0] for text in dataset[name].values.ravel().tolist())
         said = ", ".join(f"{count} {word}" for word, count in counts.most_common() if word)
         if said:
             lines.append(f"{name} of {dataset[name].size} drives: {said}")
@@ -392,7 +383,7 @@ _DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
 _LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()
-_SUMMARY_UNCERTAINTY: Final = {name: each.uncertainty for name, each in all_scalars().items()}
+_SUMMARY_UNCERTAINTY: Final = {name: each.uncertainty for name, each in variables.all_scalars().items()}
 """Variable -> the one that says how uncertain it is."""
 
 
@@ -406,7 +397,7 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
 
 def _cell(values: xr.Dataset, name: str) -> str:
     known = values.assign({name: values[name].round()}) if name in _COUNTS else values
-    return _text(known, name, 5) + fewer(values, name)
+    return _text(known, name, 5) + variables.fewer(values, name)
 
 
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:
@@ -416,6 +407,6 @@ def _ending(values: xr.Dataset) -> tuple[str, str, str]:
         if found in values and (values[found] != COMPLETED or values[why] != ""):
             ending, message = str(values[found].item()), str(values[why].item())
             break
-    flags = flags_in(int(values[VALIDITY.name])) if VALIDITY.name in values else ()
+    flags = flags_in(int(values[variables.VALIDITY.name])) if variables.VALIDITY.name in values else ()
     named = f" [{', '.join(flag.name for flag in flags)}]" if flags else ""
     return ending, named, f": {message}" if message else ""
