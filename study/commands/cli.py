@@ -3,33 +3,130 @@
 import atexit
 import gc
 import io
+import os
 import sys
+from collections.abc import Callable
+from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import click
+from click.shell_completion import CompletionItem
 
-from nanoslip.study.commands.words import (
-    CAMPAIGN,
-    CAMPAIGN_PATH,
-    JSON,
-    NEW_FILE,
-    OUT,
-    PARAMETERS,
-    PATH,
-    PICTURE,
-    POSITIVE,
-    Refusal,
-    aborted,
-    cli,
-    command,
-    show,
-)
+from nanoslip.study import shipped
+from nanoslip.study.commands.words import Refusal, aborted, show
 from nanoslip.study.exit_codes import WRONG_INPUT
 from nanoslip.study.results.shard import MOST, Shard
-from nanoslip.study.run.launch import GRACE
+from nanoslip.study.run.launch import GRACE, pin_threads
 
 __all__ = ["cli", "main"]
+
+# The command `nanoslip`, which its commands are declared on.
+
+
+class Group(click.Group):
+    """A group that lists its commands as they are declared: in the order of a campaign's life."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The names of all commands."""
+        return list(self.commands)
+
+
+def _say_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
+    """The version of what computes, as datasets name it: of a source tree its own, whatever was installed from it once."""
+    if asked and not context.resilient_parsing:
+        from nanoslip.study.provenance import version  # noqa: PLC0415  no command waits for it
+
+        click.echo(f"nanoslip, version {version()}")
+        context.exit()
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_say_version,
+    help="Show the version and exit.",
+)
+def cli() -> None:
+    """A friction laboratory: from campaign files (TOML) to one labelled dataset each."""
+
+
+# Import the code of a command when the command is called, so that help, completion and usage errors are instant.
+
+
+def work(command: str, /, **given: object) -> None:
+    """Call a function of `nanoslip.study.commands`, "file:function", with the arguments of the command line. Raises Refusal."""
+    pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
+    gc.set_threshold(100_000)  # of 100 000 cases little is garbage: to look for it as often as usual doubles `collect`
+    file, _, function = command.partition(":")
+    with import_module("nanoslip.study.commands.plans").refusals():
+        getattr(import_module(f"nanoslip.study.commands.{file}"), function)(**given)
+
+
+Declared: TypeAlias = Callable[..., object]
+
+
+def command(
+    place: str, *arguments: Callable[[Declared], Declared], name: str | None = None
+) -> Callable[[Declared], click.Command]:
+    """Declare a command by a function of its name with its help; `work` at this place is called with its arguments.
+
+    arguments: those that other commands have, too; its own are decorators of the function.
+    """
+
+    def declare(described: Declared) -> click.Command:
+        for each in reversed(arguments):
+            described = each(described)
+        declared = cli.command(name)(described)
+        declared.callback = partial(work, place)
+        return declared
+
+    return declare
+
+
+# The arguments that most commands take: a campaign, and the folder of its results.
+
+
+class CampaignPath(click.Path):
+    """A campaign file, or the name of a campaign that comes with nanoslip."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path of the file."""
+        return shipped.campaign_file(Path(os.fsdecode(super().convert(value, param, ctx))))
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Files, and the campaigns that come with nanoslip."""
+        names = [CompletionItem(name) for name in shipped.campaigns() if name.startswith(incomplete)]
+        return [*super().shell_complete(ctx, param, incomplete), *names]
+
+
+class NewFile(click.Path):
+    """A file that is to be written, into a folder that is there."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path of the file. Raises Refusal."""
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        if not path.parent.is_dir():
+            raise Refusal(f"{path}: cannot be written: there is no folder {path.parent}")
+        return path
+
+
+PATH: Final = click.Path(path_type=Path)
+CAMPAIGN_PATH: Final = CampaignPath(path_type=Path)
+NEW_FILE: Final = NewFile(path_type=Path)
+POSITIVE: Final = click.IntRange(min=1)
+
+CAMPAIGN = click.argument("campaign", type=CAMPAIGN_PATH)
+PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
+JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts (keys: study/commands/README.md).")
+OUT = click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
+PICTURE = click.option(
+    "-o", "--picture", type=NEW_FILE, help="Draw a picture into this file (.png, .pdf, .svg) instead."
+)
 
 
 # Before a campaign is computed: prepare.py.
@@ -114,17 +211,12 @@ def effects() -> None:
 # Computing a campaign: run.py, conduct.py and prepare.py.
 
 
-class ShardText(click.ParamType[Shard]):
-    """A part of a campaign, as `3/10`."""
-
-    name = "n/of"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Shard:
-        """The part."""
-        try:
-            return value if isinstance(value, Shard) else Shard.parse(value)
-        except ValueError as error:
-            self.fail(str(error), param, ctx)
+def _shard(_context: click.Context, _option: click.Parameter, text: str | None) -> Shard | None:
+    """The part of a campaign that a text names, as `3/10`."""
+    try:
+        return None if text is None else Shard.parse(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
 
 
 @command("run:run_campaign", CAMPAIGN, OUT)
@@ -143,7 +235,8 @@ class ShardText(click.ParamType[Shard]):
 @click.option("--retry", is_flag=True, help="Try tasks again that have failed (`nanoslip status` counts them).")
 @click.option(
     "--shard",
-    type=ShardText(),
+    metavar="N/OF",
+    callback=_shard,
     help="Compute one part, 3/10 the third of ten, in a folder of its own; `nanoslip merge` joins the parts.",
 )
 def run() -> None:

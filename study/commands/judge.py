@@ -20,7 +20,7 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset import verify as verification
 from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
 from nanoslip.study.dataset.compare import Finding, Verdict
-from nanoslip.study.dataset.variables import OUTCOMES, Described, described, rows, shortened, text_of
+from nanoslip.study.dataset.variables import OUTCOMES, described, rows, shortened, text_of
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task
@@ -251,7 +251,10 @@ def _print_findings(findings: list[Finding]) -> None:
 
 def describe_variables(name: str | None, as_json: bool) -> None:
     """Print what one variable of a dataset is, or a table of all."""
-    found = rows() if name is None else [_described(name)]
+    try:
+        found = [described(name)] if name else rows()
+    except KeyError as error:
+        raise Refusal(error.args[0]) from None
     if as_json:
         print_json([asdict(one) for one in found])
     elif name is None:
@@ -259,13 +262,6 @@ def describe_variables(name: str | None, as_json: bool) -> None:
         print_table(Table(("variable", "unit", "meaning"), cells, labels=2))
     else:
         print_sentences(text_of(found[0]).splitlines())
-
-
-def _described(name: str) -> Described:
-    try:
-        return described(name)
-    except KeyError as error:
-        raise Refusal(error.args[0]) from None
 
 
 # `nanoslip accuracy`: error against processor time for every numerical setting, or for members and lengths of records.

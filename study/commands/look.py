@@ -92,7 +92,8 @@ def draw_figure(
     elif names or everything:
         _draw_named(names, everything, formats, into, out or RESULTS)
     else:
-        _list()
+        print_entries({name: figure.title for name, figure in shipped_figures().items()})
+        say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
 def _draw_over_axes(
@@ -149,11 +150,6 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
                 print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3))
                 _say_written(written)
     _say_written(write_indexes(into))
-
-
-def _list() -> None:
-    print_entries({name: figure.title for name, figure in shipped_figures().items()})
-    say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
 def _say_written(files: Iterable[Path]) -> None:

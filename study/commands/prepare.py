@@ -7,7 +7,7 @@ import sys
 import time
 import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
@@ -16,19 +16,7 @@ import click
 
 from nanoslip.solver.outcome import Ending
 from nanoslip.study import shipped
-from nanoslip.study.commands.plans import (
-    Standing,
-    advised,
-    counted,
-    idle_lines,
-    kinds_as_data,
-    measured_here,
-    planned,
-    print_foreign,
-    print_json,
-    refusals,
-    standing,
-)
+from nanoslip.study.commands import plans
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import ManifestError
@@ -36,7 +24,7 @@ from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.reader import effects
 from nanoslip.study.plan.grids import choice
 from nanoslip.study.plan.outlook import expected_lines, outlook_of, shortages, span_line
-from nanoslip.study.plan.plan import PENDING, Plan, disk_of_plan, ended
+from nanoslip.study.plan.plan import PENDING, KindCount, Plan, disk_of_plan, ended
 from nanoslip.study.report.console import Table, console, print_entries, print_sentences, print_table, say, whole
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
@@ -48,7 +36,7 @@ def list_campaigns(as_json: bool) -> None:
     """Print name and title of each campaign that comes with nanoslip."""
     found = shipped.campaigns()
     if as_json:
-        print_json([{"name": name, "title": title_of(path), "file": str(path)} for name, path in found.items()])
+        plans.print_json([{"name": name, "title": title_of(path), "file": str(path)} for name, path in found.items()])
         return
     print_titles(found)
     say(f"{whole('nanoslip run NAME')} computes one; the files are in {whole(shipped.folder('campaigns'))}")
@@ -104,9 +92,9 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
     problems: list[str] = []
     for campaign in campaigns:
         try:
-            plan = planned(campaign)
+            plan = plans.planned(campaign)
             say(_counted(campaign, plan))
-            print_sentences(idle_lines(plan))
+            print_sentences(plans.idle_lines(plan))
         except ManifestError as error:
             problems += error.lines
     if problems:
@@ -118,9 +106,9 @@ def _counted(campaign: Path, plan: Plan) -> str:
     refused = sum(not case.outcome.ok for case in plan.cases)
     impossible = sum(drive.drive is None for drive in plan.manifest.drives)
     said = (
-        f"{counted(len(plan.cases), 'case')}{_of_them(refused)}",
-        f"{counted(len(plan.manifest.drives), 'drive')}{_of_them(impossible)}",
-        counted(len(plan.tasks), "task"),
+        f"{plans.counted(len(plan.cases), 'case')}{_of_them(refused)}",
+        f"{plans.counted(len(plan.manifest.drives), 'drive')}{_of_them(impossible)}",
+        plans.counted(len(plan.tasks), "task"),
     )
     return f"{whole(campaign)}: fine: {', '.join(said)}"
 
@@ -140,24 +128,24 @@ def show_plan(
     ranks: number for which the time is estimated beside that of one, None for the cores here. measure: whether tasks are
     measured here.
     """
-    found = standing(campaign, out, measured_here if measure else None)
+    found = plans.standing(campaign, out, plans.measured_here if measure else None)
     if as_json:
-        print_json(_data(found, ranks or cores()))
+        plans.print_json(_data(found, ranks or cores()))
     else:
         _print(found, ranks or cores(), show_effects)
 
 
-def _print(found: Standing, ranks: int, show_effects: bool) -> None:
+def _print(found: plans.Standing, ranks: int, show_effects: bool) -> None:
     plan, outlook = found.plan, outlook_of(found.plan)
     on_or_off = effects(plan.manifest)
-    print_sentences([plan.manifest.title, *_cases(plan), *idle_lines(plan)])
+    print_sentences([plan.manifest.title, *_cases(plan), *plans.idle_lines(plan)])
     if show_effects:
         rows = tuple((each.name, each.setting, "" if each.setting == "on" else each.without) for each in on_or_off)
         print_table(Table(("effect", "here", "left out where off"), rows, 2))
     else:
         off = ", ".join(each.name for each in on_or_off if each.setting != "on") or "none"
         say(f"effects that are off or vary: {off} (--effects says what that leaves out)")
-    _print_counts(found)
+    print_table(_kinds(found, _CELLS))
     print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), _disk(plan), span_line(outlook)])
     for what, lines in (
         ("expected", expected_lines(plan, outlook)),
@@ -165,7 +153,7 @@ def _print(found: Standing, ranks: int, show_effects: bool) -> None:
         ("does not fit here", shortages(plan, found.remaining)),
     ):
         print_sentences(f"{what}: {line}" for line in lines)
-    print_foreign(found.foreign, found.campaign, found.into)
+    plans.print_foreign(found.foreign, found.campaign, found.into)
 
 
 def _cases(plan: Plan) -> Iterator[str]:
@@ -174,7 +162,7 @@ def _cases(plan: Plan) -> Iterator[str]:
     likely = str(ensemble.members) if ensemble.within is None else f"{ensemble.likely} to {ensemble.members}"
     of_members = f" of {likely} members" if ensemble.members > 1 else ""
     refused = sum(case.case is None for case in plan.cases)
-    yield f"{counted(len(plan.cases), 'case')}{of_members}, {refused} of them refused"
+    yield f"{plans.counted(len(plan.cases), 'case')}{of_members}, {refused} of them refused"
     if manifest.drive_axes and manifest.drives:
         impossible = sum(drive.drive is None for drive in manifest.drives)
         yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"
@@ -184,24 +172,23 @@ def _cases(plan: Plan) -> Iterator[str]:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
 
 
-def _print_counts(found: Standing) -> None:
-    header = ("tasks", "left", "core time left", "disk, MB", "memory of one, MB", "finished", "all")
-    rows = [
-        (
-            kind,
-            str(each.left),
-            duration(each.core_seconds_left),
-            _mega(each.disk_bytes),
-            _mega(each.memory_bytes),
-            str(each.finished),
-            str(each.all),
-        )
-        for kind, each in found.kinds.items()
-    ]
-    print_table(Table(header, tuple(rows)))
+_CELLS: Final[Mapping[str, Callable[[KindCount], str]]] = {
+    "left": lambda count: str(count.left),
+    "core time left": lambda count: duration(count.core_seconds_left),
+    "disk, MB": lambda count: _mega(count.disk_bytes),
+    "memory of one, MB": lambda count: _mega(count.memory_bytes),
+    "finished": lambda count: str(count.finished),
+    "all": lambda count: str(count.all),
+}
+"""What tables tell of a kind of task."""
 
 
-def _factors(found: Standing) -> Iterator[str]:
+def _kinds(found: plans.Standing, columns: Iterable[str]) -> Table:
+    rows = ((kind, *(_CELLS[each](count) for each in columns)) for kind, count in found.kinds.items())
+    return Table(("tasks", *columns), tuple(rows))
+
+
+def _factors(found: plans.Standing) -> Iterator[str]:
     """What measured tasks took over what they were predicted to."""
     data = found.measured.as_data()
     factors = [f"{kind} {found.measured.factor(kind):.2g} x" for kind in found.kinds if kind in data]
@@ -209,7 +196,7 @@ def _factors(found: Standing) -> Iterator[str]:
         yield f"measured over predicted seconds: {', '.join(factors)}"
 
 
-def _time(found: Standing, ranks: int) -> str:
+def _time(found: plans.Standing, ranks: int) -> str:
     """The time that is left, on one rank and on several, and how well it is known."""
     tasks = found.remaining
     if not tasks:
@@ -217,11 +204,11 @@ def _time(found: Standing, ranks: int) -> str:
     alone, together = (roughly(makespan(tasks, number, found.measured.seconds)) for number in (1, ranks))
     several = f", {together} on {ranks} (--ranks for another number)" if ranks > 1 else ""
     count = found.measured.tasks({task.kind for task in tasks})
-    known = f"by what {counted(count, 'task')} took" if count else "to a factor of three"
+    known = f"by what {plans.counted(count, 'task')} took" if count else "to a factor of three"
     return f"time left: {alone} on 1 rank{several}, {known}"
 
 
-def _ensembles(found: Standing) -> Iterator[str]:
+def _ensembles(found: plans.Standing) -> Iterator[str]:
     """What the estimate leaves open where a target decides how many members there are."""
     ensemble = found.plan.manifest.ensemble
     if ensemble.within is not None:
@@ -247,7 +234,7 @@ def _refused(plan: Plan) -> Iterator[str]:
         yield f"{where}: {message}" + (f" (and {count - 1} more)" if count > 1 else "")
 
 
-def _data(found: Standing, ranks: int) -> dict[str, Any]:
+def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
     """The plan for scripts."""
     plan = found.plan
     results, dataset = disk_of_plan(plan)
@@ -263,7 +250,7 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
             for each in plan.manifest.drives
         ],
         "effects": {each.name: each.setting for each in effects(plan.manifest)},
-        "tasks": kinds_as_data(found.kinds),
+        "tasks": plans.kinds_as_data(found.kinds),
         "seconds_left": {
             str(number): makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})
         },
@@ -289,24 +276,27 @@ def show_status(campaign: Path, out: Path | None, watch: bool, as_json: bool) ->
     """Print how many of a campaign's tasks are finished and how its cases ended; with `watch` until all are finished."""
     if watch and as_json:
         raise click.UsageError("--watch and --json exclude each other")
-    found = standing(campaign, out)
+    found = plans.standing(campaign, out)
     if as_json:
-        print_json(_status_data(found))
+        plans.print_json(_status_data(found))
     elif watch:
         _watch(found)
     else:
         say(found.plan.manifest.title)
         print_table(*_tables(found))
         if found.given_up:
-            again, tasks = advised("run", campaign, found.into, "--retry"), counted(len(found.given_up), "task")
+            again, tasks = (
+                plans.advised("run", campaign, found.into, "--retry"),
+                plans.counted(len(found.given_up), "task"),
+            )
             say(f"{tasks} are not tried any more: failed, or need one that has; {again} tries again")
         if len(found.stores) > 1:
-            merge, shards = advised("merge", campaign, found.into), counted(len(found.stores) - 1, "shard")
+            merge, shards = plans.advised("merge", campaign, found.into), plans.counted(len(found.stores) - 1, "shard")
             say(f"counted with the results of {shards} not merged yet; {merge} brings them together")
-        print_foreign(found.foreign, campaign, found.into)
+        plans.print_foreign(found.foreign, campaign, found.into)
 
 
-def _watch(found: Standing) -> None:
+def _watch(found: plans.Standing) -> None:
     """Redraw on a terminal, else print a line whenever something has changed; ends with the last task, or by Ctrl-C."""
     out = console()
     with suppress(KeyboardInterrupt):
@@ -322,31 +312,27 @@ def _watch(found: Standing) -> None:
                 screen.update(Group(each.plan.manifest.title, *_tables(each)), refresh=True)
 
 
-def _again(found: Standing) -> Iterator[Standing]:
+def _again(found: plans.Standing) -> Iterator[plans.Standing]:
     """The state of a campaign now and every few seconds, the last time when nothing is left."""
     yield found
     while found.remaining:
         time.sleep(INTERVAL)
-        found = standing(found.campaign, found.into, before=found)
+        found = plans.standing(found.campaign, found.into, before=found)
         yield found
 
 
-def _tables(found: Standing) -> tuple[Table, Table]:
+def _tables(found: plans.Standing) -> tuple[Table, Table]:
     """Tasks by kind, and cases and drives by outcome."""
-    tasks = [
-        (kind, str(each.finished), str(each.left), duration(each.core_seconds_left), str(each.all))
-        for kind, each in found.kinds.items()
-    ]
     cases, drives = ended(found.plan, found.outcomes)
     words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word in _UNHURT, word))
     header = ("outcome", "cases", "drives") if drives else ("outcome", "cases")
     rows = [(word, str(cases[word]), str(drives[word]))[: len(header)] for word in words]
     failed = frozenset(number for number, word in enumerate(words) if word not in (_COMPLETED, *_UNHURT))
-    titles = ("tasks", "finished", "left", "core time left", "all")
-    return Table(titles, tuple(tasks)), Table(header, tuple(rows), len(header), failed)
+    tasks = _kinds(found, ("finished", "left", "core time left", "all"))
+    return tasks, Table(header, tuple(rows), len(header), failed)
 
 
-def _line(found: Standing) -> str:
+def _line(found: plans.Standing) -> str:
     """The state in one line."""
     cases, drives = ended(found.plan, found.outcomes)
     count = len(found.plan.tasks)
@@ -354,17 +340,17 @@ def _line(found: Standing) -> str:
     return "; ".join([*parts, *([f"drives: {_words(drives)}"] if drives else [])])
 
 
-def _words(counted: Counter[str]) -> str:
-    return ", ".join(f"{count} {word}" for word, count in sorted(counted.items(), key=lambda item: (-item[1], item[0])))
+def _words(numbers: Counter[str]) -> str:
+    return ", ".join(f"{count} {word}" for word, count in sorted(numbers.items(), key=lambda item: (-item[1], item[0])))
 
 
-def _status_data(found: Standing) -> dict[str, Any]:
+def _status_data(found: plans.Standing) -> dict[str, Any]:
     """The state for scripts."""
     cases, drives = ended(found.plan, found.outcomes)
     return {
         "title": found.plan.manifest.title,
         "finished": not found.remaining and not found.given_up,
-        "tasks": kinds_as_data(found.kinds),
+        "tasks": plans.kinds_as_data(found.kinds),
         "cases": dict(cases),
         "drives": dict(drives),
         "given_up": len(found.given_up),
@@ -383,8 +369,8 @@ _UNHURT: Final = (PENDING, Ending.NOT_NEEDED.value)
 def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards: int | None, submit: bool) -> None:
     """Write the batch scripts of a campaign; with `submit` hand them to sbatch and end the process."""
     used = site or shipped.folder("slurm") / "site.toml"
-    with refusals(SiteError):
-        planned(campaign)  # what is wrong with it is better known before the queue than after
+    with plans.refusals(SiteError):
+        plans.planned(campaign)  # what is wrong with it is better known before the queue than after
         settings, template = load_site(used)
         into = folder(campaign, out).absolute()
         job = Job(campaign.absolute(), into)

@@ -106,19 +106,14 @@ class Table:
             header_style="bold",
             border_style="bold",
         )
-        for place, width in enumerate(widths):
-            self._add(grid, place, width)
-        if room:
-            self._add(grid, -1)
+        columns: list[tuple[int, int | None]] = [*enumerate(widths), *([(-1, None)] if room else [])]
+        for place, letters in columns:
+            numbers = all(_NUMBER.match(row[place]) for row in self.rows)
+            grid.add_column(Text(self.header[place]), width=letters, justify="right" if numbers else "left")
         for number, row in enumerate(self.rows):
             cells = [*row[: len(widths)], *(["\n".join(wrapped(row[-1], room, "", ""))] if room else [])]
             grid.add_row(*map(Text, cells), style=self._style(number))
         return grid
-
-    def _add(self, grid: rich.table.Table, place: int, width: int | None = None) -> None:
-        """Add a column, numbers at its right end."""
-        numbers = all(_NUMBER.match(row[place]) for row in self.rows)
-        grid.add_column(Text(self.header[place]), width=width, justify="right" if numbers else "left")
 
     def _cards(self, width: int) -> Iterator[Text]:
         """Every cell on a line of its own, behind its title."""

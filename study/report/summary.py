@@ -3,9 +3,9 @@
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -137,32 +137,14 @@ SYMBOLS: Final = {name: each.symbol for name, each in variables.parameters().ite
 """Parameter -> what tables and figures call it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
-    """One case of a dataset, with its drive where there are drives."""
-
-    label: dict[str, Value]
-    """The parameters in which it differs from the other cases."""
-    values: xr.Dataset
-    """The scalars of this case."""
-    selection: dict[str, Value]
-    """What singles it out for the accessor of nanoslip.study.dataset.access."""
-
-
-def points(dataset: xr.Dataset, variable: str, most: int = MOST_ROWS) -> Iterator[Point]:
-    """The cases that a variable has, with their drives where it has them, in the variable's order: so many at most.
+def _cases(dataset: xr.Dataset, of: xr.DataArray, most: int) -> list[xr.Dataset]:
+    """The scalars of each case that a variable has, with its drive where it has one, in the variable's order: so many at most.
 
     What has ended goes before what has not.
     """
-    dims = dataset[variable].dims
-    varying = [str(name) for name in _varying(dataset, dims)]
-    scalars = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= set(dims)]].load()
-    shape = dataset[variable].shape
-    for number in sorted(np.argsort(_waiting(scalars, dataset[variable]), kind="stable")[:most].tolist()):
-        values = scalars.isel(dict(zip(dims, np.unravel_index(number, shape), strict=True)))
-        label = {name: values[name].item() for name in varying}
-        selection = {str(dim): values[dim].item() for dim in dims}
-        yield Point(label, values, selection)
+    scalars = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= set(of.dims)]].load()
+    numbers = sorted(np.argsort(_waiting(scalars, of), kind="stable")[:most].tolist())
+    return [scalars.isel(dict(zip(of.dims, np.unravel_index(number, of.shape), strict=True))) for number in numbers]
 
 
 def _waiting(dataset: xr.Dataset, of: xr.DataArray) -> NDArray[np.bool_]:
@@ -184,34 +166,31 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
     columns = {name: _COLUMNS.get(name, symbol(name)) for name in (*asked, *_DRIVEN, *_COLUMNS) if name in dataset}
     numbers = {
         *columns,
-        *map(_SUMMARY_UNCERTAINTY.get, columns),
-        *(f"{name}_members" for name in columns),
+        *(f"{name}{end}" for name in columns for end in (_UNCERTAINTY, "_members")),
         variables.MEMBERS.name,
         variables.DRIVE_MEMBERS.name,
         variables.VALIDITY.name,
     }
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
-    what = "static_friction" if "static_friction" in dataset else "outcome"
-    shown = list(points(dataset, what, most))
-    varying = tuple(shown[0].label)
+    of = dataset["static_friction" if "static_friction" in dataset else "outcome"]
+    varying = _varying(dataset, of)
     labels = [in_unit(_name(name), name) for name in varying]
     titles = [
         f"{title} of contact" if title in labels else title for title in columns.values()
     ]  # a punch is given its own
     header = (*labels, *titles, "outcome")
-    rows = [
-        (
-            *(in_text(point.label[name]) for name in varying),
-            *(_cell(point.values, name) for name in columns),
-            "".join(_ending(point.values)[: 3 if why else 2]),
-        )
-        for point in shown
-    ]
-    if more := dataset[what].size - len(shown):
+    rows: list[tuple[str, ...]] = []
+    failed = set()
+    for case in _cases(dataset, of, most):
+        ending, flags, message = _ending(case)
+        if ending not in _UNHURT:
+            failed.add(len(rows))
+        told = f"{ending}{flags}{message}" if why else f"{ending}{flags}"
+        rows.append((*(in_text(case[name].item()) for name in varying), *(_cell(case, name) for name in columns), told))
+    if more := of.size - len(rows):
         rows.append((*("…" for _ in header[1:]), f"{more} more"))
-    failed = frozenset(number for number, point in enumerate(shown) if _ending(point.values)[0] not in _UNHURT)
-    return Table(header, tuple(rows), len(varying), failed, len(asked))
+    return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
 
 
 def _asked(dataset: xr.Dataset) -> list[str]:
@@ -322,7 +301,7 @@ def _where(dataset: xr.Dataset, of: xr.DataArray, numbers: Sequence[int], what: 
 def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
     """The parameters of one of a variable's cases or drives, those that vary."""
     here = of[np.unravel_index(number, of.shape)]
-    return words({str(name): here[name].item() for name in _varying(dataset, of.dims)})
+    return words({name: here[name].item() for name in _varying(dataset, of)})
 
 
 def counted_as(outcomes: xr.DataArray) -> str:
@@ -383,12 +362,11 @@ _DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
 _LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()
-_SUMMARY_UNCERTAINTY: Final = {name: each.uncertainty for name, each in variables.all_scalars().items()}
-"""Variable -> the one that says how uncertain it is."""
 
 
-def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
-    """Coordinates with more than one value: dimensions, or the parameters that the author of a list of cases lists."""
+def _varying(dataset: xr.Dataset, of: xr.DataArray) -> list[str]:
+    """A variable's coordinates with more than one value: dimensions, or those that the author of a list of cases lists."""
+    dims = [str(dim) for dim in of.dims]
     if "case" not in dims:
         return [dim for dim in dims if dataset.sizes[dim] > 1]
     several = [name for name in listed(dataset) if len(set(dataset[name].values.ravel().tolist())) > 1]
