@@ -94,9 +94,7 @@ def print_summary(dataset: xr.Dataset) -> None:
     knows less than was asked for, and the advice of its validity flags."""
     table, alike = summary.said_once(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES))
     print_table(table)
-    print_sentences(_chosen(dataset))
-    print_sentences([*alike, *filter(None, [means_of(dataset)])])
-    print_sentences(summary.drive_summary(dataset))
+    print_sentences([*_chosen(dataset), *alike, means_of(dataset), *summary.drive_summary(dataset)])
     print_sentences(summary.failure_summary(dataset), FAILED)
     print_sentences(summary.cautions(dataset))
 

@@ -112,7 +112,11 @@ def compare_datasets(first: Path, second: Path) -> None:
         pair = verification.over_members(one), verification.over_members(other)
         kinds = [kind for kind in verification.KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
-        _print_facts(pair)
+        if facts := verification.differing(pair):
+            print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
+        else:
+            say("same parameters, campaign and software")
+        say(verification.meaning(pair))
         found = {kind: verification.matched(pair, kind) for kind in kinds}
         if not any(each.rows for each in found.values()):
             raise verification.NotComparableError(f"{first} and {second} share no computed case")
@@ -126,15 +130,6 @@ def compare_datasets(first: Path, second: Path) -> None:
     unknown = f", {counts[None]} of unknown uncertainty" if counts[None] else ""
     say("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in Verdict) + unknown)
     sys.exit(CRASHED if counts[Verdict.DIFFERENT] else 0)
-
-
-def _print_facts(pair: verification.Pair) -> None:
-    facts = verification.differing(pair)
-    if facts:
-        print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
-    else:
-        say("same parameters, campaign and software")
-    print_sentences(filter(None, [verification.meaning(pair)]))
 
 
 def _print_rows(what: str, found: verification.Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:

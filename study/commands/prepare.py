@@ -65,23 +65,17 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
     if starter not in found:
         raise Refusal(f"{starter}: no starter; there are {', '.join(found)}")
     target = file or Path(f"{starter}.toml")
-    _write({found[starter]: target} | {path: target.with_name(path.name) for path in _beside(found[starter])})
+    source = found[starter]
+    copies = {source: target} | {
+        path: target.with_name(path.name) for path in source.parent.glob(f"{source.stem}.*") if path != source
+    }  # the files that a starter names are those of its name
+    if taken := [str(copy) for copy in copies.values() if copy.exists()]:
+        raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
+    write_files({copy: path.read_bytes() for path, copy in copies.items()})
     say(
         f"{whole(f'written: {target}')}; change it, then: "
         f"{whole(f'nanoslip check {target}')}; {whole(f'nanoslip run {target}')}"
     )
-
-
-def _beside(starter: Path) -> list[Path]:
-    """The files that a starter names: those of its name."""
-    return [path for path in starter.parent.glob(f"{starter.stem}.*") if path != starter]
-
-
-def _write(copies: Mapping[Path, Path]) -> None:
-    """Copy each file to its place, which must be free; nothing is written where one is not. Raises Refusal."""
-    if taken := [str(target) for target in copies.values() if target.exists()]:
-        raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
-    write_files({target: source.read_bytes() for source, target in copies.items()})
 
 
 # `nanoslip check`: every problem of campaign files, or what each would compute in a line.
@@ -402,10 +396,8 @@ def _submit(scripts: list[Path]) -> int:
         sys.stdout.write(done.stdout)
         if done.returncode:
             return done.returncode
-        before = [f"--dependency=afterany:{_number(done.stdout)}"]
+        number = next(
+            word for word in done.stdout.split() if word.isdigit()
+        )  # `Submitted batch job 12`, or `… 12 on cluster …`
+        before = [f"--dependency=afterany:{number}"]
     return 0
-
-
-def _number(said: str) -> str:
-    """The number of the job: `Submitted batch job 12`, or `… 12 on cluster …`."""
-    return next(word for word in said.split() if word.isdigit())

@@ -125,10 +125,11 @@ _TIMES: Final = ("began (UTC)", "end", "took", "core time", "tasks", "failed", "
 
 
 def _times(run: Run) -> tuple[str, ...]:
-    began, processes = run.begun[:19].replace("T", " "), f"{run.processes} {run.unit}"
-    if not run.ended:
-        return began, _end(run), *(summary.NOTHING,) * 4, processes
-    return began, _end(run), _time(run.wall_seconds), _time(run.core_seconds), str(run.done), str(run.failed), processes
+    end, told = "none: at work, or killed", (summary.NOTHING,) * 4
+    if run.ended:
+        end = _WORDS.get(run.exit_code, f"exit code {run.exit_code}")
+        told = _time(run.wall_seconds), _time(run.core_seconds), str(run.done), str(run.failed)
+    return run.begun[:19].replace("T", " "), end, *told, f"{run.processes} {run.unit}"
 
 
 def _facts(run: Run) -> dict[str, str]:
@@ -146,12 +147,6 @@ def _facts(run: Run) -> dict[str, str]:
         "Python": run.python,
         **run.libraries,
     }
-
-
-def _end(run: Run) -> str:
-    if not run.ended:
-        return "none: at work, or killed"
-    return _WORDS.get(run.exit_code, f"exit code {run.exit_code}")
 
 
 def _time(seconds: float) -> str:
@@ -270,10 +265,11 @@ def _si(value: float, unit: str) -> str:
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:
     """Groups of runs and fits that the dataset does not have, a line each."""
-    groups = {"record_id": "Friction records", "trajectory_id": "Motions of pins"}
-    asked = {"record_id": "plateau_mean", "trajectory_id": "drive_outcome"}
-    for name, words in groups.items():
-        if asked[name] in dataset and name not in dataset:
+    for group, words, asked in (
+        ("record_id", "Friction records", "plateau_mean"),
+        ("trajectory_id", "Motions of pins", "drive_outcome"),
+    ):
+        if asked in dataset and group not in dataset:
             yield f"{words} are not kept ([outputs] of the campaign): there are no figures of single cases."
     if "record_id" in dataset and "slips_exponent" not in dataset:
         yield "Distributions of event sizes are not computed: [outputs] statistics of the campaign."
