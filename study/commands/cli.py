@@ -24,6 +24,9 @@ __all__ = ["cli", "main"]
 
 # The command `nanoslip`, which its commands are declared on.
 
+flag = partial(click.option, is_flag=True)
+defaulted = partial(click.option, show_default=True)
+
 
 class Group(click.Group):
     """A group that lists its commands as they are declared: in the order of a campaign's life."""
@@ -43,14 +46,7 @@ def _say_version(context: click.Context, _option: click.Parameter, asked: bool) 
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
-@click.option(
-    "--version",
-    is_flag=True,
-    is_eager=True,
-    expose_value=False,
-    callback=_say_version,
-    help="Show the version and exit.",
-)
+@flag("--version", is_eager=True, expose_value=False, callback=_say_version, help="Show the version and exit.")
 def cli() -> None:
     """A friction laboratory: from campaign files (TOML) to one labelled dataset each."""
 
@@ -122,7 +118,7 @@ POSITIVE: Final = click.IntRange(min=1)
 
 CAMPAIGN = click.argument("campaign", type=CAMPAIGN_PATH)
 PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
-JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts (keys: study/commands/README.md).")
+JSON = flag("--json", "as_json", help="Print JSON for scripts (keys: study/commands/README.md).")
 OUT = click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
 PICTURE = click.option(
     "-o", "--picture", type=NEW_FILE, help="Draw a picture into this file (.png, .pdf, .svg) instead."
@@ -169,8 +165,8 @@ def check() -> None:
 
 @command("prepare:show_plan", CAMPAIGN, OUT, JSON)
 @click.option("--ranks", type=POSITIVE, help="Number of ranks to estimate the time for [default: cores here]")
-@click.option("--measure", is_flag=True, help="Measure a few tasks on this machine first; no result is kept.")
-@click.option("--effects", "show_effects", is_flag=True, help="Show which effects are on, and what is left out.")
+@flag("--measure", help="Measure a few tasks on this machine first; no result is kept.")
+@flag("--effects", "show_effects", help="Show which effects are on, and what is left out.")
 def plan() -> None:
     """Show the tasks of CAMPAIGN, their time, memory and disk space.
 
@@ -180,9 +176,7 @@ def plan() -> None:
 
 
 @command("look:explain_case", CAMPAIGN, PARAMETERS)
-@click.option(
-    "--effects", "show_effects", is_flag=True, help="Measure what each of its effects changes and costs, too."
-)
+@flag("--effects", "show_effects", help="Measure what each of its effects changes and costs, too.")
 def explain() -> None:
     """Explain one case of CAMPAIGN before it is computed.
 
@@ -194,7 +188,7 @@ def explain() -> None:
 
 
 @command("look:show_effects", CAMPAIGN)
-@click.option("--cases", type=POSITIVE, default=3, show_default=True, help="Number of cases, and of drives.")
+@defaulted("--cases", type=POSITIVE, default=3, help="Number of cases, and of drives.")
 @click.option("--members", type=click.IntRange(min=2), help="Members of each case [default: the campaign's, at most 8]")
 def effects() -> None:
     """Measure what each effect of CAMPAIGN changes and costs.
@@ -220,19 +214,16 @@ def _shard(_context: click.Context, _option: click.Parameter, text: str | None) 
 
 
 @command("run:run_campaign", CAMPAIGN, OUT)
-@click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI; no time limit ends a task.")
+@flag("--serial", help="Compute in this process alone, without MPI; no time limit ends a task.")
 @click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
-@click.option(
+@defaulted(
     "--grace",
     type=click.FloatRange(min=0.0),
     default=GRACE,
-    show_default=True,
     help="Seconds that running tasks get to finish after a signal.",
 )
-@click.option(
-    "--recompute-foreign", is_flag=True, help="Compute results of other software again (`nanoslip status` names it)."
-)
-@click.option("--retry", is_flag=True, help="Try tasks again that have failed (`nanoslip status` counts them).")
+@flag("--recompute-foreign", help="Compute results of other software again (`nanoslip status` names it).")
+@flag("--retry", help="Try tasks again that have failed (`nanoslip status` counts them).")
 @click.option(
     "--shard",
     metavar="N/OF",
@@ -250,7 +241,7 @@ def run() -> None:
 
 
 @command("prepare:show_status", CAMPAIGN, OUT, JSON)
-@click.option("--watch", is_flag=True, help="Repeat every two seconds until all is finished; stop it with Ctrl-C.")
+@flag("--watch", help="Repeat every two seconds until all is finished; stop it with Ctrl-C.")
 def status() -> None:
     """Show how much of CAMPAIGN is finished, and how its cases ended.
 
@@ -259,11 +250,7 @@ def status() -> None:
 
 
 @command("judge:collect_dataset", CAMPAIGN, OUT)
-@click.option(
-    "--replace",
-    is_flag=True,
-    help="Replace a dataset that has more finished cases, as of the campaign before it changed.",
-)
+@flag("--replace", help="Replace a dataset that has more finished cases, as of the campaign before it changed.")
 def collect() -> None:
     """Write the dataset of CAMPAIGN from its finished results.
 
@@ -290,7 +277,7 @@ def merge() -> None:
     type=click.IntRange(1, MOST),
     help="Number of small jobs in an array; one job more merges their results.",
 )
-@click.option("--submit", is_flag=True, help="Submit the scripts by sbatch.")
+@flag("--submit", help="Submit the scripts by sbatch.")
 def submit() -> None:
     """Write batch scripts that run CAMPAIGN as a job, or an array."""
 
@@ -309,7 +296,7 @@ def report() -> None:
 
 @command("look:draw_figure")
 @click.argument("names", nargs=-1, metavar="[CAMPAIGN | NAME]...")
-@click.option("--all", "everything", is_flag=True, help="Draw every shipped figure, and write pages of them.")
+@flag("--all", "everything", help="Draw every shipped figure, and write pages of them.")
 @click.option(
     "--format",
     "formats",
@@ -318,11 +305,10 @@ def report() -> None:
     default=FORMATS,
     help="Formats of shipped figures [default: all]",
 )
-@click.option(
+@defaulted(
     "--into",
     type=PATH,
     default=RESULTS,
-    show_default=True,
     help="Folder of shipped figures. Folders below it are those of their campaigns: fig5 in figures, regimes in maps.",
 )
 @click.option(
@@ -337,7 +323,7 @@ def report() -> None:
     "--hue", default="", metavar="AXIS", help="Axis of CAMPAIGN with a colour for each value [default: the next one]"
 )
 @click.option("-o", "--output", type=NEW_FILE, help="File of that figure: .pdf, .svg or .png.")
-@click.option("--csv", "table", is_flag=True, help="Write the numbers that are drawn to a file beside it.")
+@flag("--csv", "table", help="Write the numbers that are drawn to a file beside it.")
 def figure() -> None:
     """Draw a variable of CAMPAIGN over its axes, or shipped figures.
 
@@ -364,8 +350,8 @@ def show_case() -> None:
 
 
 @command("look:try_campaign", PARAMETERS, PICTURE, name="try")
-@click.option("--contact", is_flag=True, help="Compute initial contact only.")
-@click.option("--drive", is_flag=True, help="Pull the pin by the paper's drive, too. Any key of [[drives]] implies it.")
+@flag("--contact", help="Compute initial contact only.")
+@flag("--drive", help="Pull the pin by the paper's drive, too. Any key of [[drives]] implies it.")
 def try_case() -> None:
     """Compute one case now and show it; nothing is written to disk.
 
@@ -377,18 +363,16 @@ def try_case() -> None:
 
 
 @command("look:draw_frames", CAMPAIGN, PARAMETERS)
-@click.option(
+@defaulted(
     "--events",
     default="0:200:40",
-    show_default=True,
     help="Events after which the contact is shown, as first:last:step or 0,5,12; 0 is initial contact.",
 )
-@click.option(
+@defaulted(
     "-o",
     "--output",
     type=NEW_FILE,
     default=Path("frames.png"),
-    show_default=True,
     help="File to write: a strip (.png, .pdf, .svg) or a film (.gif, .mp4).",
 )
 def frames() -> None:
@@ -462,16 +446,12 @@ def describe() -> None:
 
 @command("judge:show_accuracy", OUT)
 @click.argument("campaign", type=CAMPAIGN_PATH, required=False)
-@click.option("--quick", is_flag=True, help="Measure few values of every setting: a trial that takes seconds.")
-@click.option(
-    "--digit",
-    is_flag=True,
-    help="Measure what another digit of plateau, μ_s and μ_k costs instead: more members, or longer records.",
+@flag("--quick", help="Measure few values of every setting: a trial that takes seconds.")
+@flag(
+    "--digit", help="Measure what another digit of plateau, μ_s and μ_k costs instead: more members, or longer records."
 )
 @click.option(
-    "--save",
-    type=PATH,
-    help="Write the Pareto front to this file; campaigns choose from it by front = FILE.",
+    "--save", type=PATH, help="Write the Pareto front to this file; campaigns choose from it by front = FILE."
 )
 def accuracy() -> None:
     """Measure error against time for every numerical setting.

@@ -151,16 +151,11 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
         key, sign, value = word.partition("=")
         if not (sign and key and value):
             raise Refusal(f"{word}: needs key=value, as radius=50")
-        key = _of_symbol(key)
+        key = of_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
         if key in found:
             raise Refusal(f"{word}: {key} is given twice")
         found[key] = value
     return found
-
-
-def _of_symbol(key: str) -> str:
-    """The parameter of a case or a drive that has this symbol; any other key, or one of several, as it is."""
-    return of_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
 
 
 def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
@@ -190,14 +185,12 @@ def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignC
 
 def _differing(points: Sequence[Mapping[str, Value]]) -> str:
     """What tells cases apart, as advice."""
-    values = {name: list(dict.fromkeys(point.get(name) for point in points)) for name in points[0]}
-    told = (f"{name} = {_some(each)}" for name, each in values.items() if len(each) > 1)
+    told = []
+    for name in points[0]:
+        values = list(dict.fromkeys(str(point.get(name)) for point in points))
+        if len(values) > 1:
+            told.append(f"{name} = {' or '.join([*values[:FEW], *(['…'] if len(values) > FEW else [])])}")
     return in_words(f"say {', '.join(told)}")
-
-
-def _some(values: Sequence[Value | None]) -> str:
-    """The first of some values, and whether there are more."""
-    return " or ".join([*map(str, values[:FEW]), *(["…"] if len(values) > FEW else [])])
 
 
 def _is(value: Value | None, text: str) -> bool:
@@ -256,10 +249,8 @@ def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
     names = [str(name) for name, each in case.coords.items() if not each.dims and name not in _NAMES]
     told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
     if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
-        told = [
-            "pin",
-            *("half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")),
-        ]
+        told = ["half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")]
+        told.insert(0, "pin")
     return summary.words({name: case[name].item() for name in told if not case[name].isnull()})
 
 

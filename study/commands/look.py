@@ -239,18 +239,14 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
 
 
 def _row(each: Influence) -> tuple[str, ...]:
-    largest, known = each.largest, math.isfinite(each.largest.change)
-    change = f"{largest.change:+.2g} ± {largest.uncertainty:.1g}" if largest.change else "0"
-    where = f"case {largest.where}"
-    named = not known or any(problem.startswith(f"{where}: ") for problem in each.problems[:1])
+    largest, where = each.largest, f"case {each.largest.where}"
+    change, seconds, named = "–", "–", True
+    if math.isfinite(largest.change):
+        change = f"{largest.change:+.2g} ± {largest.uncertainty:.1g}" if largest.change else "0"
+        seconds = f"{each.seconds:.2g}"
+        named = any(problem.startswith(f"{where}: ") for problem in each.problems[:1])
     sentences = [each.setting, *([] if named else [where]), *each.problems[:1]]
-    return (
-        each.effect,
-        each.variable,
-        change if known else "–",
-        f"{each.seconds:.2g}" if known else "–",
-        "; ".join(sentences),
-    )
+    return each.effect, each.variable, change, seconds, "; ".join(sentences)
 
 
 # `nanoslip explain`: one case before it is computed: its estimated time, the error of its grid, and what half of that costs.

@@ -101,10 +101,7 @@ class Standing:
 
 
 def standing(
-    campaign: Path,
-    out: Path | None,
-    measure: Callable[[Plan], Measured] | None = None,
-    before: Standing | None = None,
+    campaign: Path, out: Path | None, measure: Callable[[Plan], Measured] | None = None, before: Standing | None = None
 ) -> Standing:
     """How far a campaign is. Raises ManifestError.
 

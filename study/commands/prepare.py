@@ -97,18 +97,13 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
 
 def _counted(campaign: Path, plan: Plan) -> str:
     """How many cases, drives of each case and tasks a campaign has."""
-    refused = sum(not case.outcome.ok for case in plan.cases)
-    impossible = sum(drive.drive is None for drive in plan.manifest.drives)
-    said = (
-        f"{plans.counted(len(plan.cases), 'case')}{_of_them(refused)}",
-        f"{plans.counted(len(plan.manifest.drives), 'drive')}{_of_them(impossible)}",
-        plans.counted(len(plan.tasks), "task"),
-    )
+    cases = len(plan.cases), "case", sum(not case.outcome.ok for case in plan.cases)
+    drives = len(plan.manifest.drives), "drive", sum(drive.drive is None for drive in plan.manifest.drives)
+    said = []
+    for number, what, refused in (cases, drives, (len(plan.tasks), "task", 0)):
+        why = f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""
+        said.append(f"{plans.counted(number, what)}{why}")
     return f"{whole(campaign)}: fine: {', '.join(said)}"
-
-
-def _of_them(refused: int) -> str:
-    return f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""
 
 
 # `nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed.

@@ -194,12 +194,8 @@ def endings(dataset: xr.Dataset) -> list[Ending]:
 
 def regimes(dataset: xr.Dataset) -> str:
     """Number of drives in each regime, of an ensemble that of most members; empty where all have the same regime."""
-    if "regime" not in dataset:
-        return ""
-    counts = Counter(variables.commonest(text)[0] for text in dataset["regime"].values.ravel().tolist() if text)
-    if len(counts) < 2:
-        return ""
-    return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
+    counts = summary.commonest(dataset["regime"]) if "regime" in dataset else []
+    return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts) if len(counts) > 1 else ""
 
 
 def accuracy(dataset: xr.Dataset) -> Iterator[str]:
@@ -348,11 +344,6 @@ class Section:
     notes: tuple[str, ...]
     """Sentences on what is not drawn."""
 
-    @property
-    def narrow(self) -> bool:
-        """Whether half of a broad page is enough for its large figures."""
-        return len(self.large) <= 1
-
 
 def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
     """Sections with their places on a broad page: a `half` beside the next one, or `alone` without one.
@@ -361,7 +352,7 @@ def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
     """
     found: list[tuple[str, Section]] = []
     for section in sections:
-        if not section.narrow:
+        if len(section.large) > 1:
             found.append(("", section))
         elif len(section.single) > FEW_SINGLE:
             found.append(("many", section))

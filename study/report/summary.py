@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -254,9 +254,10 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
     ]
 
 
-def reasons(
-    dataset: xr.Dataset,
-) -> Iterator[tuple[xr.DataArray, list[str], dict[tuple[str, str | None], list[int]]]]:
+Alike: TypeAlias = dict[tuple[str, str | None], list[int]]
+
+
+def reasons(dataset: xr.Dataset) -> Iterator[tuple[xr.DataArray, list[str], Alike]]:
     """Outcomes of cases, then of drives, their messages, and those that ended alike: positions by outcome and message.
 
     Messages that differ in numbers alone are one; that of a drive is None where its case has it. The most frequent come first.
@@ -266,7 +267,7 @@ def reasons(
         if outcome.name in dataset:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
             kinds = list(map(variables.without_numbers, texts))
-            groups: dict[tuple[str, str | None], list[int]] = {}
+            groups: Alike = {}
             for number, (ending, kind) in enumerate(zip(endings, kinds, strict=True)):
                 inherited = any(known in kind for known in of_cases)
                 groups.setdefault((ending, None if inherited else kind), []).append(number)
@@ -309,16 +310,16 @@ def counted_as(outcomes: xr.DataArray) -> str:
     return "drive" if outcomes.name == variables.OUTCOMES[variables.DRIVE][0].name else "case"
 
 
+def commonest(outcomes: xr.DataArray) -> list[tuple[str, int]]:
+    """How many drives have each outcome or regime, of an ensemble that of most members; the most frequent first."""
+    return Counter(variables.commonest(text)[0] for text in outcomes.values.ravel().tolist() if text).most_common()
+
+
 def drive_summary(dataset: xr.Dataset) -> list[str]:
-    """Number of drives by outcome and by regime, of an ensemble that of most members; nothing of few, as the table shows them."""
-    endings = [name for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
-    lines = []
-    for name in endings:
-        counts = Counter(variables.commonest(text)[0] for text in dataset[name].values.ravel().tolist())
-        said = ", ".join(f"{count} {word}" for word, count in counts.most_common() if word)
-        if said:
-            lines.append(f"{name} of {dataset[name].size} drives: {said}")
-    return lines
+    """Number of drives by outcome and by regime; nothing of few, as the table shows them."""
+    many = [dataset[name] for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
+    counted = [(each, ", ".join(f"{count} {word}" for word, count in commonest(each))) for each in many]
+    return [f"{each.name} of {each.size} drives: {said}" for each, said in counted if said]
 
 
 def words(label: dict[str, Value]) -> str:
