@@ -66,9 +66,6 @@ def write_report(campaign: Path, out: Path | None) -> None:
 
 # `nanoslip figure`: a number of a campaign over its axes; figures of the shipped campaigns, with their tables.
 
-RESULTS = Path("results")
-"""Where the results of shipped figures are, each campaign's in a folder."""
-
 
 def draw_figure(
     names: tuple[str, ...],
@@ -90,7 +87,7 @@ def draw_figure(
     elif x or hue or output or table:
         raise Refusal("--x, --hue, --output and --csv: need --y, the number that is drawn")
     elif names or everything:
-        _draw_named(names, everything, formats, into, out or RESULTS)
+        _draw_named(names, everything, formats, into, out or Path("results"))
     else:
         print_entries({name: figure.title for name, figure in shipped_figures().items()})
         say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")

@@ -11,7 +11,6 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -158,8 +157,6 @@ def _time(seconds: float) -> str:
 
 # The text of a page before its figures: outcomes of cases, accuracy, and units.
 
-UNHURT: Final = ("completed",)
-"""Endings that ask for nothing."""
 UNCERTAIN: Final = ("plateau_mean", "static_friction", "kinetic_friction", "mean_step")
 """Variables whose uncertainties a page sums up."""
 MOST_ADVICE: Final = 5
@@ -182,13 +179,13 @@ def endings(dataset: xr.Dataset) -> list[Ending]:
     What a drive inherits from its case is said once, of the case.
     """
     found = []
-    for outcomes, messages, groups in summary.reasons(dataset):
+    for what, outcomes, messages, groups in summary.reasons(dataset):
         for word, count in Counter(outcomes.values.ravel().tolist()).most_common():
             own = [numbers for (ending, kind), numbers in groups.items() if ending == word and kind]
             advice = [(messages[numbers[0]], len(numbers) - 1) for numbers in own]
-            words = f"{count} {summary.counted_as(outcomes)}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
+            words = f"{count} {what}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
             if word:
-                found.append(Ending(words, word not in UNHURT, advice))
+                found.append(Ending(words, word != summary.COMPLETED, advice))
     return sorted(found, key=lambda ending: not ending.failed)
 
 
@@ -279,8 +276,7 @@ _INK: Final = (("#000000", "ink", "#e6e6e6"), ("#ffffff", "paper", "#16181c"), (
 """Colour on a light page, its name, colour on a dark page."""
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
+class Picture(NamedTuple):
     """One figure of a page. source and data: the drawing and its numbers, as addresses that hold them. width, height: pixels."""
 
     name: str
@@ -334,8 +330,7 @@ _ELSEWHERE: Final = ("title", "manifest", *(f"manifest_{key}" for key in NAMED))
 """Attributes that the page shows above, or that are too long to be shown."""
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
+class Section(NamedTuple):
     """The figures of one sort: large ones, and single cases behind small ones."""
 
     title: str

@@ -257,13 +257,13 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
 Alike: TypeAlias = dict[tuple[str, str | None], list[int]]
 
 
-def reasons(dataset: xr.Dataset) -> Iterator[tuple[xr.DataArray, list[str], Alike]]:
-    """Outcomes of cases, then of drives, their messages, and those that ended alike: positions by outcome and message.
+def reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str], Alike]]:
+    """`case`, then `drive`: their outcomes, messages, and those that ended alike: positions by outcome and message.
 
     Messages that differ in numbers alone are one; that of a drive is None where its case has it. The most frequent come first.
     """
     of_cases: set[str] = set()
-    for outcome, message in variables.OUTCOMES.values():
+    for run, (outcome, message) in variables.OUTCOMES.items():
         if outcome.name in dataset:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
             kinds = list(map(variables.without_numbers, texts))
@@ -271,7 +271,8 @@ def reasons(dataset: xr.Dataset) -> Iterator[tuple[xr.DataArray, list[str], Alik
             for number, (ending, kind) in enumerate(zip(endings, kinds, strict=True)):
                 inherited = any(known in kind for known in of_cases)
                 groups.setdefault((ending, None if inherited else kind), []).append(number)
-            yield dataset[outcome.name], texts, dict(sorted(groups.items(), key=lambda item: -len(item[1])))
+            ordered = dict(sorted(groups.items(), key=lambda item: -len(item[1])))
+            yield run or "case", dataset[outcome.name], texts, ordered
             of_cases = {kind for kind in kinds if kind}
 
 
@@ -283,11 +284,11 @@ def cautions(dataset: xr.Dataset) -> list[str]:
 def failure_summary(dataset: xr.Dataset) -> list[str]:
     """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do."""
     lines = []
-    for outcomes, messages, groups in reasons(dataset):
+    for what, outcomes, messages, groups in reasons(dataset):
         for (ending, kind), numbers in groups.items():
             if ending and kind is not None and (kind or ending not in _UNHURT):
                 alike = len({messages[number] for number in numbers}) == 1
-                where = _where(dataset, outcomes, numbers, f"{counted_as(outcomes)}s")
+                where = _where(dataset, outcomes, numbers, f"{what}s")
                 why = messages[numbers[0]] + ("" if alike else "; the others differ in numbers")
                 lines.append(f"{ending}: {where}: {why}".removesuffix(": "))
     return lines
@@ -303,11 +304,6 @@ def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
     """The parameters of one of a variable's cases or drives, those that vary."""
     here = of[np.unravel_index(number, of.shape)]
     return words({name: here[name].item() for name in _varying(dataset, of)})
-
-
-def counted_as(outcomes: xr.DataArray) -> str:
-    """What has one of these outcomes each: a drive or a case."""
-    return "drive" if outcomes.name == variables.OUTCOMES[variables.DRIVE][0].name else "case"
 
 
 def commonest(outcomes: xr.DataArray) -> list[tuple[str, int]]:
