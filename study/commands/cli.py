@@ -3,48 +3,143 @@
 import atexit
 import gc
 import io
+import os
 import sys
+from collections.abc import Callable
+from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import click
+from click.shell_completion import CompletionItem
 
-from nanoslip.study.commands.words import (
-    CAMPAIGN,
-    JSON,
-    OUT,
-    CampaignPath,
-    NewFile,
-    Refusal,
-    aborted,
-    cli,
-    show,
-    work,
-)
+from nanoslip.study import shipped
+from nanoslip.study.commands.words import Refusal, aborted, show
 from nanoslip.study.exit_codes import WRONG_INPUT
 from nanoslip.study.results.shard import MOST, Shard
-from nanoslip.study.run.launch import GRACE
+from nanoslip.study.run.launch import GRACE, pin_threads
 
 __all__ = ["cli", "main"]
+
+# The command `nanoslip`, which its commands are declared on.
+
+flag = partial(click.option, is_flag=True)
+defaulted = partial(click.option, show_default=True)
+
+
+class Group(click.Group):
+    """A group that lists its commands as they are declared: in the order of a campaign's life."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The names of all commands."""
+        return list(self.commands)
+
+
+def _say_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
+    """The version of what computes, as datasets name it: of a source tree its own, whatever was installed from it once."""
+    if asked and not context.resilient_parsing:
+        from nanoslip.study.provenance import version  # noqa: PLC0415  no command waits for it
+
+        click.echo(f"nanoslip, version {version()}")
+        context.exit()
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
+@flag("--version", is_eager=True, expose_value=False, callback=_say_version, help="Show the version and exit.")
+def cli() -> None:
+    """A friction laboratory: from campaign files (TOML) to one labelled dataset each."""
+
+
+# Import the code of a command when the command is called, so that help, completion and usage errors are instant.
+
+
+def work(command: str, /, **given: object) -> None:
+    """Call a function of `nanoslip.study.commands`, "file:function", with the arguments of the command line. Raises Refusal."""
+    pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
+    gc.set_threshold(100_000)  # of 100 000 cases little is garbage: to look for it as often as usual doubles `collect`
+    file, _, function = command.partition(":")
+    with import_module("nanoslip.study.commands.plans").refusals():
+        getattr(import_module(f"nanoslip.study.commands.{file}"), function)(**given)
+
+
+Declared: TypeAlias = Callable[..., object]
+
+
+def command(
+    place: str, *arguments: Callable[[Declared], Declared], name: str | None = None
+) -> Callable[[Declared], click.Command]:
+    """Declare a command by a function of its name with its help; `work` at this place is called with its arguments.
+
+    arguments: those that other commands have, too; its own are decorators of the function.
+    """
+
+    def declare(described: Declared) -> click.Command:
+        for each in reversed(arguments):
+            described = each(described)
+        declared = cli.command(name)(described)
+        declared.callback = partial(work, place)
+        return declared
+
+    return declare
+
+
+# The arguments that most commands take: a campaign, and the folder of its results.
+
+
+class CampaignPath(click.Path):
+    """A campaign file, or the name of a campaign that comes with nanoslip."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path of the file."""
+        return shipped.campaign_file(Path(os.fsdecode(super().convert(value, param, ctx))))
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Files, and the campaigns that come with nanoslip."""
+        names = [CompletionItem(name) for name in shipped.campaigns() if name.startswith(incomplete)]
+        return [*super().shell_complete(ctx, param, incomplete), *names]
+
+
+class NewFile(click.Path):
+    """A file that is to be written, into a folder that is there."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path of the file. Raises Refusal."""
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        if not path.parent.is_dir():
+            raise Refusal(f"{path}: cannot be written: there is no folder {path.parent}")
+        return path
+
+
+PATH: Final = click.Path(path_type=Path)
+CAMPAIGN_PATH: Final = CampaignPath(path_type=Path)
+NEW_FILE: Final = NewFile(path_type=Path)
+POSITIVE: Final = click.IntRange(min=1)
+
+CAMPAIGN = click.argument("campaign", type=CAMPAIGN_PATH)
+PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
+JSON = flag("--json", "as_json", help="Print JSON for scripts (keys: study/commands/README.md).")
+OUT = click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
+PICTURE = click.option(
+    "-o", "--picture", type=NEW_FILE, help="Draw a picture into this file (.png, .pdf, .svg) instead."
+)
 
 
 # Before a campaign is computed: prepare.py.
 
 
-@cli.command()
-@JSON
-def campaigns(**given: object) -> None:
+@command("prepare:list_campaigns", JSON)
+def campaigns() -> None:
     """List the campaigns that come with nanoslip.
 
     Run them by name, or copy them.
     """
-    work("prepare:list_campaigns", **given)
 
 
-@cli.command()
+@command("prepare:new_campaign")
 @click.argument("starter", required=False)
-@click.argument("file", type=click.Path(path_type=Path), required=False)
-def new(**given: object) -> None:
+@click.argument("file", type=PATH, required=False)
+def new() -> None:
     """Write a commented campaign to start from.
 
     STARTER is its name; without a name the starters are listed. It is written to FILE [default: STARTER.toml], which must not
@@ -52,12 +147,11 @@ def new(**given: object) -> None:
 
     Example: nanoslip new sweep campaigns/mine.toml
     """
-    work("prepare:new_campaign", **given)
 
 
-@cli.command()
-@click.argument("campaigns", metavar="CAMPAIGN...", nargs=-1, required=True, type=CampaignPath(path_type=Path))
-def check(**given: object) -> None:
+@command("prepare:check_campaign")
+@click.argument("campaigns", metavar="CAMPAIGN...", nargs=-1, required=True, type=CAMPAIGN_PATH)
+def check() -> None:
     """Find every problem of campaign files, without computing.
 
     Each CAMPAIGN is a file, or the name of one that comes with nanoslip. Of a correct one a line tells its cases and tasks. Of
@@ -67,34 +161,23 @@ def check(**given: object) -> None:
 
     Example: nanoslip check campaigns/*.toml
     """
-    work("prepare:check_campaign", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
-@click.option(
-    "--ranks", type=click.IntRange(min=1), help="Number of ranks to estimate the time for [default: cores here]"
-)
-@click.option("--measure", is_flag=True, help="Measure a few tasks on this machine first; no result is kept.")
-@click.option("--effects", "show_effects", is_flag=True, help="Show which effects are on, and what is left out.")
-@JSON
-def plan(**given: object) -> None:
+@command("prepare:show_plan", CAMPAIGN, OUT, JSON)
+@click.option("--ranks", type=POSITIVE, help="Number of ranks to estimate the time for [default: cores here]")
+@flag("--measure", help="Measure a few tasks on this machine first; no result is kept.")
+@flag("--effects", "show_effects", help="Show which effects are on, and what is left out.")
+def plan() -> None:
     """Show the tasks of CAMPAIGN, their time, memory and disk space.
 
     The time is that of the tasks that are not finished. It is predicted to a factor of three until the first tasks of the
     campaign have ended, or are measured here (--measure): what they took scales it then, kind by kind.
     """
-    work("prepare:show_plan", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@click.argument("parameters", metavar="[KEY=VALUE]...", nargs=-1)
-@click.option(
-    "--effects", "show_effects", is_flag=True, help="Measure what each of its effects changes and costs, too."
-)
-def explain(**given: object) -> None:
+@command("look:explain_case", CAMPAIGN, PARAMETERS)
+@flag("--effects", "show_effects", help="Measure what each of its effects changes and costs, too.")
+def explain() -> None:
     """Explain one case of CAMPAIGN before it is computed.
 
     KEY=VALUE select the case, as in `nanoslip show`. Shown are its estimated time, the error of its grid where that
@@ -102,16 +185,12 @@ def explain(**given: object) -> None:
 
     Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5 --effects
     """
-    work("look:explain_case", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@click.option(
-    "--cases", type=click.IntRange(min=1), default=3, show_default=True, help="Number of cases, and of drives."
-)
+@command("look:show_effects", CAMPAIGN)
+@defaulted("--cases", type=POSITIVE, default=3, help="Number of cases, and of drives.")
 @click.option("--members", type=click.IntRange(min=2), help="Members of each case [default: the campaign's, at most 8]")
-def effects(**given: object) -> None:
+def effects() -> None:
     """Measure what each effect of CAMPAIGN changes and costs.
 
     Its first, middle and last case are computed with everything, then without one effect at a time, by the same members.
@@ -121,47 +200,37 @@ def effects(**given: object) -> None:
 
     Example: nanoslip effects campaigns/mine.toml --members 16
     """
-    work("look:show_effects", **given)
 
 
 # Computing a campaign: run.py, conduct.py and prepare.py.
 
 
-class ShardText(click.ParamType[Shard]):
-    """A part of a campaign, as `3/10`."""
-
-    name = "n/of"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Shard:
-        """The part."""
-        try:
-            return value if isinstance(value, Shard) else Shard.parse(value)
-        except ValueError as error:
-            self.fail(str(error), param, ctx)
+def _shard(_context: click.Context, _option: click.Parameter, text: str | None) -> Shard | None:
+    """The part of a campaign that a text names, as `3/10`."""
+    try:
+        return None if text is None else Shard.parse(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
-@click.option("--serial", is_flag=True, help="Compute in this process alone, without MPI; no time limit ends a task.")
-@click.option("-j", "--jobs", type=click.IntRange(min=1), help="Number of processes on this machine, without MPI.")
-@click.option(
+@command("run:run_campaign", CAMPAIGN, OUT)
+@flag("--serial", help="Compute in this process alone, without MPI; no time limit ends a task.")
+@click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
+@defaulted(
     "--grace",
     type=click.FloatRange(min=0.0),
     default=GRACE,
-    show_default=True,
     help="Seconds that running tasks get to finish after a signal.",
 )
-@click.option(
-    "--recompute-foreign", is_flag=True, help="Compute results of other software again (`nanoslip status` names it)."
-)
-@click.option("--retry", is_flag=True, help="Try tasks again that have failed (`nanoslip status` counts them).")
+@flag("--recompute-foreign", help="Compute results of other software again (`nanoslip status` names it).")
+@flag("--retry", help="Try tasks again that have failed (`nanoslip status` counts them).")
 @click.option(
     "--shard",
-    type=ShardText(),
+    metavar="N/OF",
+    callback=_shard,
     help="Compute one part, 3/10 the third of ten, in a folder of its own; `nanoslip merge` joins the parts.",
 )
-def run(**given: object) -> None:
+def run() -> None:
     """Compute what is left of CAMPAIGN, then write its dataset.
 
     Under mpiexec or srun all ranks compute.
@@ -169,55 +238,38 @@ def run(**given: object) -> None:
     Exit codes: 0 complete; 1 a defect of the program; 2 wrong input or a full disk; 3 complete, but some tasks failed; 99
     interrupted, run again to continue.
     """
-    work("run:run_campaign", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
-@click.option("--watch", is_flag=True, help="Repeat every two seconds until all is finished; stop it with Ctrl-C.")
-@JSON
-def status(**given: object) -> None:
+@command("prepare:show_status", CAMPAIGN, OUT, JSON)
+@flag("--watch", help="Repeat every two seconds until all is finished; stop it with Ctrl-C.")
+def status() -> None:
     """Show how much of CAMPAIGN is finished, and how its cases ended.
 
     It reads the files of results alone. So it works while CAMPAIGN is computed, after an interruption, and on another machine.
     """
-    work("prepare:show_status", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
-@click.option(
-    "--replace",
-    is_flag=True,
-    help="Replace a dataset that has more finished cases, as of the campaign before it changed.",
-)
-def collect(**given: object) -> None:
+@command("judge:collect_dataset", CAMPAIGN, OUT)
+@flag("--replace", help="Replace a dataset that has more finished cases, as of the campaign before it changed.")
+def collect() -> None:
     """Write the dataset of CAMPAIGN from its finished results.
 
     What is not computed is "pending". An existing dataset with more finished cases is kept.
     """
-    work("judge:collect_dataset", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
-def merge(**given: object) -> None:
+@command("judge:merge_shards_of", CAMPAIGN, OUT)
+def merge() -> None:
     """Join all shards of CAMPAIGN, and write its dataset.
 
     Exit codes: 0 complete; 3 complete, but some tasks failed; 99 tasks are left, which `nanoslip run` computes.
     """
-    work("judge:merge_shards_of", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
+@command("prepare:submit_campaign", CAMPAIGN, OUT)
 @click.option(
     "--site",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
 )
 @click.option(
@@ -225,10 +277,9 @@ def merge(**given: object) -> None:
     type=click.IntRange(1, MOST),
     help="Number of small jobs in an array; one job more merges their results.",
 )
-@click.option("--submit", is_flag=True, help="Submit the scripts by sbatch.")
-def submit(**given: object) -> None:
+@flag("--submit", help="Submit the scripts by sbatch.")
+def submit() -> None:
     """Write batch scripts that run CAMPAIGN as a job, or an array."""
-    work("prepare:submit_campaign", **given)
 
 
 # Showing results: look.py.
@@ -236,23 +287,16 @@ def submit(**given: object) -> None:
 FORMATS: Final = ("pdf", "svg", "png")
 """Of pictures; nanoslip.study.figures.shared knows how to write them."""
 RESULTS: Final = Path("results")
-PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
-PICTURE = click.option(
-    "-o", "--picture", type=NewFile(path_type=Path), help="Draw a picture into this file (.png, .pdf, .svg) instead."
-)
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
-def report(**given: object) -> None:
+@command("look:write_report", CAMPAIGN, OUT)
+def report() -> None:
     """Write the HTML page of a collected CAMPAIGN."""
-    work("look:write_report", **given)
 
 
-@cli.command()
+@command("look:draw_figure")
 @click.argument("names", nargs=-1, metavar="[CAMPAIGN | NAME]...")
-@click.option("--all", "everything", is_flag=True, help="Draw every shipped figure, and write pages of them.")
+@flag("--all", "everything", help="Draw every shipped figure, and write pages of them.")
 @click.option(
     "--format",
     "formats",
@@ -261,16 +305,15 @@ def report(**given: object) -> None:
     default=FORMATS,
     help="Formats of shipped figures [default: all]",
 )
-@click.option(
+@defaulted(
     "--into",
-    type=click.Path(path_type=Path),
+    type=PATH,
     default=RESULTS,
-    show_default=True,
     help="Folder of shipped figures. Folders below it are those of their campaigns: fig5 in figures, regimes in maps.",
 )
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Folder of CAMPAIGN's results. Of shipped figures: the folder with a folder for each campaign, as figures/records  "
     f"[default: results/<campaign>; {RESULTS}]",
 )
@@ -279,9 +322,9 @@ def report(**given: object) -> None:
 @click.option(
     "--hue", default="", metavar="AXIS", help="Axis of CAMPAIGN with a colour for each value [default: the next one]"
 )
-@click.option("-o", "--output", type=NewFile(path_type=Path), help="File of that figure: .pdf, .svg or .png.")
-@click.option("--csv", "table", is_flag=True, help="Write the numbers that are drawn to a file beside it.")
-def figure(**given: object) -> None:
+@click.option("-o", "--output", type=NEW_FILE, help="File of that figure: .pdf, .svg or .png.")
+@flag("--csv", "table", help="Write the numbers that are drawn to a file beside it.")
+def figure() -> None:
     """Draw a variable of CAMPAIGN over its axes, or shipped figures.
 
     CAMPAIGN has been run, or is a file results.nc. Variables have the names of `nanoslip describe`, or symbols as in equations.
@@ -292,40 +335,35 @@ def figure(**given: object) -> None:
     Without --y, NAMEs are shipped figures. Each is drawn with a table that compares the paper's numbers with those found. Cases
     that are not computed yet are computed in this process. Each folder gets a page of its figures. Without names they are listed.
     """
-    work("look:draw_figure", **given)
 
 
-@cli.command()
-@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--x", default="m", show_default=True, metavar="UNIT", help="Unit of the first column, as nm.")
-@click.option("--z", default="m", show_default=True, metavar="UNIT", help="Unit of the second column.")
-@click.option(
-    "--detrend",
-    type=click.Choice(("none", "mean", "line", "parabola")),
-    default="line",
-    show_default=True,
-    help="What is taken off the heights.",
+@command(
+    "surface:show_profile",
+    click.argument("file", type=click.Path(path_type=Path, dir_okay=False)),
+    click.option("--x", default="m", show_default=True, metavar="UNIT", help="Unit of the first column, as nm."),
+    click.option("--z", default="m", show_default=True, metavar="UNIT", help="Unit of the second column."),
+    click.option(
+        "--detrend",
+        type=click.Choice(("none", "mean", "line", "parabola")),
+        default="line",
+        show_default=True,
+        help="What is taken off the heights.",
+    ),
+    click.option("--width", default="1 mm", show_default=True, metavar="LENGTH", help="Slab width L_x, for the nodes."),
+    PICTURE,
 )
-@click.option("--width", default="1 mm", show_default=True, metavar="LENGTH", help="Slab width L_x, for the nodes.")
-@PICTURE
-def profile(**given: object) -> None:
+def profile() -> None:
     """Say what is known of a measured surface profile.
 
     FILE has two columns, x and height. Height, slope, correlation length, and the nodes that resolve it on a slab of this width;
-    -o draws it with its spectrum.
-    A campaign takes it as heterogeneity.roughness = {file = "FILE", x = "nm", z = "nm", detrend = "line"}.
+    -o draws it with its spectrum. A campaign takes it as heterogeneity.roughness = {file = "FILE", x = "nm", z = "nm"}.
 
     Example: nanoslip profile afm.csv --x nm --z nm --width "20 um"
     """
-    work("surface:show_profile", **given)
 
 
-@cli.command("show")
-@CAMPAIGN
-@PARAMETERS
-@OUT
-@PICTURE
-def show_case(**given: object) -> None:
+@command("look:show_dataset", CAMPAIGN, PARAMETERS, OUT, PICTURE, name="show")
+def show_case() -> None:
     """Show one case of CAMPAIGN: its numbers and a small plot.
 
     CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. KEY=VALUE select the case by exact
@@ -334,15 +372,12 @@ def show_case(**given: object) -> None:
 
     Example: nanoslip show campaigns/mine.toml intrinsic_friction=0.5 normal_load=1e-3
     """
-    work("look:show_dataset", **given)
 
 
-@cli.command("try")
-@PARAMETERS
-@click.option("--contact", is_flag=True, help="Compute initial contact only.")
-@click.option("--drive", is_flag=True, help="Pull the pin by the paper's drive, too. Any key of [[drives]] implies it.")
-@PICTURE
-def try_case(**given: object) -> None:
+@command("look:try_campaign", PARAMETERS, PICTURE, name="try")
+@flag("--contact", help="Compute initial contact only.")
+@flag("--drive", help="Pull the pin by the paper's drive, too. Any key of [[drives]] implies it.")
+def try_case() -> None:
     """Compute one case now and show it; nothing is written to disk.
 
     KEY=VALUE are keys of a campaign's tables of parameters, [scales], [ensemble], [outputs] and [[drives]]. All others have
@@ -350,27 +385,22 @@ def try_case(**given: object) -> None:
 
     Example: nanoslip try radius=50 normal_load=1e-3
     """
-    work("look:try_campaign", **given)
 
 
-@cli.command()
-@CAMPAIGN
-@click.argument("selection", nargs=-1, metavar="[KEY=VALUE]...")
-@click.option(
+@command("look:draw_frames", CAMPAIGN, PARAMETERS)
+@defaulted(
     "--events",
     default="0:200:40",
-    show_default=True,
     help="Events after which the contact is shown, as first:last:step or 0,5,12; 0 is initial contact.",
 )
-@click.option(
+@defaulted(
     "-o",
     "--output",
-    type=NewFile(path_type=Path),
+    type=NEW_FILE,
     default=Path("frames.png"),
-    show_default=True,
     help="File to write: a strip (.png, .pdf, .svg) or a film (.gif, .mp4).",
 )
-def frames(**given: object) -> None:
+def frames() -> None:
     """Draw the contact of one case of CAMPAIGN, event by event.
 
     Pressure, shear, slip and F/W are computed from the campaign file; no results are needed. KEY=VALUE select the case by values
@@ -378,23 +408,20 @@ def frames(**given: object) -> None:
 
     Example: nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
     """
-    work("look:draw_frames", **given)
 
 
 # Exporting and comparing numbers: judge.py.
 
 
-@cli.command()
-@CAMPAIGN
-@OUT
+@command("judge:export_dataset", CAMPAIGN, OUT)
 @click.option(
     "--csv", "form", flag_value="csv", help="As CSV: a header, a line of units that begins with #, rows [default]."
 )
 @click.option("--json", "form", flag_value="json", help="As JSON: title, variables with unit and meaning, rows.")
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
-@click.option("-o", "--output", type=NewFile(path_type=Path), help="Write this file [default: standard output].")
-def export(**given: object) -> None:
+@click.option("-o", "--output", type=NEW_FILE, help="Write this file [default: standard output].")
+def export() -> None:
     """Write CAMPAIGN's numbers as a table for other programs.
 
     CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
@@ -402,13 +429,12 @@ def export(**given: object) -> None:
 
     Example: nanoslip export results/mine --csv -o mine.csv
     """
-    work("judge:export_dataset", **given)
 
 
-@cli.command()
-@click.argument("first", metavar="A", type=CampaignPath(path_type=Path))
-@click.argument("second", metavar="B", type=CampaignPath(path_type=Path))
-def compare(**given: object) -> None:
+@command("judge:compare_datasets")
+@click.argument("first", metavar="A", type=CAMPAIGN_PATH)
+@click.argument("second", metavar="B", type=CAMPAIGN_PATH)
+def compare() -> None:
     """Show what differs between datasets A and B, and how much.
 
     Each is a dataset (results.nc), the folder it is in, or a campaign. Cases are compared that have the same values of all
@@ -420,51 +446,39 @@ def compare(**given: object) -> None:
 
     Example: nanoslip compare results/mine results/finer
     """
-    work("judge:compare_datasets", **given)
 
 
-@cli.command()
-@click.argument("dataset", type=click.Path(path_type=Path))
-@click.option(
-    "--sample", type=click.IntRange(min=1), help="Number of cases, evenly spread, the same each time [default: all]"
-)
-@JSON
-def verify(**given: object) -> None:
+@command("judge:verify_dataset", JSON)
+@click.argument("dataset", type=PATH)
+@click.option("--sample", type=POSITIVE, help="Number of cases, evenly spread, the same each time [default: all]")
+def verify() -> None:
     """Compute DATASET again from the file alone, and compare.
 
     DATASET is a file results.nc, or the folder it is in. Each case is bit-identical, within tolerance, or different.
 
     Exit codes: 0 all identical or within tolerance; 1 a case is different; 2 DATASET cannot be computed again.
     """
-    work("judge:verify_dataset", **given)
 
 
-@cli.command()
+@command("judge:describe_variables", JSON)
 @click.argument("name", required=False)
-@JSON
-def describe(**given: object) -> None:
+def describe() -> None:
     """Explain the variables of a dataset, or one of them.
 
     NAME is a variable of a file results.nc; without a name a table of all variables is printed.
     """
-    work("judge:describe_variables", **given)
 
 
-@cli.command()
-@click.argument("campaign", type=CampaignPath(path_type=Path), required=False)
-@OUT
-@click.option("--quick", is_flag=True, help="Measure few values of every setting: a trial that takes seconds.")
-@click.option(
-    "--digit",
-    is_flag=True,
-    help="Measure what another digit of plateau, μ_s and μ_k costs instead: more members, or longer records.",
+@command("judge:show_accuracy", OUT)
+@click.argument("campaign", type=CAMPAIGN_PATH, required=False)
+@flag("--quick", help="Measure few values of every setting: a trial that takes seconds.")
+@flag(
+    "--digit", help="Measure what another digit of plateau, μ_s and μ_k costs instead: more members, or longer records."
 )
 @click.option(
-    "--save",
-    type=click.Path(path_type=Path),
-    help="Write the Pareto front to this file; campaigns choose from it by front = FILE.",
+    "--save", type=PATH, help="Write the Pareto front to this file; campaigns choose from it by front = FILE."
 )
-def accuracy(**given: object) -> None:
+def accuracy() -> None:
     """Measure error against time for every numerical setting.
 
     It is measured on the first case of CAMPAIGN [default: the paper's case; with --digit three cases]. With --digit the
@@ -472,7 +486,6 @@ def accuracy(**given: object) -> None:
 
     Example: nanoslip accuracy campaigns/mine.toml --digit
     """
-    work("judge:show_accuracy", **given)
 
 
 def main() -> None:

@@ -9,9 +9,8 @@ from nanoslip.study.commands.plans import advised, counted, idle_lines, planned,
 from nanoslip.study.commands.run import Order
 from nanoslip.study.commands.words import show
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
-from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task
-from nanoslip.study.report.console import console, say
+from nanoslip.study.report.console import console, print_sentences, say
 from nanoslip.study.results import attempts
 from nanoslip.study.results.store import Lease, Store
 from nanoslip.study.run.batch import part
@@ -49,7 +48,10 @@ def _run(farm: Farm, journal: Journal, order: Order) -> int:
             print_foreign(rest.foreign, order.campaign, order.out, stderr=True)
 
         def progress(tasks: Sequence[Task], processes: int, measured: Measured) -> Progress:
-            _print_title(plan, order, f"{counted(len(tasks), 'task')} left, {processes} {farm.unit}")
+            title = f"{plan.manifest.title}, {order.shard}" if order.shard else plan.manifest.title
+            cases, todo = counted(len(plan.cases), "case"), counted(len(tasks), "task")
+            _warn(f"{title}: {cases}, {todo} left, {processes} {farm.unit}")
+            print_sentences(idle_lines(plan), stderr=True)
             return open_progress(tasks, console(stderr=True), processes, measured)
 
         try:
@@ -63,12 +65,6 @@ def _run(farm: Farm, journal: Journal, order: Order) -> int:
 
 def _warn(text: str) -> None:
     say(text, stderr=True)
-
-
-def _print_title(plan: Plan, order: Order, what: str) -> None:
-    title = f"{plan.manifest.title}, {order.shard}" if order.shard else plan.manifest.title
-    for line in (f"{title}: {counted(len(plan.cases), 'case')}, {what}", *idle_lines(plan)):
-        _warn(line)
 
 
 def _conclude(rest: Rest, failed: int, order: Order) -> int:

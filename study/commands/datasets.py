@@ -10,7 +10,7 @@ import click
 import xarray as xr
 
 from nanoslip.solver.case import parameters_of_a_case
-from nanoslip.study.commands.plans import advised, counted, planned, refusals
+from nanoslip.study.commands.plans import advised, counted, planned
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import one_case
@@ -23,25 +23,10 @@ from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import STANDARD, Value, in_words, of_symbol, words
 from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.plan import PENDING, Plan
-from nanoslip.study.report.console import console, counting, print_sentences, print_table, say, whole
+from nanoslip.study.report import summary
+from nanoslip.study.report.console import FAILED, console, counting, print_sentences, print_table, say, whole
 from nanoslip.study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
-from nanoslip.study.report.summary import (
-    MOST_LINES,
-    case_table,
-    drive_summary,
-    ending_lines,
-    failure_summary,
-    flag_summary,
-    left_out_summary,
-    said_once,
-    scalar_table,
-    short_summary,
-)
-from nanoslip.study.report.summary import words as words_of
 from nanoslip.study.results.store import Store, StoreError, write_files
-
-COLLECTED: Final = "{} cases collected"
-"""What is shown while a dataset is made."""
 
 
 def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = False) -> int:
@@ -52,7 +37,7 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = Fal
     if not anew and print_written(plan.manifest, store):
         return 0
     path = store.folder.parent / file.FILE
-    with counting(COLLECTED) as heard:
+    with counting("{} cases collected") as heard:
         collected = collect(plan, store, heard)
     if keep and (losses := list(_losses(path, collected))):
         campaign, into = plan.manifest.path, path.parent
@@ -108,13 +93,11 @@ def _print(dataset: xr.Dataset, path: Path) -> None:
 def print_summary(dataset: xr.Dataset) -> None:
     """Print the table of a dataset's cases, how its drives ended, why and what to do, where an ensemble
     knows less than was asked for, and the advice of its validity flags."""
-    table, alike = said_once(scalar_table(dataset, why=False, most=MOST_LINES))
+    table, alike = summary.said_once(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES))
     print_table(table)
-    print_sentences(_chosen(dataset))
-    print_sentences([*alike, *filter(None, [means_of(dataset)])])
-    print_sentences(drive_summary(dataset))
-    print_sentences(failure_summary(dataset), "failed")
-    print_sentences([*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)])
+    print_sentences([*_chosen(dataset), *alike, means_of(dataset), *summary.drive_summary(dataset)])
+    print_sentences(summary.failure_summary(dataset), FAILED)
+    print_sentences(summary.cautions(dataset))
 
 
 def _chosen(dataset: xr.Dataset) -> Iterator[str]:
@@ -169,16 +152,11 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
         key, sign, value = word.partition("=")
         if not (sign and key and value):
             raise Refusal(f"{word}: needs key=value, as radius=50")
-        key = _of_symbol(key)
+        key = of_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
         if key in found:
             raise Refusal(f"{word}: {key} is given twice")
         found[key] = value
     return found
-
-
-def _of_symbol(key: str) -> str:
-    """The parameter of a case or a drive that has this symbol; any other key, or one of several, as it is."""
-    return of_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
 
 
 def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
@@ -208,14 +186,12 @@ def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignC
 
 def _differing(points: Sequence[Mapping[str, Value]]) -> str:
     """What tells cases apart, as advice."""
-    values = {name: list(dict.fromkeys(point.get(name) for point in points)) for name in points[0]}
-    told = (f"{name} = {_some(each)}" for name, each in values.items() if len(each) > 1)
+    told = []
+    for name in points[0]:
+        values = list(dict.fromkeys(str(point.get(name)) for point in points))
+        if len(values) > 1:
+            told.append(f"{name} = {' or '.join([*values[:FEW], *(['…'] if len(values) > FEW else [])])}")
     return in_words(f"say {', '.join(told)}")
-
-
-def _some(values: Sequence[Value | None]) -> str:
-    """The first of some values, and whether there are more."""
-    return " or ".join([*map(str, values[:FEW]), *(["…"] if len(values) > FEW else [])])
 
 
 def _is(value: Value | None, text: str) -> bool:
@@ -247,8 +223,7 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
     if lines and MEMBERS.name in case and int(case[MEMBERS.name].max()) > 1:
         say("lines are those of the first member")
     if picture:
-        with refusals():
-            write_files({picture: _drawn(lines, format_of(picture))})
+        write_files({picture: _drawn(lines, format_of(picture))})
         say(whole(f"written: {picture}"))
         return
     width = min(WIDTH, console().width - MARGIN)
@@ -261,16 +236,16 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
     values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
     scales = scales_of(dataset.attrs)
     in_si = [si_line(scales, values, {})] if scales else []
-    print_sentences([f"case {_label(case, dataset)}", *in_si, *ending_lines(case)])
-    table, missing = case_table(case)
+    print_sentences([f"case {_label(case, dataset)}", *in_si, *summary.ending_lines(case)])
+    table, missing = summary.case_table(case)
     if table.rows:
         print_table(table)
     if missing:
         say(f"not known here: {', '.join(missing)}")
     if "drive_outcome" in case and case["drive_outcome"].dims:
         say("several drives; drive=NAME, or values of their parameters, shows one:")
-        print_table(scalar_table(case, why=False))
-        print_sentences(failure_summary(case), "failed")
+        print_table(summary.scalar_table(case, why=False))
+        print_sentences(summary.failure_summary(case), FAILED)
 
 
 def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
@@ -278,11 +253,9 @@ def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
     names = [str(name) for name, each in case.coords.items() if not each.dims and name not in _NAMES]
     told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
     if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
-        told = [
-            "pin",
-            *("half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")),
-        ]
-    return words_of({name: case[name].item() for name in told if not case[name].isnull()})
+        told = ["half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")]
+        told.insert(0, "pin")
+    return summary.words({name: case[name].item() for name in told if not case[name].isnull()})
 
 
 def _drawn(lines: Sequence[Curve], form: str) -> bytes:

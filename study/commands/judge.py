@@ -4,11 +4,10 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final, NamedTuple
+from typing import Final
 
 import click
 
@@ -17,30 +16,16 @@ from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, digit_setu
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
 from nanoslip.study.commands.words import Refusal, folder
-from nanoslip.study.dataset import file
+from nanoslip.study.dataset import compare, file
 from nanoslip.study.dataset import verify as verification
 from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
-from nanoslip.study.dataset.compare import (
-    KINDS,
-    STANDARD_DEVIATIONS,
-    Matched,
-    NotComparableError,
-    Observed,
-    Pair,
-    Verdict,
-    differing,
-    matched,
-    meaning,
-    observed,
-    over_members,
-    unjudged,
-)
-from nanoslip.study.dataset.variables import OUTCOMES, Described, described, rows, shortened, text_of
+from nanoslip.study.dataset.compare import Verdict
+from nanoslip.study.dataset.variables import OUTCOMES, described, rows, shortened, text_of
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task
-from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import FAILED, Table, console, print_sentences, print_table, say, whole
 from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, words
 from nanoslip.study.results.shard import folders
@@ -54,8 +39,7 @@ from nanoslip.study.run.progress import open_progress
 def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
     """Write and print the dataset of a campaign's results; replace: also that of one with more of them."""
     into = folder(campaign, out)
-    with refusals():
-        write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
+    write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
     if shards := folders(into):
         say(f"without {counted(len(shards), 'shard')}; {advised('merge', campaign, into)} takes them in")
 
@@ -66,14 +50,13 @@ def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
 def merge_shards_of(campaign: Path, out: Path | None) -> None:
     """Move the results of all shards into the campaign's, and write and print its dataset. Ends the process."""
     into = folder(campaign, out)
-    with refusals(), ExitStack() as stack:
-        plan, store = planned(campaign), Store(into)
-        if plan.tasks and not (folders(into) or store.finished() or store.failures()):
-            raise StoreError(
-                f"{into}: no shards and no results of {campaign} there, nothing to merge: "
-                f"{advised('run', campaign, into)} computes all of it; results of runs with another --out are found with it"
-            )
-        stack.enter_context(Lease(into))
+    plan, store = planned(campaign), Store(into)
+    if plan.tasks and not (folders(into) or store.finished() or store.failures()):
+        raise StoreError(
+            f"{into}: no shards and no results of {campaign} there, nothing to merge: "
+            f"{advised('run', campaign, into)} computes all of it; results of runs with another --out are found with it"
+        )
+    with Lease(into):
         store.prepare()
         problems = merge_shards(into)
         drop_intermediates(plan, store)
@@ -108,8 +91,7 @@ def export_dataset(campaign: Path, out: Path | None, form: str | None, table: st
     if output is None:
         click.echo(text, nl=False)
         return
-    with refusals():
-        write_files({output: text.encode()})
+    write_files({output: text.encode()})
     say(f"{whole(f'written: {output}')} ({len(columns[0].values)} rows)", stderr=True)
 
 
@@ -120,24 +102,28 @@ WORST: Final = 12
 _SEVERITY: Final = (Verdict.DIFFERENT, None, Verdict.WITHIN)
 _WORDS: Final = {
     Verdict.IDENTICAL: "identical",
-    Verdict.WITHIN: f"within uncertainties ({STANDARD_DEVIATIONS:g} combined standard deviations)",
+    Verdict.WITHIN: f"within uncertainties ({compare.STANDARD_DEVIATIONS:g} combined standard deviations)",
     Verdict.DIFFERENT: "beyond",
 }
 
 
 def compare_datasets(first: Path, second: Path) -> None:
     """Print what differs between two datasets, and end the process with the exit code for the worst of it."""
-    with refusals(NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
-        pair = over_members(one), over_members(other)
-        kinds = [kind for kind in KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
+    with refusals(compare.NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
+        pair = compare.over_members(one), compare.over_members(other)
+        kinds = [kind for kind in compare.KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
-        _print_facts(pair)
-        found = {kind: matched(pair, kind) for kind in kinds}
+        if facts := compare.differing(pair):
+            print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
+        else:
+            say("same parameters, campaign and software")
+        say(compare.meaning(pair))
+        found = {kind: compare.matched(pair, kind) for kind in kinds}
         if not any(each.rows for each in found.values()):
-            raise NotComparableError(f"{first} and {second} share no computed case")
-        seen = [each for kind in kinds for each in observed(pair, kind, found[kind])]
+            raise compare.NotComparableError(f"{first} and {second} share no computed case")
+        seen = [each for kind in kinds for each in compare.observed(pair, kind, found[kind])]
         for kind in kinds:
-            _print_rows("drives of cases" if kind else "cases", found[kind], unjudged(pair, kind, found[kind]))
+            _print_rows("drives of cases" if kind else "cases", found[kind], compare.unjudged(pair, kind, found[kind]))
     _print_worst(seen)
     counts = Counter(each.verdict for each in seen)
     unknown = f", {counts[None]} of unknown uncertainty" if counts[None] else ""
@@ -145,16 +131,7 @@ def compare_datasets(first: Path, second: Path) -> None:
     sys.exit(CRASHED if counts[Verdict.DIFFERENT] else 0)
 
 
-def _print_facts(pair: Pair) -> None:
-    facts = differing(pair)
-    if facts:
-        print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
-    else:
-        say("same parameters, campaign and software")
-    print_sentences(filter(None, [meaning(pair)]))
-
-
-def _print_rows(what: str, found: Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
+def _print_rows(what: str, found: compare.Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
     """Print how many rows both have, the first of those that one has alone, and what states no uncertainty."""
     pending = f", {found.pending} more without a result in one of them" if found.pending else ""
     say(f"{what} in both: {len(found.rows)}{pending}")
@@ -170,18 +147,18 @@ def _print_rows(what: str, found: Matched, others: tuple[Sequence[str], Sequence
         )
 
 
-def _print_worst(seen: Sequence[Observed]) -> None:
+def _print_worst(seen: Sequence[compare.Observed]) -> None:
     """Print the largest differences, those beyond their uncertainties first."""
     apart = [each for each in seen if each.verdict is not Verdict.IDENTICAL]
     worst = sorted(apart, key=lambda each: (_SEVERITY.index(each.verdict), -each.apart))[:WORST]
     if worst:
         header = ("observable", "A", "B", "verdict", "apart/σ", "case")
-        print_table(Table(header, tuple(map(_row, worst)), labels=4, prose=True))
+        print_table(Table(header, tuple(map(_row, worst)), labels=4))
     if len(apart) > len(worst):
         say(f"and {len(apart) - len(worst)} smaller differences")
 
 
-def _row(each: Observed) -> tuple[str, ...]:
+def _row(each: compare.Observed) -> tuple[str, ...]:
     here, there = (f"{value:.6g}" if isinstance(value, float) else shortened(str(value)) for value in each.values)
     if here == there and isinstance(each.values[0], str):  # what differs is behind the most frequent text
         here, there = each.values
@@ -196,37 +173,46 @@ def _row(each: Observed) -> tuple[str, ...]:
 def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
     """Compute a dataset's cases again, print which differ, and end the process with the exit code for the worst."""
     dataset = dataset / file.FILE if dataset.is_dir() else dataset
-    with refusals(), TemporaryDirectory() as folder, file.reading(dataset) as found:
+    with TemporaryDirectory() as folder, file.reading(dataset) as found:
         file.check(dataset)  # however large it is
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
         failed = verification.failed(plan, found)
-        pending = len(plan.cases) - len(cases) - failed
+        skipped = {"pending": len(plan.cases) - len(cases) - failed, "failed": failed}
         if not cases:
-            said = ", ".join(_skipped(pending, failed))
+            said = ", ".join(f"{count} {sort}" for sort, count in skipped.items() if count)
             raise Refusal(f"{dataset}: no case has a result to compute again: {said}")
         chosen = verification.sample(cases, sample)
         say(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
         other = verification.other_software(found)
         code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
         if not code:
-            findings = list(verification.compare(found, plan, chosen, Store(Path(folder))))
-            left = _Left(pending, failed, len(cases) - len(chosen))
+            shared, *findings = verification.compare(found, plan, chosen, Store(Path(folder)))
+            verdicts = Counter(each.verdict for each in findings)
+            counts = {str(verdict): verdicts[verdict] for verdict in Verdict} | skipped
+            counts["not_in_sample"] = len(cases) - len(chosen)
             if as_json:
-                print_json(_data(findings, dataset, left, other))
+                shared_data, *of_cases = (
+                    {"case": each.label, "verdict": str(each.verdict), "difference": each.remark}
+                    for each in (shared, *findings)
+                )
+                told = {"dataset": str(dataset), "other_software": other, "counts": counts}
+                print_json({**told, "shared": shared_data, "cases": of_cases})
             else:
-                _print_findings(findings, dataset, left, other)
-            code = CRASHED if any(each.verdict is Verdict.DIFFERENT for each in findings) else 0
+                print_sentences([other])
+                _print_findings([shared, *findings])
+                parts = [
+                    f"{count} {_SAID.get(sort, sort)}" for sort, count in counts.items() if count or sort not in _SAID
+                ]
+                say(f"{dataset}: cases: {', '.join(parts)}; {shared.label}: {shared.verdict}")
+            code = CRASHED if any(each.verdict is Verdict.DIFFERENT for each in (shared, *findings)) else 0
     sys.exit(code)
 
 
-class _Left(NamedTuple):
-    """Cases that were not recomputed."""
+_SAID: Final = {"pending": "pending, skipped", "failed": "failed, skipped", "not_in_sample": "not in the sample"}
+"""Cases that were not recomputed, and what is said of them where there are any.
 
-    pending: int
-    failed: int
-    """For want of time or memory, or as a process died: nobody knows whether they would again."""
-    not_in_sample: int
+Failed are those for want of time or memory, or as a process died: nobody knows whether they would again."""
 
 
 def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
@@ -245,43 +231,13 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     return 0
 
 
-def _print_findings(findings: list[Finding], path: Path, left: _Left, other: str) -> None:
-    """Print a line for each case that is not bit-identical, those that differ first, and the counts of all."""
-    if other:
-        say(other)
-    for verdict, sort in ((Verdict.DIFFERENT, "failed"), (Verdict.WITHIN, "")):
+def _print_findings(findings: list[Finding]) -> None:
+    """Print a line for each case that is not bit-identical, those that differ first."""
+    for verdict, style in ((Verdict.DIFFERENT, FAILED), (Verdict.WITHIN, "")):
         found = [f"{verdict}: {each.label}: {each.remark}" for each in findings if each.verdict is verdict]
-        print_sentences(found[:MOST_ROWS], sort)
+        print_sentences(found[:MOST_ROWS], style)
         if len(found) > MOST_ROWS:
             say(f"{verdict}: {len(found) - MOST_ROWS} more")
-    parts = [f"{count} {verdict}" for verdict, count in _counts(findings).items()]
-    parts += [f"{said}, skipped" for said in _skipped(left.pending, left.failed)]
-    parts += [f"{left.not_in_sample} not in the sample"] if left.not_in_sample else []
-    say(f"{path}: cases: {', '.join(parts)}; {findings[0].label}: {findings[0].verdict}")
-
-
-def _skipped(pending: int, failed: int) -> list[str]:
-    """Counts of the cases without a result, of each sort that there is."""
-    return [f"{count} {sort}" for count, sort in ((pending, "pending"), (failed, "failed")) if count]
-
-
-def _counts(findings: list[Finding]) -> dict[str, int]:
-    counts = Counter(each.verdict for each in findings[1:])  # the first is what all cases share
-    return {str(verdict): counts[verdict] for verdict in Verdict}
-
-
-def _data(findings: list[Finding], path: Path, left: _Left, other: str) -> dict[str, Any]:
-    """The comparison for scripts."""
-    shared, *cases = (
-        {"case": each.label, "verdict": str(each.verdict), "difference": each.remark} for each in findings
-    )
-    return {
-        "dataset": str(path),
-        "other_software": other,
-        "counts": _counts(findings) | left._asdict(),
-        "shared": shared,
-        "cases": cases,
-    }
 
 
 # `nanoslip describe`: names, units and meanings of the variables of a dataset.
@@ -289,21 +245,17 @@ def _data(findings: list[Finding], path: Path, left: _Left, other: str) -> dict[
 
 def describe_variables(name: str | None, as_json: bool) -> None:
     """Print what one variable of a dataset is, or a table of all."""
-    found = rows() if name is None else [_described(name)]
+    try:
+        found = [described(name)] if name else rows()
+    except KeyError as error:
+        raise Refusal(error.args[0]) from None
     if as_json:
         print_json([asdict(one) for one in found])
     elif name is None:
         cells = tuple((one.name, one.units, one.meaning) for one in found)
-        print_table(Table(("variable", "unit", "meaning"), cells, prose=True))
+        print_table(Table(("variable", "unit", "meaning"), cells, labels=2))
     else:
         print_sentences(text_of(found[0]).splitlines())
-
-
-def _described(name: str) -> Described:
-    try:
-        return described(name)
-    except KeyError as error:
-        raise Refusal(error.args[0]) from None
 
 
 # `nanoslip accuracy`: error against processor time for every numerical setting, or for members and lengths of records.
@@ -314,21 +266,20 @@ def show_accuracy(campaign: Path | None, out: Path | None, quick: bool, digit: b
     effort = QUICK if quick else FULL
     if digit and save:
         raise Refusal("--save: needs a front, which is not measured with --digit")
-    with refusals():
-        manifest = load_manifest(campaign) if campaign else None
-        if digit:
-            setups = (first_of(manifest),) if manifest else digit_setups()
-            say(f"measuring, {counted(len(setups), 'case')}, a minute or two each unless --quick", stderr=True)
-            measured = measure_another_digit(setups, effort)
-        else:
-            setup = setup_of(manifest) if manifest else default_setup()
-            slabs = counted(len(setup.slabs), "slab")
-            say(f"{setup.title}: measuring, {slabs}, a minute or two each unless --quick", stderr=True)
-            measured = measure(setup, effort)
-        for diagram in measured.diagrams:
-            say(f"{diagram.title}; errors against {diagram.reference}")
-            print_table(as_table(diagram))
-        if measured.remark:
-            say(f"not measured: {measured.remark}")
-        for path in write(measured, folder(campaign or Path("accuracy"), out), save):
-            say(whole(f"written: {path}"))
+    manifest = load_manifest(campaign) if campaign else None
+    if digit:
+        setups = (first_of(manifest),) if manifest else digit_setups()
+        say(f"measuring, {counted(len(setups), 'case')}, a minute or two each unless --quick", stderr=True)
+        measured = measure_another_digit(setups, effort)
+    else:
+        setup = setup_of(manifest) if manifest else default_setup()
+        slabs = counted(len(setup.slabs), "slab")
+        say(f"{setup.title}: measuring, {slabs}, a minute or two each unless --quick", stderr=True)
+        measured = measure(setup, effort)
+    for diagram in measured.diagrams:
+        say(f"{diagram.title}; errors against {diagram.reference}")
+        print_table(as_table(diagram))
+    if measured.remark:
+        say(f"not measured: {measured.remark}")
+    for path in write(measured, folder(campaign or Path("accuracy"), out), save):
+        say(whole(f"written: {path}"))

@@ -32,7 +32,7 @@ from nanoslip.study.plan.grids import Front, load_front, settled
 from nanoslip.study.plan.plan import plan_of
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import page
-from nanoslip.study.report.console import Table, print_entries, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import FAILED, Table, print_entries, print_sentences, print_table, say, whole
 from nanoslip.study.results.store import StoreError, write_files
 from nanoslip.study.run.progress import roughly
 
@@ -41,9 +41,8 @@ def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, 
     """Print the case of a campaign that has these parameters, or draw it."""
     given = assignments(parameters)
     if picture:
-        with refusals(ValueError):
-            format_of(picture)
-    with refusals(), dataset_of(campaign, out) as found:
+        format_of(picture)
+    with dataset_of(campaign, out) as found:
         say(found.attrs["title"])
         show_case(found, given, picture)
 
@@ -54,7 +53,7 @@ def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, 
 def write_report(campaign: Path, out: Path | None) -> None:
     """Write the page of a campaign's dataset; the run that made it has printed its table."""
     into = folder(campaign, out)
-    with refusals(), file.reading(into / file.FILE) as opened:
+    with file.reading(into / file.FILE) as opened:
         if not is_of(opened, load_manifest(campaign)):
             run, collect = (advised(each, campaign, into) for each in ("run", "collect"))
             raise StoreError(
@@ -66,9 +65,6 @@ def write_report(campaign: Path, out: Path | None) -> None:
 
 
 # `nanoslip figure`: a number of a campaign over its axes; figures of the shipped campaigns, with their tables.
-
-RESULTS = Path("results")
-"""Where the results of shipped figures are, each campaign's in a folder."""
 
 
 def draw_figure(
@@ -91,16 +87,16 @@ def draw_figure(
     elif x or hue or output or table:
         raise Refusal("--x, --hue, --output and --csv: need --y, the number that is drawn")
     elif names or everything:
-        _draw_named(names, everything, formats, into, out or RESULTS)
+        _draw_named(names, everything, formats, into, out or Path("results"))
     else:
-        _list()
+        print_entries({name: figure.title for name, figure in shipped_figures().items()})
+        say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
 def _draw_over_axes(
     source: Path, out: Path | None, words: tuple[str, str, str], output: Path | None, table: bool
 ) -> None:
-    with refusals(ValueError):
-        form = format_of(output) if output else FORMATS[0]
+    form = format_of(output) if output else FORMATS[0]
     y, x, hue = words
     with refusals(ValueError), dataset_of(shipped.campaign_file(source), out) as dataset:
         with _named("--y", y):
@@ -136,28 +132,21 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
     known = shipped_figures()
     chosen: dict[Path, list[CampaignFigure]] = {}
     for name in known if everything else names:
-        with refusals():
-            of_file = figures_of(Path(name)) if Path(name).suffix == ".toml" else ()
+        of_file = figures_of(Path(name)) if Path(name).suffix == ".toml" else ()
         if name not in known and not of_file:
             there = ", ".join(known)
             own = f"a campaign of your own needs --y, or a script {Path(name).stem}.py beside it"
             raise Refusal(f"{name}: no figure; there are {there}; {own}")
         for figure in of_file or (known[name],):
             chosen.setdefault(Path(name) if of_file else shipped.campaigns()[figure.campaign], []).append(figure)
-    with refusals():
-        for source, figures in chosen.items():
-            with api.run(source, out / figures[0].campaign, progress=True) as dataset:
-                for figure in figures:
-                    written = write(figure, dataset, into, formats)
-                    say(figure.title)
-                    print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3, prose=True))
-                    _say_written(written)
-        _say_written(write_indexes(into))
-
-
-def _list() -> None:
-    print_entries({name: figure.title for name, figure in shipped_figures().items()})
-    say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
+    for source, figures in chosen.items():
+        with api.run(source, out / figures[0].campaign, progress=True) as dataset:
+            for figure in figures:
+                written = write(figure, dataset, into, formats)
+                say(figure.title)
+                print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3))
+                _say_written(written)
+    _say_written(write_indexes(into))
 
 
 def _say_written(files: Iterable[Path]) -> None:
@@ -168,11 +157,11 @@ def _say_written(files: Iterable[Path]) -> None:
 # `nanoslip frames`: one case of a campaign at work, event by event, as a strip of pictures or a film.
 
 
-def draw_frames(campaign: Path, selection: tuple[str, ...], events: str, output: Path) -> None:
+def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str, output: Path) -> None:
     """Compute a case's contact after each of some events, and draw it."""
     with refusals(SolverError):
         wanted = events_of(events)
-        case = chosen(planned(campaign).cases, assignments(selection))
+        case = chosen(planned(campaign).cases, assignments(parameters))
         if case.case is None:
             raise ManifestError([f"{case.point}: {case.outcome.message}"])
         shown = frames(case.case, wanted, output)
@@ -193,8 +182,7 @@ def try_campaign(parameters: tuple[str, ...], contact: bool, drive: bool, pictur
         raise click.UsageError("--contact and --drive exclude each other")
     given = assignments(parameters)
     if picture:
-        with refusals(ValueError):
-            format_of(picture)  # what cannot be drawn is better known before it is computed
+        format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
         found = api.run(campaign_of(given, contact, drive), progress=True)
     print_sentences(_idle(given, contact))
@@ -225,10 +213,8 @@ _HEADER = ("effect", "number", "change ±", "seconds ×", "setting")
 
 def show_effects(campaign: Path, cases: int, members: int | None) -> None:
     """Compute a few cases with everything and without each effect, and print the changes."""
-    with refusals():
-        manifest = settled(load_manifest(campaign))
-        scenes = scenes_of(manifest, list(expand(manifest)), cases, members)
-        print_changes(campaign, scenes)
+    manifest = settled(load_manifest(campaign))
+    print_changes(campaign, scenes_of(manifest, list(expand(manifest)), cases, members))
 
 
 def print_changes(campaign: Path, scenes: Scenes) -> None:
@@ -237,31 +223,27 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
     say(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
     found, failures = influences(scenes)
     print_sentences(f"case {number}: {each.point}" for number, each in enumerate(scenes.cases, start=1))
-    print_sentences((f"with everything, {each}" for each in failures), "failed")
+    print_sentences((f"with everything, {each}" for each in failures), FAILED)
     if not found:
         say("nothing to compare: no number of these cases depends on an effect that can be left out")
         return
     rows = tuple(map(_row, found))
     failed = frozenset(place for place, each in enumerate(found) if each.problems)
-    print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed, prose=True))
+    print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed))
     say(
         "Below each effect: what leaves it out, and where the change is largest. seconds ×: without it, over everything"
     )
 
 
 def _row(each: Influence) -> tuple[str, ...]:
-    largest, known = each.largest, math.isfinite(each.largest.change)
-    change = f"{largest.change:+.2g} ± {largest.uncertainty:.1g}" if largest.change else "0"
-    where = f"case {largest.where}"
-    named = not known or any(problem.startswith(f"{where}: ") for problem in each.problems[:1])
+    largest, where = each.largest, f"case {each.largest.where}"
+    change, seconds, named = "–", "–", True
+    if math.isfinite(largest.change):
+        change = f"{largest.change:+.2g} ± {largest.uncertainty:.1g}" if largest.change else "0"
+        seconds = f"{each.seconds:.2g}"
+        named = any(problem.startswith(f"{where}: ") for problem in each.problems[:1])
     sentences = [each.setting, *([] if named else [where]), *each.problems[:1]]
-    return (
-        each.effect,
-        each.variable,
-        change if known else "–",
-        f"{each.seconds:.2g}" if known else "–",
-        "; ".join(sentences),
-    )
+    return each.effect, each.variable, change, seconds, "; ".join(sentences)
 
 
 # `nanoslip explain`: one case before it is computed: its estimated time, the error of its grid, and what half of that costs.
@@ -269,18 +251,16 @@ def _row(each: Influence) -> tuple[str, ...]:
 
 def explain_case(campaign: Path, parameters: tuple[str, ...], show_effects: bool) -> None:
     """Print the cost, the grid's error and perhaps the effects of the case of a campaign that has these parameters."""
-    with refusals():
-        manifest = settled(load_manifest(campaign))
-        case = chosen(expand(manifest), assignments(parameters))
-        if case.case is None:
-            raise Refusal(f"{case.point}: {case.outcome.message}")
-        seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
-        front = load_front(manifest.front, manifest.files.get("front"))
-        say(f"case {case.point}")
-        grid = _of_grid(case.case, front, "slip" in manifest.stages)
-        print_sentences([f"estimated time, to a factor of three: {roughly(seconds)}", grid])
-        if show_effects:
-            print_changes(campaign, scenes_of(manifest, [case], SHOWN))
+    manifest = settled(load_manifest(campaign))
+    case = chosen(expand(manifest), assignments(parameters))
+    if case.case is None:
+        raise Refusal(f"{case.point}: {case.outcome.message}")
+    seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
+    front = load_front(manifest.front, manifest.files.get("front"))
+    grid = _of_grid(case.case, front, "slip" in manifest.stages)
+    print_sentences([f"case {case.point}", f"estimated time, to a factor of three: {roughly(seconds)}", grid])
+    if show_effects:
+        print_changes(campaign, scenes_of(manifest, [case], SHOWN))
 
 
 SHOWN: Final = 3

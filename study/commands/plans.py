@@ -13,10 +13,9 @@ from typing import Any, Final
 import click
 import threadpoolctl
 
-from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.manifest.checker import ManifestError
-from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import Origins, census, here
 from nanoslip.study.plan.cost import TASK
@@ -55,27 +54,18 @@ def _plain(value: Any) -> Any:
 
 @contextmanager
 def refusals(*more: type[Exception]) -> Iterator[None]:
-    """Turn errors of manifests and of files of results, and those given, into a `Refusal`."""
-    kinds: tuple[type[Exception], ...] = (ManifestError, StoreError, *more)
+    """Turn errors of input, of manifests and of files of results, and those given, into a `Refusal`."""
+    kinds: tuple[type[Exception], ...] = (InvalidInput, ManifestError, StoreError, *more)
     try:
         yield
     except kinds as error:
         raise Refusal(str(error)) from error
 
 
-PLANNED: Final = "{} cases planned"
-"""What is shown while a plan is made."""
-
-
 def planned(campaign: Path) -> Plan:
     """The plan of a campaign file. Raises ManifestError."""
-    return planned_from(load_manifest(campaign))
-
-
-def planned_from(manifest: Manifest) -> Plan:
-    """The plan of a campaign. Raises ManifestError."""
-    with counting(PLANNED) as count:
-        return make_plan(manifest, count)
+    with counting("{} cases planned") as count:
+        return make_plan(load_manifest(campaign), count)
 
 
 def idle_lines(plan: Plan) -> list[str]:
@@ -105,50 +95,35 @@ class Standing:
     foreign: Mapping[str, Origins]
     """Finished results of other software."""
     measured: Measured
-    """What tasks took: `kinds` are scaled by it."""
+    """What tasks took: seconds left of `kinds` are scaled by it."""
     outcomes: Mapping[str, Outcome]
     """Key of each task that has ended -> how."""
 
-    def again(self) -> "Standing":
-        """How far it is by now; what has not changed is not looked at again."""
-        return _standing(self.campaign, self.into, self.plan, self.stores)
 
-
-def standing(campaign: Path, out: Path | None, measure: Callable[[Plan], Measured] | None = None) -> Standing:
+def standing(
+    campaign: Path, out: Path | None, measure: Callable[[Plan], Measured] | None = None, before: Standing | None = None
+) -> Standing:
     """How far a campaign is. Raises ManifestError.
 
     out: folder of the results, None for the campaign's own. measure: what tasks take; None: as the journals there say.
+    before: how far it was; what has not changed is not looked at again.
     """
-    return _standing(campaign, folder(campaign, out), planned(campaign), (), measure)
-
-
-def _standing(
-    campaign: Path,
-    into: Path,
-    plan: Plan,
-    opened: tuple[Store, ...],
-    measure: Callable[[Plan], Measured] | None = None,
-) -> Standing:
-    have = {store.folder.parent: store for store in opened}
-    stores = tuple(have.get(each) or Store(each, whole=False) for each in (into, *folders(into)))
+    into, plan = folder(campaign, out), before.plan if before else planned(campaign)
+    opened = {store.folder.parent: store for store in (before.stores if before else ())}
+    stores = tuple(opened.get(each) or Store(each, whole=False) for each in (into, *folders(into)))
     metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
     work = left(plan, failures, metas)
     foreign = plan.foreign({key: meta.origins for key, meta in metas.items()})
     measured = measure(plan) if measure else measured_in(into, *folders(into))
-    kinds = scaled(kind_counts(plan.tasks, work.tasks, work.given_up), measured)
+    kinds = {
+        kind: replace(count, core_seconds_left=measured.factor(kind) * count.core_seconds_left)
+        for kind, count in kind_counts(plan.tasks, work.tasks, work.given_up).items()
+    }
     outcomes = plan.outcomes(
         {key: meta.outcome for key, meta in metas.items()}, {key: each.outcome for key, each in failures.items()}
     )
     return Standing(campaign, into, plan, stores, kinds, work.tasks, work.given_up, foreign, measured, outcomes)
-
-
-def scaled(kinds: Mapping[str, KindCount], measured: Measured) -> dict[str, KindCount]:
-    """Counts with the seconds that are left as finished tasks lead to expect."""
-    return {
-        kind: replace(count, core_seconds_left=measured.factor(kind) * count.core_seconds_left)
-        for kind, count in kinds.items()
-    }
 
 
 def kinds_as_data(kinds: Mapping[str, KindCount]) -> dict[str, Any]:

@@ -7,7 +7,8 @@ import sys
 import time
 import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,19 +16,7 @@ import click
 
 from nanoslip.solver.outcome import Ending
 from nanoslip.study import shipped
-from nanoslip.study.commands.plans import (
-    Standing,
-    advised,
-    counted,
-    idle_lines,
-    kinds_as_data,
-    measured_here,
-    planned,
-    print_foreign,
-    print_json,
-    refusals,
-    standing,
-)
+from nanoslip.study.commands import plans
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import ManifestError
@@ -36,17 +25,8 @@ from nanoslip.study.manifest.reader import effects
 from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.grids import choice
 from nanoslip.study.plan.outlook import expected_lines, out_of_reach, outlook_of, shortages, span_line
-from nanoslip.study.plan.plan import PENDING, Plan, disk_of_plan, ended
-from nanoslip.study.report.console import (
-    Table,
-    console,
-    print_entries,
-    print_sentences,
-    print_table,
-    say,
-    table_text,
-    whole,
-)
+from nanoslip.study.plan.plan import PENDING, KindCount, Plan, disk_of_plan, ended
+from nanoslip.study.report.console import Table, console, print_entries, print_sentences, print_table, say, whole
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
 from nanoslip.study.run.launch import cores
@@ -57,7 +37,7 @@ def list_campaigns(as_json: bool) -> None:
     """Print name and title of each campaign that comes with nanoslip."""
     found = shipped.campaigns()
     if as_json:
-        print_json([{"name": name, "title": title_of(path), "file": str(path)} for name, path in found.items()])
+        plans.print_json([{"name": name, "title": title_of(path), "file": str(path)} for name, path in found.items()])
         return
     print_titles(found)
     say(f"{whole('nanoslip run NAME')} computes one; the files are in {whole(shipped.folder('campaigns'))}")
@@ -86,24 +66,17 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
     if starter not in found:
         raise Refusal(f"{starter}: no starter; there are {', '.join(found)}")
     target = file or Path(f"{starter}.toml")
-    _write({found[starter]: target} | {path: target.with_name(path.name) for path in _beside(found[starter])})
+    source = found[starter]
+    copies = {source: target} | {
+        path: target.with_name(path.name) for path in source.parent.glob(f"{source.stem}.*") if path != source
+    }  # the files that a starter names are those of its name
+    if taken := [str(copy) for copy in copies.values() if copy.exists()]:
+        raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
+    write_files({copy: path.read_bytes() for path, copy in copies.items()})
     say(
         f"{whole(f'written: {target}')}; change it, then: "
         f"{whole(f'nanoslip check {target}')}; {whole(f'nanoslip run {target}')}"
     )
-
-
-def _beside(starter: Path) -> list[Path]:
-    """The files that a starter names: those of its name."""
-    return [path for path in starter.parent.glob(f"{starter.stem}.*") if path != starter]
-
-
-def _write(copies: Mapping[Path, Path]) -> None:
-    """Copy each file to its place, which must be free; nothing is written where one is not. Raises Refusal."""
-    if taken := [str(target) for target in copies.values() if target.exists()]:
-        raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
-    with refusals():
-        write_files({target: source.read_bytes() for source, target in copies.items()})
 
 
 # `nanoslip check`: every problem of campaign files, or what each would compute in a line.
@@ -114,9 +87,9 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
     problems: list[str] = []
     for campaign in campaigns:
         try:
-            plan = planned(campaign)
+            plan = plans.planned(campaign)
             say(_counted(campaign, plan))
-            print_sentences([*idle_lines(plan), *out_of_reach(plan)])
+            print_sentences([*plans.idle_lines(plan), *out_of_reach(plan)])
         except ManifestError as error:
             problems += error.lines
     if problems:
@@ -125,18 +98,13 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
 
 def _counted(campaign: Path, plan: Plan) -> str:
     """How many cases, drives of each case and tasks a campaign has."""
-    refused = sum(not case.outcome.ok for case in plan.cases)
-    impossible = sum(drive.drive is None for drive in plan.manifest.drives)
-    said = (
-        f"{counted(len(plan.cases), 'case')}{_of_them(refused)}",
-        f"{counted(len(plan.manifest.drives), 'drive')}{_of_them(impossible)}",
-        counted(len(plan.tasks), "task"),
-    )
+    cases = len(plan.cases), "case", sum(not case.outcome.ok for case in plan.cases)
+    drives = len(plan.manifest.drives), "drive", sum(drive.drive is None for drive in plan.manifest.drives)
+    said = []
+    for number, what, refused in (cases, drives, (len(plan.tasks), "task", 0)):
+        why = f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""
+        said.append(f"{plans.counted(number, what)}{why}")
     return f"{whole(campaign)}: fine: {', '.join(said)}"
-
-
-def _of_them(refused: int) -> str:
-    return f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""
 
 
 # `nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed.
@@ -150,37 +118,32 @@ def show_plan(
     ranks: number for which the time is estimated beside that of one, None for the cores here. measure: whether tasks are
     measured here.
     """
-    with refusals():
-        found = standing(campaign, out, measured_here if measure else None)
-        if as_json:
-            print_json(_data(found, ranks or cores()))
-        else:
-            _print(found, ranks or cores(), show_effects)
-
-
-def _print(found: Standing, ranks: int, show_effects: bool) -> None:
-    plan = found.plan
-    say(plan.manifest.title)
-    print_sentences([*_cases(plan), _in_si(plan), *idle_lines(plan)])
-    if show_effects:
-        rows = tuple(
-            (each.name, each.setting, _unless_on(each.setting, each.without)) for each in effects(plan.manifest)
-        )
-        print_table(Table(("effect", "here", "left out where off"), rows, 2, prose=True))
+    found = plans.standing(campaign, out, plans.measured_here if measure else None)
+    if as_json:
+        plans.print_json(_data(found, ranks or cores()))
     else:
-        off = [each.name for each in effects(plan.manifest) if each.setting != "on"]
-        print_sentences(
-            [f"effects that are off or vary: {', '.join(off) or 'none'} (--effects says what that leaves out)"]
-        )
-    _print_counts(found)
-    outlook = outlook_of(plan)
-    print_sentences(
-        [*_factors(found), _time(found, ranks), *_ensembles(found), _disk(plan), *filter(None, [span_line(outlook)])]
-    )
-    print_sentences(f"expected: {line}" for line in expected_lines(plan, outlook))
-    print_sentences(f"refused: {line}" for line in _refused(plan))
-    print_sentences(f"does not fit here: {line}" for line in shortages(plan, found.remaining))
-    print_foreign(found.foreign, found.campaign, found.into)
+        _print(found, ranks or cores(), show_effects)
+
+
+def _print(found: plans.Standing, ranks: int, show_effects: bool) -> None:
+    plan, outlook = found.plan, outlook_of(found.plan)
+    on_or_off = effects(plan.manifest)
+    print_sentences([plan.manifest.title, *_cases(plan), _in_si(plan), *plans.idle_lines(plan)])
+    if show_effects:
+        rows = tuple((each.name, each.setting, "" if each.setting == "on" else each.without) for each in on_or_off)
+        print_table(Table(("effect", "here", "left out where off"), rows, 2))
+    else:
+        off = ", ".join(each.name for each in on_or_off if each.setting != "on") or "none"
+        say(f"effects that are off or vary: {off} (--effects says what that leaves out)")
+    print_table(_kinds(found, _CELLS))
+    print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), _disk(plan), span_line(outlook)])
+    for what, lines in (
+        ("expected", expected_lines(plan, outlook)),
+        ("refused", _refused(plan)),
+        ("does not fit here", shortages(plan, found.remaining)),
+    ):
+        print_sentences(f"{what}: {line}" for line in lines)
+    plans.print_foreign(found.foreign, found.campaign, found.into)
 
 
 def _in_si(plan: Plan) -> str:
@@ -193,7 +156,7 @@ def _cases(plan: Plan) -> Iterator[str]:
     likely = str(ensemble.members) if ensemble.within is None else f"{ensemble.likely} to {ensemble.members}"
     of_members = f" of {likely} members" if ensemble.members > 1 else ""
     refused = sum(case.case is None for case in plan.cases)
-    yield f"{counted(len(plan.cases), 'case')}{of_members}, {refused} of them refused"
+    yield f"{plans.counted(len(plan.cases), 'case')}{of_members}, {refused} of them refused"
     if manifest.drive_axes and manifest.drives:
         impossible = sum(drive.drive is None for drive in manifest.drives)
         yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"
@@ -203,24 +166,23 @@ def _cases(plan: Plan) -> Iterator[str]:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
 
 
-def _print_counts(found: Standing) -> None:
-    header = ("tasks", "left", "core time left", "disk, MB", "memory of one, MB", "finished", "all")
-    rows = [
-        (
-            kind,
-            str(each.left),
-            duration(each.core_seconds_left),
-            _mega(each.disk_bytes),
-            _mega(each.memory_bytes),
-            str(each.finished),
-            str(each.all),
-        )
-        for kind, each in found.kinds.items()
-    ]
-    print_table(Table(header, tuple(rows)))
+_CELLS: Final[Mapping[str, Callable[[KindCount], str]]] = {
+    "left": lambda count: str(count.left),
+    "core time left": lambda count: duration(count.core_seconds_left),
+    "disk, MB": lambda count: _mega(count.disk_bytes),
+    "memory of one, MB": lambda count: _mega(count.memory_bytes),
+    "finished": lambda count: str(count.finished),
+    "all": lambda count: str(count.all),
+}
+"""What tables tell of a kind of task."""
 
 
-def _factors(found: Standing) -> Iterator[str]:
+def _kinds(found: plans.Standing, columns: Iterable[str]) -> Table:
+    rows = ((kind, *(_CELLS[each](count) for each in columns)) for kind, count in found.kinds.items())
+    return Table(("tasks", *columns), tuple(rows))
+
+
+def _factors(found: plans.Standing) -> Iterator[str]:
     """What measured tasks took over what they were predicted to."""
     data = found.measured.as_data()
     factors = [f"{kind} {found.measured.factor(kind):.2g} x" for kind in found.kinds if kind in data]
@@ -228,7 +190,7 @@ def _factors(found: Standing) -> Iterator[str]:
         yield f"measured over predicted seconds: {', '.join(factors)}"
 
 
-def _time(found: Standing, ranks: int) -> str:
+def _time(found: plans.Standing, ranks: int) -> str:
     """The time that is left, on one rank and on several, and how well it is known."""
     tasks = found.remaining
     if not tasks:
@@ -236,11 +198,11 @@ def _time(found: Standing, ranks: int) -> str:
     alone, together = (roughly(makespan(tasks, number, found.measured.seconds)) for number in (1, ranks))
     several = f", {together} on {ranks} (--ranks for another number)" if ranks > 1 else ""
     count = found.measured.tasks({task.kind for task in tasks})
-    known = f"by what {counted(count, 'task')} took" if count else "to a factor of three"
+    known = f"by what {plans.counted(count, 'task')} took" if count else "to a factor of three"
     return f"time left: {alone} on 1 rank{several}, {known}"
 
 
-def _ensembles(found: Standing) -> Iterator[str]:
+def _ensembles(found: plans.Standing) -> Iterator[str]:
     """What the estimate leaves open where a target decides how many members there are."""
     ensemble = found.plan.manifest.ensemble
     if ensemble.within is not None:
@@ -257,20 +219,16 @@ def _disk(plan: Plan) -> str:
 
 def _refused(plan: Plan) -> Iterator[str]:
     """One line for each reason of a refusal: the first case or drive that has it, and how many more."""
-    cases: Iterator[tuple[str, CampaignCase | CampaignDrive]]
-    cases = ((case.outcome.message, case) for case in plan.cases if case.case is None)
-    drives = ((drive.outcome.message, drive) for drive in plan.manifest.drives if drive.drive is None)
-    first: dict[str, CampaignCase | CampaignDrive] = {}
-    count: Counter[str] = Counter()
-    for message, refused in itertools.chain(cases, drives):
-        first.setdefault(message, refused)
-        count[message] += 1
-    for message, refused in first.items():
-        where = refused.point if isinstance(refused, CampaignCase) else f"drive {refused.label}"
-        yield f"{where}: {message}" + (f" (and {count[message] - 1} more)" if count[message] > 1 else "")
+    refused: list[CampaignCase | CampaignDrive] = [case for case in plan.cases if case.case is None]
+    refused += [drive for drive in plan.manifest.drives if drive.drive is None]
+    first = {each.outcome.message: each for each in reversed(refused)}
+    for message, count in Counter(each.outcome.message for each in refused).items():
+        each = first[message]
+        where = each.point if isinstance(each, CampaignCase) else f"drive {each.label}"
+        yield f"{where}: {message}" + (f" (and {count - 1} more)" if count > 1 else "")
 
 
-def _data(found: Standing, ranks: int) -> dict[str, Any]:
+def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
     """The plan for scripts."""
     plan = found.plan
     results, dataset = disk_of_plan(plan)
@@ -286,7 +244,7 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
             for each in plan.manifest.drives
         ],
         "effects": {each.name: each.setting for each in effects(plan.manifest)},
-        "tasks": kinds_as_data(found.kinds),
+        "tasks": plans.kinds_as_data(found.kinds),
         "seconds_left": {
             str(number): makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})
         },
@@ -298,18 +256,12 @@ def _data(found: Standing, ranks: int) -> dict[str, Any]:
     }
 
 
-def _unless_on(setting: str, text: str) -> str:
-    return "" if setting == "on" else text
-
-
 def _mega(number: float) -> str:
     return f"{number / 1e6:.2g}" if number < 1e8 else f"{number / 1e6:.0f}"
 
 
 # `nanoslip status`: how much of a campaign is finished, and how it ended, from the files of results alone.
 
-_GIVEN_UP: Final = "are not tried any more: failed, or need one that has"
-_UNMERGED: Final = "counted with the results of {shards} not merged yet; {merge} brings them together"
 INTERVAL: Final = 2.0
 """Seconds between two looks at the results."""
 
@@ -318,74 +270,63 @@ def show_status(campaign: Path, out: Path | None, watch: bool, as_json: bool) ->
     """Print how many of a campaign's tasks are finished and how its cases ended; with `watch` until all are finished."""
     if watch and as_json:
         raise click.UsageError("--watch and --json exclude each other")
-    with refusals():
-        found = standing(campaign, out)
-        if as_json:
-            print_json(_status_data(found))
-        elif watch:
-            _watch(found)
-        else:
-            say(found.plan.manifest.title)
-            print_table(*_tables(found))
-            if found.given_up:
-                again = advised("run", campaign, found.into, "--retry")
-                say(f"{counted(len(found.given_up), 'task')} {_GIVEN_UP}; {again} tries again")
-            if len(found.stores) > 1:
-                shards = counted(len(found.stores) - 1, "shard")
-                say(_UNMERGED.format(shards=shards, merge=advised("merge", campaign, found.into)))
-            print_foreign(found.foreign, campaign, found.into)
+    found = plans.standing(campaign, out)
+    if as_json:
+        plans.print_json(_status_data(found))
+    elif watch:
+        _watch(found)
+    else:
+        say(found.plan.manifest.title)
+        print_table(*_tables(found))
+        if found.given_up:
+            again, tasks = (
+                plans.advised("run", campaign, found.into, "--retry"),
+                plans.counted(len(found.given_up), "task"),
+            )
+            say(f"{tasks} are not tried any more: failed, or need one that has; {again} tries again")
+        if len(found.stores) > 1:
+            merge, shards = plans.advised("merge", campaign, found.into), plans.counted(len(found.stores) - 1, "shard")
+            say(f"counted with the results of {shards} not merged yet; {merge} brings them together")
+        plans.print_foreign(found.foreign, campaign, found.into)
 
 
-def _watch(found: Standing) -> None:
+def _watch(found: plans.Standing) -> None:
     """Redraw on a terminal, else print a line whenever something has changed; ends with the last task, or by Ctrl-C."""
     out = console()
-    try:
+    with suppress(KeyboardInterrupt):
         if not out.is_terminal:
-            _print_changes(found)
+            for line, _ in itertools.groupby(map(_line, _again(found))):
+                click.echo(line)
             return
+        from rich.console import Group  # noqa: PLC0415  as is Live
         from rich.live import Live  # noqa: PLC0415  slow to load, and only who watches needs it
 
         with Live(console=out, auto_refresh=False) as screen:
             for each in _again(found):
-                screen.update(table_text(each.plan.manifest.title, _tables(each)), refresh=True)
-    except KeyboardInterrupt:
-        return
+                screen.update(Group(each.plan.manifest.title, *_tables(each)), refresh=True)
 
 
-def _print_changes(found: Standing) -> None:
-    said = ""
-    for each in _again(found):
-        line = _line(each)
-        if line != said:
-            click.echo(line)
-            said = line
-
-
-def _again(found: Standing) -> Iterator[Standing]:
+def _again(found: plans.Standing) -> Iterator[plans.Standing]:
     """The state of a campaign now and every few seconds, the last time when nothing is left."""
     yield found
     while found.remaining:
         time.sleep(INTERVAL)
-        found = found.again()
+        found = plans.standing(found.campaign, found.into, before=found)
         yield found
 
 
-def _tables(found: Standing) -> tuple[Table, Table]:
+def _tables(found: plans.Standing) -> tuple[Table, Table]:
     """Tasks by kind, and cases and drives by outcome."""
-    tasks = [
-        (kind, str(each.finished), str(each.left), duration(each.core_seconds_left), str(each.all))
-        for kind, each in found.kinds.items()
-    ]
     cases, drives = ended(found.plan, found.outcomes)
     words = sorted(cases | drives, key=lambda word: (word != _COMPLETED, word in _UNHURT, word))
     header = ("outcome", "cases", "drives") if drives else ("outcome", "cases")
     rows = [(word, str(cases[word]), str(drives[word]))[: len(header)] for word in words]
     failed = frozenset(number for number, word in enumerate(words) if word not in (_COMPLETED, *_UNHURT))
-    titles = ("tasks", "finished", "left", "core time left", "all")
-    return Table(titles, tuple(tasks)), Table(header, tuple(rows), len(header), failed)
+    tasks = _kinds(found, ("finished", "left", "core time left", "all"))
+    return tasks, Table(header, tuple(rows), len(header), failed)
 
 
-def _line(found: Standing) -> str:
+def _line(found: plans.Standing) -> str:
     """The state in one line."""
     cases, drives = ended(found.plan, found.outcomes)
     count = len(found.plan.tasks)
@@ -393,17 +334,17 @@ def _line(found: Standing) -> str:
     return "; ".join([*parts, *([f"drives: {_words(drives)}"] if drives else [])])
 
 
-def _words(counted: Counter[str]) -> str:
-    return ", ".join(f"{count} {word}" for word, count in sorted(counted.items(), key=lambda item: (-item[1], item[0])))
+def _words(numbers: Counter[str]) -> str:
+    return ", ".join(f"{count} {word}" for word, count in sorted(numbers.items(), key=lambda item: (-item[1], item[0])))
 
 
-def _status_data(found: Standing) -> dict[str, Any]:
+def _status_data(found: plans.Standing) -> dict[str, Any]:
     """The state for scripts."""
     cases, drives = ended(found.plan, found.outcomes)
     return {
         "title": found.plan.manifest.title,
         "finished": not found.remaining and not found.given_up,
-        "tasks": kinds_as_data(found.kinds),
+        "tasks": plans.kinds_as_data(found.kinds),
         "cases": dict(cases),
         "drives": dict(drives),
         "given_up": len(found.given_up),
@@ -422,8 +363,8 @@ _UNHURT: Final = (PENDING, Ending.NOT_NEEDED.value)
 def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards: int | None, submit: bool) -> None:
     """Write the batch scripts of a campaign; with `submit` hand them to sbatch and end the process."""
     used = site or shipped.folder("slurm") / "site.toml"
-    with refusals(SiteError):
-        planned(campaign)  # what is wrong with it is better known before the queue than after
+    with plans.refusals(SiteError):
+        plans.planned(campaign)  # what is wrong with it is better known before the queue than after
         settings, template = load_site(used)
         into = folder(campaign, out).absolute()
         job = Job(campaign.absolute(), into)
@@ -455,10 +396,8 @@ def _submit(scripts: list[Path]) -> int:
         sys.stdout.write(done.stdout)
         if done.returncode:
             return done.returncode
-        before = [f"--dependency=afterany:{_number(done.stdout)}"]
+        number = next(
+            word for word in done.stdout.split() if word.isdigit()
+        )  # `Submitted batch job 12`, or `… 12 on cluster …`
+        before = [f"--dependency=afterany:{number}"]
     return 0
-
-
-def _number(said: str) -> str:
-    """The number of the job: `Submitted batch job 12`, or `… 12 on cluster …`."""
-    return next(word for word in said.split() if word.isdigit())

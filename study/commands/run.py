@@ -1,6 +1,5 @@
 """`nanoslip run`: compute a campaign in one process, in several, or on all ranks of an MPI job. Only it starts MPI."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -33,10 +32,6 @@ class Order:
         return self.shard.folder(self.out) if self.shard else self.out
 
 
-_CONDUCT = "nanoslip.study.commands.conduct"
-"""Imported by the root alone: the other ranks need neither datasets nor a terminal."""
-
-
 def run_campaign(
     campaign: Path,
     out: Path | None,
@@ -57,5 +52,5 @@ def run_campaign(
     with farm:
         if not farm.root:
             farm.leave(farm.serve())
-        conduct: Callable[..., int] = import_module(_CONDUCT).conduct
-        farm.leave(conduct(farm, order))
+        root = import_module("nanoslip.study.commands.conduct")  # the other ranks need neither datasets nor a terminal
+        farm.leave(root.conduct(farm, order))

@@ -1,19 +1,16 @@
-"""What every command has before its body is imported: arguments, help, errors in one message, the end by Ctrl-C."""
+"""What commands have in common: errors in one message, the end by Ctrl-C, the folder of results."""
 
-import gc
 import os
 import signal
 import time
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import click
-from click.shell_completion import CompletionItem
 
-from nanoslip.study import shipped
 from nanoslip.study.exit_codes import ABORTED, WRONG_INPUT
-from nanoslip.study.run.launch import LAST_WORDS, launcher_rank, pin_threads, processes_started
+from nanoslip.study.run.launch import LAST_WORDS, launcher_rank, processes_started
 
 _CONSOLE: Final = "nanoslip.study.report.console"
 """Imported where there is something to say: help needs no terminal's width."""
@@ -57,82 +54,6 @@ def aborted() -> int:
     return ABORTED
 
 
-# The arguments that most commands take: a campaign, and the folder of its results.
-
-
-class CampaignPath(click.Path):
-    """A campaign file, or the name of a campaign that comes with nanoslip."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The path of the file."""
-        return shipped.campaign_file(Path(os.fsdecode(super().convert(value, param, ctx))))
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Files, and the campaigns that come with nanoslip."""
-        names = [CompletionItem(name) for name in shipped.campaigns() if name.startswith(incomplete)]
-        return [*super().shell_complete(ctx, param, incomplete), *names]
-
-
-class NewFile(click.Path):
-    """A file that is to be written, into a folder that is there."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The path of the file. Raises Refusal."""
-        path = Path(os.fsdecode(super().convert(value, param, ctx)))
-        if not path.parent.is_dir():
-            raise Refusal(f"{path}: cannot be written: there is no folder {path.parent}")
-        return path
-
-
-CAMPAIGN = click.argument("campaign", type=CampaignPath(path_type=Path))
-JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts (keys: study/commands/README.md).")
-OUT = click.option("--out", type=click.Path(path_type=Path), help="Folder of the results [default: results/<campaign>]")
-
-
 def folder(campaign: Path, out: Path | None) -> Path:
     """The folder of a campaign's results."""
     return out or Path("results") / campaign.stem
-
-
-# Import the code of a command when the command is called, so that help, completion and usage errors are instant.
-
-
-def work(command: str, /, **given: object) -> None:
-    """Call a function of `nanoslip.study.commands`, "file:function", with the arguments of the command line."""
-    pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
-    gc.set_threshold(100_000)  # of 100 000 cases little is garbage: to look for it as often as usual doubles `collect`
-    file, _, function = command.partition(":")
-    getattr(import_module(f"nanoslip.study.commands.{file}"), function)(**given)
-
-
-# The command `nanoslip`, which its commands are declared on.
-
-
-class Group(click.Group):
-    """A group that lists its commands as they are declared: in the order of a campaign's life."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        """The names of all commands."""
-        return list(self.commands)
-
-
-def _say_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
-    """The version of what computes, as datasets name it: of a source tree its own, whatever was installed from it once."""
-    if asked and not context.resilient_parsing:
-        from nanoslip.study.provenance import version  # noqa: PLC0415  no command waits for it
-
-        click.echo(f"nanoslip, version {version()}")
-        context.exit()
-
-
-@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
-@click.option(
-    "--version",
-    is_flag=True,
-    is_eager=True,
-    expose_value=False,
-    callback=_say_version,
-    help="Show the version and exit.",
-)
-def cli() -> None:
-    """A friction laboratory: from campaign files (TOML) to one labelled dataset each."""

@@ -1,9 +1,8 @@
 """Lines that can be drawn of one case (friction record, spring force, contact pressure), and drawn in text."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,8 +12,7 @@ from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.file import groups_of
 
 
-@dataclass(frozen=True, slots=True)
-class Curve:
+class Curve(NamedTuple):
     """One line: values over places, and what both are."""
 
     x: NDArray[np.float64]

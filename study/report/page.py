@@ -11,9 +11,8 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import jinja2
 import numpy as np
@@ -21,33 +20,15 @@ import xarray as xr
 from markupsafe import Markup, escape
 from matplotlib.ticker import EngFormatter
 
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import Column
-from nanoslip.study.dataset.variables import (
-    DISCRETIZATION_ERROR,
-    OUTCOMES,
-    commonest,
-    ends_of,
-    means_of,
-    members_of,
-    modelled,
-    without_numbers,
-)
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import SYMBOL, label
 from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image, scales_of, spread
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.manifest.parameters import NAMED
+from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
-from nanoslip.study.report.summary import (
-    MOST_ROWS,
-    NOTHING,
-    counted_as,
-    flag_summary,
-    left_out_summary,
-    said_once,
-    scalar_table,
-    short_summary,
-)
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE
 from nanoslip.study.results.attempts import Run
@@ -75,14 +56,11 @@ def as_json(columns: Sequence[Column], title: str) -> str:
 
     Infinite numbers are texts, `inf` and `-inf`, as JSON has none.
     """
-    variables = {each.name: {"units": each.units, "long_name": each.meaning} for each in columns}
-    names = [each.name for each in columns]
+    named = {each.name: {"units": each.units, "long_name": each.meaning} for each in columns}
     values = zip(*([_json(value) for value in each.values] for each in columns), strict=True)
-    rows = ",\n".join(json.dumps(dict(zip(names, row, strict=True)), ensure_ascii=False) for row in values)
-    head = (
-        f'"title": {json.dumps(title, ensure_ascii=False)},\n"variables": {json.dumps(variables, ensure_ascii=False)}'
-    )
-    return f'{{{head},\n"rows": [\n{rows}\n]}}\n'
+    rows = ",\n".join(json.dumps(dict(zip(named, row, strict=True)), ensure_ascii=False) for row in values)
+    head = json.dumps({"title": title, "variables": named}, ensure_ascii=False)
+    return f'{head[:-1]},\n"rows": [\n{rows}\n]}}\n'
 
 
 def _cell(value: Any) -> Any:
@@ -129,26 +107,27 @@ def run_table(runs: Sequence[Run]) -> tuple[Table, list[str]]:
     """One row for each of the last runs; and sentences with common values, and the number of runs not shown."""
     shown = runs[-MOST_RUNS:]
     facts = [_facts(run) for run in shown]
-    values = {name: [each.get(name) or NOTHING for each in facts] for each in facts for name in each}
-    alike = {name: found[0] for name, found in values.items() if len(set(found)) == 1}
-    told = {name: found for name, found in values.items() if name not in alike}
-    rows = tuple((*_times(run), *(found[row] for found in told.values()), run.command) for row, run in enumerate(shown))
-    common = "; ".join(f"{name} {value}" for name, value in alike.items() if value != NOTHING)
-    sentences = [f"{'All' if len(shown) > 1 else 'By'}: {common}."] if common else []
+    names = dict.fromkeys(name for each in facts for name, value in each.items() if value)
+    rows = tuple(
+        (*_times(run), *(each.get(name) or summary.NOTHING for name in names), run.command)
+        for run, each in zip(shown, facts, strict=True)
+    )
+    failed = frozenset(number for number, run in enumerate(shown) if not run.ended or run.exit_code)
+    table, sentences = summary.said_once(Table((*_TIMES, *names, "command"), rows, len(_TIMES), failed), least=1)
     if left := len(runs) - len(shown):
         sentences.append(f"{left} earlier ones are in {JOURNAL_FILE} beside the dataset.")
-    failed = frozenset(number for number, run in enumerate(shown) if not run.ended or run.exit_code)
-    return Table((*_TIMES, *told, "command"), rows, 1, failed), sentences
+    return table, sentences
 
 
 _TIMES: Final = ("began (UTC)", "end", "took", "core time", "tasks", "failed", "processes")
 
 
 def _times(run: Run) -> tuple[str, ...]:
-    began, processes = run.begun[:19].replace("T", " "), f"{run.processes} {run.unit}"
-    if not run.ended:
-        return began, _end(run), *(NOTHING,) * 4, processes
-    return began, _end(run), _time(run.wall_seconds), _time(run.core_seconds), str(run.done), str(run.failed), processes
+    end, told = "none: at work, or killed", (summary.NOTHING,) * 4
+    if run.ended:
+        end = _WORDS.get(run.exit_code, f"exit code {run.exit_code}")
+        told = _time(run.wall_seconds), _time(run.core_seconds), str(run.done), str(run.failed)
+    return run.begun[:19].replace("T", " "), end, *told, f"{run.processes} {run.unit}"
 
 
 def _facts(run: Run) -> dict[str, str]:
@@ -168,12 +147,6 @@ def _facts(run: Run) -> dict[str, str]:
     }
 
 
-def _end(run: Run) -> str:
-    if not run.ended:
-        return "none: at work, or killed"
-    return _WORDS.get(run.exit_code, f"exit code {run.exit_code}")
-
-
 def _time(seconds: float) -> str:
     for unit, size in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 2 * size:
@@ -183,32 +156,20 @@ def _time(seconds: float) -> str:
 
 # The text of a page before its figures: outcomes of cases, accuracy, and units.
 
-UNHURT: Final = ("completed",)
-"""Endings that ask for nothing."""
 UNCERTAIN: Final = ("plateau_mean", "static_friction", "kinetic_friction", "mean_step")
 """Variables whose uncertainties a page sums up."""
 MOST_ADVICE: Final = 5
 """Different messages of one outcome that a page shows."""
 
 
-@dataclass(frozen=True, slots=True)
-class Advice:
-    """A message, and how many more there are that differ from it in numbers alone."""
-
-    text: str
-    alike: int
-
-
-@dataclass(frozen=True, slots=True)
-class Ending:
+class Ending(NamedTuple):
     """Cases or drives that ended alike: their number, in words, and what their messages say."""
 
     words: str
     failed: bool
     """Whether something asks for a change."""
-    advice: tuple[Advice, ...]
-    more: int
-    """Messages that are not shown."""
+    advice: list[tuple[str, int]]
+    """Messages, and how many more there are of each that differ from it in numbers alone."""
 
 
 def endings(dataset: xr.Dataset) -> list[Ending]:
@@ -216,44 +177,27 @@ def endings(dataset: xr.Dataset) -> list[Ending]:
 
     What a drive inherits from its case is said once, of the case.
     """
-    found: list[Ending] = []
-    said: set[str] = set()
-    for outcome, message in OUTCOMES.values():
-        if outcome.name not in dataset:
-            continue
-        words, messages = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
-        of_word = {word: [text for each, text in zip(words, messages, strict=True) if each == word] for word in words}
-        for word, texts in sorted(of_word.items(), key=lambda item: -len(item[1])):
+    found = []
+    for what, outcomes, messages, groups in summary.reasons(dataset):
+        for word, count in Counter(outcomes.values.ravel().tolist()).most_common():
+            own = [numbers for (ending, kind), numbers in groups.items() if ending == word and kind]
+            advice = [(messages[numbers[0]], len(numbers) - 1) for numbers in own]
+            words = f"{count} {what}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
             if word:
-                own = [text for text in texts if not any(known in text for known in said)]
-                found.append(_ending(counted_as(dataset[outcome.name]), word, len(texts), own))
-        said = {text for text in messages if text}
+                found.append(Ending(words, word != summary.COMPLETED, advice))
     return sorted(found, key=lambda ending: not ending.failed)
-
-
-def _ending(what: str, word: str, count: int, messages: list[str]) -> Ending:
-    kinds: dict[str, list[str]] = {}
-    for text in filter(None, messages):
-        kinds.setdefault(without_numbers(text), []).append(text)
-    advice = [Advice(texts[0], len(texts) - 1) for texts in sorted(kinds.values(), key=len, reverse=True)]
-    words = f"{count} {what}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
-    return Ending(words, word not in UNHURT, tuple(advice[:MOST_ADVICE]), max(len(advice) - MOST_ADVICE, 0))
 
 
 def regimes(dataset: xr.Dataset) -> str:
     """Number of drives in each regime, of an ensemble that of most members; empty where all have the same regime."""
-    if "regime" not in dataset:
-        return ""
-    counts = Counter(commonest(text)[0] for text in dataset["regime"].values.ravel().tolist() if text)
-    if len(counts) < 2:
-        return ""
-    return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts.most_common())
+    counts = summary.commonest(dataset["regime"]) if "regime" in dataset else []
+    return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts) if len(counts) > 1 else ""
 
 
 def accuracy(dataset: xr.Dataset) -> Iterator[str]:
     """What the slab's grid costs, and how uncertain the numbers are, a line each."""
-    if DISCRETIZATION_ERROR.name in dataset:
-        errors = dataset[DISCRETIZATION_ERROR.name].values.ravel()
+    if variables.DISCRETIZATION_ERROR.name in dataset:
+        errors = dataset[variables.DISCRETIZATION_ERROR.name].values.ravel()
         yield f"Grid (discretization_error of stiffness, approach, half-width, pressure): {_shares(errors, 'measured')}"
     for name in UNCERTAIN:
         uncertainty = f"{name}_uncertainty"
@@ -264,12 +208,12 @@ def accuracy(dataset: xr.Dataset) -> Iterator[str]:
 
 def _of_mean(dataset: xr.Dataset, name: str) -> str:
     """Of how many members a number's means are, where they are of several."""
-    counts = members_of(dataset, name)
+    counts = variables.members_of(dataset, name)
     if counts is None or not bool((counts[0] > 1.0).any()):
         return ""
     having, used = (each.where(counts[0] > 0.0) for each in counts)
-    of = "" if having.equals(used) else f" of {ends_of(used)}"
-    return f", over {ends_of(having)}{of} members"
+    of = "" if having.equals(used) else f" of {variables.ends_of(used)}"
+    return f", over {variables.ends_of(having)}{of} members"
 
 
 def _sentence(text: str) -> str:
@@ -313,10 +257,11 @@ def _si(value: float, unit: str) -> str:
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:
     """Groups of runs and fits that the dataset does not have, a line each."""
-    groups = {"record_id": "Friction records", "trajectory_id": "Motions of pins"}
-    asked = {"record_id": "plateau_mean", "trajectory_id": "drive_outcome"}
-    for name, words in groups.items():
-        if asked[name] in dataset and name not in dataset:
+    for group, words, asked in (
+        ("record_id", "Friction records", "plateau_mean"),
+        ("trajectory_id", "Motions of pins", "drive_outcome"),
+    ):
+        if asked in dataset and group not in dataset:
             yield f"{words} are not kept ([outputs] of the campaign): there are no figures of single cases."
     if "record_id" in dataset and "slips_exponent" not in dataset:
         yield "Distributions of event sizes are not computed: [outputs] statistics of the campaign."
@@ -330,8 +275,7 @@ _INK: Final = (("#000000", "ink", "#e6e6e6"), ("#ffffff", "paper", "#16181c"), (
 """Colour on a light page, its name, colour on a dark page."""
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
+class Picture(NamedTuple):
     """One figure of a page. source and data: the drawing and its numbers, as addresses that hold them. width, height: pixels."""
 
     name: str
@@ -385,8 +329,7 @@ _ELSEWHERE: Final = ("title", "manifest", *(f"manifest_{key}" for key in NAMED))
 """Attributes that the page shows above, or that are too long to be shown."""
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
+class Section(NamedTuple):
     """The figures of one sort: large ones, and single cases behind small ones."""
 
     title: str
@@ -394,11 +337,6 @@ class Section:
     single: tuple[Picture, ...]
     notes: tuple[str, ...]
     """Sentences on what is not drawn."""
-
-    @property
-    def narrow(self) -> bool:
-        """Whether half of a broad page is enough for its large figures."""
-        return len(self.large) <= 1
 
 
 def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
@@ -408,7 +346,7 @@ def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
     """
     found: list[tuple[str, Section]] = []
     for section in sections:
-        if not section.narrow:
+        if len(section.large) > 1:
             found.append(("", section))
         elif len(section.single) > FEW_SINGLE:
             found.append(("many", section))
@@ -437,14 +375,15 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
     )
     environment.filters["lowered"] = lowered
     sections = tuple(found for sort in SORTS.values() if (found := section(dataset, sort)))
-    table, alike = said_once(scalar_table(dataset))
+    table, alike = summary.said_once(summary.scalar_table(dataset))
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
         manifest=dataset.attrs.get("manifest", ""),
         attributes={name: value for name, value in dataset.attrs.items() if name not in _ELSEWHERE},
         endings=endings(dataset),
+        most_advice=MOST_ADVICE,
         regimes=regimes(dataset),
-        flags=[*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)],
+        flags=summary.cautions(dataset),
         facts={
             "Cost": [cost(journal)],
             "Accuracy": list(accuracy(dataset)),
@@ -453,7 +392,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         },
         sections=placed(sections),
         table=table,
-        alike=[*alike, *filter(None, [means_of(dataset), modelled(dataset)])],
+        alike=[*alike, *filter(None, [variables.means_of(dataset), variables.modelled(dataset)])],
         runs=run_table(journal),
     )
 
@@ -480,7 +419,7 @@ def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
 
 def _not_shown(dataset: xr.Dataset, sections: Sequence[Section], rows: int) -> Iterator[str]:
     yield from left_out(dataset)
-    if rows > MOST_ROWS:
-        yield f"Table: the first {MOST_ROWS} cases; the dataset has all."
+    if rows > summary.MOST_ROWS:
+        yield f"Table: the first {summary.MOST_ROWS} cases; the dataset has all."
     if any(picture.name.startswith(_THINNED) for section in sections for picture in section.large):
         yield "Lines of many points are thinned to what can be seen, in figures and their CSV."

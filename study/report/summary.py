@@ -2,9 +2,10 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Any, Final
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Final, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -15,24 +16,8 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.validity import flags_in
 from nanoslip.solver.view import with_error
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.file import are_texts
-from nanoslip.study.dataset.variables import (
-    DRIVE,
-    DRIVE_MEMBERS,
-    MEMBERS,
-    OUTCOMES,
-    VALIDITY,
-    all_groups,
-    all_scalars,
-    commonest,
-    fewer,
-    in_short,
-    joined,
-    means_of,
-    modelled,
-    parameters,
-    without_numbers,
-)
 from nanoslip.study.figures.points import in_text, in_unit, listed, readable, symbol, unit_of
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value
@@ -56,12 +41,12 @@ def plain(value: float, digits: int) -> str:
     return f"{value:.{digits}g}"
 
 
-def said_once(table: Table) -> tuple[Table, list[str]]:
+def said_once(table: Table, least: int = 2) -> tuple[Table, list[str]]:
     """A table without the columns whose cells are all the same, and sentences with their values.
 
-    Labels and the last column stay, and a table of one row stays as it is.
+    Labels and the last column stay, and a table of fewer than `least` rows stays as it is.
     """
-    if len(table.rows) < 2:
+    if len(table.rows) < least:
         return table, []
     last = len(table.header) - 1
     columns = list(zip(*table.rows, strict=True))
@@ -81,9 +66,9 @@ def said_once(table: Table) -> tuple[Table, list[str]]:
 
 _UNCERTAINTY: Final = "_uncertainty"
 _SAID_APART: Final = {
-    *(each.name for both in OUTCOMES.values() for each in both),
-    *(group.id.name for group in all_groups().values()),
-    VALIDITY.name,
+    *(each.name for both in variables.OUTCOMES.values() for each in both),
+    *(group.id.name for group in variables.all_groups().values()),
+    variables.VALIDITY.name,
     "advice",
     "computed_by",
     "drive_computed_by",
@@ -97,48 +82,39 @@ def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
     case: of nanoslip.study.dataset.access; what lies along a dimension is left out.
     """
     rows, missing = [], []
-    case = in_short(case)
-    for name, each in _scalars(case):
-        value = each.item()
-        if value == "" or (isinstance(value, float) and math.isnan(value)):
+    case = variables.in_short(case)
+    for name in map(str, case.data_vars):
+        if case[name].dims or name in _SAID_APART or name.endswith((_UNCERTAINTY, "members")):
+            continue  # ± and count of members are shown with their variable
+        if (value := _text(case, name, 6)) == NOTHING:
             missing.append(name)
         else:
-            meaning, unit = _meaning_and_unit(each)
-            rows.append(
-                (name, f"{_shown(value, _uncertainty(case, each))} {unit}".rstrip() + fewer(case, name), meaning)
-            )
-    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2, prose=True), missing
+            meaning, unit = _meaning_and_unit(case[name])
+            rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
+    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), missing
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:
     """Outcomes of a case and its drive with their messages, advice for validity flags, and what its means and ± are."""
-    for label, (ending, message) in zip(("outcome", "drive"), (OUTCOMES[""], OUTCOMES["drive"]), strict=True):
+    for label, (ending, message) in zip(
+        ("outcome", "drive"), (variables.OUTCOMES[""], variables.OUTCOMES["drive"]), strict=True
+    ):
         if ending.name in case and not case[ending.name].dims:
-            why = joined(str(case[message.name].item()))
+            why = variables.joined(str(case[message.name].item()))
             yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
-    if "advice" in case and (advice := joined(str(case["advice"].item()))):
+    if "advice" in case and (advice := variables.joined(str(case["advice"].item()))):
         yield f"advice: {advice}"
-    yield from filter(None, [means_of(case), modelled(case)])
+    yield from filter(None, [variables.means_of(case), variables.modelled(case)])
 
 
-def _scalars(case: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
-    """What is shown of a case: ± and count of members are shown with their variable."""
-    for name in map(str, case.data_vars):
-        if not case[name].dims and name not in _SAID_APART and not name.endswith((_UNCERTAINTY, "members")):
-            yield name, case[name]
-
-
-def _uncertainty(case: xr.Dataset, each: xr.DataArray) -> float | None:
-    """The ± of a number, NaN where it is not known; None of a number that has none."""
-    name = f"{each.name}{_UNCERTAINTY}"
-    return float(case[name]) if name in case else None
-
-
-def _shown(value: Any, uncertainty: float | None) -> str:
-    """A number, rounded beside an uncertainty as in the table of cases."""
-    if uncertainty is not None:
-        return with_error(value, uncertainty)
-    return plain(value, 6) if isinstance(value, float) else str(value)
+def _text(values: xr.Dataset, name: str, digits: int) -> str:
+    """A scalar as text: a number in so many digits, or rounded beside the ± that it states; NOTHING where it is not known."""
+    value, error = values[name].item(), f"{name}{_UNCERTAINTY}"
+    if value in ("", NOTHING) or value != value:  # noqa: PLR0124  NaN is not
+        return NOTHING
+    if error in values:
+        return with_error(value, float(values[error]))
+    return str(value) if isinstance(value, str | bool) else plain(value, digits)
 
 
 def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
@@ -157,42 +133,24 @@ MOST_LINES: Final = 40
 COMPLETED: Final = Ending.COMPLETED.value
 FEW: Final = 50
 """Drives whose endings are not counted."""
-SYMBOLS: Final = {name: each.symbol for name, each in parameters().items() if each.symbol}
+SYMBOLS: Final = {name: each.symbol for name, each in variables.parameters().items() if each.symbol}
 """Parameter -> what tables and figures call it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
-    """One case of a dataset, with its drive where there are drives."""
-
-    label: dict[str, Value]
-    """The parameters in which it differs from the other cases."""
-    values: xr.Dataset
-    """The scalars of this case."""
-    selection: dict[str, Value]
-    """What singles it out for the accessor of nanoslip.study.dataset.access."""
-
-
-def points(dataset: xr.Dataset, variable: str, most: int = MOST_ROWS) -> Iterator[Point]:
-    """The cases that a variable has, with their drives where it has them, in the variable's order: so many at most.
+def _cases(dataset: xr.Dataset, of: xr.DataArray, most: int) -> list[xr.Dataset]:
+    """The scalars of each case that a variable has, with its drive where it has one, in the variable's order: so many at most.
 
     What has ended goes before what has not.
     """
-    dims = dataset[variable].dims
-    varying = [str(name) for name in _varying(dataset, dims)]
-    scalars = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= set(dims)]].load()
-    shape = dataset[variable].shape
-    for number in sorted(np.argsort(_waiting(scalars, dataset[variable]), kind="stable")[:most].tolist()):
-        values = scalars.isel(dict(zip(dims, np.unravel_index(number, shape), strict=True)))
-        label = {name: values[name].item() for name in varying}
-        selection = {str(dim): values[dim].item() for dim in dims}
-        yield Point(label, values, selection)
+    scalars = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= set(of.dims)]].load()
+    numbers = sorted(np.argsort(_waiting(scalars, of), kind="stable")[:most].tolist())
+    return [scalars.isel(dict(zip(of.dims, np.unravel_index(number, of.shape), strict=True))) for number in numbers]
 
 
 def _waiting(dataset: xr.Dataset, of: xr.DataArray) -> NDArray[np.bool_]:
     """Whether cases, with their drives, are still to be computed, in the order of a variable; (n,)."""
     found = xr.zeros_like(of, dtype=np.bool_)
-    for ending, _ in OUTCOMES.values():
+    for ending, _ in variables.OUTCOMES.values():
         if ending.name in dataset:
             found = found | (dataset[ending.name] == PENDING)
     return np.asarray(found.transpose(*of.dims).values.ravel())
@@ -203,39 +161,36 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
 
     why: behind an outcome its message, too.
     """
-    dataset = in_short(dataset)
+    dataset = variables.in_short(dataset)
     asked = [name for name in _asked(dataset) if name in dataset]
     columns = {name: _COLUMNS.get(name, symbol(name)) for name in (*asked, *_DRIVEN, *_COLUMNS) if name in dataset}
     numbers = {
         *columns,
-        *map(_SUMMARY_UNCERTAINTY.get, columns),
-        *(f"{name}_members" for name in columns),
-        MEMBERS.name,
-        DRIVE_MEMBERS.name,
-        VALIDITY.name,
+        *(f"{name}{end}" for name in columns for end in (_UNCERTAINTY, "_members")),
+        variables.MEMBERS.name,
+        variables.DRIVE_MEMBERS.name,
+        variables.VALIDITY.name,
     }
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
-    what = "static_friction" if "static_friction" in dataset else "outcome"
-    shown = list(points(dataset, what, most))
-    varying = tuple(shown[0].label)
+    of = dataset["static_friction" if "static_friction" in dataset else "outcome"]
+    varying = _varying(dataset, of)
     labels = [in_unit(_name(name), name) for name in varying]
     titles = [
         f"{title} of contact" if title in labels else title for title in columns.values()
     ]  # a punch is given its own
     header = (*labels, *titles, "outcome")
-    rows = [
-        (
-            *(in_text(point.label[name]) for name in varying),
-            *(_cell(point.values, name) for name in columns),
-            "".join(_ending(point.values)[: 3 if why else 2]),
-        )
-        for point in shown
-    ]
-    if more := dataset[what].size - len(shown):
+    rows: list[tuple[str, ...]] = []
+    failed = set()
+    for case in _cases(dataset, of, most):
+        ending, flags, message = _ending(case)
+        if ending not in _UNHURT:
+            failed.add(len(rows))
+        told = f"{ending}{flags}{message}" if why else f"{ending}{flags}"
+        rows.append((*(in_text(case[name].item()) for name in varying), *(_cell(case, name) for name in columns), told))
+    if more := of.size - len(rows):
         rows.append((*("…" for _ in header[1:]), f"{more} more"))
-    failed = frozenset(number for number, point in enumerate(shown) if _ending(point.values)[0] not in _UNHURT)
-    return Table(header, tuple(rows), len(varying), failed, len(asked))
+    return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
 
 
 def _asked(dataset: xr.Dataset) -> list[str]:
@@ -247,16 +202,11 @@ def _asked(dataset: xr.Dataset) -> list[str]:
 
 def flag_summary(dataset: xr.Dataset) -> list[str]:
     """One line for each validity flag: how many cases have it, the first of them, and the advice."""
-    if VALIDITY.name not in dataset:
+    if variables.VALIDITY.name not in dataset:
         return []
-    masks = dataset[VALIDITY.name]
-    varying = [str(name) for name in _varying(dataset, masks.dims)]
-
-    def first(number: int) -> str:
-        here = masks[np.unravel_index(number, masks.shape)]
-        return words({name: here[name].item() for name in varying})
-
-    return flag_lines(masks.values.ravel().tolist(), first if masks.size > 1 else lambda _: "")
+    masks = dataset[variables.VALIDITY.name]
+    first = partial(_place, dataset, masks) if masks.size > 1 else lambda _: ""
+    return flag_lines(masks.values.ravel().tolist(), first)
 
 
 def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
@@ -276,10 +226,7 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
 
     def line(found: xr.DataArray, end: str) -> None:
         if len(short := np.flatnonzero(found.values)):
-            first = found[np.unravel_index(short[0], found.shape)]
-            place = words({dim: first[dim].item() for dim in map(str, _varying(dataset, found.dims))})
-            where = f"{len(short)} of {found.size} cases" + (f", first {place}" if place else "")
-            lines.append(f"{name} is not known within {enough:.2g}: {where}; {end}")
+            lines.append(f"{name} is not known within {enough:.2g}: {_where(dataset, found, short.tolist())}; {end}")
 
     for name in names:
         if {name, f"{name}_uncertainty"} <= set(dataset.data_vars):
@@ -288,7 +235,7 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
             if _LEFT_OUT_ERROR.name in dataset and set(dataset[_LEFT_OUT_ERROR.name].dims) <= set(known.dims):
                 known = known + dataset[_LEFT_OUT_ERROR.name]
             line(known > enough, f"the worst to {float(known.max()):.1%}; raise target.most")
-            endings = (dataset[each.name] for each, _ in OUTCOMES.values() if each.name in dataset)
+            endings = (dataset[each.name] for each, _ in variables.OUTCOMES.values() if each.name in dataset)
             for ending in [each for each in endings if set(each.dims) <= set(mean.dims)][-1:]:
                 line(mean.isnull() & (ending == COMPLETED), "too few members have a value")
     return lines
@@ -307,55 +254,68 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
     ]
 
 
-def failure_summary(dataset: xr.Dataset) -> list[str]:
-    """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do.
+Alike: TypeAlias = dict[tuple[str, str | None], list[int]]
 
-    Messages that differ in numbers alone are one; what a drive inherits from its case is
-    said of the case.
+
+def reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str], Alike]]:
+    """`case`, then `drive`: their outcomes, messages, and those that ended alike: positions by outcome and message.
+
+    Messages that differ in numbers alone are one; that of a drive is None where its case has it. The most frequent come first.
     """
-    lines: list[str] = []
     of_cases: set[str] = set()
-    for outcome, message in OUTCOMES.values():
+    for run, (outcome, message) in variables.OUTCOMES.items():
         if outcome.name in dataset:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
-            kinds = list(map(without_numbers, texts))
-            groups: dict[tuple[str, str], list[int]] = {}
+            kinds = list(map(variables.without_numbers, texts))
+            groups: Alike = {}
             for number, (ending, kind) in enumerate(zip(endings, kinds, strict=True)):
-                if ending and (kind or ending not in _UNHURT) and not any(known in kind for known in of_cases):
-                    groups.setdefault((ending, kind), []).append(number)
-            ordered = sorted(groups.values(), key=len, reverse=True)
-            lines += [_failure(dataset[outcome.name], numbers, texts) for numbers in ordered]
+                inherited = any(known in kind for known in of_cases)
+                groups.setdefault((ending, None if inherited else kind), []).append(number)
+            ordered = dict(sorted(groups.items(), key=lambda item: -len(item[1])))
+            yield run or "case", dataset[outcome.name], texts, ordered
             of_cases = {kind for kind in kinds if kind}
+
+
+def cautions(dataset: xr.Dataset) -> list[str]:
+    """What is to be known before numbers are used: effects left out, errors beyond what was asked for, validity flags."""
+    return [*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)]
+
+
+def failure_summary(dataset: xr.Dataset) -> list[str]:
+    """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do."""
+    lines = []
+    for what, outcomes, messages, groups in reasons(dataset):
+        for (ending, kind), numbers in groups.items():
+            if ending and kind is not None and (kind or ending not in _UNHURT):
+                alike = len({messages[number] for number in numbers}) == 1
+                where = _where(dataset, outcomes, numbers, f"{what}s")
+                why = messages[numbers[0]] + ("" if alike else "; the others differ in numbers")
+                lines.append(f"{ending}: {where}: {why}".removesuffix(": "))
     return lines
 
 
-def counted_as(outcomes: xr.DataArray) -> str:
-    """What has one of these outcomes each: a drive or a case."""
-    return "drive" if outcomes.name == OUTCOMES[DRIVE][0].name else "case"
+def _where(dataset: xr.Dataset, of: xr.DataArray, numbers: Sequence[int], what: str = "cases") -> str:
+    """How many of a variable's cases or drives these are, and the first of them."""
+    place = _place(dataset, of, numbers[0])
+    return f"{len(numbers)} of {of.size} {what}" + (f", first {place}" if place else "")
 
 
-def _failure(outcomes: xr.DataArray, numbers: list[int], messages: list[str]) -> str:
-    """One way to fail in a line. outcomes: of all. numbers: of those that ended so. messages: of all, in the same order."""
-    first = numbers[0]
-    here = outcomes[np.unravel_index(first, outcomes.shape)]
-    what = f"{counted_as(outcomes)}s"
-    place = words({name: here[name].item() for name in map(str, _varying(outcomes.to_dataset(), outcomes.dims))})
-    where = f"{len(numbers)} of {outcomes.size} {what}" + (f", first {place}" if place else "")
-    others = len({messages[number] for number in numbers}) - 1
-    more = "; the others differ in numbers" if others else ""
-    return f"{here.item()}: {where}: {messages[first]}{more}".removesuffix(": ")
+def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
+    """The parameters of one of a variable's cases or drives, those that vary."""
+    here = of[np.unravel_index(number, of.shape)]
+    return words({name: here[name].item() for name in _varying(dataset, of)})
+
+
+def commonest(outcomes: xr.DataArray) -> list[tuple[str, int]]:
+    """How many drives have each outcome or regime, of an ensemble that of most members; the most frequent first."""
+    return Counter(variables.commonest(text)[0] for text in outcomes.values.ravel().tolist() if text).most_common()
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
-    """Number of drives by outcome and by regime, of an ensemble that of most members; nothing of few, as the table shows them."""
-    endings = [name for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
-    lines = []
-    for name in endings:
-        counts = Counter(commonest(text)[0] for text in dataset[name].values.ravel().tolist())
-        said = ", ".join(f"{count} {word}" for word, count in counts.most_common() if word)
-        if said:
-            lines.append(f"{name} of {dataset[name].size} drives: {said}")
-    return lines
+    """Number of drives by outcome and by regime; nothing of few, as the table shows them."""
+    many = [dataset[name] for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
+    counted = [(each, ", ".join(f"{count} {word}" for word, count in commonest(each))) for each in many]
+    return [f"{each.name} of {each.size} drives: {said}" for each, said in counted if said]
 
 
 def words(label: dict[str, Value]) -> str:
@@ -399,12 +359,11 @@ _DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
 _LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()
-_SUMMARY_UNCERTAINTY: Final = {name: each.uncertainty for name, each in all_scalars().items()}
-"""Variable -> the one that says how uncertain it is."""
 
 
-def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
-    """Coordinates with more than one value: dimensions, or the parameters that the author of a list of cases lists."""
+def _varying(dataset: xr.Dataset, of: xr.DataArray) -> list[str]:
+    """A variable's coordinates with more than one value: dimensions, or those that the author of a list of cases lists."""
+    dims = [str(dim) for dim in of.dims]
     if "case" not in dims:
         return [dim for dim in dims if dataset.sizes[dim] > 1]
     several = [name for name in listed(dataset) if len(set(dataset[name].values.ravel().tolist())) > 1]
@@ -412,14 +371,8 @@ def _varying(dataset: xr.Dataset, dims: tuple[Any, ...]) -> list[Any]:
 
 
 def _cell(values: xr.Dataset, name: str) -> str:
-    if values[name].dtype.kind in "OUT":
-        return str(values[name].item()) or "–"
-    value, error = float(values[name]), _SUMMARY_UNCERTAINTY.get(name, "")
-    if math.isnan(value):
-        return "–"
-    known = error in values
-    value = round(value) if name in _COUNTS else value
-    return (with_error(value, float(values[error])) if known else plain(value, 5)) + fewer(values, name)
+    known = values.assign({name: values[name].round()}) if name in _COUNTS else values
+    return _text(known, name, 5) + variables.fewer(values, name)
 
 
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:
@@ -429,6 +382,6 @@ def _ending(values: xr.Dataset) -> tuple[str, str, str]:
         if found in values and (values[found] != COMPLETED or values[why] != ""):
             ending, message = str(values[found].item()), str(values[why].item())
             break
-    flags = flags_in(int(values[VALIDITY.name])) if VALIDITY.name in values else ()
+    flags = flags_in(int(values[variables.VALIDITY.name])) if variables.VALIDITY.name in values else ()
     named = f" [{', '.join(flag.name for flag in flags)}]" if flags else ""
     return ending, named, f": {message}" if message else ""

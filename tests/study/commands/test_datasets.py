@@ -150,8 +150,6 @@ def test_what_cannot_be_compared_is_one_clear_message(main, ask, campaign, finis
     assert main("collect", campaign, "--out", tmp_path / "empty")[0] == 0
     one_line(main("compare", finished, other), "share no computed case")
     one_line(main("compare", finished, tmp_path / "empty"), "share no computed case")
-    one_line(main("compare", finished, tmp_path / "none.nc"), "no dataset")
-    one_line(main("compare", finished, campaign.parent), "No such file")
 
 
 # Described.
@@ -212,8 +210,6 @@ def test_what_cannot_be_exported_is_one_clear_message(main, campaign, tmp_path):
     assert main("run", campaign, "--out", out, "--serial")[0] == 0
     assert not one_line(main("export", out, "--records"), "this dataset has no group record")
     assert not one_line(main("export", out, "-o", campaign / "x.csv"), "cannot be written")
-    assert not one_line(main("export", campaign, "--out", tmp_path / "none"), "no results of")
-    assert not one_line(main("export", tmp_path / "none.nc"), "no dataset")
 
 
 # Reported: the page needs a dataset, whole, and its place is said.
@@ -228,17 +224,6 @@ def test_a_report_repeats_no_table_that_its_run_has_printed(run, ask, out):
     assert "plateau" in run()[1]
     assert ask("report")[:2] == (0, f"report: {out / page.FILE}\n")
     assert (out / page.FILE).is_file()
-
-
-def test_a_report_of_a_dataset_that_was_damaged_says_so(ask, finished, monkeypatch):
-    """As netCDF says of a column that it cannot unpack, when the page asks for it."""
-
-    def damaged(*_: object) -> None:
-        raise RuntimeError("NetCDF: HDF error")
-
-    monkeypatch.setattr(page, "write", damaged)
-    code, _, said = ask("report")
-    assert (code, f"{finished / file.FILE}: cannot be read: NetCDF: HDF error" in said) == (2, True)
 
 
 def test_a_report_of_a_campaign_that_has_changed_since_is_refused(ask, campaign, finished):
@@ -299,15 +284,12 @@ def test_a_number_of_a_campaign_is_drawn_over_the_axes_that_are_asked_for(main, 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("{} --y plateu", "--y plateu: no variable of this dataset; nearest: plateau_mean"),
         ("{} --y plateau/foo", "--y plateau/foo: foo: no variable of this dataset"),
-        ("{} --y plateau/", "--y plateau/: needs a variable, or a ratio of two as plateau/mu_i"),
         ("{} --y plateau --x outcome", "--x outcome: cases do not differ in it; they differ in intrinsic_friction (μ_i), "
          "radius (R/L_x)"),
         ("{} --y plateau -o fig.jpg", "fig.jpg: needs a name that ends in .pdf, .svg, .png"),
         ("{} other --y plateau", "--y plateau: needs one campaign, or a dataset (results.nc)"),
         ("{} --x radius", "need --y, the number that is drawn"),
-        ("{} --y plateau --x radius --hue radius", "radius: is x and hue: needs two axes"),
         ("{} --y outcome/plateau_mean", "a ratio needs two numbers, and one of these is words"),
         ("fig12", "fig12: no figure; there are "),
     ],
@@ -316,14 +298,6 @@ def test_what_cannot_be_drawn_is_refused_in_one_line(main, tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     code, _, said = main("figure", *words.format(tmp_path).split())
     assert (code, message in said, list(tmp_path.iterdir())) == (2, True, [])
-
-
-def test_a_campaign_that_was_not_run_is_told_so(ask, campaign, out):
-    code, _, said = ask("figure", "--y", "plateau")
-    assert (code, f"no results of {campaign} there: nanoslip run {campaign} --out {out} computes them" in said) == (
-        2,
-        True,
-    )
 
 
 def test_frames_are_of_the_case_that_is_singled_out(main, campaign, tmp_path):

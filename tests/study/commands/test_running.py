@@ -7,22 +7,19 @@ import sys
 import threading
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 import xarray as xr
 
-import nanoslip
 import nanoslip as nanoslip_here
 from nanoslip.study.commands import datasets, prepare
 from nanoslip.study.origin import here
 from nanoslip.study.results import attempts, entry
-from nanoslip.study.results.shard import Shard
-from nanoslip.study.results.store import Lease, Store, StoreError
-from nanoslip.study.run import executor, mail
+from nanoslip.study.results.store import Store, StoreError
+from nanoslip.study.run import executor
 from nanoslip.study.run.compute import run_task
 from tests.conftest import PARTLY_REFUSED, ROOT, SMALL
-from tests.study.results.results import as_clients, written
+from tests.study.results.results import written
 from tests.study.run.defects import crashing, crashing_at
 
 # A run computes what is not finished and keeps what it can; its state is counted and its dataset collected at any time.
@@ -50,33 +47,6 @@ def test_what_is_lost_is_made_again(run, finished, lost):
         path.unlink()
     assert run()[0] == 0
     assert (finished / "results.nc").read_bytes() == before
-
-
-def test_a_damaged_dataset_is_collected_again(run, finished):
-    path = finished / "results.nc"
-    whole = path.read_bytes()
-    for at in (len(whole) // 2, len(whole) - 1):
-        path.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
-        assert run()[0] == 0
-        assert path.read_bytes() == whole
-
-
-def test_a_campaign_that_asks_for_more_is_planned(run, campaign, finished):
-    campaign.write_text(SMALL.replace("[50.0, 100.0]", "[50.0, 100.0, 200.0]"))
-    code, _, errors = run()
-    assert (code, "6 cases" in errors) == (0, True)
-
-
-def test_tasks_that_a_killed_run_was_at_are_looked_after(run, finished):
-    key = next((finished / "results").glob(f"*{entry.ENDING}")).stem
-    (finished / mail.FILE).write_text(f"{key}\n")
-    assert (run()[0], (finished / mail.FILE).exists()) == (0, False)
-
-
-def test_a_time_below_zero_to_finish_in_is_refused(run, out):
-    code, said, errors = run("--grace", "-1")
-    assert (code, said, out.exists()) == (2, "", False)
-    assert "-1.0 is not in the range x>=0.0" in " ".join(errors.split())
 
 
 def test_results_of_an_older_nanoslip_are_named_and_computed_again(run, out):
@@ -208,14 +178,6 @@ def test_a_drive_that_is_not_computed_is_never_completed(run, ask, monkeypatch):
     # of the record that was not reached
     assert counted["drives"]["crashed"] == drives["given_up"] == 4 - drives["left"]
     assert run("--retry")[0] == 0
-
-
-@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="the made-up file system asks /proc for names of files")
-def test_what_processes_keep_until_their_logs_are_closed_is_in_the_dataset(nanoslip, campaign, finished, tmp_path):
-    out = tmp_path / "by processes"
-    done = nanoslip("run", campaign, "--out", out, "-j", "2", PYTHONPATH=as_clients(tmp_path))
-    assert done.returncode == 0, done.stderr
-    assert written(out) == written(finished)
 
 
 def test_results_that_do_not_appear_are_named_and_exit_code_99(run, campaign, out, monkeypatch):
@@ -445,34 +407,11 @@ def test_what_a_shard_has_not_finished_is_left_and_another_run_of_it_or_of_all_c
     assert dataset(out) == dataset(tmp_path / "alone")
 
 
-def test_what_other_shards_have_not_computed_a_run_computes(run, ask):
-    assert (run("--shard", "1/2")[0], ask("merge")[0]) == (0, 99)
-    code, _, errors = run()
-    assert (code, "4 cases, 0 tasks left" in errors) == (0, False)
-    assert '"pending"' not in ask("status", "--json")[1]
-
-
 def test_a_shard_of_which_tasks_failed_has_ended_without_them(run, monkeypatch):
     monkeypatch.setattr(executor, "run_task", crashing(lambda task: task.kind == "record"))
     for _ in ("now", "before"):
         code, said, _ = run("--shard", "1/1")
         assert (code, "shard 1 of 1 has ended without 12 tasks; nanoslip merge" in said) == (3, True)
-
-
-def test_python_takes_in_what_shards_have_finished_too(run, campaign, out):
-    run("--shard", "1/1")
-    nanoslip.run(campaign, out).close()
-    assert len(attempts.read(out)) == 1  # it had nothing to compute
-    assert not (out / "shards").exists()
-
-
-def test_a_shard_at_work_is_named_and_the_others_are_merged(run, ask, out):
-    for number in (1, 2):
-        run("--shard", f"{number}/2")
-    with Lease(Shard(2, 2).folder(out)):
-        code, _, errors = ask("merge")
-    assert (code, errors.count("a run is at work there")) == (99, 1)
-    assert ask("merge")[0] == 0
 
 
 def test_a_failure_of_a_shard_is_one_of_the_campaign_and_not_tried_again(run, ask, monkeypatch):

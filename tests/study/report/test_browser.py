@@ -153,16 +153,6 @@ OFF_THE_PAGE = """
 EMPTY = "[...document.images].filter(each => !each.naturalWidth || each.getBoundingClientRect().width < 60).length"
 
 
-REACH = """
-Object.values([...document.querySelectorAll("main > section")].filter(each => each.querySelector("img")).reduce((rows, each) => {
-  const top = Math.round(each.getBoundingClientRect().top);
-  const ends = [...each.querySelectorAll("img, figcaption, p")].map(part => part.getBoundingClientRect().right);
-  return {...rows, [top]: Math.max(rows[top] || 0, ...ends)};
-}, {}))
-"""
-"""How far right each row of sections with figures reaches, in pixels."""
-
-
 TABLE = 'document.querySelector(".wide")'
 
 
@@ -222,22 +212,6 @@ def shadows(browser: Chromium) -> Iterator[bool]:
         yield bool(end != row[len(row) // 2])
 
 
-@pytest.mark.parametrize("name", CAMPAIGNS)
-def test_no_row_of_a_broad_page_is_half_empty(browser: Chromium, pages: dict[str, Path], name: str) -> None:
-    browser.show(pages[name], 1200)
-    assert min(browser.value(REACH)) > 700
-
-
-@pytest.mark.parametrize("name", CAMPAIGNS)
-def test_every_link_leads_to_numbers(browser: Chromium, pages: dict[str, Path], name: str) -> None:
-    browser.show(pages[name], 1200)
-    count = browser.value("document.images.length")
-    decoded = 'atob(each.href.split("base64,")[1]).split("\\n")'
-    lengths = browser.value(f"[...document.links].map(each => {decoded}.length)")
-    assert len(lengths) == count
-    assert min(lengths) > 2  # a line of names, one of numbers, and the end
-
-
 def test_the_table_is_sorted_by_number_with_the_keyboard(browser: Chromium, pages: dict[str, Path]) -> None:
     browser.show(pages["failing"], 1200)
     column = '[...document.querySelectorAll("#cases tbody tr")].map(each => each.cells[0].textContent)'
@@ -259,13 +233,3 @@ def test_single_cases_open_with_the_keyboard(browser: Chromium, pages: dict[str,
     browser.press("Enter")
     assert browser.value('document.querySelector(".small details").open')
     assert browser.value('document.querySelector(".small img").clientWidth') > 2 * small
-
-
-def test_a_page_needs_no_script(browser: Chromium, pages: dict[str, Path]) -> None:
-    browser.call("Emulation.setScriptExecutionDisabled", value=True)
-    try:
-        browser.show(pages["driven"], 1200)
-    finally:
-        browser.call("Emulation.setScriptExecutionDisabled", value=False)
-    assert browser.value('document.querySelectorAll("#cases th button").length') == 0
-    assert browser.value(EMPTY) == 0
