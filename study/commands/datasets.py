@@ -237,11 +237,10 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
     scales = scales_of(dataset.attrs)
     in_si = [si_line(scales, values, {})] if scales else []
     print_sentences([f"case {_label(case, dataset)}", *in_si, *summary.ending_lines(case)])
-    table, missing = summary.case_table(case)
+    table, others = summary.case_table(case)
     if table.rows:
         print_table(table)
-    if missing:
-        say(f"not known here: {', '.join(missing)}")
+    print_sentences(f"{why}: {', '.join(names)}" for why, names in others.items())
     if "drive_outcome" in case and case["drive_outcome"].dims:
         say("several drives; drive=NAME, or values of their parameters, shows one:")
         print_table(summary.scalar_table(case, why=False))

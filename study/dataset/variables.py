@@ -29,6 +29,7 @@ from nanoslip.solver.sliding.validity import Validity
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.file import FORMAT, is_older
 from nanoslip.study.manifest.manifest import NamedDrive, drive_parameters
+from nanoslip.study.manifest.parameters import typed
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.kinds import KINDS, MEMBER, Ragged, column, declared
 from nanoslip.study.plan.task import TaskResult
@@ -241,12 +242,13 @@ def rows() -> list[Described]:
 def described(name: str) -> Described:
     """One variable, those beside means included.
 
-    Raises KeyError that names the nearest ones, or those of this symbol, where there is none of this name.
+    name: its own, or its symbol, in Greek or Latin letters. Raises KeyError that names the nearest ones where there is none.
     """
     found = next((each for each in _all(beside=True) if each.name == name), None)
     if found is None:
-        called = list(dict.fromkeys(each.name for each in rows() if each.symbol == name))
-        near = called or difflib.get_close_matches(name, {each.name: each for each in rows()}, n=3, cutoff=0.5)
+        if called := next((each for each in rows() if name in typed(each.symbol)[0]), None):
+            return called
+        near = difflib.get_close_matches(name, {each.name: each for each in rows()}, n=3, cutoff=0.5)
         raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
     return found
 

@@ -76,22 +76,31 @@ _SAID_APART: Final = {
 """What is no number of the case, or is said in its line."""
 
 
-def case_table(case: xr.Dataset) -> tuple[Table, list[str]]:
-    """Name, value with its unit, and meaning of each scalar that one case has, and the names of those that it lacks (NaN, empty).
+_ASKED: Final = ("static_friction", "kinetic_friction", "regime", "plateau_mean", "plateau_ratio", "peak_friction")
+"""What people compute a case for, which comes first."""
+
+
+def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
+    """Name, value with its unit, and meaning of each scalar that one case has; and why others are not among them -> their names.
 
     case: of nanoslip.study.dataset.access; what lies along a dimension is left out.
     """
-    rows, missing = [], []
+    rows: list[tuple[str, ...]] = []
+    others: dict[str, list[str]] = {"0 here": [], "not known here": []}
     case = variables.in_short(case)
-    for name in map(str, case.data_vars):
+    for name in sorted(map(str, case.data_vars), key=lambda name: (*_ASKED, name).index(name)):
         if case[name].dims or name in _SAID_APART or name.endswith((_UNCERTAINTY, "members")):
             continue  # ± and count of members are shown with their variable
         if (value := _text(case, name, 6)) == NOTHING:
-            missing.append(name)
+            others["not known here"].append(name)
+        elif value == "0":
+            others["0 here"].append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
             rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
-    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), missing
+    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), {
+        why: found for why, found in others.items() if found
+    }
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:

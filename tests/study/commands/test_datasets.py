@@ -162,10 +162,14 @@ def test_all_variables_are_listed_with_unit_and_meaning(main):
     assert line.split(maxsplit=3)[1:3] == ["m", "s-1"]
 
 
-@pytest.mark.parametrize("words", [("mean_step", "in L_x", "mean_step_uncertainty"), ("radius", "R/L_x"), ("outcome",)])
+@pytest.mark.parametrize(
+    "words",
+    [("mean_step", "in L_x", "mean_step_uncertainty"), ("radius", "R/L_x"), ("outcome",)],
+)
 def test_one_variable_is_explained_and_an_unknown_one_refused_with_similar_names(main, words):
     code, said, _ = main("describe", words[0])
     assert (code, [word for word in words if word not in said]) == (0, [])
+    assert main("describe", "mu_s")[1].startswith("static_friction\n")
     one_line(main("describe", "mean_stp"), "mean_step")
 
 

@@ -153,15 +153,14 @@ def test_one_variable_in_full_says_all_of_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "nearest"),
-    [
-        ("ζ", "; nearest: damping_ratio"),  # a symbol of equations
-        ("μ_k", "; nearest: kinetic_friction, fitted_kinetic_friction"),
-        ("plateau_meen", "; nearest: plateau_mean.*"),
-        ("zzzz", ""),
-    ],
+    ("symbol", "name"), [("ζ", "damping_ratio"), ("μ_k", "kinetic_friction"), ("mu_k", "kinetic_friction")]
 )
-def test_an_unknown_name_or_a_symbol_is_answered_with_the_nearest_variables(name: str, nearest: str) -> None:
+def test_a_symbol_of_equations_is_the_first_variable_that_has_it(symbol: str, name: str) -> None:
+    assert described(symbol) == described(name)
+
+
+@pytest.mark.parametrize(("name", "nearest"), [("plateau_meen", "; nearest: plateau_mean.*"), ("zzzz", "")])
+def test_an_unknown_name_is_answered_with_the_nearest_variables(name: str, nearest: str) -> None:
     with pytest.raises(KeyError, match=f"{name}: no variable of a dataset{nearest}'$"):
         described(name)
 
