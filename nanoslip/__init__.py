@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     )
     from nanoslip.solver.dynamics.friction_limit import NoPlateauError
     from nanoslip.solver.dynamics.stick_slip import Oscillator, stick_slip
+    from nanoslip.solver.outcome import NanoslipError
     from nanoslip.solver.sliding.power_law import Histogram, logarithmic_histogram
     from nanoslip.solver.sliding.sizes import EventSizes, SizeDistribution, event_sizes, pooled, size_distribution
     from nanoslip.study.api import concat, run
@@ -114,6 +115,7 @@ __all__ = [
     "Interface",
     "InvalidInput",
     "ManifestError",
+    "NanoslipError",
     "NoPlateauError",
     "Oscillator",
     "Outcome",
@@ -154,6 +156,7 @@ _NAMES = {
     "nanoslip.solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
     "nanoslip.solver.dynamics.friction_limit": "NoPlateauError",
     "nanoslip.solver.dynamics.stick_slip": "Oscillator stick_slip",
+    "nanoslip.solver.outcome": "NanoslipError",
     "nanoslip.solver.sliding.power_law": "Histogram logarithmic_histogram",
     "nanoslip.solver.sliding.sizes": "EventSizes event_sizes pooled SizeDistribution size_distribution",
     "nanoslip.study.api": "concat open_dataset:open run",

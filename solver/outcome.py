@@ -125,8 +125,12 @@ SHOWN = 60
 """Characters of a value that a message shows."""
 
 
-class SolverError(Exception):
-    """Base of everything this package raises on purpose; carries the outcome it stands for."""
+class NanoslipError(Exception):
+    """Base of everything that nanoslip raises on purpose."""
+
+
+class SolverError(NanoslipError):
+    """Base of what the solver raises on purpose; carries the outcome it stands for."""
 
     ending = Ending.INVALID
 

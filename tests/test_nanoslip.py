@@ -48,6 +48,20 @@ def test_a_name_that_is_not_there_is_an_attribute_error():
         nanoslip.friction  # noqa: B018
 
 
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: nanoslip.Case(radius=-1.0),
+        lambda: nanoslip.run({"title": "x", "axes": {"radus": [1.0]}}, progress=False),
+        lambda: nanoslip.open("nowhere.nc"),
+        lambda: nanoslip.concat(["nowhere.nc"]),
+    ],
+)
+def test_all_that_is_raised_on_purpose_has_one_base(wrong):
+    with pytest.raises(nanoslip.NanoslipError):
+        wrong()
+
+
 def test_the_version_is_that_of_the_source_tree():
     assert f'version = "{nanoslip.__version__}"' in (ROOT / "pyproject.toml").read_text("utf-8")
 

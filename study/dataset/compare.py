@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
+from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import GRID_ERROR
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.access import values_over
@@ -102,7 +103,7 @@ Pair = tuple[xr.Dataset, xr.Dataset]
 """Two datasets."""
 
 
-class NotComparableError(ValueError):
+class NotComparableError(NanoslipError, ValueError):
     """Two datasets that have nothing to compare; the message says why."""
 
 

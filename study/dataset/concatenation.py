@@ -9,13 +9,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.file import FORMAT, carrying, groups_of
 from nanoslip.study.dataset.variables import SOFTWARE, Group, all_groups, parameters, windows
 
 # Positions of the cases of several datasets in their union: its axes, and each variable over them.
 
 
-class NotJoinableError(ValueError):
+class NotJoinableError(NanoslipError, ValueError):
     """Datasets that are not parts of one; the message says what differs."""
 
 

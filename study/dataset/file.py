@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.results.entry import NO_FILE, is_no_file, written_whole
 from nanoslip.study.results.store import StoreError
 
@@ -111,7 +112,7 @@ _LABEL: Final = "case_id"
 ROOT: Final = "/"
 
 
-class LostGroupsError(ValueError):
+class LostGroupsError(NanoslipError, ValueError):
     """A dataset that no longer knows where its records and trajectories are."""
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.access import Places, places
 from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, described, members_of, parameters
 from nanoslip.study.manifest.parameters import typed
@@ -253,7 +254,7 @@ def _whole(values: NDArray[Any]) -> NDArray[Any]:
 # Variables as people write them: by name, by the start of a name, or as equations call them: plateau/mu_i, R/L_x or R.
 
 
-class UnknownNameError(ValueError):
+class UnknownNameError(NanoslipError, ValueError):
     """A word that is no variable or no axis of the dataset; the message says which there are."""
 
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales, parameters_of_a_drive
-from nanoslip.solver.outcome import SHOWN, InvalidInput, quoted
+from nanoslip.solver.outcome import SHOWN, InvalidInput, NanoslipError, quoted
 from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
 from nanoslip.study.manifest.parameters import (
@@ -45,7 +45,7 @@ MOST_LINES = 100
 ONE_LINE = "needs to be one line without control characters"
 
 
-class ManifestError(Exception):
+class ManifestError(NanoslipError):
     """A campaign file is wrong. `lines` has one printable line for each of its problems."""
 
     def __init__(self, lines: Iterable[str]) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact import closed_forms
-from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
+from nanoslip.solver.outcome import InvalidInput, NanoslipError, SolverError, quoted
 from nanoslip.solver.parameter import as_float
 from nanoslip.solver.slab import PHYSICS, Slab
 from nanoslip.study.manifest import parameters
@@ -271,7 +271,7 @@ def chosen(manifest: Manifest) -> dict[str, Value]:
     return {name: numerics[name] for name in parameters.settings() if name in numerics}
 
 
-class UnreachableError(Exception):
+class UnreachableError(NanoslipError):
     """No measured discretization is accurate enough. The message says what is needed instead."""
 
 

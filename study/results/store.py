@@ -21,7 +21,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
-from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.outcome import NanoslipError, Outcome
 from nanoslip.study.origin import Origins, here
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts
@@ -49,7 +49,7 @@ FOLDER: Final = "results"
 _KEY: Final = re.compile("[0-9a-f]{20}")
 
 
-class StoreError(Exception):
+class StoreError(NanoslipError):
     """The folder of results cannot be used; the message says which and why."""
 
 

@@ -11,6 +11,7 @@ from typing import Any, Final, TypeVar
 import jinja2
 from jinja2.sandbox import SandboxedEnvironment
 
+from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study import shipped
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.manifest.checker import ONE_LINE, ManifestError, one_line, path_shown, read_text, shown
@@ -98,7 +99,7 @@ def _needed(plan: Plan) -> dict[str, set[str]]:
 TEMPLATE = "job.sh.j2"
 
 
-class SiteError(Exception):
+class SiteError(NanoslipError):
     """A file of site settings is wrong; one line per problem: file: key = value: what is needed."""
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.origin import Origins
 from nanoslip.study.plan.outlook import shortages
 from nanoslip.study.plan.plan import Plan
@@ -29,7 +29,7 @@ class UnfinishedError(StoreError):
     """A run ends before all is computed; the message says why, and what is finished is kept."""
 
 
-class ShortageError(MemoryError):
+class ShortageError(NanoslipError, MemoryError):
     """A task needs more memory than this machine has, or all processes together do."""
 
 

@@ -10,6 +10,7 @@ from multiprocessing import connection
 from types import TracebackType
 from typing import Any, Final, NoReturn, Protocol, Self, TypeVar
 
+from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.run.agent import Agent
 from nanoslip.study.run.dispatch import Begin, Dispatcher, Execute, Fail, Ledger, Report, Tally, attempt, print_failure
 from nanoslip.study.run.launch import GRACE, Interruption, Settle, end_of_time
@@ -94,7 +95,7 @@ def take_in(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, news: News) 
     ledger.give_back(news.returned)
 
 
-class FarmError(Exception):
+class FarmError(NanoslipError):
     """The processes were not started as a farm can use them; the message says what to do."""
 
 
