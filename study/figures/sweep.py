@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
@@ -169,6 +170,10 @@ def set_axis(axis: Any, points: Points, name: str) -> None:
         axis._set_axes_scale("symlog", linthresh=least, linscale=room)
     elif is_logarithmic(points.axes[name]):
         axis._set_axes_scale("log")
+        if values[-1] < 100.0 * values[0]:  # of powers of ten there would be one or two
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(lambda value, _: in_text(float(value)))
+            axis.set_minor_formatter(NullFormatter())
     if len(values) <= _TICKS:
         axis.set_ticks(values, list(map(in_text, values)))
         axis.set_ticks([], minor=True)

@@ -101,7 +101,7 @@ def drive_parameters() -> Mapping[str, Parameter]:
 
 
 Stage = Literal["contact", "slip", "dynamics"]
-Design = Literal["product", "zip", "table"]
+Design = Literal["product", "zip", "table", "sobol", "latin_hypercube"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
 MEMBERS = 8

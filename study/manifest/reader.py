@@ -7,10 +7,13 @@ Scales and drives are in SI, the parameters of a case are dimensionless.
 import hashlib
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Effects
 from nanoslip.solver.drive import DURATIONS, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length
@@ -233,7 +236,9 @@ def _document(path: Path, text: str) -> dict[str, Any]:
 _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "title": (str, "a text"),
     "stages": (list, "a list of stages"),
-    "design": (str, '"product" or "zip"'),
+    "design": (str, '"product", "zip", "sobol" or "latin_hypercube"'),
+    "points": (int, "a whole number of cases"),
+    "design_seed": (int, "a whole number"),
     "table": (str, "the path of a CSV file, seen from the campaign file"),
     "accuracy": ((int, float), "a relative error, 0 < accuracy < 1"),
     "front": (str, "the path of what nanoslip accuracy --save wrote, seen from the campaign file"),
@@ -277,6 +282,10 @@ def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...],
     return Ensemble(target.most, float(target.within), of, table.places)
 
 
+SAMPLED: Final = ("sobol", "latin_hypercube")
+"""Designs whose cases are points that fill ranges."""
+POINTS: Final = 64
+"""Cases of such a design, where a campaign does not say."""
 SECONDS: Final = "seconds"
 """Key of [limits] that limits no case, but how long a task may take."""
 LEAST_SECONDS: Final = 0.1
@@ -296,7 +305,7 @@ class _Reader(NamedFiles):
         top = self._top(document)
         scales = self._scales(top)
         table = self.table(top)
-        given = self.plain(table.columns if table else self._axes(top.get("axes", {})), scales)
+        given = self.plain(table.columns, scales) if table else self._axes(top, scales)
         seconds = self._task_seconds(top)
         tables = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
         fixed = {name: self.plain(content, scales) for name, content in tables.items()}
@@ -409,18 +418,24 @@ class _Reader(NamedFiles):
     def _design(self, top: dict[str, Any], axes: Columns) -> Design:
         design: Design = top.get("design", "product")
         lengths = {word: len(given) for word, given in axes.items()}
-        if design not in ("product", "zip"):
-            self.refuse(f"design = {shown(design)}", 'needs "product" or "zip", or a table = "cases.csv" instead')
+        if design not in ("product", "zip", *SAMPLED):
+            wrong = 'needs "product", "zip", "sobol" or "latin_hypercube", or a table = "cases.csv" instead'
+            self.refuse(f"design = {shown(design)}", wrong)
+        elif design not in SAMPLED and (idle := {"points", "design_seed"} & top.keys()):
+            self.refuse(sorted(idle)[0], f"needs design = {' or '.join(map(shown, SAMPLED))}")
         elif design == "zip" and len(set(lengths.values())) != 1:
             counts = ", ".join(f"{count} of {word}" for word, count in lengths.items()) or "no axes"
             self.refuse('design = "zip"', f"needs axes of equal length, got {counts}")
         return design
 
-    def _axes(self, content: dict[str, Any]) -> Columns:
-        return {
+    def _axes(self, top: dict[str, Any], scales: Scales) -> Columns:
+        if top.get("design") in SAMPLED:
+            return sampled_axes(self, top, scales)
+        listed = {
             word: [Given(f"{self.path}: axes.{word}[{index}]", value) for index, value in enumerate(values)]
-            for word, values in self.lists("axes", content, axes())
+            for word, values in self.lists("axes", top.get("axes", {}), axes())
         }
+        return self.plain(listed, scales)
 
     def _accuracy(self, top: dict[str, Any], given: Columns) -> float | None:
         """The relative error asked for. The parameters of a discretization are refused beside it, as it decides them."""
@@ -432,6 +447,58 @@ class _Reader(NamedFiles):
         for column in (column for word, column in given.items() if words()[word] in settings()):
             self.problems.append(f"{column[0].where}: needs to be left out beside accuracy = {shown(accuracy)}")
         return None if wrong else float(accuracy)
+
+
+def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Columns:
+    """Values of all cases: of ranges that they fill evenly, and of lists that they draw from."""
+    count, seed = top.get("points", POINTS), top.get("design_seed", 1)
+    if isinstance(count, bool) or not 1 <= count <= MOST_CASES:
+        checker.refuse(f"points = {shown(count)}", f"needs a whole number from 1 to {MOST_CASES}")
+        return {}
+    ranges = {
+        word: found for word, given in top.get("axes", {}).items() if (found := _range(checker, word, given, scales))
+    }
+    draws = sampled(top["design"], len(ranges), count, seed) if ranges else ()
+    columns = zip(*draws, strict=True)
+    return {
+        word: [Given(f"{checker.path}: axes.{word}", value_at(share)) for share in column]
+        for (word, value_at), column in zip(ranges.items(), columns, strict=False)
+    }
+
+
+def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[[float], Any] | None:
+    """What makes a value of an axis of a number in [0, 1); None of one that is refused."""
+    where = f"axes.{key_shown(word)} = {shown(given)}"
+    if word not in axes():
+        checker.refuse(where, unknown(word, axes()))
+        return None
+    listed = isinstance(given, list) and given
+    if not listed and not (isinstance(given, dict) and {"from", "to"} <= given.keys() <= {"from", "to", "scale"}):
+        checker.refuse(where, 'needs a range, {from = 20, to = 400, scale = "log"}, or a list of values')
+        return None
+    ends = given if listed else [given["from"], given["to"]]
+    found = checker.plain({word: [Given(f"{checker.path}: axes.{word}", each) for each in ends]}, scales)[word]
+    values = [each.value for each in found]
+    if len(values) < len(ends):
+        return None
+    if listed:
+        return lambda share: values[int(share * len(values))]
+    low, high, scale = *values, given.get("scale", "linear")
+    right = all(isinstance(each, int | float) and not isinstance(each, bool) for each in values) and low < high
+    if not right or scale not in ("linear", "log") or (scale == "log" and low <= 0.0):
+        checker.refuse(where, 'needs numbers from < to, above 0 with scale = "log"; a scale is "linear" or "log"')
+        return None
+    return (lambda share: low * (high / low) ** share) if scale == "log" else (lambda share: low + share * (high - low))
+
+
+def sampled(design: str, axes: int, count: int, seed: int) -> NDArray[np.float64]:
+    """Points of the unit cube (count, axes) that fill it evenly. The first ones of `sobol` stay when there are more."""
+    from scipy.stats import qmc  # noqa: PLC0415  only such designs need it
+
+    if design == "sobol":
+        whole: NDArray[np.float64] = qmc.Sobol(axes, seed=seed).random_base2(math.ceil(math.log2(count)))
+        return whole[:count]
+    return np.asarray(qmc.LatinHypercube(axes, seed=seed).random(count))
 
 
 def _slabs(numerics: Columns) -> list[dict[str, Value]]:

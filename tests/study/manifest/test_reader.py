@@ -257,7 +257,7 @@ WRONG = {
     "target = {within = 0.1, of = ['approach']}": (
         '…target.of = "approach": needs stages = ["contact"] or outputs.tractions = true…'
     ),
-    'design = "grid"': '…design = "grid": needs "product" or "zip"…',
+    'design = "grid"': '…design = "grid": needs "product", "zip", "sobol" or…',
     'design = "zip"\n[axes]\nradius = [1, 2]\nnormal_load = [1e-3]': (
         'design = "zip": needs axes of equal length, got 2 of radius, 1 of normal_load'
     ),

@@ -1,0 +1,72 @@
+"""Cases that fill ranges: evenly on every axis, the same from the same manifest, and the first ones stay when there are more."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.plan.plan import make_plan
+
+AXES = """[axes]
+intrinsic_friction = {from = 0.1, to = 0.9}
+radius = {from = "20 mm", to = 400, scale = "log"}
+initial_contact = ["stick", "gradual"]
+"""
+
+
+def read(design: str, points: int, more: str = "", axes: str = AXES) -> Manifest:
+    text = f'title = "x"\nnumerics.n_x = 17\ndesign = "{design}"\npoints = {points}\n{more}\n{axes}'
+    return parse_manifest(Path("mine.toml"), text, {})
+
+
+@pytest.mark.parametrize("design", ["sobol", "latin_hypercube"])
+def test_every_slice_of_every_range_has_one_case(design: str) -> None:
+    manifest = read(design, 32)
+    friction, radius = (np.array(manifest.axes[name], float) for name in ("intrinsic_friction", "radius"))
+    for share in ((friction - 0.1) / 0.8, np.log(radius / 20.0) / np.log(20.0)):
+        assert sorted(np.floor(32 * share)) == list(range(32))
+    assert sorted(manifest.axes["initial_contact"]) == ["gradual"] * 16 + ["stick"] * 16
+    assert abs(np.corrcoef(friction, np.log(radius))[0, 1]) < 0.5
+    assert (manifest.case_count, manifest.axes) == (32, read(design, 32).axes)
+    assert read(design, 32, "design_seed = 2").axes != manifest.axes
+
+
+def test_more_points_compute_only_what_is_new() -> None:
+    few, more = ({task.key for task in make_plan(read("sobol", points)).tasks} for points in (20, 45))
+    assert few < more
+    first, all_of = (read("sobol", points).axes for points in (20, 45))
+    assert all(all_of[name][:20] == first[name] for name in first)
+
+
+@pytest.mark.parametrize(
+    ("design", "points", "axes", "said"),
+    [
+        ("sobol", 0, AXES, "points = 0: needs a whole number from 1 to 1000000"),
+        (
+            "sobol",
+            4,
+            "axes.radius = 3",
+            r"axes.radius = 3: needs a range, \{from = 20, to = 400, scale = \"log\"\}, or a list",
+        ),
+        ("sobol", 4, "axes.radius = {from = 3}", "needs a range"),
+        ("sobol", 4, "axes.radius = {from = 3, to = 2}", "needs numbers from < to"),
+        ("sobol", 4, 'axes.radius = {from = 0, to = 2, scale = "log"}', "above 0 with scale"),
+        ("sobol", 4, 'axes.radius = {from = 1, to = 2, scale = "cubic"}', "a scale is"),
+        (
+            "sobol",
+            4,
+            'axes.radius = {from = "1 kg", to = 2}',
+            'axes.radius = "1 kg": needs a number, or one with a unit',
+        ),
+        ("sobol", 4, "axes.radus = {from = 1, to = 2}", "axes.radus = .*: unknown; did you mean radius?"),
+        ("product", 4, "axes.radius = [1.0]", 'points: needs design = "sobol" or "latin_hypercube"'),
+        ("halton", 4, "axes.radius = [1.0]", 'design = "halton": needs "product", "zip", "sobol" or "latin_hypercube"'),
+        ("product", 4, "axes.radius = {from = 1, to = 2}", "axes.radius = .*: needs a list of at least one value"),
+    ],
+)
+def test_a_wrong_design_is_one_clear_message(design: str, points: int, axes: str, said: str) -> None:
+    with pytest.raises(ManifestError, match=said):
+        read(design, points, axes=axes)
