@@ -34,7 +34,7 @@ from nanoslip.study.run.campaign import UnfinishedError, compute_rest, rest_of
 from nanoslip.study.run.dispatch import Report
 from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm
 from nanoslip.study.run.journal import Journal
-from nanoslip.study.run.launch import Program, computing
+from nanoslip.study.run.launch import Program, computing, processes_started
 from nanoslip.study.run.progress import Measured, open_progress
 from nanoslip.study.toml_text import as_toml
 
@@ -73,7 +73,7 @@ def run(
 
     Raises ManifestError where the campaign is wrong, StoreError where the folder cannot be used, another run is at work there or
     not all could be computed, MemoryError where tasks need more memory than this machine has. A task that fails is a warning, and
-    an outcome of its cases.
+    an outcome of its cases. On one of several MPI ranks it warns that this rank computes everything by itself.
 
     >>> import nanoslip
     >>> data = nanoslip.run({
@@ -86,6 +86,10 @@ def run(
     ('normal_load', ['completed', 'completed'])
     """
     plan = make_plan(_manifest(campaign))
+    if (ranks := processes_started()) > 1:
+        _warn(
+            3, f"one of {ranks} ranks computes all of this campaign by itself: ranks share it under mpirun nanoslip run"
+        )
     with ExitStack() as stack:
         stack.enter_context(_one_thread())
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)

@@ -189,3 +189,11 @@ def test_progress_is_printed_when_asked_for(capsys):
 def test_no_dataset_is_one_clear_error(tmp_path):
     with pytest.raises(StoreError, match="no dataset"):
         open_dataset(tmp_path)
+
+
+def test_a_rank_of_several_is_told_that_it_computes_all_by_itself(monkeypatch):
+    monkeypatch.setenv("PMI_SIZE", "4")
+    with pytest.warns(
+        RuntimeWarning, match="one of 4 ranks computes all of this campaign by itself: .* mpirun nanoslip run"
+    ):
+        run({"title": "x", "stages": ["contact"], "numerics": {"n_x": 17}}, progress=False)
