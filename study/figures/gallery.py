@@ -99,7 +99,7 @@ def write_indexes(root: Path) -> list[Path]:
 def _entry(figure: CampaignFigure) -> str:
     """A figure in its gallery: title and picture lead to its page."""
     page = f"{figure.name}.md"
-    return f"## [{figure.title}]({page})\n\n[![{figure.title}]({figure.name}.png)]({page})\n\n{figure.caption}"
+    return f"## [{figure.title}]({page})\n\n[![{figure.title}]({figure.name}.png)]({page})"
 
 
 def _head(folder: Path) -> str:
@@ -132,7 +132,7 @@ def _page(figure: CampaignFigure, dataset: xr.Dataset) -> str:
     """Heading, picture, caption, claims and the way to the gallery, as Markdown."""
     folder = place(figure, Path()).name
     claims = table(figure.claims(dataset), figure.header)
-    picture = f"![{figure.caption}]({figure.name}.png)"
+    picture = f"![{figure.title}]({figure.name}.png)"
     source = f"*{figure.caption}* Campaign: `{figure.campaign}`."
     back = [f"All {folder}: [gallery]({INDEX})."] if folder else []
     return "\n\n".join((f"# {figure.title}", picture, source, claims, *back)) + "\n"

@@ -38,7 +38,7 @@ def test_a_gallery_shows_every_figure_that_was_drawn_there_in_order_and_leads_to
         titles = [f"## [{figure.title}]({figure.name}.md)" for figure in here]
         assert [line for line in text.splitlines() if line.startswith("## ")] == titles
         for figure in here:
-            assert f"[![{figure.title}]({figure.name}.png)]({figure.name}.md)\n\n{figure.caption}\n" in text
+            assert f"[![{figure.title}]({figure.name}.png)]({figure.name}.md)\n" in text
         assert "a table" not in text
 
 
@@ -49,7 +49,7 @@ def test_a_page_lies_beside_its_campaign_and_in_its_gallery() -> None:
         folder = place(figure, campaigns)
         page = (folder / f"{name}.md").read_text("utf-8")
         assert (folder / f"{name}.png").exists()
-        assert page.startswith(f"# {figure.title}\n\n![{figure.caption}]({name}.png)\n")
+        assert page.startswith(f"# {figure.title}\n\n![{figure.title}]({name}.png)\n")
         if folder != campaigns:
             gallery = (folder / INDEX).read_text("utf-8")
             assert f"## [{figure.title}]({name}.md)\n" in gallery
