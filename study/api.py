@@ -166,7 +166,7 @@ def _manifest(campaign: Campaign) -> Manifest:
 
 def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
     """The texts of the files that a campaign names, by their keys. Raises ManifestError."""
-    named = {key: campaign.get(key) for key in NAMED}
+    named = {key: campaign.get(key) for key in NAMED if key not in in_files()}
     for word, stated in in_files().items():
         table = campaign.get(stated.table)
         name = table.get(word) if isinstance(table, Mapping) else None

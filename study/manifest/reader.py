@@ -20,7 +20,7 @@ from nanoslip.solver.drive import DURATIONS, INTEGRATORS, PERIODS, TRAVEL, Scale
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, quoted
-from nanoslip.solver.parameter import as_float, declared
+from nanoslip.solver.parameter import MOST_WHOLE, as_float, declared
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.study.manifest.checker import (
     ONE_LINE,
@@ -452,9 +452,12 @@ class _Reader(NamedFiles):
 def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Columns:
     """Values of all cases: of ranges that they fill evenly, and of lists that they draw from."""
     count, seed = top.get("points", POINTS), top.get("design_seed", 1)
-    if isinstance(count, bool) or not 1 <= count <= MOST_CASES:
-        checker.refuse(f"points = {shown(count)}", f"needs a whole number from 1 to {MOST_CASES}")
-        return {}
+    for key, value, least, most in (("points", count, 1, MOST_CASES), ("design_seed", seed, 0, MOST_WHOLE)):
+        if isinstance(value, bool) or not least <= value <= most:
+            checker.refuse(f"{key} = {shown(value)}", f"needs a whole number from {least} to {most}")
+            return {}
+    if not top.get("axes"):
+        checker.refuse(f"design = {shown(top['design'])}", "needs axes")
     ranges = {
         word: found for word, given in top.get("axes", {}).items() if (found := _range(checker, word, given, scales))
     }

@@ -102,7 +102,7 @@ def _words(plan: Plan, number: int) -> str:
 def out_of_reach(plan: Plan) -> list[str]:
     """A line about drives that never pull as hard as friction holds, before any of them is computed; none where all do.
 
-    A plateau is at least (1 + r)/2 of μ_i, r being what a slip leaves (campaigns/interface/from_one_contact.md).
+    A plateau is at least (1 + r)/2 of μ_i, r being what a slip leaves (campaigns/interface/from_one_contact.md), to spreads of 3.
     """
     manifest = plan.manifest
     drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]

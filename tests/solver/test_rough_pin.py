@@ -15,10 +15,12 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import RoughPin, Stop, slip_on_rough
 from nanoslip.solver.contact.pin import node_friction, pin_of
 from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import slide as full_contact
 from nanoslip.solver.sliding.kernels.slide import slide_events
+from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import compiled_at, first_of, first_room, slide, slide_full_contact, slide_to_state
 from nanoslip.solver.sliding.validity import SHORT_PROFILE, UNRESOLVED_ROUGHNESS, contact_flags, expected_flags
 from tests.physics import assert_contact_laws, half_plane
@@ -333,7 +335,7 @@ def test_slopes_that_nodes_miss_are_those_of_what_is_left_between_them():
 
 
 @pytest.mark.parametrize("n_x", [65, 129])
-def test_a_profile_that_nodes_miss_is_flagged_before_and_after_and_rubs_otherwise(n_x):
+def test_a_profile_that_nodes_miss_is_flagged_before_and_after(n_x):
     """A knot every 0.002 L_x, whose slope is 7 % of the contact's: nodes four times and eight times as far apart."""
     coarse = rough(
         random_profile(2e-7, 601), replace(CASE, slab=Slab(n_x, scheme="strip")), max_events=None, max_presliding=3.0
@@ -345,6 +347,19 @@ def test_a_profile_that_nodes_miss_is_flagged_before_and_after_and_rubs_otherwis
     assert UNRESOLVED_ROUGHNESS not in expected_flags(
         replace(coarse, radius=1e-3 * coarse.radius)
     )  # its slope is not felt
+
+
+@pytest.mark.slow  # 1025 nodes
+def test_a_profile_that_nodes_miss_rubs_less():
+    """Random knots every 0.002 L_x, with 7 % of the contact's slope: 10 % less at 65 nodes than at 1025, of four starts."""
+    points = random_profile(2e-7, 601, seed=1)
+    case = rough(points, Case(slab=Slab(65, scheme="strip")), max_events=None, max_presliding=3.0)
+    found = {}
+    for n_x in (65, 1025):
+        cases = [Ensemble(4).case(replace(case, slab=Slab(n_x, scheme="strip")), member) for member in range(4)]
+        records = [slide(each, surface_compliance(each.slab)) for each in cases]
+        found[n_x] = np.mean([plateau_of(record).mean for record in records])
+    assert found[65] < 0.96 * found[1025]
 
 
 def test_a_profile_shorter_than_the_contact_is_flagged():

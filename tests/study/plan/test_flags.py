@@ -17,7 +17,7 @@ from nanoslip.solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_
 from nanoslip.study import api
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.cost import expected_displacement
 from nanoslip.study.plan.outlook import expected_lines, flag_lines, out_of_reach, outlook_of
 from nanoslip.study.plan.plan import Plan, make_plan
@@ -25,6 +25,7 @@ from nanoslip.study.report import page as report_page
 from nanoslip.study.report.summary import flag_summary, scalar_table
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.compute import run_task
+from nanoslip.study.toml_text import as_toml
 from tests.conftest import ROOT
 
 MAP = """\
@@ -216,7 +217,8 @@ def test_a_drive_that_is_too_short_to_slip_is_named_with_what_it_needs():
 
     def run(**more: object) -> tuple[list[str], xr.Dataset]:
         campaign = {"title": "x", **own, "drives": drives, **more}
-        return out_of_reach(make_plan(api._manifest(campaign))), api.run(campaign, progress=False)
+        manifest = parse_manifest(Path("mine.toml"), as_toml(campaign), {})
+        return out_of_reach(make_plan(manifest)), api.run(campaign, progress=False)
 
     lines, short = run(drive_axes={"duration": [0.1, 0.2, 0.3]})
     assert lines == [
