@@ -37,7 +37,7 @@ ORDER = {
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.accuracy": "setup elastic_operator digit effects measurement",
-    "nanoslip.study.commands": "words plans datasets prepare run conduct surface look judge cli",
+    "nanoslip.study.commands": "words plans datasets prepare run conduct look judge cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

@@ -338,7 +338,7 @@ def figure() -> None:
 
 
 @command(
-    "surface:show_profile",
+    "look:show_profile",
     click.argument("file", type=click.Path(path_type=Path, dir_okay=False)),
     click.option("--x", default="m", show_default=True, metavar="UNIT", help="Unit of the first column, as nm."),
     click.option("--z", default="m", show_default=True, metavar="UNIT", help="Unit of the second column."),

@@ -1,4 +1,4 @@
-"""Commands that show: report, figure, show, try, frames; and what effects change: effects, explain."""
+"""Commands that show: report, figure, show, try, frames, profile; and what effects change: effects, explain."""
 
 import math
 import re
@@ -11,7 +11,10 @@ from typing import Final
 import click
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.outcome import InvalidInput, SolverError
+from nanoslip.solver.contact.pin import Pin
+from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
+from nanoslip.solver.parameter import Parameter
+from nanoslip.solver.sliding.validity import MISSED
 from nanoslip.study import api, shipped
 from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scenes_of
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, show_case
@@ -21,18 +24,30 @@ from nanoslip.study.dataset import file
 from nanoslip.study.figures.frames import events_of, frames
 from nanoslip.study.figures.gallery import figures_of, shipped_figures, write, write_indexes
 from nanoslip.study.figures.points import axis_named, points_named
-from nanoslip.study.figures.shared import FORMATS, CampaignFigure, as_row, csv_of, format_of, image
+from nanoslip.study.figures.shared import FORMATS, CampaignFigure, as_row, column, csv_of, format_of, image
 from nanoslip.study.figures.sweep import view_of
 from nanoslip.study.manifest.cases import campaign_of, expand
-from nanoslip.study.manifest.checker import ManifestError, number_or_text
+from nanoslip.study.manifest.checker import ManifestError, number_or_text, read_text
 from nanoslip.study.manifest.parameters import make_case, words
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
+from nanoslip.study.manifest.units import compact, plain
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
 from nanoslip.study.plan.grids import Front, load_front, settled
 from nanoslip.study.plan.plan import plan_of
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import page
-from nanoslip.study.report.console import FAILED, Table, print_entries, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import (
+    FAILED,
+    Table,
+    console,
+    print_entries,
+    print_sentences,
+    print_table,
+    say,
+    whole,
+)
+from nanoslip.study.report.curves import MARGIN, WIDTH, text_plot
 from nanoslip.study.results.store import StoreError, write_files
 from nanoslip.study.run.progress import roughly
 
@@ -152,6 +167,79 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
 def _say_written(files: Iterable[Path]) -> None:
     for path in files:
         say(whole(f"written: {path}"))
+
+
+# `nanoslip profile`: the measured profile of a surface, what is known of its roughness, and the nodes that resolve it.
+
+
+def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: Path | None) -> None:
+    """Print what is known of a profile, and draw it."""
+    try:
+        slab_width = float(plain(width, Parameter("slab width", unit="m")))
+    except ValueError:
+        slab_width = math.nan
+    if not 0.0 < slab_width < math.inf:
+        raise Refusal(f'--width = {quoted(width)}: needs a length above 0, as "1 mm"')
+    try:
+        found = read_surface(file, read_text(file)[1], NamedSurface(str(file), x, z, detrend))  # type: ignore[arg-type]
+    except InvalidInput as error:
+        raise Refusal(f"{file}: {error}") from None
+    print_sentences(_surface_lines(found, slab_width))
+    if picture:
+        write_files({picture: _surface_drawn(found, format_of(picture))})
+        say(whole(f"written: {picture}"))
+        return
+    width_of_text = min(WIDTH, console().width - MARGIN)
+    click.echo(text_plot(1e6 * found.x, 1e9 * found.height, ("x, in μm", "height, in nm"), width_of_text))
+
+
+def pin_of(found: Surface, slab_width: float) -> Pin:
+    """Its roughness on a flat pin; slab_width: in m."""
+    return Pin(0.0, math.inf, found.x / slab_width, found.height / slab_width)
+
+
+def nodes_for(pin: Pin) -> int | None:
+    """The smallest n_x = 2^N + 1 of which nodes see enough of a rough pin's slope; None if none does."""
+    for power in range(2, MOST_NODES + 1):
+        slope, missed = pin.roughness_slopes(0.5**power)
+        if missed <= MISSED * slope:
+            return int(2**power + 1)
+    return None
+
+
+MOST_NODES: Final = 20
+"""Power of two of the most nodes that a slab may have, less one."""
+
+
+def _surface_lines(found: Surface, slab_width: float) -> list[str]:
+    length, count = float(found.x[-1] - found.x[0]), len(found.x)
+    pin = pin_of(found, slab_width)
+    slope, _ = pin.roughness_slopes(1.0)
+    nodes, apart = nodes_for(pin), compact(length / (count - 1), "m")
+    correlated = found.correlation_length
+    longer = "longer than the profile" if math.isnan(correlated) else compact(correlated, "m")
+    slab = f"on a slab of L_x = {compact(slab_width, 'm')}"
+    resolved = f"{slab} no number of nodes resolves it: take a smaller one"
+    if nodes:
+        resolved = f"{slab} n_x = {nodes} resolves it, with nodes {compact(slab_width / (nodes - 1), 'm')} apart"
+    return [
+        f"{count} points over {compact(length, 'm')}, {apart} apart; numbers are separated by {found.separator}, "
+        f"below {counted(found.skipped, 'line')}",
+        f"root mean square height {compact(found.rms_height, 'm')}, slope {slope:.3g}; correlation length {longer}",
+        resolved,
+    ]
+
+
+def _surface_drawn(found: Surface, form: str) -> bytes:
+    """The profile above its spectrum."""
+    wavenumber, power = found.spectrum
+    with column(4.4) as figure:
+        above, below = figure.subplots(2)
+        above.plot(1e6 * found.x, 1e9 * found.height)
+        above.set(xlabel="x (μm)", ylabel="height (nm)")
+        below.plot(wavenumber, power)
+        below.set(xlabel="wavenumber 2π/λ (1/m)", ylabel="power of heights (m³)", xscale="log", yscale="log")
+        return image(figure, form)
 
 
 # `nanoslip frames`: one case of a campaign at work, event by event, as a strip of pictures or a film.

@@ -65,11 +65,6 @@ def compact(value: float, unit: str) -> str:
     )  # the sign for micro by the letter
 
 
-def stated_length() -> Parameter:
-    """A length, as a parameter in m."""
-    return Parameter("length", unit="m")
-
-
 def length_in_metres(unit: str) -> float:
     """How many metres a unit of length is, as nm; NaN of what is none."""
     try:

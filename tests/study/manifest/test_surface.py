@@ -8,7 +8,7 @@ import pytest
 
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study import api
-from nanoslip.study.commands.surface import nodes_for, pin_of
+from nanoslip.study.commands.look import nodes_for, pin_of
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
