@@ -68,7 +68,8 @@ class Pin:
         """Root mean square slopes of the roughness: all of it, and of what nodes so far apart miss, which see straight lines."""
         if self.knots is None or self.rises is None:
             return 0.0, 0.0
-        nodes = spacing * np.arange(np.floor(self.knots[0] / spacing) - 1, np.ceil(self.knots[-1] / spacing) + 2)
+        left = np.floor(self.knots / spacing)  # nothing is missed between nodes without a knot
+        nodes = spacing * np.unique(np.concatenate((left, left + 1.0)))
         xi = np.unique(np.concatenate((nodes, self.knots)))
         heights = np.interp(xi, self.knots, self.rises)
         missed = heights - np.interp(xi, nodes, np.interp(nodes, self.knots, self.rises))

@@ -24,6 +24,7 @@ from nanoslip.study.manifest.manifest import (
 )
 from nanoslip.study.manifest.parameters import STANDARD, TABLES, Alike, Value, in_words, words, words_of
 from nanoslip.study.manifest.reader import KEYS_OF_FILES, refusal
+from nanoslip.study.manifest.units import YOUNG
 
 Point = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""
@@ -141,7 +142,7 @@ def tables() -> dict[str, tuple[str, ...]]:
     """Table of a manifest -> the keys of it that a single case can be given."""
     return {
         **{table: words_of(table) for table in TABLES},
-        "scales": field_names(Scales),
+        "scales": (*field_names(Scales), YOUNG),
         "ensemble": field_names(EnsembleTable),
         "target": field_names(TargetTable),
         "outputs": field_names(Outputs),

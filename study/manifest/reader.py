@@ -456,42 +456,52 @@ def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Co
         if isinstance(value, bool) or not least <= value <= most:
             checker.refuse(f"{key} = {shown(value)}", f"needs a whole number from {least} to {most}")
             return {}
-    if not top.get("axes"):
-        checker.refuse(f"design = {shown(top['design'])}", "needs axes")
+    if not any(isinstance(given, dict) for given in top.get("axes", {}).values()):
+        checker.refuse(f"design = {shown(top['design'])}", "needs a range among its axes")
     ranges = {
         word: found for word, given in top.get("axes", {}).items() if (found := _range(checker, word, given, scales))
     }
     draws = sampled(top["design"], len(ranges), count, seed) if ranges else ()
     columns = zip(*draws, strict=True)
     return {
-        word: [Given(f"{checker.path}: axes.{word}", value_at(share)) for share in column]
+        word: [Given(f"{checker.path}: axes.{word}", value_at(float(share))) for share in column]
         for (word, value_at), column in zip(ranges.items(), columns, strict=False)
     }
 
 
 def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[[float], Any] | None:
     """What makes a value of an axis of a number in [0, 1); None of one that is refused."""
-    where = f"axes.{key_shown(word)} = {shown(given)}"
+    where, listed = f"axes.{key_shown(word)} = {shown(given)}", isinstance(given, list) and given
+    values: list[Any] = []
     if word not in axes():
-        checker.refuse(where, unknown(word, axes()))
-        return None
-    listed = isinstance(given, list) and given
-    if not listed and not (isinstance(given, dict) and {"from", "to"} <= given.keys() <= {"from", "to", "scale"}):
-        checker.refuse(where, 'needs a range, {from = 20, to = 400, scale = "log"}, or a list of values')
-        return None
-    ends = given if listed else [given["from"], given["to"]]
-    found = checker.plain({word: [Given(f"{checker.path}: axes.{word}", each) for each in ends]}, scales)[word]
-    values = [each.value for each in found]
-    if len(values) < len(ends):
+        wrong = unknown(word, axes())
+    elif not listed and not (isinstance(given, dict) and {"from", "to"} <= given.keys() <= {"from", "to", "scale"}):
+        wrong = 'needs a range, {from = 20, to = 400, scale = "log"}, or a list of values'
+    else:
+        ends = given if listed else [given["from"], given["to"]]
+        found = checker.plain({word: [Given(f"{checker.path}: axes.{word}", each) for each in ends]}, scales)[word]
+        values = [each.value for each in found]
+        if len(values) < len(ends):
+            return None
+        wrong = "" if listed else _wrong_range(words()[word], values[0], values[1], given.get("scale", "linear"))
+    if wrong:
+        checker.refuse(where, wrong)
         return None
     if listed:
         return lambda share: values[int(share * len(values))]
-    low, high, scale = *values, given.get("scale", "linear")
-    right = all(isinstance(each, int | float) and not isinstance(each, bool) for each in values) and low < high
-    if not right or scale not in ("linear", "log") or (scale == "log" and low <= 0.0):
-        checker.refuse(where, 'needs numbers from < to, above 0 with scale = "log"; a scale is "linear" or "log"')
-        return None
-    return (lambda share: low * (high / low) ** share) if scale == "log" else (lambda share: low + share * (high - low))
+    low, high = values
+    return (lambda s: low * (high / low) ** s) if given.get("scale") == "log" else (lambda s: low + s * (high - low))
+
+
+def _wrong_range(name: str, low: Any, high: Any, scale: Any) -> str:
+    """What a parameter's range needs instead; empty where it is right."""
+    if isinstance(Case.of({}).flat[name], bool | int | str):
+        return "takes no range: needs a list of values"
+    if wrong := need(make_case, {name: low}) or need(make_case, {name: high}):
+        return wrong
+    if -math.inf < low < high < math.inf and (scale == "linear" or (scale == "log" and low > 0.0)):
+        return ""
+    return 'needs numbers from < to, above 0 with scale = "log"; a scale is "linear" or "log"'
 
 
 def sampled(design: str, axes: int, count: int, seed: int) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import Heterogeneity
+from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Roughness, check, parameter, require
 from nanoslip.study.manifest.units import length_in_metres
@@ -94,13 +94,19 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     skipped = next((place for place, (_, _, row) in enumerate(lines) if len(row) > 1), len(lines))
     rows = [(number, row[:2]) for number, line, row in lines[skipped:] if not line.startswith(("#", "%"))]
     require("number of points", len(rows), len(rows) >= 2, f"at least 2 lines of two numbers in {path}")
+    across, up = length_in_metres(given.x), length_in_metres(given.z)
+    way = 1 if rows[0][1][:1] < rows[-1][1][:1] else -1
     for (number, row), (_, before) in zip(rows, rows[:1] + rows, strict=False):
         if len(row) < 2 or not all(map(math.isfinite, row)):
             raise InvalidInput(f"line {number}: needs two finite numbers")
-        if (row[0] - before[0]) * (rows[-1][1][0] - rows[0][1][0]) <= 0.0 and number != rows[0][0]:
-            raise InvalidInput(f"line {number}: x = {row[0]:g} after {before[0]:g}: needs x that goes one way")
-    points = np.array([row for _, row in rows])[:: 1 if rows[0][1][0] < rows[-1][1][0] else -1]
-    x, height = points[:, 0] * length_in_metres(given.x), points[:, 1] * length_in_metres(given.z)
+        if max(abs(row[0]) * across, abs(row[1]) * up) > FARTHEST_POINT:
+            raise InvalidInput(f"line {number}: needs x and height up to {FARTHEST_POINT:g} m")
+        if across * (row[0] - before[0]) * way < LEAST_APART and number != rows[0][0]:
+            raise InvalidInput(
+                f"line {number}: x = {row[0]:g} after {before[0]:g}: needs x that goes one way, by 1e-12 m at least"
+            )
+    points = np.array([row for _, row in rows])[::way]
+    x, height = points[:, 0] * across, points[:, 1] * up
     x = x - (x[0] + x[-1]) / 2.0
     degree = get_args(Detrend).index(given.detrend) - 1
     if degree >= 0:

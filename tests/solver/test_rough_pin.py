@@ -332,6 +332,8 @@ def test_slopes_that_nodes_miss_are_those_of_what_is_left_between_them():
     assert knots.roughness_slopes(1.0 / 64.0)[1] == pytest.approx(knots.roughness_slopes(1.0 / 64.0)[0], rel=0.02)
     assert knots.roughness_slopes(1.2 / 4800.0)[1] < 1e-6 * knots.roughness_slopes(1.0)[0]
     assert pin_of(CASE).roughness_slopes(0.1) == (0.0, 0.0)
+    wide = pin_of(rough(((-1e6, 0.0), (0.0, 1.0), (1e6, 0.0))))  # of 10^13 nodes three cells have a knot
+    assert wide.roughness_slopes(2e-7)[1] < 1e-6 * wide.roughness_slopes(2e-7)[0]
 
 
 @pytest.mark.parametrize("n_x", [65, 129])
