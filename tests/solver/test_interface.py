@@ -14,6 +14,7 @@ from nanoslip.solver import (
     Interface,
     InvalidInput,
     Slab,
+    SlipRule,
     friction_record,
     plateau_of,
 )
@@ -137,6 +138,16 @@ def test_loads_are_exponential_and_their_mean_is_the_load() -> None:
     assert each.mean() == pytest.approx(1.0, rel=1e-12)
     assert np.sort(each)[10_000] == pytest.approx(np.log(2.0), rel=0.03)  # four standard errors of a median of so many
     assert each.std() == pytest.approx(1.0, rel=0.04)
+
+
+@pytest.mark.parametrize("residual", [0.0, 0.6])
+@pytest.mark.parametrize(("contacts", "friction"), [(1, 0.05), (1, 0.5), (8, 0.05), (8, 0.5)])
+def test_static_over_kinetic_friction_is_from_one_to_two(contacts: int, friction: float, residual: float) -> None:
+    """No node carries more than μ_i times its pressure, and on the plateau they carry (1 + r)/2 of it or more."""
+    rule = SlipRule(residual_shear=residual)
+    found = interface(interface_of(contacts, replace(CASE, intrinsic_friction=friction, slip_rule=rule)), COMPLIANCE)
+    ratio = 1.0 + collective(found.record, plateau_of(found.record), found.bound).static_excess
+    assert 1.0 <= ratio <= 2.0 / (1.0 + residual)
 
 
 def test_measured_loads_are_drawn_as_often_as_they_were_seen() -> None:
