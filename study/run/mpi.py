@@ -181,6 +181,7 @@ _NOT_STARTED: Final = (
     "Error: MPI has not started within {:g} s: a rank is missing, or the launcher speaks another language (srun --mpi=...); "
     "nothing was computed, run again to continue\n"
 )
+_NO_MPI4PY: Final = "mpi4py is not installed: pip install 'nanoslip[mpi]', or without a launcher nanoslip run -j 4"
 
 
 def open_farm(program: Program, grace: float = GRACE, serial: bool = False, jobs: int | None = None) -> Farm:
@@ -221,7 +222,8 @@ def _mpi(started: int) -> Any:
         _start(mpi)
     except (ImportError, RuntimeError) as error:
         if started > 1:
-            raise FarmError(f"{started} processes were started, but none can use MPI: {error}") from error
+            cause = _NO_MPI4PY if getattr(error, "name", None) == "mpi4py" else error
+            raise FarmError(f"{started} processes were started, but none can use MPI: {cause}") from error
         return None
     if mpi.COMM_WORLD.Get_size() > 1:
         return mpi

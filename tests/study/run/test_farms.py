@@ -297,6 +297,23 @@ def test_without_an_mpi_library_one_process_computes_and_several_refuse(nanoslip
     assert several.stderr.startswith("Error: 2 processes were started, but none can use MPI: cannot load MPI library")
 
 
+@pytest.mark.parametrize("size", ["PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS"])
+def test_without_mpi4py_processes_compute_and_ranks_are_refused_by_one_message(environment, campaign, tmp_path, size):
+    hidden = "import sys; sys.modules['mpi4py'] = None; import nanoslip; nanoslip.main()"
+
+    def run(*words, **changes):
+        command = [sys.executable, "-c", hidden, "run", campaign, "--out", tmp_path / "out", *words]
+        return subprocess.run(command, env=environment | changes, capture_output=True, text=True, check=False)
+
+    ranks = [run(**{size: "3", "PMIX_RANK": rank, "SLURM_PROCID": rank}) for rank in "012"]
+    assert [each.returncode for each in ranks] == [2, 2, 2]
+    assert [each.stderr for each in ranks[1:]] == ["", ""]
+    assert ranks[0].stderr.startswith("Error: 3 processes were started, but none can use MPI: mpi4py is not installed: ")
+    assert ranks[0].stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+    assert run("-j", "2").returncode == 0
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize(("rank", "messages"), [(0, 1), (1, 0)])
 def test_a_start_of_mpi_that_hangs_is_given_up_with_one_message_and_code_99(environment, rank, messages):
