@@ -170,7 +170,7 @@ def check() -> None:
 def plan() -> None:
     """Show the tasks of CAMPAIGN, their time, memory and disk space.
 
-    The time is that of the tasks that are not finished. It is predicted to a factor of three until the first tasks of the
+    The time is that of the tasks that are not finished. It is a first guess, within a factor of ten, until the first tasks of the
     campaign have ended, or are measured here (--measure): what they took scales it then, kind by kind.
     """
 

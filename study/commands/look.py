@@ -346,7 +346,7 @@ def explain_case(campaign: Path, parameters: tuple[str, ...], show_effects: bool
     seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
     front = load_front(manifest.front, manifest.files.get("front"))
     grid = _of_grid(case.case, front, "slip" in manifest.stages)
-    print_sentences([f"case {case.point}", f"estimated time, to a factor of three: {roughly(seconds)}", grid])
+    print_sentences([f"case {case.point}", f"estimated time, roughly: {roughly(seconds)}", grid])
     if show_effects:
         print_changes(campaign, scenes_of(manifest, [case], SHOWN))
 

@@ -198,7 +198,7 @@ def _time(found: plans.Standing, ranks: int) -> str:
     alone, together = (roughly(makespan(tasks, number, found.measured.seconds)) for number in (1, ranks))
     several = f", {together} on {ranks} (--ranks for another number)" if ranks > 1 else ""
     count = found.measured.tasks({task.kind for task in tasks})
-    known = f"by what {plans.counted(count, 'task')} took" if count else "to a factor of three"
+    known = f"by what {plans.counted(count, 'task')} took" if count else "a first guess"
     return f"time left: {alone} on 1 rank{several}, {known}"
 
 

@@ -1,20 +1,23 @@
-"""Estimated cost of tasks: seconds on one core, bytes of memory."""
+"""Estimated cost of tasks before any has run: seconds on one core, bytes of memory and on disk.
 
-import itertools
+Seconds are a number of steps times a few rates of an ordinary machine, within a factor of ten: enough for an order of tasks and a
+first number. What a machine and a campaign really take is measured: the first finished tasks of a campaign scale the estimates
+of the others, kind by kind (nanoslip.study.run.progress). Bytes are counted, to a factor of three.
+"""
+
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Final, NamedTuple
 
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.closed_forms import film_half_width
 from nanoslip.solver.contact.kernels.state import margin
-from nanoslip.solver.contact.pin import LONGEST_STEP, expected_half_width
+from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.friction_limit import COARSE
-from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS
+from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
-from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
+from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import Slab
@@ -24,39 +27,23 @@ from nanoslip.solver.sliding.record import FIRST_CAPACITY, farthest, off_the_sla
 from nanoslip.study.plan.kinds import compliance_needs
 from nanoslip.study.plan.task import Task, case_of, drive_of
 
-# What one step of each computation takes: seconds on one core of an ordinary machine.
-#
-# A prediction is a number of steps (`counts`) times their rate, to a factor of three. What a machine and a campaign really take
-# is measured: the first finished tasks of a campaign scale the predictions for the others, kind by kind
-# (nanoslip.study.run.progress).
+# Rates: seconds on one core.
 
 TASK: Final = 1e-3
-"""Of any task: hand out, read, write."""
+"""Of any task: hand out, read, write, and look for a contact."""
 NODE: Final = 2e-5
 """Of a slab's grid, whose stiffness is assembled and condensed."""
-ENTRY: Final = 2e-8
-"""Of a dense matrix that is written and updated."""
 SOLVE: Final = 2e-10
 """Of the cube of the unknowns of a dense solution."""
-CONTACT: Final = 1e-3
-"""Of one search for the contact, besides its solutions."""
-CONVOLUTION: Final = 1.5e-7
-"""Of a surface node times the binary digits of their number, in a search for the contact without a matrix."""
 SLIP: Final = 1e-9
 """Of an entry of the row that a slip of a node adds to the state."""
-EVENT: Final = 1e-6
-"""Of an event of a record: written, and read for its scalars."""
 STATISTICS: Final = 0.7
 """Of the distributions of event sizes of a member: fits of drawn samples."""
 STEP: Final = 6e-8
 """Of a drive: a tooth passed, a time step, a sample."""
-RINGING: Final = 5e-6
-"""Of a drive's time, counted in periods of the contact's own oscillation over 2 π."""
-FIT: Final = 1.2e-5
-"""Of a sample and a slip in the fit of the closed form."""
 
 
-# How many steps a computation takes, before it is done: nodes in contact, events, slips, teeth, solutions.
+# How far a pin goes and how many nodes it has under it.
 #
 # Two scaling laws describe sliding. The presliding length μ_i W/K, by which the pin moves until all nodes have slipped, takes
 # `EVENTS` events for each node in contact. On the way of the pin every node regains, against its own stiffness, the shear that
@@ -66,10 +53,6 @@ EVENTS = 6.0
 """Events in a presliding length for each node in contact, at residual_shear 0."""
 NODE_STIFFNESS = 3.0
 """Of a surface node against its neighbours at rest, in G: about that of an elastic half-plane under a load one spacing wide."""
-PLATEAU = 0.53
-"""F/W over μ_i of steady sliding at residual_shear 0, whatever the grid (§3.2.1)."""
-EXCESS = 0.02
-"""Static friction over kinetic friction, less 1, for slips after the first."""
 
 
 @lru_cache(maxsize=256)  # asked for time and memory
@@ -122,30 +105,11 @@ def lateral_stiffness(case: Case) -> float:
 @of_the_last
 def mean_step(case: Case) -> float:
     """Displacement from event to event in steady sliding, in L_x."""
-    presliding = _finite(case.intrinsic_friction) * case.normal_load / lateral_stiffness(case)
+    finite = min(case.intrinsic_friction, 1e6)  # nodes that never slip leave no events
+    presliding = finite * case.normal_load / lateral_stiffness(case)
     least = case.slip_rule.event_floor * min(case.slab.spacing, STRETCHES * presliding)
-    return max(_lost(case) * presliding / (EVENTS * contact_nodes(case)), least, 1e-300)
-
-
-def slips_of(case: Case, events: float) -> float:
-    """Slips of so many events, at least one in each: fewer while the pin is not yet sliding as a whole."""
-    scheme, friction = case.slab.scheme, steady_friction(case) * case.normal_load
-    leaf, coupling = spring_stiffness(scheme, case.slab) if isinstance(scheme, Chain) else (NODE_STIFFNESS, 0.0)
-    way = events * mean_step(case)
-    under_way = min(way * lateral_stiffness(case) / max(friction, 1e-300), 1.0)
-    drop = _lost(case) * _finite(case.intrinsic_friction) * case.normal_load / contact_nodes(case)
-    slips = way * contact_nodes(case) * (leaf + 2.0 * coupling) / max(drop, 1e-300)
-    return max(slips * under_way, events)
-
-
-def _lost(case: Case) -> float:
-    """Share of its shear that a node loses in a slip."""
-    return max(1.0 - case.slip_rule.residual_shear, 1e-6)
-
-
-def _finite(intrinsic_friction: float) -> float:
-    """Nodes that never slip leave no events; the record ends at once or in one step."""
-    return min(intrinsic_friction, 1e6)
+    lost = max(1.0 - case.slip_rule.residual_shear, 1e-6)  # share of its shear that a node loses in a slip
+    return max(lost * presliding / (EVENTS * contact_nodes(case)), least, 1e-300)
 
 
 @of_the_last
@@ -153,7 +117,7 @@ def events_of(case: Case) -> float:
     """Events of a record: as many as it may have, or as fit into its displacement, or as the pin finds on its slab."""
     if (
         case.slip_rule.residual_shear == 1.0
-    ):  # the pin touches and releases a node in each spacing, all come to slide first
+    ):  # a node is touched and one released in each spacing, all come to slide first
         return min(2.0 * contact_nodes(case) + _reach(case) / case.slab.spacing, _most(case))
     return min(_reach(case) / mean_step(case), _most(case))
 
@@ -165,159 +129,76 @@ def expected_displacement(case: Case) -> float:
     return min(_reach(case), events_of(case) * mean_step(case))
 
 
-def coulomb_steps(case: Case, events: float) -> float:
-    """Solutions of Coulomb sliding over so many events: one for each, and those of its longest steps."""
-    return events + min(expected_displacement(case), events * case.slab.spacing) / (LONGEST_STEP * case.slab.spacing)
-
-
 def _reach(case: Case) -> float:
     """δ_p in L_x at which a record ends at the latest: its limit, or where a pin that follows the surface has left the slab."""
     limit = farthest(case, lateral_stiffness(case))
-    return (
-        min(limit, off_the_slab(case))
-        if case.effects.pin_translation or case.slip_rule.residual_shear == 1.0
-        else limit
-    )
+    follows = case.effects.pin_translation or case.slip_rule.residual_shear == 1.0
+    return min(limit, off_the_slab(case)) if follows else limit
 
 
 def _most(case: Case) -> float:
     return float(case.max_events or MOST_EVENTS)
 
 
-def steady_friction(case: Case) -> float:
-    """F/W of steady sliding, about."""
-    return (1.0 - (1.0 - PLATEAU) * _lost(case)) * _finite(case.intrinsic_friction)
-
-
-def without_shear(case: Case) -> bool:
-    """Whether initial contact is the normal problem alone: no tableau is set up."""
-    if not (case.effects.friction and case.effects.coupling):
-        return True
-    return case.initial_contact == "frictionless" and case.slip_rule.residual_shear < 1.0
-
-
 @of_the_last
 def tableau_entries(case: Case) -> float:
-    """Entries of a row of the tableau: both directions of all nodes that are followed, and the load."""
+    """Entries of a row of the tableau: both directions of all nodes that are followed, and the load; a rough pin may meet any."""
     n_x = case.slab.n_x
-    margins = 4.0 if case.heterogeneity.roughness else 2.0  # a rough pin may meet nodes farther on
-    followed = n_x if touches_in_spots(case) else contact_nodes(case) + margins * margin(n_x)
+    followed = n_x if case.heterogeneity.roughness else contact_nodes(case) + 2.0 * margin(n_x)
     return 2.0 * min(followed, n_x) + 1.0
 
 
-@of_the_last
-def touches_in_spots(case: Case) -> bool:
-    """Whether a rough pin touches here and there only: flanks, from node to node, are steeper than the mean pressure over G."""
-    points = case.heterogeneity.roughness
-    if not points:
-        return False
-    steep = [abs(b[1] - a[1]) / max(b[0] - a[0], case.slab.spacing) for a, b in itertools.pairwise(points)]
-    return sum(steep) / len(steep) > case.normal_load / (contact_nodes(case) * case.slab.spacing)
+def touch_entries(case: Case) -> float:
+    """Entries of a row of the matrix of initial contact."""
+    effects = case.effects
+    frictionless = case.initial_contact == "frictionless" and case.slip_rule.residual_shear < 1.0
+    if frictionless or not (effects.friction and effects.coupling):  # the normal problem alone: no tableau is set up
+        return contact_nodes(case)
+    if case.initial_contact == "gradual":
+        return 2.0 * case.slab.n_x + 1.0
+    return max(tableau_entries(case), 2.0 * hertz_nodes(case))
 
 
-def teeth_of(drive: Drive, case: Case, way: float) -> float:
-    """Teeth on a way of the pin, in L_x."""
-    if drive.profile == "mean":
-        return 0.0
-    if case.interface.contacts > 1:
-        return way * PIECES / _reach(case)
-    return way / max(mean_step(case), case.slab.spacing / COARSE if drive.profile == "coarse" else 0.0)
-
-
-def pulled(drive: Drive, case: Case) -> tuple[float, float]:
-    """Way of the driven pin, in L_x, and its macroscopic slips: none of one that sticks until the drive ends.
-
-    It moves once the spring's force has reached the plateau's. Slips are those of the closed form: one for each cycle, or a
-    single one where damping takes what a slip gains from its excess.
-    """
-    force = steady_friction(case) * case.total_load
-    way = drive.stage_velocity * drive.duration - force / drive.spring_stiffness
-    if not way > 0.0:
-        return 0.0, 0.0
-    pace, excess = math.sqrt(drive.spring_stiffness), EXCESS * force
-    slips = 1.0
-    if math.log(math.hypot(1.0, excess / (pace * drive.stage_velocity))) > 2.0 * math.pi * drive.damping_ratio:
-        cycle = 2.0 * excess / drive.spring_stiffness + 2.0 * math.pi * drive.stage_velocity / pace
-        slips = max(way / cycle, 1.0)
-    if drive.max_slips is not None and slips > drive.max_slips:
-        return way * drive.max_slips / slips, float(drive.max_slips)
-    return way, slips
-
-
-# Seconds of each kind of computation, to a factor of three: its steps, counted, times their rates.
+# Seconds of each kind of computation.
 
 
 def condensation_seconds(slab: Slab) -> float:
     """Seconds of `surface_compliance`; next to none where it is no matrix."""
-    return 0.0 if slab.scheme.endless else NODE * grid_nodes(slab) + ENTRY * slab.n_x**2
+    return NODE * grid_nodes(slab)
 
 
 def touch_seconds(case: Case) -> float:
     """Seconds of initial contact that nothing follows."""
-    if not case.contact_by_convolution:
-        return contact_seconds(case)
-    n_x = case.slab.n_x
-    rounds = 0.5 * math.cbrt(n_x) if touches_in_spots(case) else 1.0  # conjugate gradients, over those of one spot
-    return CONTACT + CONVOLUTION * n_x * math.log2(n_x) * rounds
-
-
-def contact_seconds(case: Case) -> float:
-    """Seconds of initial contact, found from the matrix of the slab's compliance."""
-    nodes = math.sqrt(hertz_nodes(case) * contact_nodes(case))
-    unknowns = nodes if without_shear(case) else 2.0 * nodes
-    updates = nodes if case.slip_rule.residual_shear == 1.0 else 0.0  # nodes come to slide one by one
-    return _solution_seconds(unknowns) + ENTRY * (unknowns**2 + updates * nodes**2)
+    if case.contact_by_convolution:
+        return TASK + STEP * case.slab.n_x * math.log2(case.slab.n_x)
+    return TASK + SOLVE * hertz_nodes(case) * touch_entries(case) ** 2
 
 
 def record_seconds(case: Case) -> float:
     """Seconds of a case's friction record, initial contact included."""
-    return contact_seconds(case) + _slide_seconds(case, events_of(case))
-
-
-def statistics_seconds() -> float:
-    """Seconds of the distributions of the sizes of a record's events."""
-    return STATISTICS
-
-
-def states_seconds(case: Case, events: Sequence[int], subsurface: bool) -> float:
-    """Seconds of the contacts after some events of a record, and of the inside of the slab there."""
-    last = min(float(max(events, default=0)), events_of(case))
-    inside = len(events) * NODE * grid_nodes(case.slab) if subsurface else 0.0
-    return inside + (contact_seconds(case) + _slide_seconds(case, last) if last else touch_seconds(case))
-
-
-def drive_seconds(drive: Drive, case: Case, fitted: bool = True) -> float:
-    """Seconds of motion and fit. A drive that ends after some slips is followed twice: to spread its samples over that."""
-    way, slips = pulled(drive, case)
-    passes = 1.0 if drive.max_slips is None else 2.0
-    fit = FIT * min(drive.samples, MOST_SAMPLES) * slips if fitted and slips < MOST_SLIPS else 0.0
-    return STEP * drive.samples + passes * _motion_seconds(drive, case, way) + fit
+    return touch_seconds(case) + _slide_seconds(case, events_of(case))
 
 
 def _slide_seconds(case: Case, events: float) -> float:
+    """A slip updates a row of the state, and Coulomb sliding solves for all nodes in contact at each event."""
+    nodes = contact_nodes(case)
     if case.slip_rule.residual_shear == 1.0:
-        return coulomb_steps(case, events) * _solution_seconds(2.0 * contact_nodes(case))
-    row = tableau_entries(case) if case.effects.pin_translation else contact_nodes(case)
-    return ENTRY * row**2 + SLIP * row * slips_of(case, events) + EVENT * events
+        return (events + nodes) * (TASK + SOLVE * (2.0 * nodes) ** 3)
+    row = tableau_entries(case) if case.effects.pin_translation else nodes
+    in_an_event = min(max(NODE_STIFFNESS / EVENTS * nodes / lateral_stiffness(case), 1.0), nodes)
+    return SLIP * row * (events * in_an_event + row)
 
 
-def _solution_seconds(unknowns: float) -> float:
-    return CONTACT + SOLVE * unknowns**3
-
-
-def _motion_seconds(drive: Drive, case: Case, way: float) -> float:
-    teeth = teeth_of(drive, case, way)
+def drive_seconds(drive: Drive, case: Case) -> float:
+    """Seconds of motion and fit: teeth on the way of the stage, or time steps, and samples."""
+    way = drive.stage_velocity * drive.duration
+    teeth = way * PIECES / _reach(case) if case.interface.contacts > 1 else way / max(mean_step(case), 1e-300)
     step: float | None = getattr(drive.integrator, "time_step", None)
-    if step is not None:
-        steps = drive.duration / step
-        looks = 1.0 + math.log2(1.0 + teeth / steps)  # for the tooth that a step ends on
-        return STEP * steps * looks if steps <= drive.step_limit else 0.0  # else refused
-    yields = teeth and drive.surface_compliance
-    ringing = RINGING * math.sqrt(lateral_stiffness(case)) * way / drive.stage_velocity if yields else 0.0
-    return STEP * min(teeth, drive.step_limit) + ringing
+    steps = drive.duration / step if step else 0.0 if drive.profile == "mean" else teeth
+    return STEP * (min(steps, drive.step_limit) + 50.0 * min(drive.samples, MOST_SAMPLES))
 
 
-# Bytes of the arrays of contacts and friction records while they are computed, to a factor of three.
+# Bytes of the arrays of contacts and friction records while they are computed.
 
 _FLOAT = 8.0
 _SYSTEMS = 5.0  # copies of its matrix that a contact holds at once
@@ -339,28 +220,16 @@ def condensation_bytes(slab: Slab) -> float:
 
 def contact_bytes(case: Case) -> float:
     """Bytes of arrays while initial contact is computed, beside the compliance, which is mapped."""
-    if case.contact_by_convolution:
-        return _FLOAT * _CONVOLVED * case.slab.n_x
-    return _FLOAT * _SYSTEMS * _touch_entries(case) ** 2
+    return _FLOAT * (_CONVOLVED * case.slab.n_x if case.contact_by_convolution else _SYSTEMS * touch_entries(case) ** 2)
 
 
 def sliding_bytes(case: Case) -> float:
     """The same while sliding on from initial contact, without the record itself."""
     wide = 2.0 * case.slab.n_x
-    entries = max(_touch_entries(case), tableau_entries(case) if case.effects.pin_translation else contact_nodes(case))
+    entries = max(touch_entries(case), tableau_entries(case) if case.effects.pin_translation else contact_nodes(case))
     anew = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)  # the compliance
     whole = wide * (wide if anew else _FIELDS)
     return _FLOAT * (_SYSTEMS * entries**2 + whole)
-
-
-def inside_bytes(slab: Slab) -> float:
-    """The same of the displacements and stresses inside the slab."""
-    return _FLOAT * _INNER * slab.n_x
-
-
-def statistics_bytes(case: Case) -> float:
-    """The same of the distributions of the sizes of a record's events."""
-    return _FLOAT * _OF_A_SIZE * events_of(case)
 
 
 def record_bytes(case: Case) -> float:
@@ -369,137 +238,89 @@ def record_bytes(case: Case) -> float:
     return _EVENT * max(min(FIRST_CAPACITY, float(case.max_events or FIRST_CAPACITY)) + events, 2.5 * events)
 
 
-def _touch_entries(case: Case) -> float:
-    """Entries of a row of the matrix of initial contact."""
-    if without_shear(case):
-        return contact_nodes(case)
-    if case.initial_contact == "gradual":
-        return 2.0 * case.slab.n_x + 1.0
-    return max(tableau_entries(case), 2.0 * hertz_nodes(case))
-
-
 # What each kind of task costs.
 
 
 class Estimate(NamedTuple):
-    """What a task costs, to a factor of three."""
+    """What a task costs."""
 
     seconds: float
-    """On one core of an ordinary machine (nanoslip.study.plan.cost)."""
+    """On one core of an ordinary machine."""
     memory: float
     """Bytes of arrays while it runs, beside the compliance that it maps and the program's own."""
-    disk: float
-    """Bytes of its result."""
+    numbers: float = 0.0
+    """In the arrays of its result."""
 
 
-@lru_cache(maxsize=256)  # the tasks of a campaign share the number itself
-def disk_of(scalars: float, arrays: float = 0.0) -> float:
-    """Bytes of a result with so many scalars and so many numbers in arrays."""
-    return _ARCHIVE + _SCALAR * scalars + 8.0 * arrays
-
-
-_ARCHIVE = 1000.0  # of a result: its ending, its origin, and the archive's own
-_SCALAR = 30.0  # as text, with its name
-
-
-def estimate(task: Task) -> Estimate:
-    """What a task costs, roughly: its own kind's, handing out, reading and writing included."""
-    seconds, memory, disk = ESTIMATES[task.kind](task)
-    return Estimate(min(TASK + seconds, LONGEST), memory, disk)
-
-
+RESULT: Final = 3000.0
+"""Bytes of a result besides the numbers in its arrays: its scalars, and what it says of itself."""
 LONGEST: Final = 1e12
 """Thirty thousand years will do for what never ends."""
 
 
+@lru_cache(maxsize=256)  # the tasks of a campaign share the number itself
+def _disk(numbers: float) -> float:
+    return RESULT + _FLOAT * numbers
+
+
+def estimate(task: Task) -> tuple[float, float, float]:
+    """What a task costs, roughly, handing out, reading and writing included: seconds, bytes of memory, bytes of its result."""
+    seconds, memory, numbers = ESTIMATES[task.kind](task)
+    return min(TASK + seconds, LONGEST), memory, _disk(0.0 if task.scalars_only else numbers)
+
+
 def _compliance(task: Task) -> Estimate:
-    matrix = disk_of(0, (2.0 * task.slab.n_x) ** 2)
-    return Estimate(condensation_seconds(task.slab), condensation_bytes(task.slab), matrix)
+    return Estimate(condensation_seconds(task.slab), condensation_bytes(task.slab), (2.0 * task.slab.n_x) ** 2)
 
 
 def _contact(task: Task) -> Estimate:
     case = case_of(task)
-    arrays = 0.0 if task.scalars_only else _CONTACT_ARRAYS + _CONTACT_PER_NODE * case.slab.n_x
-    members = task.ensemble.likely
-    return Estimate(members * touch_seconds(case), contact_bytes(case), disk_of(10 * members, arrays))
-
-
-_CONTACT_ARRAYS = 250.0  # numbers' worth of the names of its arrays
-_CONTACT_PER_NODE = 10.0  # numbers of each surface node
+    return Estimate(task.ensemble.likely * touch_seconds(case), contact_bytes(case), 10.0 * case.slab.n_x)
 
 
 def _contacts(task: Task) -> Estimate:
     case, (first, beyond) = case_of(task), task.contacts
     memory = sliding_bytes(case) + record_bytes(case) + 2.0 * _FLOAT * _PORTION
-    return Estimate((beyond - first) * record_seconds(case), memory, disk_of(_RECORD_SCALARS, _PORTION))
+    return Estimate((beyond - first) * record_seconds(case), memory, _PORTION)
 
 
 _PORTION = 6.0 * PIECES  # numbers' worth of a portion
+_PER_EVENT = 9.0  # numbers of a record
 
 
 def _record(task: Task) -> Estimate:
-    case = case_of(task)
-    members = task.ensemble.likely
+    case, members = case_of(task), task.ensemble.likely
     if case.interface.contacts > 1:
-        arrays = 0.0 if task.scalars_only else _RECORD_ARRAYS + _RECORD_PER_EVENT * PIECES
-        inputs = members * len(batches(case.interface.contacts)) * _FLOAT * _PORTION
-        return Estimate(0.0, inputs + _FLOAT * members * arrays, disk_of(members * _RECORD_SCALARS, members * arrays))
+        numbers = members * _PER_EVENT * PIECES
+        inputs = members * len(batches(case.interface.contacts)) * _PORTION
+        return Estimate(0.0, _FLOAT * (inputs + numbers), numbers)
     if task.needs[:1] != compliance_needs(case.slab):  # another record's scalars
-        return Estimate(0.0, 0.0, disk_of(members * _RECORD_SCALARS))
-    arrays = (
-        0.0
-        if task.scalars_only
-        else _RECORD_ARRAYS + _RECORD_PER_EVENT * events_of(case) + _RECORD_PER_NODE * case.slab.n_x
-    )
-    memory = sliding_bytes(case) + members * record_bytes(case)
-    return Estimate(members * record_seconds(case), memory, disk_of(members * _RECORD_SCALARS, members * arrays))
-
-
-_RECORD_SCALARS = 36.0
-_RECORD_ARRAYS = 350.0  # numbers' worth of the names of its arrays
-_RECORD_PER_EVENT = 8.7
-_RECORD_PER_NODE = 2.0
+        return Estimate(0.0, 0.0)
+    numbers = members * (_PER_EVENT * events_of(case) + 2.0 * case.slab.n_x)
+    return Estimate(members * record_seconds(case), sliding_bytes(case) + members * record_bytes(case), numbers)
 
 
 def _statistics(task: Task) -> Estimate:
-    case, members = case_of(task), task.ensemble.likely
-    return Estimate(
-        members * statistics_seconds(), members * statistics_bytes(case), disk_of(_STATISTICS_SCALARS, _STATISTICS_BINS)
-    )
-
-
-_STATISTICS_SCALARS = 51.0
-_STATISTICS_BINS = 800.0  # numbers of the bins of all sizes
+    members = task.ensemble.likely
+    return Estimate(members * STATISTICS, members * _FLOAT * _OF_A_SIZE * events_of(case_of(task)), 800.0)
 
 
 def _states(task: Task) -> Estimate:
-    case, looks = case_of(task), len(task.events)
-    memory = sliding_bytes(case) if any(task.events) else contact_bytes(case)
-    nodes = _STATES_PER_NODE * looks * task.slab.n_x
-    if task.subsurface:
-        memory = max(memory, inside_bytes(task.slab))
-        nodes += _STATES_PER_NODE_INSIDE * looks * task.slab.n_x
-    return Estimate(states_seconds(case, task.events, task.subsurface), memory, disk_of(0, _STATES_ARRAYS + nodes))
-
-
-_STATES_ARRAYS = 250.0  # numbers' worth of the names of its arrays
-_STATES_PER_NODE = 6.0  # numbers of each surface node
-_STATES_PER_NODE_INSIDE = 8.0 * 8.0  # of the nodes under one of the surface, on a graded grid
+    """A record up to the last of its events; solving for the inside of the slab takes as long as condensing it."""
+    case, slab, last = case_of(task), task.slab, min(float(max(task.events)), events_of(case_of(task)))
+    seconds = touch_seconds(case) + (_slide_seconds(case, last) if last else 0.0)
+    memory = sliding_bytes(case) if last else contact_bytes(case)
+    if not task.subsurface:
+        return Estimate(seconds, memory, 6.0 * len(task.events) * slab.n_x)
+    inside = len(task.events) * condensation_seconds(slab)
+    return Estimate(seconds + inside, max(memory, _FLOAT * _INNER * slab.n_x), 70.0 * len(task.events) * slab.n_x)
 
 
 def _drive(task: Task) -> Estimate:
     case, drive = case_of(task), drive_of(task)
-    arrays = 0.0 if task.scalars_only else _DRIVE_ARRAYS + _DRIVE_PER_SAMPLE * drive.samples
-    memory = 8.0 * (
-        2.0 * _DRIVE_PER_SAMPLE * drive.samples + _DRIVE_PER_EVENT * events_of(case)
-    )  # the fit's columns, too
-    members = task.ensemble.likely
-    return Estimate(members * drive_seconds(drive, case, task.fitted), memory, disk_of(24 * members, arrays))
-
-
-_DRIVE_ARRAYS = 550.0  # numbers' worth of its binned force, its slips, and the names of its arrays
-_DRIVE_PER_SAMPLE = 5.0
-_DRIVE_PER_EVENT = 16.0  # numbers of the record that it is pulled over
+    numbers = 5.0 * drive.samples  # twice that with the fit's columns, beside the record
+    memory = _FLOAT * (2.0 * numbers + 16.0 * events_of(case))
+    return Estimate(task.ensemble.likely * drive_seconds(drive, case), memory, numbers)
 
 
 ESTIMATES: Final[Mapping[str, Callable[[Task], Estimate]]] = {

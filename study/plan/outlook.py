@@ -8,7 +8,6 @@ import os
 from array import array
 from collections.abc import Callable, Sequence
 from functools import partial
-from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -181,27 +180,19 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
     """One line for each of these tasks that this machine has no memory for, the worst first; else one where it has none for
     the largest ones at once, as many as it has ranks. Empty where all fit."""
     there, path = machine_memory(), planned.manifest.path
-    if ranks * _most(tasks) <= there:
-        return ()
     worst = heapq.nlargest(max(NAMED, ranks), tasks, key=need_of)
-    large = sum(need_of(task) > there for task in tasks) if need_of(*worst[:1]) > there else 0
+    if not worst or need_of(*worst[:ranks]) <= there:
+        return ()
+    if need_of(worst[0]) <= there:
+        fitting = max(count for count in range(1, ranks) if need_of(*worst[:count]) <= there)
+        need, advice = need_of(*worst[:ranks]), f"start at most {fitting}, or use more machines"
+        return (f"{path}: {ranks} ranks on one machine: {_in_gigabytes(need, there)}: {advice}",)
+    large = sum(need_of(task) > there for task in tasks)
     named = worst[: min(large, NAMED)]
     lines = [f"{path}: {_named(task)}: {_in_gigabytes(need_of(task), there)}: {_advice(task)}" for task in named]
     if large > NAMED:
         lines.append(f"{path}: {large - NAMED} more tasks need more memory than this machine has")
-    together = need_of(*worst[:ranks])
-    if not large and together > there:
-        fitting = max(count for count in range(1, ranks) if need_of(*worst[:count]) <= there)
-        advice = f"start at most {fitting}, or use more machines"
-        lines.append(f"{path}: {ranks} ranks on one machine: {_in_gigabytes(together, there)}: {advice}")
     return tuple(lines)
-
-
-def _most(tasks: Sequence[Task]) -> float:
-    """No task of these needs more; said faster than what the worst ones need, as there may be millions."""
-    memory = max(map(attrgetter("memory"), tasks), default=0)
-    slabs = {id(task.slab): task.slab for task in tasks}
-    return PROGRAM + float(memory) + max(map(_map_bytes, slabs.values()), default=0.0)
 
 
 def need_of(*tasks: Task) -> float:

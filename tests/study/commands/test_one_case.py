@@ -77,7 +77,7 @@ def test_time_and_grid_of_a_case_are_said(main, campaign):
     campaign.write_text("accuracy = 0.05\n" + SMALL.replace("n_x = 17", ""))
     code, said, errors = main("explain", campaign, *ONE)
     assert (code, errors, said.startswith("case intrinsic_friction = 0.5, radius = 50.0")) == (0, "", True)
-    assert "estimated time, to a factor of three: " in said
+    assert "estimated time, roughly: " in said
     assert 0.0 < float(said.split("approach and stiffness: ")[1].split(";")[0]) <= 0.05
     assert float(said.split("half of it costs ")[1].split(" ×")[0]) > 1.0
 

@@ -23,7 +23,7 @@ from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import effects
-from nanoslip.study.plan.cost import estimate, sliding_bytes
+from nanoslip.study.plan.cost import sliding_bytes
 from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, needed_kinds, record_task, states_task
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import TaskResult
@@ -131,7 +131,7 @@ def test_the_effects_of_a_campaign_are_listed(tmp_path):
 
 def test_what_is_off_costs_no_memory(tmp_path):
     def arrays(text: str) -> float:
-        return max(estimate(task).memory for task in planned(tmp_path, ALONE + text).tasks if task.kind != "compliance")
+        return max(task.memory for task in planned(tmp_path, ALONE + text).tasks if task.kind != "compliance")
 
     assert arrays("effects.pin_translation = false\neffects.coupling = false") < arrays("")
     touch = 'stages = ["contact"]\n'

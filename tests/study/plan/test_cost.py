@@ -18,22 +18,13 @@ from nanoslip.solver.contact import compiled_contact
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.schemes.chain import Chain
-from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan import cost as rates
 from nanoslip.study.plan import outlook as memory
-from nanoslip.study.plan.cost import (
-    TASK,
-    condensation_seconds,
-    contact_nodes,
-    estimate,
-    events_of,
-    lateral_stiffness,
-    record_seconds,
-    touches_in_spots,
-)
+from nanoslip.study.plan.cost import TASK, estimate, events_of, lateral_stiffness, record_seconds
 from nanoslip.study.plan.kinds import (
     compliance_task,
     contact_task,
@@ -47,42 +38,16 @@ from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import compute
 from nanoslip.study.run.compute import run_task
-from nanoslip.study.run.dispatch import ATTEMPTS, Ledger, attempt
 from nanoslip.study.run.launch import processes_here
 from tests.study.plan.running import planned
 
-# What a plan predicts comes true to a factor of three: seconds and bytes of every kind of task.
+# What a plan estimates comes true: bytes to a factor of three, seconds to one of ten, until the first tasks have been measured.
 #
-# Seconds are of processor time, and judged without the machine: one factor common to all cases, the median of prediction over
+# Seconds are of processor time, and judged without the machine: one factor common to all cases, the median of estimate over
 # measurement, is taken off. Counts and bytes are the same everywhere.
 
-FACTOR = 3.0
-"""Cascades are chaotic: the same case under another load within a percent takes half or double the slips."""
-WORST = 10.0
-"""Of one case in ten: the rates are twelve, and know neither caches nor fits that end early."""
-
+FACTOR, OF_SECONDS = 3.0, 10.0
 ROUGH = Heterogeneity(roughness=tuple((i / 200 - 0.5, 1e-7 * math.sin(i / 5)) for i in range(201)))
-
-
-def noise(rms: float) -> Heterogeneity:
-    """Heights at 1001 points, each drawn for itself."""
-    heights = rms * np.random.default_rng(3).standard_normal(1001)
-    return Heterogeneity(roughness=tuple(zip(np.linspace(-0.6, 0.6, 1001).tolist(), heights.tolist(), strict=True)))
-
-
-@pytest.mark.parametrize("size", [0.5, 2.0])
-def test_a_rough_pin_touches_in_spots_where_its_flanks_are_steeper_than_the_mean_pressure(size):
-    """Rows of teeth whose flanks all have one slope; widths, heights and nodes scaled together are the same to the eye."""
-    case = Case(slab=Slab(257))
-    pressure = case.normal_load / (contact_nodes(case) * case.slab.spacing)
-
-    def toothed(slope: float) -> Case:
-        flank = 5.0 * size * case.slab.spacing
-        teeth = tuple((flank * (number - 20), flank * slope * (number % 2)) for number in range(41))
-        return replace(case, heterogeneity=Heterogeneity(roughness=teeth))
-
-    assert touches_in_spots(toothed(1.1 * pressure))
-    assert not touches_in_spots(toothed(0.9 * pressure))
 
 
 def compliance(**slab: object) -> Task:
@@ -102,36 +67,24 @@ def driven(**drive: object) -> Task:
 
 
 TASKS: dict[str, Task] = {
-    **{f"compliance, n_x = {n_x}, height {height}": compliance(n_x=n_x, aspect_ratio=height)
-       for n_x, height in ((65, 0.5), (129, 4.0), (513, 0.2))},
+    "compliance": compliance(n_x=65, aspect_ratio=0.5),
+    "compliance of a high slab": compliance(n_x=65, aspect_ratio=10.0),
+    "compliance by the paper's stencil": compliance(n_x=33, scheme="biquadratic"),
     "contact of a heavy pin": touch(257, normal_load=3e-3),
-    "contact of a light pin": touch(513, normal_load=5e-5),
-    "contact without friction": touch(513, effects=Effects(friction=False), radius=100.0),
     "contact on a half-plane": touch(8193, {"scheme": "half_plane"}, effects=Effects(friction=False), radius=50.0),
-    "contact of a rough pin": touch(2049, {"scheme": "half_plane"}, effects=Effects(coupling=False), heterogeneity=noise(3e-5)),
     "contact with Coulomb friction": touch(129, slip_rule=SlipRule(residual_shear=1.0), radius=400.0),
     "record to 8 presliding lengths": record(65, max_events=None, max_presliding=8.0, intrinsic_friction=0.4),
-    "record to 5 presliding lengths of a sharp pin": record(129, max_events=None, max_presliding=5.0, radius=30.0),
-    "record to 4 presliding lengths on a thin slab": record(257, {"aspect_ratio": 0.05}, max_events=None, max_presliding=4.0),
     "record over a displacement": record(257, max_events=None, max_displacement=1e-3, normal_load=3e-4),
-    "record on a high slab": record(65, {"aspect_ratio": 3.0}, max_events=5000),
-    "record on a slab held at its side": record(65, {"support": "right_side"}, max_events=5000),
-    "record on a slab held at a node": record(129, {"support": "frictionless", "poisson": 0.1}),
-    "record on a half-plane": record(257, {"scheme": "half_plane", "aspect_ratio": 3.0}, intrinsic_friction=0.2),
     "record on a chain": record(257, {"scheme": Chain(coupling_stiffness=10.0)}, max_events=5000),
-    "record, half of the shear left": record(257, slip_rule=SlipRule(residual_shear=0.4), radius=100.0),
     "record of a rough pin": record(257, heterogeneity=ROUGH, max_events=500),
     "record with frozen pressures": record(257, effects=Effects(pin_translation=False), normal_load=5e-4),
     "record with Coulomb friction": record(65, slip_rule=SlipRule(residual_shear=1.0), max_displacement=0.1),
-    "record of a punch": record(257, pin="flat_punch", max_events=200),
     "states inside the slab": states_task(Case(slab=Slab(257)), (0, 300), True),
     "statistics": statistics_task(Case(max_events=5000)),
-    "drive": driven(stage_velocity=1e-3, duration=3e-3),
     "drive over coarse teeth": driven(profile="coarse", stage_velocity=1e-3),
     "drive by time steps": driven(integrator="rk4", time_step=3e-7),
     "drive of many samples": driven(samples=20_000, stage_velocity=5e-3),
-    "drive of many slips": driven(damping_ratio=0.0, stage_velocity=4e-3),
-}  # fmt: skip
+}
 
 
 class Measured(NamedTuple):
@@ -195,53 +148,26 @@ def measurements():
 @pytest.mark.timed
 @pytest.mark.slow
 def test_seconds_come_true(measurements):
-    """A tenth of the cases may be worse than a factor of three: 2 of 32 seen, 7 and 6."""
     # What handing out, reading and writing take is in the estimate, and does not happen here.
-    ratios = {name: estimate(task).seconds / (measurements[name].seconds + TASK) for name, task in TASKS.items()}
+    ratios = {name: estimate(task)[0] / (measurements[name].seconds + TASK) for name, task in TASKS.items()}
     machine = statistics.median(ratios.values())
-    off = {name: max(ratio / machine, machine / ratio) for name, ratio in ratios.items()}
-    wrong = {name: ratio for name, ratio in off.items() if ratio > FACTOR}
-    assert len(wrong) <= 0.1 * len(TASKS), wrong
-    assert max(off.values()) < WORST, wrong
+    assert not {name: ratio for name, ratio in ratios.items() if not 1 / OF_SECONDS < ratio / machine < OF_SECONDS}
 
 
 @pytest.mark.slow
 def test_bytes_come_true(measurements):
-    ratios = {name: estimate(task).memory / measurements[name].bytes for name, task in TASKS.items()}
+    ratios = {name: estimate(task)[1] / measurements[name].bytes for name, task in TASKS.items()}
     assert not {name: ratio for name, ratio in ratios.items() if not 1 / FACTOR < ratio < FACTOR}
-
-
-SLABS = [Slab(n_x, height) for n_x in (17, 65) for height in (0.01, 0.1, 1.0, 10.0, 1e4)]
-SLABS += [Slab(33, scheme="galerkin", support="frictionless"), Slab(33, scheme="biquadratic")]
-
-
-@pytest.mark.parametrize("slab", SLABS, ids=lambda slab: f"{slab.n_x}-{slab.aspect_ratio:g}-{slab.scheme}")
-def test_bytes_of_a_compliance_come_true(slab):
-    surface_compliance(slab)  # what is kept from call to call
-    tracemalloc.start()
-    surface_compliance(slab)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert 1 / FACTOR <= peak / estimate(compliance_task(slab)).memory <= FACTOR
-
-
-def test_a_column_is_estimated_as_its_trunk():
-    assert condensation_seconds(Slab(17, 1e4)) == condensation_seconds(Slab(17, 10.0))
 
 
 RECORDS = {
     "the paper's": Case(slab=Slab(65)),
     "of little friction": Case(intrinsic_friction=0.25, slab=Slab(33)),
-    "on the paper's stencil": Case(slab=Slab(33, scheme="biquadratic")),
     "on a half-plane": Case(intrinsic_friction=0.25, slab=Slab(65, scheme="half_plane")),
-    "on a flat slab": Case(slab=Slab(65, aspect_ratio=0.1)),
     "on a high slab": Case(slab=Slab(33, aspect_ratio=2.0)),
     "on a slab held at its side": Case(slab=Slab(65, support="right_side")),
     "on a slab held at a node": Case(slab=Slab(65, support="frictionless")),
-    "on a slab of ν = 0": Case(slab=Slab(65, poisson=0.0)),
-    "under a light load": Case(normal_load=1e-4, slab=Slab(65)),
     "under a heavy load": Case(normal_load=3e-3, slab=Slab(65)),
-    "of a sharp pin": Case(radius=20.0, slab=Slab(129)),
     "with half of the shear left": Case(slip_rule=SlipRule(residual_shear=0.5), slab=Slab(65)),
     "with a spread of μ_i": Case(heterogeneity=Heterogeneity(spread=0.2), slab=Slab(65)),
 }
@@ -257,7 +183,7 @@ def test_the_events_of_a_record_are_predicted_from_its_presliding_length(case):
 
 
 @pytest.mark.parametrize("support", ["bonded", "right_side", "frictionless"])
-@pytest.mark.parametrize("height", [0.1, 0.3, 1.0, 3.0, 10.0])
+@pytest.mark.parametrize("height", [0.1, 1.0, 10.0])
 @pytest.mark.parametrize("load", [1e-5, 1e-3])
 def test_the_stiffness_is_that_of_a_cantilever(support, height, load):
     """0.56 to 2.84 seen, on bonded slabs 0.56 to 1.13: no number is fitted."""
@@ -277,7 +203,7 @@ def test_predictions_are_in_no_key_and_no_dataset(main, campaign, monkeypatch):
     """Another order of tasks, and the same bytes."""
     plans = [make_plan(load_manifest(campaign))]
     assert main("run", campaign, "--out", campaign.parent / "usual", "--serial")[0] == 0
-    for name, factor in {"SLIP": 1e4, "NODE": 0.0, "EVENT": 0.0, "STEP": 1e-3, "FIT": 1e3, "CONTACT": 50.0}.items():
+    for name, factor in {"SLIP": 1e4, "NODE": 0.0, "STEP": 1e-3}.items():
         monkeypatch.setattr(rates, name, factor * getattr(rates, name))
     plans.append(make_plan(load_manifest(campaign)))
     assert main("run", campaign, "--out", campaign.parent / "other", "--serial")[0] == 0
@@ -410,17 +336,3 @@ def test_a_task_without_memory_says_so_and_is_not_kept(main, tmp_path, monkeypat
     assert main("run", path, "--out", out, "--serial")[0] == 0
     assert len(Store(out).finished()) == 2
     assert surface_compliance(Slab(n_x=17)).matrix.shape == (34, 34)
-
-
-def test_the_ledger_gives_up_what_waits_for_a_task_without_memory(tmp_path):
-    plan = planned(tmp_path, "numerics.n_x = 17")
-    reported: list[Outcome] = []
-    ledger = Ledger(plan.tasks, lambda tasks, outcome, seconds: reported.extend([outcome] * len(tasks)))
-    task = ledger.take()
-    for _ in range(ATTEMPTS):
-        ledger.enter(attempt(lambda _: Outcome(Ending.OUT_OF_MEMORY, "none left"), task, "here"))
-        if not reported:
-            assert ledger.take() == task  # it may be there the next time
-    assert [outcome.ending for outcome in reported] == [Ending.OUT_OF_MEMORY, Ending.NEEDS_FAILED]
-    assert reported[1].message.endswith("ran out of memory")
-    assert ledger.tally(interrupted=False).crashed == 2

@@ -55,8 +55,6 @@ def test_a_compliance_is_labelled_by_what_decides_it_its_schemes_settings_includ
         ('[[drives]]\nname = "a"\nduration = 0.1', '[[drives]]\nname = "a"\nduration = 0.2'),
         ('[[drives]]\nname = "a"\nprofile = "mean"', '[[drives]]\nname = "a"\nprofile = "sawtooth"'),
         ('[[drives]]\nname = "a"\nsamples = 2000', '[[drives]]\nname = "a"\nsamples = 1000000'),
-        ('[[drives]]\nname = "a"', '[[drives]]\nname = "a"\ndamping_ratio = 0.0'),  # slips for ever: more to fit
-        ('[[drives]]\nname = "a"\nduration = 0.01', '[[drives]]\nname = "a"\nduration = 0.1'),  # sticks
         ('[[drives]]\nname = "a"\nintegrator = "rk4"\ntime_step = 1e-6',
          '[[drives]]\nname = "a"\nintegrator = "rk4"\ntime_step = 1e-7'),
     ],
