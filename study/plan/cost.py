@@ -17,7 +17,7 @@ from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
-from nanoslip.solver.elasticity.schemes.chain import Chain
+from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import Slab
@@ -33,7 +33,7 @@ TASK: Final = 1e-3
 """Of any task: hand out, read, write, and look for a contact."""
 NODE: Final = 2e-5
 """Of a slab's grid, whose stiffness is assembled and condensed."""
-SOLVE: Final = 2e-10
+SOLVE: Final = 1e-9
 """Of the cube of the unknowns of a dense solution."""
 SLIP: Final = 1e-9
 """Of an entry of the row that a slip of a node adds to the state."""
@@ -185,7 +185,9 @@ def _slide_seconds(case: Case, events: float) -> float:
     if case.slip_rule.residual_shear == 1.0:
         return (events + nodes) * (TASK + SOLVE * (2.0 * nodes) ** 3)
     row = tableau_entries(case) if case.effects.pin_translation else nodes
-    in_an_event = min(max(NODE_STIFFNESS / EVENTS * nodes / lateral_stiffness(case), 1.0), nodes)
+    slab, scheme = case.slab, case.slab.scheme
+    leaf, coupling = spring_stiffness(scheme, slab) if isinstance(scheme, Chain) else (NODE_STIFFNESS, 0.0)
+    in_an_event = min(max((leaf + 2.0 * coupling) / EVENTS * nodes / lateral_stiffness(case), 1.0), nodes)
     return SLIP * row * (events * in_an_event + row)
 
 
