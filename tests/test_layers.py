@@ -36,7 +36,7 @@ ORDER = {
     "campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
-    "nanoslip.study.accuracy": "setup elastic_operator digit effects measurement",
+    "nanoslip.study.accuracy": "setup elastic_operator effects measurement",
     "nanoslip.study.commands": "words plans datasets prepare run conduct look judge cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
@@ -46,12 +46,11 @@ SIDE_BY_SIDE = {"run": {"report"}, "report": {"run"}}
 
 HOMES = {
     "mpi4py": {"nanoslip.study.run.mpi"},
-    "netCDF4": {"nanoslip.study.dataset", "nanoslip.study.accuracy", "nanoslip.study.report"},
+    "netCDF4": {"nanoslip.study.dataset", "nanoslip.study.report"},
     "xarray": {
         "nanoslip.solver.view",
         "nanoslip.solver.simulate",
         "nanoslip.study.dataset",
-        "nanoslip.study.accuracy",
         "nanoslip.study.report",
         "nanoslip.study.figures",
         "nanoslip.study.api",

@@ -21,7 +21,6 @@ from nanoslip.solver.parameter import choices_of
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.setup import Diagram, Effort, Row, Setup, contacts, timed
-from nanoslip.study.manifest import parameters
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.plan.grids import Measured, alike, discretized, hertz_half_width, settings
 
@@ -29,15 +28,9 @@ Vector = NDArray[np.float64]
 
 DISPLACEMENT: Final = 3e-4
 """Of the record whose time counts as the cost of using an operator, in L_x."""
-OBSERVABLES: Final = {
-    "normal_compliance": "energy of an elliptic pressure",
-    "tangential_compliance": "energy of an elliptic shear",
-    "stiffness": "lateral stiffness K of the stuck contact",
-    "approach": "approach of frictionless contact",
-    "half_width": "half-width of frictionless contact, from its second moment",
-    "pressure": "largest pressure of frictionless contact",
-}
-"""What the error of an operator is the largest of."""
+OBSERVABLES: Final = ("normal_compliance", "tangential_compliance", "stiffness", "approach", "half_width", "pressure")
+"""What the error of an operator is the largest of: energies of an elliptic pressure and of an elliptic shear, lateral stiffness K
+of the stuck contact, and approach, half-width (from the second moment) and largest pressure of frictionless contact."""
 COUPLING: Final = "coupling"
 GRADINGS: Final[tuple[dict[str, int], ...]] = (
     {"coarsest_row": 5},
@@ -225,31 +218,6 @@ def _knobs(slab: Slab) -> dict[str, Value]:
 
 
 def _sheet(reference: str, rows: tuple[Row, ...]) -> Diagram:
-    words = {name: f"{name} of the slab" for name in parameters.settings()} | {
-        "seconds": "processor time of the surface compliance",
-        "record_seconds": f"processor time of a record over {DISPLACEMENT:g} L_x",
-        "error": "largest of the relative errors, the coupling's left out",
-        **{name: f"relative error of the {meaning}" for name, meaning in OBSERVABLES.items()},
-        COUPLING: "relative error of the work of an odd shear on the sideways displacement under an elliptic pressure",
-    }
-    return Diagram(
-        name="operator",
-        title="Elastic operator",
-        reference=reference,
-        series="scheme",
-        shown=(
-            "n_x",
-            "scheme",
-            "rows_per_level",
-            "coarsest_row",
-            "seconds",
-            "record_seconds",
-            "error",
-            *OBSERVABLES,
-            COUPLING,
-        ),
-        error="error",
-        rivals=True,
-        words=words,
-        rows=rows,
-    )
+    grid, times = ("n_x", "scheme", "rows_per_level", "coarsest_row"), ("seconds", "record_seconds")
+    shown = (*grid, *times, "error", *OBSERVABLES, COUPLING)
+    return Diagram("Elastic operator", reference, "scheme", shown, "error", rivals=True, rows=rows)

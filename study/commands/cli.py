@@ -472,19 +472,15 @@ def describe() -> None:
 @command("judge:show_accuracy", OUT)
 @click.argument("campaign", type=CAMPAIGN_PATH, required=False)
 @flag("--quick", help="Measure few values of every setting: a trial that takes seconds.")
-@flag(
-    "--digit", help="Measure what another digit of plateau, μ_s and μ_k costs instead: more members, or longer records."
-)
 @click.option(
     "--save", type=PATH, help="Write the Pareto front to this file; campaigns choose from it by front = FILE."
 )
 def accuracy() -> None:
     """Measure error against time for every numerical setting.
 
-    It is measured on the first case of CAMPAIGN [default: the paper's case; with --digit three cases]. With --digit the
-    limits of its records are those that are measured.
+    It is measured on the first case of CAMPAIGN [default: the paper's case].
 
-    Example: nanoslip accuracy campaigns/mine.toml --digit
+    Example: nanoslip accuracy campaigns/mine.toml --quick
     """
 
 

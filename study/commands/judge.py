@@ -11,8 +11,8 @@ from typing import Final
 
 import click
 
-from nanoslip.study.accuracy.measurement import as_table, measure, measure_another_digit, write
-from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, digit_setups, first_of, setup_of
+from nanoslip.study.accuracy.measurement import as_table, measure, write
+from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
 from nanoslip.study.commands.words import Refusal, folder
@@ -258,24 +258,15 @@ def describe_variables(name: str | None, as_json: bool) -> None:
         print_sentences(text_of(found[0]).splitlines())
 
 
-# `nanoslip accuracy`: error against processor time for every numerical setting, or for members and lengths of records.
+# `nanoslip accuracy`: error against processor time for every numerical setting.
 
 
-def show_accuracy(campaign: Path | None, out: Path | None, quick: bool, digit: bool, save: Path | None) -> None:
+def show_accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Path | None) -> None:
     """Measure every numerical setting on a campaign's first case, print the diagrams and write them."""
-    effort = QUICK if quick else FULL
-    if digit and save:
-        raise Refusal("--save: needs a front, which is not measured with --digit")
-    manifest = load_manifest(campaign) if campaign else None
-    if digit:
-        setups = (first_of(manifest),) if manifest else digit_setups()
-        say(f"measuring, {counted(len(setups), 'case')}, a minute or two each unless --quick", stderr=True)
-        measured = measure_another_digit(setups, effort)
-    else:
-        setup = setup_of(manifest) if manifest else default_setup()
-        slabs = counted(len(setup.slabs), "slab")
-        say(f"{setup.title}: measuring, {slabs}, a minute or two each unless --quick", stderr=True)
-        measured = measure(setup, effort)
+    setup = setup_of(load_manifest(campaign)) if campaign else default_setup()
+    slabs = counted(len(setup.slabs), "slab")
+    say(f"{setup.title}: measuring, {slabs}, a minute or two each unless --quick", stderr=True)
+    measured = measure(setup, QUICK if quick else FULL)
     for diagram in measured.diagrams:
         say(f"{diagram.title}; errors against {diagram.reference}")
         print_table(as_table(diagram))

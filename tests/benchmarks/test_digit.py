@@ -1,0 +1,70 @@
+"""What a digit costs: errors, exponents and times of made-up members whose scatter is given, and the committed table."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.benchmarks.digit import GROUPS_OF, STARTS, bias, errors_of, exponent, time_for_the_same_error
+
+SCATTER = 0.05
+
+
+def made_up(seed: int, scatter: float = SCATTER) -> np.ndarray:
+    """Members with mean 2."""
+    return 2.0 * (1.0 + scatter * np.random.default_rng([41, seed]).standard_normal(STARTS))
+
+
+def test_the_error_of_means_is_the_scatter_over_the_root_of_the_members():
+    values = made_up(1)
+    for members in GROUPS_OF:
+        found, right = errors_of(values, values, members), SCATTER / math.sqrt(members)
+        # A root mean square over g groups scatters by 1/√(2g); 3.5 times that is no accident.
+        assert found.error[0] == pytest.approx(right, rel=3.5 / math.sqrt(2.0 * len(found.squares)))
+        assert found.stated == pytest.approx(right, rel=0.25)  # a median of three is a quarter off
+    some = np.where(np.random.default_rng(5).random(STARTS) < 0.1, np.nan, values)
+    assert errors_of(some, some, 8).error[0] == pytest.approx(SCATTER / math.sqrt(7.2), rel=0.3)
+    for nothing in (np.full(STARTS, np.nan), np.zeros(STARTS), np.full(STARTS, 2.0)):
+        assert math.isnan(errors_of(nothing, nothing, 8).error[0])
+
+
+def test_the_exponent_is_minus_two_within_its_own_error():
+    """Over 300 made-up cases: unbiased to a tenth of a standard error, whose size is right within a fifth."""
+    found = []
+    for values in map(made_up, range(300)):
+        found.append(exponent({members: errors_of(values, values, members) for members in GROUPS_OF}))
+    power, error = np.array(found).T
+    assert abs(power.mean() + 2.0) < 0.03
+    assert np.sqrt(np.mean(((power + 2.0) / error) ** 2)) == pytest.approx(1.0, rel=0.2)
+
+
+def test_records_with_a_quarter_of_the_scatter_for_four_times_the_seconds_take_a_quarter_of_the_time():
+    ratios = []
+    for seed in range(30):
+        usual, longer = made_up(seed), made_up(1000 + seed, SCATTER / 4.0)
+        errors = (errors_of(longer[:256], longer, 8), errors_of(usual, longer, 8))
+        ratios.append(time_for_the_same_error(*errors, (4.0, 0.0), (1.0, 0.0)))
+    ratio, error = np.array(ratios).T
+    assert ratio.mean() == pytest.approx(0.25, rel=0.15)  # 30 ratios, each known to 0.3
+    assert 0.6 < np.std(ratio) / error.mean() < 1.5
+
+
+def test_a_bias_is_that_of_pairs():
+    longest, rng = made_up(3), np.random.default_rng(3)
+    found, spread = bias(longest[:256] + 0.02 + 0.01 * rng.standard_normal(256), longest)
+    assert spread == pytest.approx(0.005 / 16.0, rel=0.15)  # the starts' own scatter is not in it
+    assert abs(found - 0.01) < 3.0 * spread
+
+
+def test_the_committed_table_obeys_the_law():
+    """Every exponent is -2 within 3 of its errors, as is every error of eight members what they state."""
+    text = Path(__file__).with_name("digit.md").read_text("utf-8")
+    header, _, *rows = [line.split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    assert len(rows) == 9
+    for row in rows:
+        cells = dict(zip(header, row, strict=True))
+        power, its_error = map(float, cells["exponent"].split(" ± "))
+        assert abs(1.0 / power + 0.5) < 3.0 * its_error / power**2, cells  # the slope is what scatters evenly
+        error, its_error = map(float, cells["error"].split(" ± "))
+        assert abs(error - float(cells["stated"])) < 3.0 * its_error, cells
