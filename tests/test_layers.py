@@ -27,8 +27,8 @@ ORDER = {
     "nanoslip.solver.dynamics": "friction_limit kernels result coefficients integrators stick_slip regime",
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.study": "shipped toml_text exit_codes xarray_accessor canonical provenance origin "
-    "manifest plan results dataset run figures report accuracy api commands",
-    "nanoslip.study.manifest": "parameters units surface checker manifest reader cases",
+    "manifest plan results dataset run figures report accuracy inference api commands",
+    "nanoslip.study.manifest": "parameters units columns surface checker manifest reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan outlook",
     "nanoslip.study.results": "entry log attempts shard store",
     "nanoslip.study.dataset": "file variables table collect access concatenation compare verify",
@@ -37,7 +37,8 @@ ORDER = {
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.accuracy": "setup elastic_operator effects measurement",
-    "nanoslip.study.commands": "words plans datasets prepare run conduct look judge cli",
+    "nanoslip.study.inference": "trace",
+    "nanoslip.study.commands": "words plans datasets prepare run conduct look trace judge cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.dynamics.result import DynamicsResult
-from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
@@ -75,7 +75,10 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
         message = f"the pin slid for {periods:g} oscillation periods; averaging μ_k needs {PERIODS:g}: raise duration"
         outcome = Outcome(Ending.NO_PLATEAU, f"the driving force is not steady: {message}")
     if outcome.ok:
-        kinetic, outcome = _steady_mean(result.binned_force / record.normal_load)
+        blocks, complaint = steady_blocks(result.binned_force / record.normal_load)
+        kinetic = nan if complaint else float(blocks.mean())
+        if complaint:
+            outcome = Outcome(Ending.NO_PLATEAU, f"the driving force {complaint}: raise duration")
     return FrictionCoefficients(
         static_friction=first,
         static_friction_excess=_beyond(record, first),
@@ -129,8 +132,8 @@ def _highest(record: FrictionRecord) -> float:
     return float(max(record.force_before.max(), record.initial_force, record.final_force)) / record.normal_load
 
 
-def _steady_mean(bins: NDArray[np.float64]) -> tuple[float, Outcome]:
-    """Mean of the steady part of evenly binned values, and whether there is a steady part.
+def steady_blocks(bins: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
+    """Means of equal parts of the steady part of evenly binned values, and why it is not steady; empty where it is.
 
     It starts where truncation minimises the marginal standard error of the mean: the sum of squares about the mean over the
     squared number of bins kept (MSER). It is refused where a line through eight block means rises or falls by more than
@@ -141,10 +144,7 @@ def _steady_mean(bins: NDArray[np.float64]) -> tuple[float, Outcome]:
     edges = np.linspace(first, len(bins), BLOCKS + 1)
     impulse = np.interp(edges, np.arange(len(bins) + 1), np.concatenate(([0.0], np.cumsum(bins))))
     blocks = np.diff(impulse) / np.diff(edges)
-    complaint = unsteadiness(blocks, latest=first >= latest_truncation(len(bins)))
-    if complaint:
-        return float("nan"), Outcome(Ending.NO_PLATEAU, f"the driving force {complaint}: raise duration")
-    return float(blocks.mean()), COMPLETED
+    return blocks, unsteadiness(blocks, latest=first >= latest_truncation(len(bins)))
 
 
 def latest_truncation(count: int) -> int:

@@ -362,6 +362,41 @@ def profile() -> None:
     """
 
 
+def traced(described: Declared) -> Declared:
+    """The options that say how a measured trace is read."""
+    options = (
+        click.option("--time", metavar="UNIT", help="The first column is time, in this unit [default: s]."),
+        click.option("--displacement", metavar="UNIT", help="The first column is displacement of the stage, as um."),
+        defaulted("--force", default="N", metavar="UNIT", help="Unit of the second column; 1 for a coefficient."),
+        click.option("--load", metavar="FORCE", help='Normal load, as "100 N": numbers become coefficients.'),
+        click.option("--velocity", metavar="VELOCITY", help='Of the stage, as "10 um/s".'),
+        defaulted("--columns", nargs=2, type=POSITIVE, default=(1, 2), help="The two columns, counted from 1."),
+        click.option("--offset", metavar="FORCE", help="What the force cell shows where nothing pulls; taken off."),
+        click.option("--drift", metavar="RATE", help='What it drifts by, as "1 mN/s" or in N/m; taken off.'),
+        click.option("--damping", type=click.FloatRange(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
+    )
+    for each in reversed(options):
+        described = each(described)
+    return described
+
+
+@command(
+    "trace:show_trace",
+    click.argument("file", type=click.Path(path_type=Path, dir_okay=False)),
+    traced,
+    click.option("-o", "--picture", type=NEW_FILE, help="Draw it into this file (.png, .pdf, .svg), too."),
+    JSON,
+)
+def trace() -> None:
+    """Measure friction in a force that a laboratory recorded.
+
+    FILE has two columns: time or displacement, and force. μ_s, μ_k, period, amplitude and rising stiffness come from a fit of
+    Eq. 16-19 to each slip, their ± from what the slips scatter. Of steady sliding there is μ_k alone.
+
+    Example: nanoslip trace lab.csv --time s --force mN --load "2 N" -o lab.png
+    """
+
+
 @command("look:show_dataset", CAMPAIGN, PARAMETERS, OUT, PICTURE, name="show")
 def show_case() -> None:
     """Show one case of CAMPAIGN: its numbers and a small plot.

@@ -1,10 +1,9 @@
 """A measured profile of a surface: two columns of a text file, with units, and what is known of its roughness."""
 
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +11,10 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Roughness, check, parameter, require
-from nanoslip.study.manifest.units import length_in_metres
+from nanoslip.study.manifest.columns import read_columns
+from nanoslip.study.manifest.units import factor
 
 Detrend = Literal["none", "mean", "line", "parabola"]
-_SEPARATORS: Final = {"semicolons": ";", "tabs": "\t", "commas": ",", "spaces": None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +37,7 @@ class NamedSurface:
             require(
                 name,
                 getattr(self, name),
-                math.isfinite(length_in_metres(getattr(self, name))),
+                math.isfinite(factor(getattr(self, name), "m")),
                 "a unit of length, as nm",
             )
 
@@ -85,20 +84,12 @@ class Surface:
 
 
 def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
-    """A profile from its file's text. Raises InvalidInput with line and value.
-
-    Numbers are separated as most lines have it; lines before them are skipped. A profile from right to left is turned.
-    """
-    best = max(_SEPARATORS, key=lambda name: sum(len(_numbers(line, name)) > 1 for line in text.splitlines()))
-    lines = [(number, line, _numbers(line, best)) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    skipped = next((place for place, (_, _, row) in enumerate(lines) if len(row) > 1), len(lines))
-    rows = [(number, row[:2]) for number, line, row in lines[skipped:] if not line.startswith(("#", "%"))]
-    require("number of points", len(rows), len(rows) >= 2, f"at least 2 lines of two numbers in {path}")
-    across, up = length_in_metres(given.x), length_in_metres(given.z)
+    """A profile from its file's text; one from right to left is turned. Raises InvalidInput with line and value."""
+    columns = read_columns(path, text)
+    rows = columns.rows
+    across, up = factor(given.x, "m"), factor(given.z, "m")
     way = 1 if rows[0][1][:1] < rows[-1][1][:1] else -1
     for (number, row), (_, before) in zip(rows, rows[:1] + rows, strict=False):
-        if len(row) < 2 or not all(map(math.isfinite, row)):
-            raise InvalidInput(f"line {number}: needs two finite numbers")
         if max(abs(row[0]) * across, abs(row[1]) * up) > FARTHEST_POINT:
             raise InvalidInput(f"line {number}: needs x and height up to {FARTHEST_POINT:g} m")
         if across * (row[0] - before[0]) * way < LEAST_APART and number != rows[0][0]:
@@ -111,16 +102,4 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     degree = get_args(Detrend).index(given.detrend) - 1
     if degree >= 0:
         height = height - np.polynomial.Polynomial.fit(x, height, degree)(x)
-    return Surface(x, height, best, skipped)
-
-
-def _numbers(line: str, separator: str) -> tuple[float, ...]:
-    """The numbers of a line; none where it begins with something else. Between others than commas a comma is a decimal point."""
-    cells = line.split(_SEPARATORS[separator])
-    found: list[Any] = []
-    for cell in cells[:2]:
-        word = cell if separator == "commas" else cell.replace(",", ".")
-        if not re.fullmatch(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*|\s*[-+]?(nan|inf)\s*", word, re.IGNORECASE):
-            return ()
-        found.append(float(word))
-    return tuple(found)
+    return Surface(x, height, columns.separator, columns.skipped)

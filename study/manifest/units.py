@@ -65,10 +65,10 @@ def compact(value: float, unit: str) -> str:
     )  # the sign for micro by the letter
 
 
-def length_in_metres(unit: str) -> float:
-    """How many metres a unit of length is, as nm; NaN of what is none."""
+def factor(unit: str, into: str) -> float:
+    """How many of one unit another is, nm in m; NaN where it is none of that dimension."""
     try:
-        return float(registry().Quantity(Decimal(1), _in_symbols(unit)).to("m").magnitude)
+        return float(registry().Quantity(Decimal(1), _in_symbols(unit)).to(_in_symbols(into)).magnitude)
     except (AttributeError, TypeError, ValueError, ArithmeticError):
         return math.nan
 

@@ -21,6 +21,9 @@ TEXTS = {
     "semicolons": "Messung 3\n\nx;z\n0;1,5\n50;2\n100;1e0\n",
     "tabs": "# channel 1\n# nm\tnm\n0\t1.5\t7\n50\t2\t7\n# rescan\n100\t1\t7\n",
     "spaces": "  0   1.5\n  50  +2.\n\n 100  1\n",
+    "commas within quotes": 'x,z\n"0","1,5"\n"50","2"\n"100","1"\n',
+    "commas, and decimal ones": "0, 1,5\n50, 2,0\n100, 1\n",
+    "tabs, and decimal commas": "0,0\t1,5\n50\t2\n1e2\t1\n",
     "commas from right to left": "100,1\n50,2\n0,1.5\n",
 }
 
@@ -28,7 +31,7 @@ TEXTS = {
 @pytest.mark.parametrize("kind", TEXTS)
 def test_columns_are_read_whatever_separates_them_and_stands_above(kind: str) -> None:
     found = read_surface(AFM, TEXTS[kind], IN_NANOMETRES)
-    assert found.separator == kind.split(maxsplit=1)[0]
+    assert found.separator == kind.split(maxsplit=1)[0].rstrip(",")
     np.testing.assert_allclose(found.x, [-50e-9, 0.0, 50e-9], atol=1e-22)
     np.testing.assert_allclose(found.height, [1.5e-9, 2e-9, 1e-9], rtol=1e-12)
 

@@ -1,0 +1,375 @@
+"""A force that a laboratory measured while a stage pulled a pin: friction, period and stiffness, by Eq. 16-19.
+
+While the pin sticks, the force y rises by r = k·V a second. While it slides, Eq. 16-19 hold for the force itself,
+y'' + 2ζω y' + ω² y = ω² F, with the rate r where the slip begins and ends. So neither k, V nor the mass has to be known.
+Each cycle is fitted alone; what cycles scatter is the ±, as of members of an ensemble (`nanoslip.solver.ensemble`).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT, steady_blocks
+from nanoslip.solver.dynamics.result import BINS
+from nanoslip.solver.dynamics.stick_slip import Oscillator
+from nanoslip.solver.ensemble import FEWEST, mean_of
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import require
+from nanoslip.study.manifest.columns import read_columns
+from nanoslip.study.manifest.units import factor
+
+Floats = NDArray[np.float64]
+FEWEST_POINTS: Final = 16
+"""Of a trace."""
+NOISE: Final = 10.0
+"""Standard deviations of noise by which a force falls in a slip: among a million values two of noise are that far apart."""
+LEAST_DROP: Final = 0.1
+"""Share of the largest drop of force below which another is none of the same kind: a ringing pin, or noise."""
+RESOLVED: Final = 8
+"""Samples of a slip, from which on its shape tells the damping."""
+MOST_CYCLES: Final = 64
+"""That are fitted, evenly chosen: more tell little."""
+POOR_FIT: Final = 0.1
+"""Residual over the amplitude, from which on Eq. 16-19 do not describe a trace."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A measured force (n,) over time in s, or over the displacement of the stage in m; and how its file was read."""
+
+    at: Floats
+    force: Floats
+    over: str
+    """`time` or `displacement`."""
+    separator: str = ""
+    skipped: int = 0
+    """Lines before the numbers."""
+    unit: str = "N"
+    """Of the force; 1 for a friction coefficient."""
+
+    def without(self, offset: float, drift: float) -> "Trace":
+        """The trace less a constant force, and less one that grows from its start on."""
+        return replace(self, force=self.force - offset - drift * (self.at - self.at[0]))
+
+    def at_velocity(self, velocity: float) -> "Trace":
+        """Over time instead of displacement, of a stage with this velocity (m/s)."""
+        return self if self.over == "time" else replace(self, at=self.at / velocity, over="time")
+
+
+def read_trace(path: Path, text: str, over: str, unit: str, force: str, columns: tuple[int, int] = (0, 1)) -> Trace:
+    """A trace from its file's text. over: `time` or `displacement`, in `unit`. Raises InvalidInput with line and value."""
+    scale, up = factor(unit, {"time": "s", "displacement": "m"}[over]), factor(force, "N")
+    own = "1" if math.isnan(up) and math.isfinite(factor(force, "")) else "N"
+    require(over, unit, scale > 0.0, f"a unit of {'time, as ms' if over == 'time' else 'length, as um'}")
+    up = factor(force, "") if own == "1" else up
+    require("force", force, up > 0.0, "a unit of force, as mN, or 1 for a friction coefficient")
+    found = read_columns(path, text, columns)
+    require("number of points", len(found.rows), len(found.rows) >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
+    way = 1.0 if over == "time" or found.rows[-1][1][0] > found.rows[0][1][0] else -1.0
+    for (_, (before, _)), (number, (now, _)) in pairwise(found.rows):
+        if not (now - before) * way > 0.0:
+            needed = f"needs {over} that {'goes on' if over == 'time' else 'goes one way: one stroke'}"
+            raise InvalidInput(f"line {number}: {over} = {now:g} after {before:g}: {needed}")
+    at, values = np.array([row for _, row in found.rows]).T
+    if not np.ptp(values):
+        raise InvalidInput(
+            f"force = {values[0]:g} in all lines: needs a force that rises and falls or stays behind a rise"
+        )
+    sign = math.copysign(1.0, float(values.mean()))  # of a cell that counts the other way
+    return Trace(way * (at - at[0]) * scale, sign * values * up, over, found.separator, found.skipped, own)
+
+
+class Measured(NamedTuple):
+    """A number of a trace: its mean over so many cycles, and its ± (NaN of one alone)."""
+
+    value: float
+    uncertainty: float
+    of: int
+    unit: str = "1"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cycle:
+    """Eq. 16-19 fitted to a slip: it starts at `start` with the force `static`, and slides against `kinetic`.
+
+    driving: static friction, with the damper's force. trough: the force where the pin sticks again. at, fit: the closed form at
+    the times of its stretch. residual: root mean square of what is left.
+    """
+
+    start: float
+    static: float
+    driving: float
+    kinetic: float
+    trough: float
+    period: float
+    damping: float
+    residual: float
+    at: Floats
+    fit: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TraceNumbers:
+    """Numbers of a trace by the name that they have in a dataset, the fitted cycles, and sentences on what is missing."""
+
+    numbers: dict[str, Measured]
+    cycles: tuple[Cycle, ...]
+    notes: tuple[str, ...]
+
+
+class _Slip(NamedTuple):
+    """Samples of the force's peak before a slip and of its least value after it; and whether it rises again."""
+
+    peak: int
+    trough: int
+    ended: bool
+
+
+def measure(
+    trace: Trace, load: float = math.nan, velocity: float = math.nan, damping: float | None = None
+) -> TraceNumbers:
+    """Friction, period, amplitude and stiffness of a trace.
+
+    load: in N, which makes coefficients of forces. velocity: of the stage, in m/s. damping: ζ of the machine; None to fit it.
+    """
+    per = load if trace.unit == "N" and math.isfinite(load) else 1.0
+    newtons = load if math.isfinite(load) else 1.0
+    unit = "1" if math.isfinite(load) else trace.unit
+    at, force = trace.at, trace.force / per
+    noise = 1.4826 * float(np.median(np.abs(np.diff(force, 2)))) / math.sqrt(6.0)
+    drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
+    slips = [slip for slip in _slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
+    turned = _turned(at, slips)
+    slips = [] if turned else slips
+    peaks = at[[slip.peak for slip in slips]]
+    slides = not slips or at[-1] - peaks[-1] > (np.diff(peaks).max() if len(slips) > 1 else peaks[0] - at[0])
+    rates = [_rate(at, force, low, slip.peak) for low, slip in zip(_beginnings(slips), slips, strict=True)]
+    whole = [number for number, slip in enumerate(slips) if slip.ended][: None if not slides else 0]
+    chosen = [whole[int(place)] for place in np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))]
+    known = _damping(at, force, slips, chosen, rates) if damping is None else Measured(damping, math.nan, 0)
+    zeta = known.value if known.value > 0.0 else 0.0
+    cycles = tuple(_cycle(at, force, slips, number, rates[number], zeta) for number in chosen)
+    numbers, notes = {}, _notes(trace, force, unit, cycles, noise, drop)
+    if cycles:
+        numbers = _of_cycles(cycles, known, unit, "s" if trace.over == "time" else "m")
+    if turned:
+        notes.append("the force falls more slowly than it rises, which is no stick-slip: has it the other sign?")
+    if cycles and not known.of and damping is None:
+        notes.append(f"slips of fewer than {RESOLVED} samples do not tell the damping: μ_k is that without any")
+    if slides:
+        first = slips[-1].peak if slips else 0
+        if slips:
+            numbers["static_friction"] = Measured(float(force[slips[0].peak]), math.nan, 1, unit)
+        value, why = _steady(at[first:], force[first:], unit)
+        numbers |= {} if why else {"kinetic_friction": value}
+        lasts = "after the last slip" if slips else "all along: no stick-slip, so no μ_s, period or amplitude"
+        notes.append(why or f"steady {lasts}; μ_k is the mean, its ± from eight parts")
+        rates = rates[:1] or _ramp(at, force)
+    if rates:
+        numbers |= _stiffness(trace, newtons * np.array(rates[1:] or rates), velocity, load)
+    return TraceNumbers(numbers, cycles, tuple(notes))
+
+
+def _slips(force: Floats, drop: float) -> list[_Slip]:
+    """Peaks after which the force falls by at least `drop`, with the least value before it rises by as much again."""
+    found: list[_Slip] = []
+    high = low = 0
+    falling = False
+    for place, value in enumerate(force.tolist()):
+        if falling:
+            low = place if value < force[low] else low
+            if value > force[low] + drop:
+                found.append(_Slip(high, low, ended=True))
+                falling, high = False, place
+        else:
+            high = place if value > force[high] else high
+            if value < force[high] - drop:
+                falling, low = True, place
+    return [*found, _Slip(high, low, ended=False)] if falling else found
+
+
+def _turned(at: Floats, slips: Sequence[_Slip]) -> bool:
+    """Whether the force falls more slowly than it rises, which no stick-slip does: its slip is the shorter part."""
+    falls = sum(at[slip.trough] - at[slip.peak] for slip in slips[:-1])
+    rises = sum(at[after.peak] - at[slip.trough] for slip, after in pairwise(slips))
+    return bool(falls > 1.5 * rises)
+
+
+def _beginnings(slips: Sequence[_Slip]) -> list[int]:
+    """Where the force begins to rise towards each slip."""
+    return [0, *(slip.trough for slip in slips[:-1])] if slips else []
+
+
+def _rate(at: Floats, force: Floats, low: int, high: int) -> float:
+    """By how much the force rises, in the middle of its way up from one sample to another; at first a stage may be at rest."""
+    if low == 0:
+        smooth = np.maximum.accumulate(force[:high])
+        low = int(np.searchsorted(smooth, 0.9 * force[0] + 0.1 * force[high]))
+    middle = slice(low + (high - low) // 5, high - (high - low) // 5 + 1)
+    return float(np.polyfit(at[middle] - at[low], force[middle], 1)[0])
+
+
+def _ramp(at: Floats, force: Floats) -> list[float]:
+    """By how much the force rises before steady sliding; none of a trace that begins there."""
+    most = float(np.median(force))
+    top = int(np.argmax(force >= 0.9 * most))
+    return [_rate(at, force, 0, top)] if force[0] < 0.5 * most and top > FEWEST else []
+
+
+def _damping(
+    at: Floats, force: Floats, slips: Sequence[_Slip], chosen: Sequence[int], rates: Sequence[float]
+) -> Measured:
+    """ζ of the pin on its spring, from the shape of those slips that are resolved: noise makes that of one uncertain."""
+    resolved = [number for number in chosen if slips[number].trough - slips[number].peak >= RESOLVED]
+    if 2 * len(resolved) < len(chosen):
+        return _mean([], "1")
+    return _mean([_cycle(at, force, slips, number, rates[number], None).damping for number in resolved], "1")
+
+
+def _cycle(at: Floats, force: Floats, slips: Sequence[_Slip], number: int, rate: float, damping: float | None) -> Cycle:
+    """The closed form that fits a slip best, from the middle of the rise before it to that of the one behind it.
+
+    rate: at which the force rises. damping: ζ; None to fit it, and noise may find it below 0.
+    """
+    slip = slips[number]
+    before = slips[number - 1].trough if number else 0
+    behind = slips[number + 1].peak if number + 1 < len(slips) else len(at) - 1
+    around = slice((before + slip.peak) // 2, (slip.trough + behind) // 2 + 1)
+    time, values = at[around], force[around]
+    length, drop = float(at[slip.trough] - at[slip.peak]), float(force[slip.peak] - force[slip.trough])
+
+    def motion(unknown: Floats) -> _Motion:
+        start, static, kinetic = at[slip.peak] + unknown[0] * length, unknown[1] * drop, unknown[2] * drop
+        zeta = unknown[4] if damping is None else damping
+        return _motion(time, float(start), float(static), float(kinetic), rate, math.exp(unknown[3]) / length, zeta)
+
+    first = [0.0, force[slip.peak] / drop, 0.5 * (force[slip.peak] + force[slip.trough]) / drop, math.log(math.pi)]
+    first, ends = (
+        (first, np.full(4, np.inf)) if damping is not None else ([*first, 0.1], np.array([np.inf] * 4 + [0.9]))
+    )
+
+    def misfit(unknown: Floats) -> Floats:
+        return (motion(unknown).force - values) / drop
+
+    steps = np.full(len(first), 1e-6)
+    best = scipy.optimize.least_squares(misfit, first, bounds=(-ends, ends), diff_step=steps, max_nfev=60)
+    fit = motion(best.x)
+    pin = fit.pin
+    omega, static = math.sqrt(pin.spring_stiffness), float(best.x[1] * drop)
+    return Cycle(
+        start=pin.time,
+        static=static,
+        driving=static + 2.0 * pin.damping_ratio / omega * rate,
+        kinetic=pin.friction_force,
+        trough=fit.trough,
+        period=2.0 * math.pi / omega,
+        damping=pin.damping_ratio,
+        residual=float(np.sqrt(np.mean((fit.force - values) ** 2))),
+        at=time,
+        fit=fit.force,
+    )
+
+
+class _Motion(NamedTuple):
+    """The force of a pin that sticks, slips and sticks again; the pin while it slips, and the force where that ends."""
+
+    force: Floats
+    pin: Oscillator
+    trough: float
+
+
+def _motion(
+    time: Floats, start: float, static: float, kinetic: float, rate: float, omega: float, zeta: float
+) -> _Motion:
+    stiffness, stage = omega**2, rate / omega**2
+    pin = Oscillator(stiffness, zeta, stage, kinetic, start, stage * start - static / stiffness)
+    stop = pin.first_stop(start + 4.0 * math.pi / omega)
+    stop = time[-1] if math.isnan(stop) else stop
+    trough = float(stiffness * (stage * stop - pin.motion(np.asarray(stop))[0]))
+    moving = stiffness * (stage * time - pin.motion(np.clip(time, start, stop))[0])
+    slides = (time >= start) & (time < stop)
+    stuck = np.where(time < start, static + rate * (time - start), trough + rate * (time - stop))
+    return _Motion(np.where(slides, moving, stuck), pin, trough)
+
+
+def _of_cycles(cycles: Sequence[Cycle], damping: Measured, unit: str, time: str) -> dict[str, Measured]:
+    """Numbers of the fitted cycles. The time to the second slip is none of the others': the first starts from rest."""
+    periods = np.diff([cycle.start for cycle in cycles])
+    kinetic, static = (_mean([getattr(cycle, name) for cycle in cycles], unit) for name in ("kinetic", "driving"))
+    amplitude = _mean([cycle.static - cycle.trough for cycle in cycles], unit)
+    if damping.of > 1:  # all cycles have the same: what is not known of it shifts them together
+        zeta = min(max(damping.value, 0.0), 0.9)
+        shrinks = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))
+        slope = amplitude.value * math.pi * shrinks / (1.0 + shrinks) ** 2 / (1.0 - zeta**2) ** 1.5
+        kinetic = kinetic._replace(uncertainty=math.hypot(kinetic.uncertainty, slope * damping.uncertainty))
+        slope = float(np.mean([cycle.driving - cycle.static for cycle in cycles])) / zeta if zeta else 0.0
+        static = static._replace(uncertainty=math.hypot(static.uncertainty, slope * damping.uncertainty))
+    found = {
+        "static_friction": static,
+        "fitted_kinetic_friction": kinetic,
+        "spring_force_amplitude": amplitude,
+        "stick_slip_period": _mean(periods[1:] if len(periods) > 1 else periods, time),
+        "natural_period": _mean([cycle.period for cycle in cycles] if damping.of else [], time),
+        "damping_ratio": damping,
+    }
+    return {name: number for name, number in found.items() if number.of}
+
+
+def _mean(values: Sequence[float] | Floats, unit: str) -> Measured:
+    """The mean of these values and its ±; NaN of none."""
+    if not len(values):
+        return Measured(math.nan, math.nan, 0, unit)
+    found = mean_of(np.asarray(values, float))
+    return Measured(float(found.mean), float(found.uncertainty), len(values), unit)
+
+
+def _steady(at: Floats, force: Floats, unit: str) -> tuple[Measured, str]:
+    """The mean of the force where it is steady, with the ± of eight parts of it; and why it has none."""
+    edges = np.linspace(at[0], at[-1], BINS + 1)
+    impulse = np.concatenate(([0.0], np.cumsum(np.diff(at) * (force[1:] + force[:-1]) / 2.0)))
+    blocks, complaint = steady_blocks(np.diff(np.interp(edges, at, impulse)) / np.diff(edges))
+    why = f"no μ_k: the force {complaint}: needs a longer trace" if complaint else ""
+    return _mean(blocks.reshape(8, -1).mean(axis=1), unit), why
+
+
+def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dict[str, Measured]:
+    """How steeply the force rises while the pin sticks: over displacement, which a time and a velocity give, else over time."""
+    far = trace.over == "displacement" or math.isfinite(velocity)
+    over, per = ("m", velocity if trace.over == "time" else 1.0) if far else ("s", 1.0)
+    force = "N " if trace.unit == "N" or math.isfinite(load) else ""
+    return {"rising_stiffness" if far else "rising_rate": _mean(rates / per, f"{force}{over}-1")}
+
+
+def _notes(trace: Trace, force: Floats, unit: str, cycles: Sequence[Cycle], noise: float, drop: float) -> list[str]:
+    """What a reader of the numbers has to know."""
+    own, notes = "" if unit == "1" else f" {unit}", []
+    begins = float(force[0])
+    if abs(begins) > max(NOISE * noise, 0.02 * float(force.max())):
+        notes.append(f"the trace begins at {begins:.3g}{own}: if nothing pulls there, take it off by offset")
+    if NOISE * noise > drop and cycles:
+        notes.append(f"where the force falls by less than {NOISE * noise:.2g}{own} it counts as noise, not as a slip")
+    if not cycles:
+        return notes
+    if len(cycles) == 1:
+        notes.append("one cycle only: no ±")
+    amplitude = float(np.mean([cycle.static - cycle.trough for cycle in cycles]))
+    missed = math.sqrt(max(float(np.mean([cycle.residual**2 for cycle in cycles])) - noise**2, 0.0))
+    if missed > POOR_FIT * amplitude:
+        notes.append(f"Eq. 16-19 miss the force by {missed / amplitude:.0%} of its amplitude: μ_k is a rough number")
+    static = np.array([cycle.driving for cycle in cycles])
+    seen = LARGEST_CHANGE * abs(static.mean())
+    if len(static) > FEWEST and static[0] - static[1:].mean() > max(SIGNIFICANT * static[1:].std(ddof=1), seen):
+        notes.append(f"the first slip needs {static[0]:.4g}{own}, more than the others: μ_s is the mean of all")
+    if len(static) > FEWEST:
+        line = scipy.stats.linregress([cycle.start for cycle in cycles[1:]], static[1:])
+        if abs(line.slope) > max(SIGNIFICANT * line.stderr, seen / (cycles[-1].start - cycles[0].start)):
+            per = "s" if trace.over == "time" else "m"
+            notes.append(f"the force before slips drifts by {line.slope:.2g}{own} each {per}: take it off by drift")
+    return notes

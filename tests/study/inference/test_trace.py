@@ -1,0 +1,201 @@
+"""A trace gives back the friction that it was made with, within its ±; a file that is none is one message."""
+
+import json
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.dynamics.stick_slip import fit_stick_slip, stick_slip
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.simulate import drive_result, friction_record
+from nanoslip.study.inference.trace import Trace, TraceNumbers, measure, read_trace
+from tests.conftest import Main
+
+LOAD, MASS = 100.0, 0.5
+STATIC, KINETIC, ZETA = 0.31, 0.26, 0.1
+LAB = Path("lab.csv")
+
+
+def within(found: TraceNumbers, name: str, truth: float, times: float = 3.0) -> None:
+    """Of Student's t over ten slips or so, 3 ± of 68 % miss once in a hundred traces."""
+    number = found.numbers[name]
+    assert abs(number.value - truth) <= times * number.uncertainty, f"{name}: {number} instead of {truth}"
+
+
+def analytic(drive: Drive, samples: int, duration: float) -> tuple[NDArray[np.float64], ...]:
+    """Time (s) and force (N) of Eq. 16-19."""
+    scales = Scales()
+    unit = scales.time(MASS)
+    time = np.linspace(0.0, duration, samples)
+    load = LOAD / scales.force
+    force = stick_slip(time / unit, drive, KINETIC * load, STATIC * load).spring_force
+    return time, force * scales.force
+
+
+SLOW = Drive.from_si(Scales(), MASS, spring_stiffness=2e4, stage_velocity=2e-3, damping_ratio=ZETA, duration=4.0)
+
+
+def test_the_closed_form_is_read_back() -> None:
+    time, force = analytic(SLOW, 20_001, 2.0)
+    found = measure(Trace(time, force, "time"), LOAD, velocity=2e-3)
+    truth = {
+        "static_friction": STATIC,
+        "fitted_kinetic_friction": KINETIC,
+        "rising_stiffness": 2e4,
+        "damping_ratio": ZETA,
+        "natural_period": 2.0 * math.pi * math.sqrt(MASS / 2e4),
+    }
+    for name, value in truth.items():  # samples are 1/300 of a slip apart; least squares of noise-free slips do better
+        assert found.numbers[name].value == pytest.approx(value, rel=1e-3), name
+    assert not found.notes
+    shrinks = math.exp(-math.pi * ZETA / math.sqrt(1.0 - ZETA**2))
+    amplitude = (STATIC - KINETIC) * (1.0 + shrinks)  # of a stage much slower than the slip: 3 % of it here
+    assert found.numbers["spring_force_amplitude"].value == pytest.approx(amplitude, rel=0.03)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    time, force = analytic(SLOW, 40_001, 2.0)
+    chosen = np.sort(random.choice(len(time), 10_000, replace=False))
+    noisy = force[chosen] + 0.01 * LOAD * (STATIC - KINETIC) * random.standard_normal(len(chosen))
+    trace = Trace(time[chosen], noisy, "time")
+    for name, truth in (("static_friction", STATIC), ("fitted_kinetic_friction", KINETIC), ("damping_ratio", ZETA)):
+        within(measure(trace, LOAD), name, truth, 4.0)
+    shifted = Trace(trace.at, trace.force + 3.0 + 2.0 * (trace.at - trace.at[0]), "time")
+    notes = " ".join(measure(shifted, LOAD).notes)
+    assert "the trace begins at 0.0" in notes
+    assert "drifts by 0.02 each s: take it off by drift" in notes
+    within(measure(shifted.without(3.0, 2.0), LOAD), "static_friction", STATIC, 4.0)
+
+
+def test_displacement_is_time_at_the_velocity_of_the_stage() -> None:
+    time, force = analytic(SLOW, 20_001, 2.0)
+    over_time = measure(Trace(time, force, "time"), LOAD, 2e-3)
+    along = Trace(2e-3 * time, force, "displacement")
+    again = measure(along.at_velocity(2e-3), LOAD, 2e-3)
+    lengths = measure(along, LOAD)
+    for name, number in over_time.numbers.items():
+        assert again.numbers[name].value == pytest.approx(number.value, rel=1e-6), name
+    assert lengths.numbers["stick_slip_period"].unit == "m"
+    assert lengths.numbers["rising_stiffness"].value == pytest.approx(2e4, rel=1e-3)
+    assert lengths.numbers["static_friction"].value == pytest.approx(STATIC, rel=1e-3)
+
+
+@cache
+def driven(**given: float) -> tuple[Trace, Drive, float, float, float, float]:
+    """The solver's own drive as a trace: μ_s of all its slips, the fitted μ_k, the mean μ_k, and K in N/m."""
+    case, scales = Case(max_events=100_000, max_presliding=8.0), Scales()
+    drive = Drive.from_si(scales, MASS, **given)
+    record = friction_record(case)
+    found = drive_result(case, drive, record)
+    time = found.motion.time * scales.time(MASS)
+    trace = Trace(time, found.motion.spring_force * scales.force, "time")
+    fit = fit_stick_slip(found.motion, drive, case.normal_load)
+    static = found.coefficients.every_static_friction
+    contact = record.initial_stiffness * scales.stiffness
+    return trace, drive, float(static.mean()), fit.kinetic_friction, found.coefficients.kinetic_friction, contact
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_the_solvers_own_drive_is_read_back(noise: float) -> None:
+    trace, _, static, _, _, contact = driven(spring_stiffness=2e4, stage_velocity=4e-4, duration=6.0, samples=20_000)
+    noisy = trace.force + noise * 1.5 * np.random.default_rng(3).standard_normal(len(trace.at))  # slips fall by 1.5 N
+    found = measure(Trace(trace.at, noisy, "time"), LOAD, 4e-4)
+    within(found, "static_friction", static)
+    within(found, "rising_stiffness", 1.0 / (1.0 / 2e4 + 1.0 / contact))
+    assert found.numbers["fitted_kinetic_friction"].of >= 8
+
+
+def test_a_drive_that_slides_has_the_mean_force_and_its_first_slip() -> None:
+    trace, _, _, _, kinetic, contact = driven()
+    found = measure(trace, LOAD, 2e-3)
+    assert found.numbers["kinetic_friction"].value == pytest.approx(kinetic, rel=1e-4)  # the mean of other stretches
+    assert found.numbers["static_friction"].of == 1
+    assert "stick_slip_period" not in found.numbers
+    assert found.numbers["rising_stiffness"].value == pytest.approx(1.0 / (1.0 / 2e5 + 1.0 / contact), rel=1e-3)
+    assert any("steady after the last slip" in note for note in found.notes)
+
+
+def test_steady_sliding_has_a_kinetic_friction_alone() -> None:
+    random = np.random.default_rng(5)
+    time = np.linspace(0.0, 10.0, 5_001)
+    force = np.minimum(20.0 * time, KINETIC * LOAD) + 0.2 * random.standard_normal(len(time))
+    found = measure(Trace(time, force, "time"), LOAD)
+    assert found.numbers.keys() == {"kinetic_friction", "rising_rate"}
+    within(found, "kinetic_friction", KINETIC)
+    assert found.numbers["rising_rate"].value == pytest.approx(20.0, rel=0.02)
+    assert any("no stick-slip, so no μ_s" in note for note in found.notes)
+
+
+def test_one_cycle_has_no_uncertainty() -> None:
+    time, force = analytic(SLOW, 20_001, 2.0)
+    slip = int(np.argmax(np.diff(force) < 0.0))
+    shown = time < time[slip] + 0.1
+    found = measure(Trace(time[shown], force[shown], "time"), LOAD)
+    assert math.isnan(found.numbers["static_friction"].uncertainty)
+    assert found.numbers["static_friction"].value == pytest.approx(STATIC, rel=2e-3)
+    assert "one cycle only: no ±" in found.notes
+
+
+def rows(count: int = 40, force: str = "") -> str:
+    return "\n".join(f"{number} {force or number % 5}" for number in range(count))
+
+
+@pytest.mark.parametrize(
+    ("text", "units", "said"),
+    [
+        ("1\n2\n3\n", ("time", "s", "N"), "needs at least 2 lines of two numbers"),
+        (rows(9), ("time", "s", "N"), "number of points = 9: needs at least 16"),
+        (rows(force="7"), ("time", "s", "N"), "force = 7 in all lines"),
+        (rows() + "\n3 1", ("time", "s", "N"), "line 41: time = 3 after 39: needs time that goes on"),
+        (rows() + "\n3 1", ("displacement", "um", "N"), "goes one way: one stroke"),
+        (rows() + "\n40 nan", ("time", "s", "N"), "line 41: needs two finite numbers"),
+        (rows(), ("time", "N", "N"), "time = 'N': needs a unit of time"),
+        (rows(), ("displacement", "s", "N"), "displacement = 's': needs a unit of length"),
+        (rows(), ("time", "s", "kg"), "force = 'kg': needs a unit of force"),
+    ],
+)
+def test_nonsense_is_one_message(text: str, units: tuple[str, str, str], said: str) -> None:
+    with pytest.raises(InvalidInput, match=said):
+        read_trace(LAB, text, *units)
+
+
+def test_units_signs_and_columns_are_read() -> None:
+    text = "t/ms;s;F/mN\n" + "\n".join(f"{number};0;{-(number % 10) - 1},5" for number in range(40))
+    trace = read_trace(LAB, text, "time", "ms", "mN", (0, 2))
+    np.testing.assert_allclose(trace.at, np.arange(40) * 1e-3)
+    np.testing.assert_allclose(trace.force, (np.arange(40) % 10 + 1.5) * 1e-3)
+    back = read_trace(LAB, "\n".join(f"{-number},{number % 9}" for number in range(40)), "displacement", "um", "1")
+    np.testing.assert_allclose(back.at, np.arange(40) * 1e-6)
+    assert back.unit == "1"
+
+
+def test_the_command_prints_draws_and_gives_numbers_to_scripts(main: Main, tmp_path: Path) -> None:
+    time, force = analytic(SLOW, 4_001, 2.0)
+    file, picture = tmp_path / "lab.csv", tmp_path / "lab.png"
+    lines = [f"{1e3 * at:.3f};{1e3 * value:.2f}".replace(".", ",") for at, value in zip(time, force, strict=True)]
+    file.write_text("\n".join(["Zeit (ms);Kraft (mN)", *lines]))
+    given = ("--time", "ms", "--force", "mN", "--load", "100 N", "--velocity", "2 mm/s")
+    code, text, errors = main("trace", file, *given, "-o", picture)
+    assert (code, errors) == (0, "")
+    assert "separated by semicolons, below 1 line" in text
+    assert "N/m" in text
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    found = json.loads(main("trace", file, *given, "--json")[1])
+    assert found["static_friction"]["value"] == pytest.approx(STATIC, rel=1e-3)
+    for words, said in (
+        (("--load", "3 m"), "--load = '3 m': needs a number, or one with a unit as \"1 N\""),
+        (("--load", "-1"), "--load = '-1': needs a value above 0"),
+        (("--time", "s", "--displacement", "m"), "--time and --displacement exclude each other"),
+        (("--force", "s"), "needs a unit of force"),
+    ):
+        code, _, errors = main("trace", file, *words)
+        assert code == 2
+        assert said in errors
