@@ -4,8 +4,9 @@ import errno
 import hashlib
 import itertools
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -159,14 +160,14 @@ def opened(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
             if are_texts(variable) and not isinstance(variable, xr.IndexVariable):  # which is read already
                 variable.data = read_texts(variable)  # xarray cannot transpose characters that it has not read
     root = found.pop(ROOT)
-    closing = [each._close for each in (*found.values(), root) if each._close]
-
-    def close() -> None:
-        for each in closing:
-            each()
-
-    root.set_close(close)
+    root.set_close(partial(_close_all, [each._close for each in (*found.values(), root) if each._close]))
     return root, {name.strip("/"): group for name, group in found.items()}
+
+
+def _close_all(closing: Sequence[Callable[[], None]]) -> None:
+    """No inner function: datasets are pickled with what closes them."""
+    for close in closing:
+        close()
 
 
 def tree_of(root: xr.Dataset) -> xr.DataTree:
