@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, ExitStack, nullcontext
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Literal
 
 import scipy
 import threadpoolctl
@@ -138,20 +138,23 @@ def open_dataset(path: Place) -> xr.Dataset:
     return file.read(given / file.FILE if given.is_dir() else given)
 
 
-def concat(sources: Iterable[Source]) -> xr.Dataset:
+def concat(sources: Iterable[Source], join: Literal["product", "outer"] = "product") -> xr.Dataset:
     """One dataset, in memory, of the cases of several: scalars, records, trajectories, contacts, whatever they have.
 
     sources: datasets of `open` or `run`, paths of results.nc, or folders with one. Their cases make up a full product of
     their axes and of parameters that each has one value of; or all are lists of cases, which are numbered on. Attributes that
     differ are left out, so `nanoslip verify` has to be asked about the parts.
+    join: "outer" where the product has cases that none of them has: these are `pending`, their numbers missing.
 
     Raises StoreError where a path is no dataset, ValueError with what differs where they do not fit together.
     """
+    if join not in ("product", "outer"):
+        raise ValueError(f'join = {join!r}: needs "product" or "outer"')
     given = list(sources)
     names = [f"dataset {number}" if isinstance(each, xr.Dataset) else str(each) for number, each in enumerate(given, 1)]
     with ExitStack() as stack:
         roots = [each if isinstance(each, xr.Dataset) else stack.enter_context(open_dataset(each)) for each in given]
-        return joined(roots, names)
+        return joined(roots, names, holes=join == "outer")
 
 
 def _manifest(campaign: Campaign) -> Manifest:

@@ -1,9 +1,11 @@
 """Access to a dataset: one case, all of its events, several datasets joined into one, flat tables."""
 
 import difflib
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from html import escape
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -12,8 +14,8 @@ from numpy.typing import NDArray
 from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
-from nanoslip.study.dataset.file import are_texts, groups_of, tree_of
-from nanoslip.study.dataset.variables import DRIVE_NAME, EVENT_DROP, OUTCOMES, all_groups, parameters, windows
+from nanoslip.study.dataset.file import LostGroupsError, are_texts, groups_of, tree_of
+from nanoslip.study.dataset.variables import DRIVE_NAME, EVENT_DROP, OUTCOMES, SOFTWARE, all_groups, parameters, windows
 from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.parameters import words
 
@@ -184,6 +186,14 @@ class Accessor:
     def __init__(self, dataset: xr.Dataset) -> None:
         self._dataset = dataset
 
+    def __repr__(self) -> str:
+        return "\n".join(f"{name}: {text}" for name, text in _facts(self._dataset))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what the dataset is, its cases, its main numbers, and who computed it."""
+        rows = (f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _facts(self._dataset))
+        return f"<table>{''.join(rows)}</table>"
+
     @property
     def tree(self) -> xr.DataTree:
         """The dataset with all its groups, as `xr.open_datatree` gives it of a file; `tree.to_netcdf(path)` keeps all of it."""
@@ -292,6 +302,32 @@ class Accessor:
         known = {*parameters(), DRIVE_NAME.name, "case_id", "case"}
         along = {str(name): each.dims for name, each in self._dataset.coords.items() if name in known}
         return [name for name, own in along.items() if own and set(own) <= set(dims)]
+
+
+MAIN: Final = ("static_friction", "kinetic_friction", "plateau_mean", "contact_half_width")
+"""Numbers that a dataset is introduced with."""
+
+
+def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """What a dataset, or a selection of one, is: name and text of each fact."""
+    yield "campaign", str(root.attrs.get("title", "no dataset of nanoslip"))
+    for kind, (ending, _) in OUTCOMES.items():
+        if ending.name in root:
+            counts = Counter(root[ending.name].values.ravel().tolist())
+            along = ", ".join(f"{dim} ({size})" for dim, size in root[ending.name].sizes.items() if size > 1)
+            what = f"{root[ending.name].size} ({', '.join(f'{count} {word}' for word, count in counts.most_common())})"
+            yield f"{kind}s of cases" if kind else "cases", f"{what} along {along}" if along else what
+    for name in MAIN:
+        if name in root and bool(root[name].notnull().any()):
+            ends = dict.fromkeys(f"{float(end):.4g}" for end in (root[name].min(), root[name].max()))
+            units = {"1": ""}.get(unit := str(root[name].attrs.get("units", "1")), f" {unit}")
+            yield name, " to ".join(ends) + units
+    try:
+        yield "groups", ", ".join(name for name in groups_of(root) if name != SOFTWARE[0].name) or "none"
+    except LostGroupsError:
+        yield "groups", "lost"
+    facts = {"by": "creator_name", "licence": "license", "nanoslip": "nanoslip_version", "commit": "source_commit"}
+    yield from ((name, str(root.attrs[key])) for name, key in facts.items() if root.attrs.get(key))
 
 
 def _dropping(run: xr.Dataset) -> xr.Dataset:

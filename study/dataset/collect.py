@@ -144,7 +144,8 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
     return {
         FORMAT: VERSION,
         "title": manifest.title,
-        "Conventions": "CF-1.11",
+        "Conventions": "CF-1.11, ACDD-1.3" if manifest.about.attributes else "CF-1.11",
+        **manifest.about.attributes,
         "history": "computed and collected by nanoslip",  # without a date: the same results give the same bytes
         "manifest": manifest.text,
         **{f"manifest_{key}": text for key, text in manifest.files.items() if text is not None},

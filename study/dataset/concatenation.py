@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.file import FORMAT, carrying, groups_of
-from nanoslip.study.dataset.variables import SOFTWARE, Group, all_groups, parameters, windows
+from nanoslip.study.dataset.variables import OUTCOMES, SOFTWARE, VALIDITY, Group, all_groups, parameters, windows
+from nanoslip.study.plan.plan import PENDING
 
 # Positions of the cases of several datasets in their union: its axes, and each variable over them.
 
@@ -60,8 +61,13 @@ def axes_of(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> Axes:
     return axes
 
 
-def placed(name: str, axes: Axes, roots: Sequence[xr.Dataset], sources: Sequence[str]) -> xr.Variable:
-    """One variable of all datasets. Raises NotJoinableError where two say different things of one place, or none does."""
+def placed(
+    name: str, axes: Axes, roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = True
+) -> xr.Variable:
+    """One variable of all datasets. Raises NotJoinableError where two say different things of one place, or none does.
+
+    holes: whether numbers of places that no dataset has may be missing, as parameters may.
+    """
     dims = axes.dims(name, roots)
     having = [(root, source) for root, source in zip(roots, sources, strict=True) if name in root.variables]
     kind = np.result_type(*(root[name].dtype for root, _ in having))
@@ -77,14 +83,21 @@ def placed(name: str, axes: Axes, roots: Sequence[xr.Dataset], sources: Sequence
         values[place] = block
         held[place] = True
     if not held.all():
-        if name not in roots[0].coords:
+        if not holes and name not in roots[0].coords:
             along = " x ".join(f"{dim} ({len(axes.labels[dim])})" for dim in dims)
             raise NotJoinableError(
                 f"{', '.join(sources)}: {name} is known at {int(held.sum())} of {held.size} places of {along}: "
-                'needs cases that make up a full product, or lists of cases (design = "zip" or a table)'
+                'needs cases that make up a full product, lists of cases (design = "zip" or a table), or join="outer"'
             )
-        values = np.where(held, values, "" if kind.kind == "O" else np.nan)
+        values = np.where(held, values, _missing(name, kind))
     return xr.Variable(dims, values, having[0][0][name].attrs)
+
+
+def _missing(name: str, kind: np.dtype[Any]) -> Any:
+    """What stands for a value that is not there, as in the dataset of a campaign of which something is not computed."""
+    if kind.kind == "O":
+        return PENDING if name in {ending.name for ending, _ in OUTCOMES.values()} else ""
+    return kind.type(0) if name == VALIDITY.name else np.nan
 
 
 def _labels(root: xr.Dataset, dim: str) -> list[Any]:
@@ -120,16 +133,18 @@ _CASE: Final = "case"
 """The dimension of a list of cases."""
 
 
-def joined(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> xr.Dataset:
+def joined(roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = False) -> xr.Dataset:
     """One dataset, in memory, of all cases, records, trajectories and whatever else the datasets have.
 
-    sources: what messages call them. Raises NotJoinableError, LostGroupsError.
+    sources: what messages call them. holes: whether cases that no dataset has may be missing, as pending.
+
+    Raises NotJoinableError, LostGroupsError.
     """
     _refuse_strangers(roots, sources)
     roots = _numbered(roots)
     axes = axes_of(roots, sources)
     names = list(dict.fromkeys(str(name) for root in roots for name in root.variables if name not in axes.labels))
-    found = {name: placed(name, axes, roots, sources) for name in names}
+    found = {name: placed(name, axes, roots, sources, holes) for name in names}
     found |= {name: xr.Variable(name, np.asarray(values), roots[0][name].attrs) for name, values in axes.labels.items()}
     coordinates = dict.fromkeys(str(name) for root in roots for name in root.coords)
     root = xr.Dataset(found, attrs=_attributes(roots)).set_coords([*axes.labels, *coordinates])

@@ -21,6 +21,7 @@ from nanoslip.solver.drive import (
 from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from nanoslip.solver.outcome import InvalidInput, Outcome, quoted
 from nanoslip.solver.parameter import Parameter, check, declared, parameter
+from nanoslip.study.manifest.about import About
 from nanoslip.study.manifest.checker import ONE_LINE, one_line, shown
 from nanoslip.study.manifest.parameters import Value
 
@@ -255,6 +256,8 @@ class Manifest:
     """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     """Parameter of a drive -> its values."""
+    about: About = field(default_factory=About)
+    """Who made the campaign."""
     drives_left_out: tuple[str, ...] = ()
     """Names of the file's drives where the stages leave out `dynamics`; `drives` is empty then."""
 

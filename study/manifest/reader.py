@@ -22,6 +22,7 @@ from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, quoted
 from nanoslip.solver.parameter import MOST_WHOLE, as_float, declared
 from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.study.manifest.about import About
 from nanoslip.study.manifest.checker import (
     ONE_LINE,
     Checker,
@@ -243,7 +244,7 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "accuracy": ((int, float), "a relative error, 0 < accuracy < 1"),
     "front": (str, "the path of what nanoslip accuracy --save wrote, seen from the campaign file"),
     "axes": (dict, "a table [axes]"),
-    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble", "target")},
+    **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble", "target", "about")},
     "drives": (list, "tables [[drives]]"),
     AXES: (dict, f"a table [{AXES}]"),
 }
@@ -337,6 +338,7 @@ class _Reader(NamedFiles):
             ensemble=_ensemble(self, top, stages, outputs.tractions),
             accuracy=accuracy,
             front=self.path.parent / top["front"] if "front" in top else None,
+            about=_about(self, top.get("about", {})),
         )
         self._counts(result)
         if self.problems:
@@ -447,6 +449,11 @@ class _Reader(NamedFiles):
         for column in (column for word, column in given.items() if words()[word] in settings()):
             self.problems.append(f"{column[0].where}: needs to be left out beside accuracy = {shown(accuracy)}")
         return None if wrong else float(accuracy)
+
+
+def _about(checker: Checker, content: dict[str, Any]) -> About:
+    beside = {key: content[key] for key in ("author",) if key in content and not need(About, content[key])}
+    return About(**checker.checked("about", content, About, field_names(About), **beside))
 
 
 def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Columns:

@@ -1,6 +1,7 @@
 """A campaign computed from Python is the command's campaign: same dataset, same messages, resumed in the same folder."""
 
 import io
+import pickle
 import subprocess
 import sys
 import tomllib
@@ -54,6 +55,19 @@ def test_a_folder_is_resumed_and_read_from(tmp_path, monkeypatch):
     with run(TINY, str(out)) as again, open_dataset(out / "results.nc") as opened:
         xr.testing.assert_identical(again.load(), opened.load())
     assert {path: path.stat().st_mtime_ns for path in (out / FOLDER).iterdir()} == stamps
+
+
+@pytest.mark.parametrize("cut", [lambda found: found, lambda found: found.isel(normal_load=[1])], ids=["all", "a part"])
+def test_datasets_are_pickled_with_their_records(tmp_path, cut):
+    """As joblib and dask.distributed send them to other processes."""
+    with run(TINY, tmp_path) as found:
+        part = cut(found)
+        again = pickle.loads(pickle.dumps(part))  # before its values are read: from the file
+        xr.testing.assert_identical(again.nanoslip.tree.load(), part.nanoslip.tree.load())
+        xr.testing.assert_identical(again.nanoslip.record(normal_load=2e-3), part.nanoslip.record(normal_load=2e-3))
+        again.close()
+    copied = pickle.loads(pickle.dumps(run(TINY)))  # in memory
+    assert copied.nanoslip.events().sizes["event"] == 40
 
 
 def test_a_campaign_goes_by_name(monkeypatch, tmp_path):

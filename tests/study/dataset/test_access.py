@@ -39,6 +39,21 @@ def test_a_selection_finds_what_the_whole_does(full, full_folder):
     xr.testing.assert_identical(run(FULL, full_folder).nanoslip.record(**ONE).load(), whole)
 
 
+def test_a_notebook_shows_what_a_dataset_is(full):
+    odd = full.assign_attrs(title="<i>Odd</i>")
+    html = odd.nanoslip._repr_html_()
+    assert html.startswith("<table><tr><th>campaign</th><td>&lt;i&gt;Odd&lt;/i&gt;</td></tr>")
+    for text in (repr(full.nanoslip), html):
+        assert "4 (4 completed) along intrinsic_friction (2), radius (2)" in text
+        assert f"{float(full['plateau_mean'].min()):.4g} to {float(full['plateau_mean'].max()):.4g}" in text
+        assert full.attrs["source_commit"] in text
+        assert "record, trajectory, contact, interior" in text
+    assert "cases: 1 (1 completed)\n" in repr(full.sel(ONE).nanoslip)
+    bare = xr.Dataset({"plateau_mean": full["plateau_mean"].variable})
+    assert "groups: lost" in repr(bare.nanoslip)
+    assert repr(xr.Dataset().nanoslip).startswith("campaign: no dataset of nanoslip")
+
+
 def test_what_is_masked_has_no_record_and_no_events(full):
     masked = full.where(full["radius"] > 60.0)
     assert masked.nanoslip.events().sizes["event"] == 400

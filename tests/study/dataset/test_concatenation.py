@@ -107,6 +107,26 @@ def test_what_does_not_fit_is_refused_with_what_differs(one, other, said):
         concat([run(BASE | one), run(BASE | other)])
 
 
+def test_cases_of_an_outer_join_that_nobody_has_are_pending():
+    parts = [
+        run(BASE | {"axes": {"radius": [radius], "normal_load": loads}})
+        for radius, loads in ((50.0, [1e-3, 2e-3]), (60.0, [2e-3]))
+    ]
+    joined = concat(parts, join="outer")
+    hole = joined.sel(radius=60.0, normal_load=1e-3).squeeze()
+    assert joined["final_displacement"].isnull().sum() == 1
+    assert (hole["outcome"].item(), hole["message"].item(), hole["validity_flags"].item()) == ("pending", "", 0)
+    assert joined["validity_flags"].dtype == parts[0]["validity_flags"].dtype
+    assert joined.nanoslip.events().sizes["event"] == 60
+    with pytest.raises(ValueError, match="this case has no record"):
+        joined.nanoslip.record(radius=60.0, normal_load=1e-3)
+    for part in parts:
+        there = joined["final_displacement"].sel(radius=part["radius"], normal_load=part["normal_load"])
+        np.testing.assert_array_equal(there.values.ravel(), part["final_displacement"].values.ravel())
+    with pytest.raises(ValueError, match='join = \'inner\': needs "product" or "outer"'):
+        concat(parts, join="inner")  # type: ignore[arg-type]
+
+
 def test_results_that_contradict_each_other_are_refused():
     one = run(BASE)
     other = one.assign(plateau_mean=one["plateau_mean"] + 0.1, peak_friction=one["peak_friction"] + 0.1)
