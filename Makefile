@@ -14,7 +14,7 @@ ALONE := slurm or timed
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.slow' tests)
 
-.PHONY: run reproduce figures kernels test test-slow test-all mutants benchmarks check format clean
+.PHONY: run reproduce figures kernels test test-slow test-all mutants benchmarks docs dist check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -47,6 +47,14 @@ mutants: .venv/installed  ## small changes of the code, and which test notices e
 
 benchmarks: .venv/installed  ## figures beside their peers and limits: tests/benchmarks/table.md
 	$(BIN)/python -m tests.benchmarks
+
+docs: .venv/installed  ## the site, its gallery executed: build/docs/index.html; NANOSLIP_GALLERY=full for the gallery's full values
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --jobs auto -c docs -d build/doctrees . build/docs
+
+dist: .venv/installed  ## source distribution and wheel, checked as an index would: dist/
+	rm -rf dist
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/python -m twine check --strict dist/*
 
 check: .venv/installed  ## style and types
 	$(BIN)/python -m ruff check .

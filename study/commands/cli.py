@@ -118,7 +118,7 @@ POSITIVE: Final = click.IntRange(min=1)
 
 CAMPAIGN = click.argument("campaign", type=CAMPAIGN_PATH)
 PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
-JSON = flag("--json", "as_json", help="Print JSON for scripts (keys: study/commands/README.md).")
+JSON = flag("--json", "as_json", help="Print JSON for scripts (keys: docs/commands.md).")
 OUT = click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
 PICTURE = click.option(
     "-o", "--picture", type=NEW_FILE, help="Draw a picture into this file (.png, .pdf, .svg) instead."

@@ -29,7 +29,7 @@ from nanoslip.study.run.executor import left
 from nanoslip.study.run.journal import measured_in
 from nanoslip.study.run.progress import Measured
 
-# Output for scripts: one JSON document instead of text. The keys are in study/commands/README.md.
+# Output for scripts: one JSON document instead of text. The keys are in docs/commands.md.
 
 
 def print_json(value: Any) -> None:

@@ -195,7 +195,7 @@ def flattened(root: xr.Dataset) -> dict[str, xr.DataArray]:
 SMALLEST_COMPRESSED: Final = 512
 """Values from which a variable is compressed: below, the chunks that it then has take more than they save."""
 _COMPRESSED: Final = {"zlib": True, "complevel": 1, "shuffle": True}
-"""Level 9 saves 1 % more than level 1 (measured in README.md)."""
+"""Level 9 saves 1 % more than level 1 (measured in docs/dataset.md)."""
 
 
 def write_tree(tree: xr.DataTree, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Every variable of a dataset: name, meaning, unit; runs of different length as ragged groups; a page of all of them.
+"""Every variable of a dataset: name, meaning, unit; runs of different length as ragged groups.
 
 Those of results are declared where the solver makes them (nanoslip.solver.parameter) and follow from the parts of the kinds of
 task; here are the few that belong to the dataset itself. Lengths are in L_x, stiffness in G·L_y, forces over the load W; what a
@@ -7,11 +7,9 @@ drive yields over time is in SI, as the drive is.
 
 import difflib
 import re
-import sys
-import textwrap
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cache, lru_cache
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -24,7 +22,7 @@ from numpy.typing import DTypeLike, NDArray
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.parameter import GRID_ERROR, Quantity, attributes, quantities
-from nanoslip.solver.sliding.sizes import SIZES, EventSizes
+from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import Validity
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.file import FORMAT, is_older
@@ -200,14 +198,10 @@ def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, f
     }
 
 
-# Every variable that a dataset can have, from the declarations: rows, one variable in full, and a page of all of them.
-#
-# `python -m nanoslip.study.dataset.variables > campaigns/variables.md` writes the page.
+# Every variable that a dataset can have, from the declarations: rows, and one variable in full.
 
 CASES = "cases"
 """What stands for the dimensions that the cases lie along."""
-WIDTH = 140
-"""Characters of a line of the page that is no row of a table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,74 +260,6 @@ def text_of(variable: Described) -> str:
         "part of": variable.group,
     }
     return "\n".join([variable.name, *(f"  {what}: {text}" for what, text in facts.items() if text)])
-
-
-def page() -> str:
-    """All variables as Markdown: a section for each group, those that differ in one word as one row."""
-    sections: dict[str, list[Described]] = {}
-    for each in rows():
-        sections.setdefault(each.group, []).append(each)
-    lines = [_HEAD, "", "| section | variables |", "|---|---|"]
-    lines += [f"| [{_title(group)}](#{group.replace(' ', '-')}) | {len(found)} |" for group, found in sections.items()]
-    for group, found in sections.items():
-        lines.append(f"\n## {_title(group)}\n")
-        if group == "statistics":
-            named = ", ".join(f"`{word}` ({meaning})" for word, meaning in SIZES.items())
-            lines += [*textwrap.wrap(f"{_SIZE} is one of {named}.", WIDTH, break_on_hyphens=False), ""]
-        lines += [*_COLUMNS, *map(_line, _folded(found) if group == "statistics" else found)]
-    return "\n".join(lines) + "\n"
-
-
-def _title(group: str) -> str:
-    return f"{group[0].upper()}{group[1:]}"
-
-
-_SIZE: Final = "SIZE"
-"""What stands in the section `statistics` for each of SIZES, by which the names of variables begin."""
-
-
-def _folded(found: Sequence[Described]) -> list[Described]:
-    """Variables that differ only by a size, and perhaps in their units, are folded into one; the others stay as they are."""
-    marked = [_marked(each) for each in found]
-    units: dict[Described, list[str]] = {}
-    for new in marked:
-        units.setdefault(replace(new, units=""), []).append(new.units)
-    rows = []
-    for each, new in zip(found, marked, strict=True):
-        of_all = units[replace(new, units="")]
-        one = new if len(set(of_all)) == 1 else replace(new, units=f"that of {_SIZE}")
-        rows.append(one if len(of_all) >= len(SIZES) else each)
-    return list(dict.fromkeys(rows))
-
-
-def _marked(each: Described) -> Described:
-    word = next((word for word in SIZES if each.name.startswith(f"{word}_")), None)
-    if word is None:
-        return each
-    names = ("name", "uncertainty", "meaning", "comment")
-    return replace(each, **{n: getattr(each, n).replace(SIZES[word], _SIZE).replace(word, _SIZE) for n in names})
-
-
-_HEAD = """# Variables of a dataset
-
-What `results.nc` can hold; which of it a campaign has follows from its stages and outputs. Lengths are in slab widths L_x,
-forces over the load W, stiffness in G·L_y, where no SI unit is given. `cases` stands for the dimensions of the cases:
-`intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis, or `case`; `drive` is a dimension where there are
-several drives. Numbers are means over the members of each case's ensemble; beside many stand `NAME_uncertainty`, their
-[±](../README.md#uncertainty), and `NAME_members`, how many members have a value. The root of the file has scalars and
-parameters; records, trajectories, contacts, the inside of slabs and the software are groups of their own.
-`nanoslip describe NAME` says the same of one variable. This page is written by `python -m nanoslip.study.dataset.variables`."""
-
-
-_COLUMNS = ("| variable | along | unit | meaning | symbol | uncertainty | remark |", "|---|---|---|---|---|---|---|")
-
-
-def _line(variable: Described) -> str:
-    values = ", ".join(f"`{value}`" for value in variable.values)
-    remark = "; ".join(part for part in (values, variable.comment) if part)
-    error = f"`{variable.uncertainty}`" if variable.uncertainty else ""
-    cells = (f"`{variable.name}`", variable.dims, variable.units, variable.meaning, variable.symbol, error, remark)
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 def _all(beside: bool = False) -> Iterator[Described]:
@@ -614,7 +540,3 @@ def windows(group: xr.Dataset, declared: Group) -> dict[str, NDArray[np.int64]]:
         for name, count in counts.items()
         if count in group.variables
     }
-
-
-if __name__ == "__main__":
-    sys.stdout.write(page())

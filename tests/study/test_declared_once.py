@@ -17,7 +17,7 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
-from nanoslip.study.dataset.variables import described, page
+from nanoslip.study.dataset.variables import described, rows
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import KINDS
 from nanoslip.study.plan.plan import Plan, make_plan
@@ -96,7 +96,8 @@ def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path, monkeypat
     assert found["longest_step_si"].item() == longest * plan.manifest.scales.slab_width
     assert found["longest_step_si"].attrs["units"] == "m"
     assert described("longest_step").uncertainty == "longest_step_uncertainty"
-    assert "| `longest_step_si` | cases | m | longest way between two events |  |" in page()
+    twin = described("longest_step_si")
+    assert (twin.dims, twin.units, twin.meaning) == ("cases", "m", "longest way between two events")
     assert "completed" in found["drive_outcome"].values
 
 
@@ -111,7 +112,8 @@ def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(tmp_path,
     np.testing.assert_array_equal(run["event_fall"], result.arrays["fall"] * (1.0 / result.scalars["normal_load"][0]))
     assert run["event_fall"].attrs["long_name"] == "fall of F/W in the event"
     assert described("event_fall").dims == "event"
-    assert "| `event_fall` | event | 1 | fall of F/W in the event |" in page()
+    (row,) = (row for row in rows() if row.name == "event_fall")
+    assert (row.dims, row.units, row.meaning) == ("event", "1", "fall of F/W in the event")
     assert "completed" in found["drive_outcome"].values  # made of the record as it always was
 
 

@@ -1,4 +1,4 @@
-"""Pressure and shear at the base of an incompressible film, by the closed form of campaigns/recipes/base.py."""
+"""Pressure and shear at the base of an incompressible film, by the closed form of docs/gallery/python/base.py."""
 
 import ast
 from dataclasses import replace
@@ -21,8 +21,8 @@ NODES = 513
 
 
 def recipe():
-    """The function `at_base` of campaigns/recipes/base.py, without the rest of the script."""
-    script = ast.parse((ROOT / "campaigns" / "recipes" / "base.py").read_text("utf-8"))
+    """The function `at_base` of docs/gallery/python/base.py, without the rest of the script."""
+    script = ast.parse((ROOT / "docs" / "gallery" / "python" / "base.py").read_text("utf-8"))
     names = {"np": np}
     only = [part for part in script.body if isinstance(part, ast.FunctionDef)]
     exec(compile(ast.Module(only, []), "base.py", "exec"), names)

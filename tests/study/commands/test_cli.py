@@ -173,8 +173,8 @@ def test_numbers_that_json_has_not_are_null(capsys):
     assert found == {"nan": None, "list": [None, 1.5, 2.0, 3], "4": ["µ", None]}
 
 
-def test_documents_have_the_keys_of_the_readme(main, ask, finished):
-    rows = (ROOT / "study" / "commands" / "README.md").read_text("utf-8").splitlines()
+def test_documents_have_the_keys_of_their_page(main, ask, finished):
+    rows = (ROOT / "docs" / "commands.md").read_text("utf-8").splitlines()
     found = {command: json.loads(ask(command, "--json")[1]) for command in ("plan", "status")}
     found["verify"] = json.loads(main("verify", finished / "results.nc", "--json")[1])
     found |= {command: json.loads(main(command, "--json")[1])[0] for command in ("campaigns", "describe")}

@@ -154,12 +154,12 @@ def test_a_dataset_that_has_lost_its_groups_or_never_had_records_says_so(full):
         found.nanoslip.teeth()
 
 
-def test_the_examples_of_the_readme_run(tmp_path, monkeypatch):
+def test_the_examples_of_the_page_run(tmp_path, monkeypatch):
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
     axes = {"intrinsic_friction": [0.25, 0.5], "normal_load": [1e-3, 2e-3]}
     run({"title": "mine", "stages": ["contact", "slip"], "axes": axes, "numerics": {"n_x": 17}}, "results/mine").close()
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "study/dataset/README.md").read_text("utf-8"), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "dataset.md").read_text("utf-8"), re.DOTALL)
     names: dict[str, Any] = {}
     for block in blocks:
         exec(block, names)

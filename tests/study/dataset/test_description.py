@@ -1,6 +1,5 @@
 """What is declared is described, on one page that is never behind; counted texts say how many members say what."""
 
-import re
 from dataclasses import fields
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 import xarray as xr
 
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord
-from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import flattened, groups_of
@@ -21,12 +19,11 @@ from nanoslip.study.dataset.variables import (
     in_short,
     is_counted,
     joined,
-    page,
     rows,
     shortened,
     text_of,
 )
-from tests.conftest import ROOT, SMALL
+from tests.conftest import SMALL
 from tests.study.dataset.campaigns import Build
 
 
@@ -66,15 +63,6 @@ def test_words_bits_and_codes_are_named() -> None:
     masks = [flag.mask for flag in FLAGS]
     assert masks == sorted({1 << bit for bit in range(16)} & {*masks})  # a bit each, as the attribute flag_masks says
     assert described("regime").values == ("sticks", "stick_slip", "slides", "micro_slip")
-
-
-def test_the_page_names_every_variable_by_itself_or_with_those_that_differ_from_it_in_one_word() -> None:
-    told = set(re.findall(r"^\| `(\w+)` \|", page(), re.MULTILINE))
-    words = {"SIZE": SIZES}
-    unfolded = {name.replace(mark, word, 1) for name in told for mark in words for word in words[mark]}
-    assert unfolded - {name for name in unfolded if name.startswith(tuple(words))} == {row.name for row in rows()}
-    assert {"SIZE_cutoff", "slips_exponent", "drop_step_correlation"} < told
-    assert page().count("\n") <= 360
 
 
 def test_every_number_of_a_record_but_its_settings_is_declared() -> None:
@@ -163,13 +151,3 @@ def test_a_symbol_of_equations_is_the_first_variable_that_has_it(symbol: str, na
 def test_an_unknown_name_is_answered_with_the_nearest_variables(name: str, nearest: str) -> None:
     with pytest.raises(KeyError, match=f"{name}: no variable of a dataset{nearest}'$"):
         described(name)
-
-
-def test_the_page_of_all_variables_is_as_declared_and_a_cell_ends_where_a_column_does() -> None:
-    kept = (ROOT / "campaigns" / "variables.md").read_text("utf-8")
-    assert kept == page(), "run python -m nanoslip.study.dataset.variables > campaigns/variables.md"
-    anchors = re.findall(r"\]\(#([\w-]+)\)", kept)
-    titles = re.findall(r"^## (.+)$", kept, re.MULTILINE)
-    assert anchors == [title.lower().replace(" ", "-") for title in titles]
-    lines = [line for line in kept.partition("\n## ")[2].splitlines() if line.startswith("|")]
-    assert {line.replace("\\|", "").count("|") for line in lines} == {8}

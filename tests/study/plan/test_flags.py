@@ -13,7 +13,7 @@ from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.solver.sliding.validity import FEW_NODES, FLAGS, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
+from nanoslip.solver.sliding.validity import FEW_NODES, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
 from nanoslip.study import api
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
@@ -245,12 +245,3 @@ def test_a_line_counts_and_names_the_first():
         f"near_ends: 2 of 4 cases, first case 1: {NEAR_ENDS.meaning}; {NEAR_ENDS.advice}",
         f"whole_slab: 1 of 4 cases, first case 3: {WHOLE_SLAB.meaning}; {WHOLE_SLAB.advice}",
     ]
-
-
-def test_the_table_for_users_is_the_declaration():
-    text = (ROOT / "study" / "dataset" / "README.md").read_text("utf-8")
-    table = [line for line in text.splitlines() if line.startswith("| `") and line.split("`")[1] in FLAG_NAMES]
-    assert table == [f"| `{flag.name}` | {flag.mask} | {flag.meaning} | {flag.advice} |" for flag in FLAGS]
-
-
-FLAG_NAMES = {flag.name for flag in FLAGS}

@@ -1,0 +1,50 @@
+"""
+Static friction over velocity
+=============================
+
+How does static friction depend on the velocity of the stage?
+
+Nodes know no rate: the contact's friction limit is the same at every velocity. What depends on velocity is the mass on its
+spring.
+"""
+
+# %%
+# The manifest: one record, pulled at five velocities over the same distance.
+from pathlib import Path
+from subprocess import check_output
+
+MANIFEST = """
+title = "Static friction over velocity"
+
+[constants]
+intrinsic_friction = 0.5
+radius = 50.0
+
+[numerics]
+n_x = 33  # full: 129
+scheme = "strip"
+
+[[drives]]
+name = "stage"
+stage_travel = 2e-4
+
+[drive_axes]
+stage_velocity = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2]
+"""
+Path("velocity.toml").write_text(MANIFEST)
+
+# %%
+print(check_output("nanoslip run velocity.toml -j 2", shell=True, text=True))
+for number in ("mu_s", "mu_k"):
+    print(
+        check_output(
+            f"nanoslip figure velocity.toml --y {number} --x stage_velocity -o {number}.png", shell=True, text=True
+        )
+    )
+
+# %%
+# **What it means.** μ_s is the largest driving force, spring and damper, before the pin first slides
+# macroscopically. It rises with velocity, as the damper's share c·V and inertia add to what the contact holds.
+# An increase of μ_s with *rest* time, or a decrease of μ_k with velocity by ageing, is not in the model.
+#
+# **What it costs.** A drive takes milliseconds; slow stages take more slips, and so longer.

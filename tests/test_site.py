@@ -1,0 +1,70 @@
+"""The site: every key, variable and name is on its page; strict warnings hold its links; nothing is loaded from elsewhere."""
+
+import re
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import nanoslip
+from nanoslip.solver.sliding.sizes import SIZES
+from nanoslip.study.dataset.variables import rows
+from nanoslip.study.manifest.manifest import drive_parameters
+from nanoslip.study.manifest.parameters import TABLES, words_of
+from tests.conftest import ROOT
+
+REFERENCE = runpy.run_path(str(ROOT / "docs" / "reference.py"))
+LOADED = re.compile(
+    r"""<(?:script|img|source|iframe)[^>]*\ssrc=["']?(?:https?:)?//|"""
+    r"""<link[^>]*rel=["']?(?:stylesheet|preload|icon)[^>]*//"""
+)
+
+
+def first_column(text: str) -> set[str]:
+    return set(re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE))
+
+
+def test_every_key_is_on_its_page() -> None:
+    tables = {name: first_column(text) for name, text in REFERENCE["tables_of_keys"]()}
+    assert {name: tables[name] for name in TABLES} == {name: set(words_of(name)) for name in TABLES}
+    assert tables["drives"] == drive_parameters().keys()
+
+
+def test_every_variable_is_on_its_page_by_itself_or_with_those_that_differ_by_the_size_of_an_event() -> None:
+    text = REFERENCE["variables"]()
+    listed = {name.replace("SIZE", size, 1) for name in first_column(text) for size in SIZES}
+    assert listed == {row.name for row in rows()}
+    assert {line.replace("\\|", "").count("|") for line in text.splitlines() if line.startswith("|")} == {6}
+
+
+def test_every_public_name_is_on_its_page() -> None:
+    assert set(re.findall(r":: nanoslip\.(\w+)", REFERENCE["names"]())) == set(nanoslip.__all__)
+
+
+@pytest.mark.parametrize("tag", ['<script src="https://a.b/c.js">', '<link rel="stylesheet" href="//a.b/c.css">'])
+def test_what_is_loaded_from_elsewhere_is_seen(tag: str) -> None:
+    assert LOADED.search(tag)
+    assert not LOADED.search(
+        '<a href="https://a.b"><script src="_static/c.js"></script><link rel="stylesheet" href="c.css">'
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.timed
+def test_the_site_builds_without_warnings_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
+    """Without a network: warnings, broken links among them, are errors."""
+    site = tmp_path / "site"
+    words = ["-W", "--keep-going", "-q", "-j", "2", "-c", "docs", "-d", tmp_path / "trees", ".", site]
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", *map(str, words)], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    pages = sorted(site.rglob("*.html"))
+    assert not [page for page in pages if LOADED.search(page.read_text("utf-8"))]
+    questions = sorted(path.stem for path in (ROOT / "docs" / "gallery").glob("*.py"))
+    assert {path.stem for path in site.rglob("*.ipynb")} >= set(questions)
+    for name in questions:
+        text = (site / "docs" / "examples" / f"{name}.html").read_text("utf-8")
+        assert "<img" in text, name
