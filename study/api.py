@@ -22,8 +22,7 @@ from nanoslip.study.dataset.file import loaded
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.manifest.checker import ManifestError, read_text
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import NAMED, in_files
-from nanoslip.study.manifest.reader import load_manifest, parse_manifest
+from nanoslip.study.manifest.reader import files_named_in, load_manifest, parse_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import Task
@@ -164,17 +163,8 @@ def _manifest(campaign: Campaign) -> Manifest:
         text = as_toml(campaign)
     except TypeError as error:
         raise ManifestError([f"{DICT}: {error}"]) from None
-    return parse_manifest(DICT, text, _files_named_in(campaign))
-
-
-def _files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
-    """The texts of the files that a campaign names, by their keys. Raises ManifestError."""
-    named = {key: campaign.get(key) for key in NAMED if key not in in_files()}
-    for word, stated in in_files().items():
-        table = campaign.get(stated.table)
-        name = table.get(word) if isinstance(table, Mapping) else None
-        named[word] = name.get("file") if isinstance(name, Mapping) else name
-    return {key: read_text(Path(name))[1] for key, name in named.items() if isinstance(name, str | os.PathLike)}
+    beside = {key: read_text(Path(name))[1] for key, name in files_named_in(campaign).items()}
+    return parse_manifest(DICT, text, beside)
 
 
 def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:

@@ -453,11 +453,12 @@ def frames() -> None:
     "--csv", "form", flag_value="csv", help="As CSV: a header, a line of units that begins with #, rows [default]."
 )
 @click.option("--json", "form", flag_value="json", help="As JSON: title, variables with unit and meaning, rows.")
+@click.option("--crate", "form", flag_value="crate", help="As RO-Crate: dataset, manifest and page, a folder or .zip.")
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
-@click.option("-o", "--output", type=NEW_FILE, help="Write this file [default: standard output].")
+@click.option("-o", "--output", type=NEW_FILE, help="Write this file [default: standard output, or the folder crate].")
 def export() -> None:
-    """Write CAMPAIGN's numbers as a table for other programs.
+    """Write CAMPAIGN's numbers as a table for other programs, or all of it as a crate for an archive.
 
     CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
     or for each drive of each case: parameters first, then numbers. Unknown numbers are empty in CSV and null in JSON.

@@ -9,6 +9,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -55,7 +56,7 @@ from nanoslip.study.manifest.manifest import (
     field_names,
     is_share,
 )
-from nanoslip.study.manifest.parameters import HASHED, TABLES, Value, axes, make_case, settings, words
+from nanoslip.study.manifest.parameters import HASHED, NAMED, TABLES, Value, axes, in_files, make_case, settings, words
 from nanoslip.study.manifest.units import YOUNG
 from nanoslip.study.toml_text import from_toml
 
@@ -225,6 +226,16 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
     (nanoslip.study.manifest.parameters.NAMED).
     """
     return _Reader(path, beside).manifest(text.encode(), text, _document(path, text))
+
+
+def files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
+    """The files that the content of a campaign names, by the keys that name them."""
+    named = {key: campaign.get(key) for key in NAMED if key not in in_files()}
+    for word, stated in in_files().items():
+        table = campaign.get(stated.table)
+        name = table.get(word) if isinstance(table, Mapping) else None
+        named[word] = name.get("file") if isinstance(name, Mapping) else name
+    return {key: str(name) for key, name in named.items() if isinstance(name, str | PathLike)}
 
 
 def _document(path: Path, text: str) -> dict[str, Any]:
