@@ -124,6 +124,17 @@ def test_a_target_of_a_drive_slides_the_members_that_its_record_lacks():
     assert len(found.scalars["kinetic_friction"]) == 6
 
 
+def test_an_effect_is_left_out_where_that_costs_at_most_half_of_the_target():
+    def pulled(within):
+        wanted = Ensemble(6, within, ("kinetic_friction",))
+        return run(compliance_task(CASE.slab), record_task(CASE, wanted), drive_task(CASE, DRIVE, wanted)).scalars
+
+    error = pulled(0.5)["left_out_error"][0]
+    assert error > 0.0
+    assert set(pulled(1.9 * error)["left_out"]) == {0}
+    assert set(pulled(2.1 * error)["left_out"]) != {0}
+
+
 def test_a_drive_is_over_each_members_own_record():
     found = run(compliance_task(CASE.slab), record_task(CASE, FOUR), drive_task(CASE, DRIVE, FOUR))
     for number in range(4):
