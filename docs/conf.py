@@ -29,7 +29,16 @@ include_patterns = [
     *(f"tests/{folder}/*.md" for folder in ("verification", "hard_cases", "benchmarks", "mpi", "slurm", "study/*")),
     "study/accuracy/*.md",
 ]
-exclude_patterns = [".*", "build", "results", "nanoslip", "docs/generated", "docs/gallery", "docs/paper"]
+exclude_patterns = [
+    ".*",
+    "build",
+    "results",
+    "nanoslip",
+    "docs/generated",
+    "docs/gallery",
+    "docs/paper",
+    "docs/release",
+]
 nitpicky = True
 suppress_warnings = ["config.cache"]
 

@@ -51,6 +51,15 @@ def test_what_is_loaded_from_elsewhere_is_seen(tag: str) -> None:
     )
 
 
+def test_one_version_is_everywhere() -> None:
+    found = {
+        name: re.search(r'^ *version: "(.+)"', (ROOT / name).read_text("utf-8"), re.MULTILINE)[1]  # type: ignore[index]
+        for name in ("CITATION.cff", "docs/release/recipe.yaml")
+    }
+    assert set(found.values()) == {nanoslip.__version__}
+    assert f"\n## {nanoslip.__version__} - " in (ROOT / "CHANGELOG.md").read_text("utf-8")
+
+
 @pytest.mark.slow
 @pytest.mark.timed
 def test_the_site_builds_without_warnings_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
