@@ -95,7 +95,7 @@ def run(
         farm = _farm(computing(folder), jobs, stack)
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         journal = Journal(folder, "nanoslip.run")
-        rest = rest_of(plan, Store(folder), folder, recompute_foreign, retry, partial(_warn, 4))
+        rest = rest_of(plan, Store(folder), folder, journal, recompute_foreign, retry, partial(_warn, 4))
         try:
             failed = compute_rest(farm, rest, journal, lease, partial(_shown, progress))
         except StoreError as error:
@@ -182,7 +182,7 @@ def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
 
 def _shown(
     progress: bool | None, tasks: Sequence[Task], processes: int, measured: Measured
-) -> AbstractContextManager[Report[Task]]:
+) -> AbstractContextManager[Report]:
     """Progress where it is asked for, or somebody watches."""
     errors = console(stderr=True)
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)

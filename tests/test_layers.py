@@ -32,7 +32,7 @@ ORDER = {
     "nanoslip.study.plan": "task kinds cost grids plan outlook",
     "nanoslip.study.results": "entry log attempts shard store",
     "nanoslip.study.dataset": "file crate variables table collect access concatenation compare verify",
-    "nanoslip.study.run": "launch queue progress dispatch journal mail child agent farm mpi compute warm_up executor batch "
+    "nanoslip.study.run": "launch queue progress dispatch journal child agent farm mpi compute warm_up executor batch "
     "campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",

@@ -32,6 +32,7 @@ from nanoslip.study.report.summary import MOST_ROWS, words
 from nanoslip.study.results import attempts
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, write_files
+from nanoslip.study.run.dispatch import Watch
 from nanoslip.study.run.executor import drop_intermediates, left
 from nanoslip.study.run.launch import computing
 from nanoslip.study.run.mpi import open_farm
@@ -235,7 +236,7 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     """Compute tasks in this process alone; returns an exit code."""
     Store(out).prepare()
     with open_farm(computing(out), serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
-        tally = farm.run(tasks, progress)
+        tally = farm.run(tasks, Watch(progress))
     if tally.halt:
         raise Refusal(tally.halt)
     if tally.interrupted:

@@ -176,7 +176,7 @@ def measured_here(plan: Plan) -> Measured:
                 start = time.perf_counter()
                 results[task.key] = run_task(task, results)
                 seconds.append(TASK + time.perf_counter() - start)
-            found.learn((task,), (min(seconds),))
+            found.learn(task, min(seconds))
             for array in results[task.key].arrays.values():
                 array.setflags(write=False)  # as a store gives it: kernels are compiled for that
     return found

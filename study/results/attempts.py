@@ -6,10 +6,10 @@ failed gets a line, too. A failure holds for the solver that it happened to: ano
 
 import json
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.results import entry as lines
@@ -52,16 +52,12 @@ class Attempt:
 
 def add(out: Path, attempt: Attempt) -> str:
     """Write an attempt down behind the others; returns why that could not be, empty where it was."""
-    try:
-        lines.add(out / FILE, f"{_line(attempt)}\n".encode("ascii"))
-    except OSError as error:
-        return f"{out / FILE}: cannot be written, the next run tries again what failed: {error.strerror or error}"
-    return ""
+    return _add(out / FILE, attempt, "the next run tries again what failed")
 
 
 def final(out: Path, solver: str) -> dict[str, Attempt]:
     """Key -> the last attempt of this solver at each task, where that was final; lines that no run wrote are left out."""
-    found = (attempt for line in lines.read(out / FILE) if (attempt := _attempt(line)) and attempt.solver == solver)
+    found = (each for line in lines.read(out / FILE) if (each := _attempt(line)) and each.solver == solver)
     last = {attempt.task: attempt for attempt in found}
     return {key: attempt for key, attempt in last.items() if attempt.final}
 
@@ -79,26 +75,41 @@ def lost(out: Path) -> str:
 
 
 def _attempt(line: str) -> Attempt | None:
-    try:
-        data: Any = json.loads(line)
-        if not isinstance(data, Mapping) or any(not isinstance(data[item.name], item.type) for item in _FIELDS):
-            return None
-        Ending(data["ending"])
-    except (ValueError, KeyError, RecursionError):
-        return None
-    found = Attempt(**{item.name: data[item.name] for item in _FIELDS})
-    return found if line == _line(found) else None
-
-
-def _line(attempt: Attempt) -> str:
-    """What stands in the file, with a checksum: no bit of it can change without being found."""
-    content = asdict(attempt)
-    return json.dumps({**content, "checksum": zlib.crc32(json.dumps(content).encode("ascii"))})
+    found = _read(line, Attempt)
+    return found if found and found.ending in tuple(Ending) else None
 
 
 _UNKNOWN: Final = "what failed there is tried again"
 _SHOWN: Final = 3
-_FIELDS: Final[Any] = fields(Attempt)
+
+# Lines have a checksum: no bit of them can change without being found.
+
+Record = TypeVar("Record", Attempt, "Run")
+
+
+def _add(path: Path, record: "Attempt | Run", what: str) -> str:
+    """Write a line behind the others; returns why that could not be, and what comes of it, empty where it was."""
+    try:
+        lines.add(path, f"{_line(asdict(record))}\n".encode("ascii"))
+    except OSError as error:
+        return f"{path}: cannot be written, {what}: {error.strerror or error}"
+    return ""
+
+
+def _line(content: Mapping[str, Any]) -> str:
+    return json.dumps({**content, "checksum": zlib.crc32(json.dumps(content).encode("ascii"))})
+
+
+def _read(line: str, kind: type[Record]) -> Record | None:
+    """A line as it was written, perhaps by another version; None of one that no run wrote."""
+    try:
+        content = json.loads(line)
+        del content["checksum"]
+        if line != _line(content):
+            return None
+        return kind(**{item.name: content[item.name] for item in fields(kind) if item.name in content})
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return None
 
 
 # The journal of a folder: who computed there, where, when, with what else, and how that ended.
@@ -108,10 +119,6 @@ _FIELDS: Final[Any] = fields(Attempt)
 # Each says all of it again; the last line of a run counts.
 
 RUNS_FILE: Final = "runs.jsonl"
-MOST_PROCESSES: Final = 10**7
-"""More than any machine has."""
-MOST: Final = 10**18
-"""More than any run takes: seconds, predicted or measured, and tasks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,54 +172,12 @@ class Run:
     exit_code: int = 0
 
 
-def add_run(out: Path, *runs: Run) -> str:
-    """Write lines behind the others; returns why that could not be, empty where it was: no result depends on it."""
-    try:
-        lines.add(out / RUNS_FILE, b"".join(json.dumps(asdict(run)).encode() + b"\n" for run in runs))
-    except OSError as error:
-        return f"{out / RUNS_FILE}: cannot be written, who computed here and how long is not known: {error.strerror or error}"
-    return ""
+def add_run(out: Path, run: Run) -> str:
+    """Write a line behind the others; returns why that could not be, empty where it was: no result depends on it."""
+    return _add(out / RUNS_FILE, run, "who computed here and how long is not known")
 
 
 def read(out: Path) -> list[Run]:
     """All runs that are written down in a folder, by their begin; lines that no run wrote are passed over."""
-    return _last(found for line in lines.read(out / RUNS_FILE) if (found := _run(line)))
-
-
-def _last(runs: Iterable[Run]) -> list[Run]:
-    return sorted({each.run: each for each in runs}.values(), key=lambda each: (each.begun, each.run))
-
-
-def _run(line: str) -> Run | None:
-    """A line as a run; None of one that is cut short, or that no run can have taken."""
-    try:
-        data: Any = json.loads(line)
-        if not isinstance(data, Mapping):
-            return None
-        found = Run(**{item.name: data[item.name] for item in fields(Run) if item.name in data})
-    except (ValueError, TypeError, RecursionError):
-        return None
-    return found if _possible(found) else None
-
-
-def _possible(run: Run) -> bool:
-    for item in fields(Run):
-        if type(getattr(run, item.name)) is not _TYPES[item.name]:
-            return False
-    numbers = (run.done, run.failed, run.wall_seconds, run.core_seconds)
-    counts = run.hosts.values()
-    return (
-        0 < run.processes < MOST_PROCESSES
-        and all(0 <= number < MOST for number in numbers)
-        and all(type(count) is int and 0 < count < MOST_PROCESSES for count in counts)
-        and all(isinstance(version, str) for version in run.libraries.values())
-        and all(_is_account(account) for account in run.kinds.values())
-    )
-
-
-def _is_account(account: object) -> bool:
-    numbers = account if isinstance(account, list) else []
-    return len(numbers) == 3 and all(type(each) in (int, float) and 0 <= each < MOST for each in numbers)
-
-
-_TYPES: Final = {name: type(value) for name, value in asdict(Run("", "", 1)).items()}
+    last = {run.run: run for line in lines.read(out / RUNS_FILE) if (run := _read(line, Run))}
+    return sorted(last.values(), key=lambda each: (each.begun, each.run))

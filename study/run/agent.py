@@ -1,8 +1,8 @@
-"""Whoever computes through a child: hands it tasks, a few at a time where they are short, and outlives what one does to it.
+"""Whoever computes through a child: hands it one task after the other, and outlives what one does to it.
 
 A child that dies (segmentation fault, killed, out of memory, `os._exit`) takes the task with it that it computed; one that does
-not end in time is killed. How tasks ended comes back in their order: the first one that has not is the one in its hands. Another
-child goes on with the next, half a second later. So it does after an error of the machine, which may have harmed the process.
+not end in time is killed. Another child goes on with the next, half a second later. So it does after an error of the machine,
+which may have harmed the process.
 """
 
 import socket
@@ -16,15 +16,10 @@ from nanoslip.study.origin import Origin
 from nanoslip.study.run.child import NO_TASK, ChildProcess
 from nanoslip.study.run.dispatch import Done, print_failure
 from nanoslip.study.run.launch import Program
-from nanoslip.study.run.progress import Expectation
 from nanoslip.study.run.queue import Work
 
 START: Final = 300.0
 """Seconds that a child has to start in; a crowded file system may need a while."""
-AHEAD: Final = 0.01
-"""Seconds of work that a child has at hand: it need not wait until this process has its turn."""
-REFILL: Final = 0.5
-"""Share of that below which it gets more: tasks that share a message, and most of a case, take a third of the time to send."""
 FALSE_STARTS: Final = 5
 """Children of one agent that end before they can compute, one after the other, until it gives up."""
 
@@ -42,14 +37,13 @@ class Agent:
         self._child: ChildProcess | None = None
         self._origin: Origin | None = None
         self._waiting: deque[Work] = deque()
-        self._begun: deque[Work] = deque()
-        self._expectation = Expectation()
+        self._begun: Work | None = None
         self._false_starts = 0
 
     @property
     def busy(self) -> bool:
         """Whether it computes a task."""
-        return bool(self._begun)
+        return self._begun is not None
 
     @property
     def waiting(self) -> int:
@@ -88,11 +82,9 @@ class Agent:
 
     def arrived(self) -> list[Done]:
         """The tasks that have ended since. Raises BrokenProgramError where no child can be started."""
-        found = []
-        while self._begun and (done := self._ended(self._begun[0])) is not None:
-            found.append(done)
+        done = self._ended(self._begun) if self._begun else None
         self._feed()
-        return found
+        return [done] if done else []
 
     def close(self) -> None:
         """End the child; what it computes is lost."""
@@ -101,32 +93,17 @@ class Agent:
             self._child = None
 
     def _feed(self) -> None:
-        """Keep the child at work, with short tasks several at once: what it has got it does not return."""
-        ahead = sum(map(self._expectation.seconds, self._begun))
-        if not self._waiting or ahead > REFILL * AHEAD:
-            return
-        tasks = self._next(ahead)
-        if not tasks:
-            return
-        child = self.start()
-        (child.add if self._begun else child.begin)(tasks)
-        self._begun.extend(tasks)
-
-    def _next(self, ahead: float) -> list[Work]:
-        """Take what the child gets now, which has so many seconds of work: something if it has none."""
-        tasks: list[Work] = []
-        while self._waiting:
-            ahead += self._expectation.seconds(self._waiting[0])
-            if ahead > AHEAD and (self._begun or tasks):
-                break
-            tasks.append(self._waiting.popleft())
-        return tasks
+        """Keep the child at work."""
+        if self._waiting and self._begun is None:
+            self._begun = self._waiting.popleft()
+            self.start().begin(self._begun)
 
     def _begin_again(self) -> None:
         """Have another child, when there is one, do what this one has not."""
         self.close()
-        self._waiting.extendleft(reversed(self._begun))
-        self._begun.clear()
+        if self._begun:
+            self._waiting.appendleft(self._begun)
+            self._begun = None
 
     def _ended(self, task: Work) -> Done | None:
         """How a task has ended; None while it has not."""
@@ -143,10 +120,10 @@ class Agent:
             outcome = Outcome(Ending.TIMED_OUT, _TIMED_OUT.format(task.limit))
             return self._lost(task, child, outcome, again=False)
         if done is not None:
-            self._expectation.learn((self._begun.popleft(),), (done.seconds,))
+            self._begun = None
             print_failure(task, done)
             if done.passing:
-                self._begin_again()
+                self.close()
         return done
 
     def _dead(self, task: Work, child: ChildProcess) -> Done | None:
@@ -159,14 +136,13 @@ class Agent:
         if child.ready:
             return self._lost(task, child, outcome, again=True)
         self._begin_again()
-        self._feed()
         return None
 
     def _lost(self, task: Work, child: ChildProcess, outcome: Outcome, again: bool) -> Done:
         where = f"rank {self._number} on {socket.gethostname()}"
         done = Done(task.key, outcome, child.seconds, where, child.last_words(), again)
-        self._begun.popleft()
-        self._begin_again()
+        self._begun = None
+        self.close()
         print_failure(task, done)
         return done
 

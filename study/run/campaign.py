@@ -3,8 +3,9 @@
 What is shown meanwhile is up to the caller, and so is the dataset.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, closing
+import time
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -16,11 +17,10 @@ from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.batch import finished_with
-from nanoslip.study.run.dispatch import Done, Report, Tally
-from nanoslip.study.run.executor import Diary, Left, drop_intermediates, given_up, left, unseen
+from nanoslip.study.run.dispatch import Done, Report, Tally, Watch
+from nanoslip.study.run.executor import Left, drop_intermediates, given_up, left
 from nanoslip.study.run.farm import Farm
-from nanoslip.study.run.journal import Journal, measured_in
-from nanoslip.study.run.mail import Begun
+from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
 from nanoslip.study.run.progress import Measured
 from nanoslip.study.run.warm_up import warm_ups
 
@@ -40,17 +40,18 @@ KILLED: Final = (
 )
 
 
-def blame(plan: Plan, store: Store, out: Path) -> None:
+def blame(plan: Plan, store: Store, journal: Journal, into: Path) -> None:
     """Write down as failed what a run in this folder left begun, for good if that is so for the second time."""
-    begun = Begun(out)
-    if keys := begun.read().difference(store.inventory()):
-        before, diary = store.failures(), Diary(out, lambda *_: None)
+    if keys := left_begun(into).difference(store.inventory()):
+        before = store.failures()
         for task in plan.tasks:
             failure = before.get(task.key)
             if task.key in keys and not (failure and failure.given_up):
                 second = failure is not None and failure.message == KILLED
-                diary.fail(task, Done(task.key, Outcome(Ending.CRASHED, KILLED), 0.0, passing=not second), final=True)
-    begun.close()
+                done = Done(task.key, Outcome(Ending.CRASHED, KILLED), 0.0, passing=not second)
+                journal.failed(task, done, final=True)
+    with suppress(OSError):
+        (into / BEGUN).unlink(missing_ok=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,13 @@ class Rest:
 
 
 def rest_of(
-    plan: Plan, store: Store, out: Path, recompute_foreign: bool, retry: bool, warn: Callable[[str], object]
+    plan: Plan,
+    store: Store,
+    out: Path,
+    journal: Journal,
+    recompute_foreign: bool,
+    retry: bool,
+    warn: Callable[[str], object],
 ) -> Rest:
     """What is left of a plan; shards that are there are merged first. The folder has to be leased. Raises StoreError.
 
@@ -82,7 +89,7 @@ def rest_of(
             "files may be removed"
         )
     into = store.folder.parent
-    blame(plan, store, into)
+    blame(plan, store, journal, into)
     if into != out:  # a shard looks at what was merged, too
         merged = Store(out)
         failures = {**merged.failures(), **store.failures()}
@@ -96,7 +103,7 @@ def rest_of(
     return Rest(plan, store, out, left(plan, failures, ours, retry), foreign)
 
 
-Show = Callable[[Sequence[Task], int, Measured], AbstractContextManager[Report[Task]]]
+Show = Callable[[Sequence[Task], int, Measured], AbstractContextManager[Report]]
 """Called with tasks to be computed, on how many processes, and what such tasks took before; gives what to call at their ends."""
 
 
@@ -109,18 +116,18 @@ def compute_rest(farm: Farm, rest: Rest, journal: Journal, lease: Lease, show: S
     if short := shortages(rest.plan, tasks, farm.here):
         raise ShortageError("\n".join(short))
     if tasks:
-        farm.run(warm_ups(tasks), lambda *_: None)
+        farm.run(warm_ups(tasks), Watch())
         journal.begin(farm.size, farm.unit)
-    begun = Begun(into)
-    farm.interruption.at_request(begun.close)  # whatever ends the run from then on is no task
-    with show(tasks, farm.size, measured_in(into, rest.out)) as report, closing(begun):
-        diary = Diary(into, journal.noting(report))
-        tally = farm.run(tasks, diary.report, diary.fail, begun.begin)
+    farm.interruption.at_request(journal.forget)  # whatever ends the run from then on is no task
+    with ExitStack() as stack:
+        stack.callback(journal.forget)
+        journal.show(stack.enter_context(show(tasks, farm.size, measured_in(into, rest.out))))
+        tally = farm.run(tasks, journal)
     journal.computed(tally)
     _check_whole(tally, lease)
     farm.settle()
     rest.store.settle()
-    if missing := unseen(tasks, diary.undone, rest.store):
+    if missing := unseen(tasks, journal.undone, rest.store):
         raise UnfinishedError(missing)
     if tasks:
         drop_intermediates(rest.plan, rest.store)
@@ -138,3 +145,27 @@ def _check_whole(tally: Tally, lease: Lease) -> None:
         tasks = f"{tally.outlasting} task{'' if tally.outlasting == 1 else 's'}"
         late = f"{tasks} left would outlast this job; " if tally.outlasting else ""
         raise UnfinishedError(f"interrupted: {late}what is finished is kept; run again to continue")
+
+
+VISIBLE: Final = 90.0
+"""Seconds after which a network file system shows what another machine has written: clients remember folders for 60 at most."""
+LOOK: Final = 1.0
+"""Seconds between two looks."""
+
+
+def unseen(tasks: Sequence[Task], undone: Collection[str], store: Store) -> str:
+    """Which results of tasks that were reported as done are not in the store, in a line; empty where all are.
+
+    Waits for them as long as a network file system may show a folder as it was. undone: keys of tasks without a result.
+    """
+    end = time.monotonic() + VISIBLE
+    while True:
+        there = store.metas()
+        missing = [task for task in tasks if task.key not in undone and task.key not in there]
+        if not missing or time.monotonic() > end:
+            break
+        time.sleep(min(LOOK, VISIBLE))
+    if not missing:
+        return ""
+    first = f"{len(missing)} of {len(tasks)} results, first that of {missing[0].label} ({missing[0].key})"
+    return f"{store.folder}: not there though they were computed: {first}; run again to continue"

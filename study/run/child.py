@@ -53,13 +53,13 @@ def main(descriptor: int, last_words: int) -> None:
 
 def _serve(parent: "Connection[Any, Any]") -> None:
     program: Program
-    program, number = pickle.loads(parent.recv_bytes())
+    program, number = parent.recv()
     execute = program.load()
-    _send(parent, READY)
+    parent.send(READY)
     where, process = f"rank {number} on {socket.gethostname()}", os.getpid()
     while True:
         try:
-            message = pickle.loads(parent.recv_bytes())
+            message = parent.recv()
         except (EOFError, OSError):
             return  # nobody is there any more
         except BaseException:
@@ -68,18 +68,12 @@ def _serve(parent: "Connection[Any, Any]") -> None:
         if isinstance(message, Origin):
             adopt(message)
             continue
-        for task in message:
-            done = attempt(execute, task, where, survive=BaseException)
-            if os.getpid() != process:
-                os._exit(0)  # a copy of it, made by the task
-            _send(parent, done)
-            if done.passing:
-                return
-
-
-def _send(pipe: "Connection[Any, Any]", message: object) -> None:
-    """Send a message; it is for processes of the same run, nothing else."""
-    pipe.send_bytes(pickle.dumps(message, pickle.HIGHEST_PROTOCOL))
+        done = attempt(execute, message, where, survive=BaseException)
+        if os.getpid() != process:
+            os._exit(0)  # a copy of it, made by the task
+        parent.send(done)
+        if done.passing:
+            return
 
 
 def _end_with(parent: int) -> None:
@@ -144,14 +138,10 @@ class ChildProcess:
         self.seconds += min(now - self._seen, LONGEST_LOOK)
         self._seen = now
 
-    def begin(self, tasks: list[Work]) -> None:
-        """Have it compute tasks, now that it has none."""
+    def begin(self, task: Work) -> None:
+        """Have it compute a task, now that it has none."""
         self.seconds, self._seen = 0.0, time.monotonic()
-        self.add(tasks)
-
-    def add(self, tasks: list[Work]) -> None:
-        """Have it compute tasks after those that it has."""
-        self._send(tasks)
+        self._send(task)
 
     def adopt(self, origin: Origin) -> None:
         """Have it state this software in results."""
@@ -161,7 +151,7 @@ class ChildProcess:
         """How its task has ended; None while it has not. Raises where the process has, or what it has written is no message."""
         while self._poll.poll(0):
             message = pickle.loads(self.pipe.recv_bytes(LONGEST_MESSAGE))
-            self.seconds, self._seen = 0.0, time.monotonic()  # its next task's, if it has one
+            self.seconds, self._seen = 0.0, time.monotonic()  # its task's, if it has been starting
             if message != READY:
                 return message  # type: ignore[no-any-return]
             self.ready = True
@@ -202,7 +192,7 @@ class ChildProcess:
 
     def _send(self, message: object) -> None:
         with suppress(OSError):  # it has died, as the other direction will say
-            _send(self.pipe, message)
+            self.pipe.send(message)
 
 
 def deaths_for_memory() -> int:

@@ -1,6 +1,5 @@
 """Dynamic load balancing: ready tasks go in parcels to the rank with the least estimated work. Ranks are numbers here: no MPI."""
 
-import heapq
 import math
 import sys
 import time as dispatch_time
@@ -9,18 +8,20 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter, time
-from typing import Any, Final, Generic, TypeVar
+from typing import Any, Final
+
+import numpy as np
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome, printable, quoted
-from nanoslip.study.run.progress import Expectation
+from nanoslip.study.run.progress import Measured
 from nanoslip.study.run.queue import TaskQueue, Work
 
 # The state of a run: queued tasks, outcomes of finished ones, and measured seconds of each kind of task.
 
-W = TypeVar("W", bound=Work)
-Execute = Callable[[W], Outcome]
-Report = Callable[[Sequence[W], Outcome, Collection[float]], None]
-"""Callback: called with tasks of the same outcome, and the seconds that each took."""
+Execute = Callable[[Any], Outcome]
+"""What computes a task and returns how it ended; its result is in the store then."""
+Report = Callable[[Any, Outcome, float], None]
+"""Callback: called with a task that has ended, how, and the seconds that it took."""
 
 ATTEMPTS: Final = 2
 """How often a task is begun whose process dies: what killed it may have been no fault of its own."""
@@ -58,12 +59,22 @@ class Done:
             object.__setattr__(self, "trace", printable(self.trace, LONGEST_TRACE))
 
 
-Fail = Callable[[W, Done, bool], None]
-"""Callback: called with each failed attempt, how it ended, and whether that is final."""
+class Watch:
+    """Whoever looks on while tasks are computed."""
 
+    def __init__(self, report: Report = lambda *_: None) -> None:
+        """report: called with each task that has ended."""
+        self._report = report
 
-Begin = Callable[[Sequence[tuple[W, float]]], None]
-"""Callback: called with tasks handed out, and the seconds that each is expected to take; infinite while unknown."""
+    def begun(self, tasks: Sequence[tuple[Work, float]]) -> None:
+        """Tasks are handed out. With each the seconds that it is expected to take; infinite while unknown."""
+
+    def ended(self, task: Any, outcome: Outcome, seconds: float) -> None:
+        """A task has ended."""
+        self._report(task, outcome, seconds)
+
+    def failed(self, task: Any, done: Done, final: bool) -> None:
+        """An attempt has failed. final: it is not tried again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +96,7 @@ class Tally:
 
 
 def attempt(
-    execute: Execute[W], task: W, where: str, survive: type[BaseException] | tuple[type[BaseException], ...] = Exception
+    execute: Execute, task: Work, where: str, survive: type[BaseException] | tuple[type[BaseException], ...] = Exception
 ) -> Done:
     """Compute one task. An exception (a defect, never physics) becomes the outcome `crashed`, with its place and traceback.
 
@@ -124,23 +135,25 @@ def say(text: str) -> None:
     sys.stderr.flush()
 
 
-class Ledger(Generic[W]):
+LEAST: Final = 1e-3
+"""Lower bound of a task's expected seconds: its files and messages, however little it computes."""
+
+
+class Ledger:
     """Counts tasks taken from the queue and tasks finished, and reports each end."""
 
-    def __init__(
-        self, tasks: Sequence[W], report: Report[W], fail: Fail[W] = lambda *_: None, until: float = math.inf
-    ) -> None:
+    def __init__(self, tasks: Sequence[Work], watch: Watch, until: float = math.inf) -> None:
         """until: when all tasks have to have ended, in seconds since the epoch."""
         self.queue = TaskQueue(tasks)
         self.halt = ""
-        self._report, self._fail, self._until = report, fail, until
+        self._watch, self._until = watch, until
         self._away = 0
         self._done = 0
         self._crashed = 0
         self._failed: Counter[str] = Counter()
         self._refused: set[str] = set()
         self._kept = True  # a result since the last one that could not be
-        self._expectation = Expectation()
+        self._measured = Measured()
         self._seconds = 0.0
         self._places: set[str] = set()
 
@@ -149,26 +162,19 @@ class Ledger(Generic[W]):
         """Whether a task is being computed or can be."""
         return self._away + self.queue.ready > 0
 
-    def take(self) -> W:
-        """Take the next task from the queue to be computed."""
-        self._away += 1
-        return self.queue.take()
-
-    def parcel(self, most: int, room: float, at_least_one: bool) -> list[tuple[W, float]]:
+    def take(self, most: int, room: float, at_least_one: bool) -> list[tuple[Work, float]]:
         """Take the next tasks, at most so many, which are expected to take `room` seconds together; with the seconds of each.
 
         at_least_one: the first one however long it takes. One that would not end in time is set aside, now and for good. What is
         not known to take too long is tried: else a task longer than any job would never be.
         """
         left = self._until - time() if self._until < math.inf else math.inf
-        taken: list[tuple[W, float]] = []
-        for _ in range(self.queue.ready):
-            if len(taken) == most:
-                break
+        taken: list[tuple[Work, float]] = []
+        while self.queue.ready and len(taken) < most:
             task = self.queue.take()
-            seconds = self._expectation.seconds(task)
+            seconds = self.expected(task)
             if left < seconds < math.inf:
-                self.queue.set_aside(task.key)
+                self.queue.aside += 1
             elif seconds <= room or (at_least_one and not taken):
                 taken.append((task, seconds))
                 room -= seconds
@@ -176,7 +182,13 @@ class Ledger(Generic[W]):
                 self.queue.put_back(task.key)
                 break
         self._away += len(taken)
+        if taken:
+            self._watch.begun(taken)
         return taken
+
+    def expected(self, task: Work) -> float:
+        """Estimated seconds of this task, scaled by what its kind took so far; infinite before any of its kind ended."""
+        return max(self._measured.seconds(task), LEAST) if self._measured.tasks((task.kind,)) else math.inf
 
     def give_back(self, keys: Iterable[str]) -> None:
         """Put taken tasks back into the queue: nobody has begun with them."""
@@ -186,55 +198,49 @@ class Ledger(Generic[W]):
 
     def enter(self, done: Done) -> None:
         """Record the end of a taken task; tasks that need a failed one are abandoned."""
-        if done.halt:
-            self._enter_refusal(done)
-        elif done.outcome.ending in UNDONE:
-            self._enter_failure(done)
-        else:
-            self._count(done)
-            self._kept = True
-            self._done += 1
-            tasks, seconds = (self.queue.finish(done.key),), (done.seconds,)
-            self._expectation.learn(tasks, seconds)
-            self._report(tasks, done.outcome, seconds)
-
-    def _enter_refusal(self, done: Done) -> None:
-        """Record that a result could not be kept: by a fault of its process where others are, else no more can be."""
-        if not self._kept:
-            self.halt = done.halt
-            self.give_back((done.key,))
-        elif done.key in self._refused:
-            self._enter_failure(done)
-        else:
-            self._away -= 1
-            self.queue.put_last(done.key)
-        self._refused.add(done.key)
-        self._kept = False
-
-    def _enter_failure(self, done: Done) -> None:
-        self._count(done)
-        task = self.queue.taken(done.key)
-        self._failed[done.key] += 1
-        last = not done.again or self._failed[done.key] >= ATTEMPTS
-        self._fail(task, done, last)
-        if not last:
-            self.queue.put_last(done.key)
+        if done.halt and not self._refuses(done):
             return
-        self._crashed += 1
-        self._report((task,), done.outcome, (done.seconds,))
-        needs_failed = Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}")
-        if lost := self.queue.abandon(done.key):
-            self._crashed += len(lost)
-            self._report(lost, needs_failed, [0.0] * len(lost))
-
-    def _count(self, done: Done) -> None:
         self._away -= 1
         self._seconds += done.seconds
         self._places.add(done.where)
+        if done.halt or done.outcome.ending in UNDONE:
+            self._fail(done)
+        else:
+            self._kept = True
+            self._done += 1
+            task = self.queue.finish(done.key)
+            self._measured.learn(task, done.seconds)
+            self._watch.ended(task, done.outcome, done.seconds)
 
-    def expected(self, task: W) -> float:
-        """Estimated seconds of this task, scaled by what its kind took so far; infinite before any of its kind ended."""
-        return self._expectation.seconds(task)
+    def _refuses(self, done: Done) -> bool:
+        """Whether a result that could not be kept is the task's own fault: others are kept; else no more can be."""
+        again, kept = done.key in self._refused, self._kept
+        self._refused.add(done.key)
+        self._kept = False
+        if kept and again:
+            return True
+        self._away -= 1
+        if kept:
+            self.queue.put_last(done.key)
+        else:
+            self.halt = done.halt
+            self.queue.put_back(done.key)
+        return False
+
+    def _fail(self, done: Done) -> None:
+        task = self.queue.tasks[done.key]
+        self._failed[done.key] += 1
+        last = not done.again or self._failed[done.key] >= ATTEMPTS
+        self._watch.failed(task, done, last)
+        if not last:
+            self.queue.put_last(done.key)
+            return
+        waiting = self.queue.abandon(done.key)
+        self._crashed += 1 + len(waiting)
+        self._watch.ended(task, done.outcome, done.seconds)
+        lost = Outcome(Ending.NEEDS_FAILED, f"{task.label} {UNDONE[done.outcome.ending]}")
+        for each in waiting:
+            self._watch.ended(each, lost, 0.0)
 
     def tally(self, interrupted: bool) -> Tally:
         """The counts so far. A signal that came after the last task interrupted nothing."""
@@ -259,8 +265,6 @@ PARCELS: Final = 2
 REFILL: Final = 0.75
 """Share of the lookahead from which on a rank is not given more: one task at a time would be a message each."""
 
-Send = Callable[[list[Any]], None]
-
 
 def lookahead(ranks: int) -> float:
     """Seconds of work that may wait at one of so many ranks."""
@@ -268,47 +272,39 @@ def lookahead(ranks: int) -> float:
 
 
 class Dispatcher:
-    """Tasks given to each rank and not reported yet. Choosing a rank costs the same for two ranks as for thousands."""
+    """Tasks given to each rank and not reported yet."""
 
-    def __init__(self, sends: Sequence[Send], begin: Begin[Any] = lambda *_: None) -> None:
-        """sends: `sends[rank]` sends a list of tasks to that rank. begin: callback, called with them."""
-        self._sends, self._begin = sends, begin
-        self._lookahead = lookahead(len(sends))
-        self._doing: list[dict[str, float]] = [{} for _ in sends]  # key -> expected seconds
-        self._load = [0.0] * len(sends)
-        self._news = [0.0] * len(sends)
+    def __init__(self, ranks: int, ledger: Ledger, give: Callable[[int, list[Any]], object]) -> None:
+        """give: sends a list of tasks to a rank."""
+        self._ledger, self._give = ledger, give
+        self._lookahead = lookahead(ranks)
+        self._doing: list[dict[str, float]] = [{} for _ in range(ranks)]  # key -> expected seconds
+        self._load = np.zeros(ranks)
+        self._heard = np.zeros(ranks)  # when there was news of each that computes
         self._next_look = 0.0
-        # (load, rank), least first. A rank's entries other than its present load are stale: dropped when they surface or crowd.
-        self._least = [(0.0, rank) for rank in range(len(sends))]
-        self._lighter: set[int] = set()  # ranks whose present load has no entry
 
     @property
     def busy(self) -> bool:
         """Whether any rank has a task that it has not reported."""
         return any(self._doing)
 
-    def hand_out(self, ledger: Ledger[Any]) -> None:
+    def hand_out(self) -> None:
         """Send ready tasks to the least loaded rank while it is idle or will be within the lookahead."""
-        for rank in self._lighter:
-            self._set_load(rank, self._load[rank])
-        self._lighter.clear()
         parcels: dict[int, list[Any]] = defaultdict(list)
         enough = REFILL * self._lookahead
-        while self._load[rank := self._least_loaded()] < enough and (tasks := self._parcel(rank, ledger)):
+        while self._load[rank := int(self._load.argmin())] < enough and (tasks := self._parcel(rank)):
             parcels[rank] += tasks
         for rank, tasks in parcels.items():
-            self._sends[rank](tasks)
+            self._give(rank, tasks)
 
     def take_back(self, rank: int, keys: Collection[str]) -> None:
         """Note that a rank has reported or given back the tasks of these keys."""
-        if not keys:
-            return
-        doing = self._doing[rank]
-        seconds = sum(map(doing.pop, keys))
-        self._news[rank] = dispatch_time.monotonic()
-        # Exactly nothing where nothing is left, whatever was rounded, and infinite while unknown.
-        self._load[rank] = self._load[rank] - seconds if doing else 0.0
-        self._lighter.add(rank)
+        if keys:
+            doing = self._doing[rank]
+            seconds = sum(map(doing.pop, keys))
+            self._heard[rank] = dispatch_time.monotonic()
+            # Exactly nothing where nothing is left, whatever was rounded, and infinite while unknown.
+            self._load[rank] = self._load[rank] - seconds if doing else 0.0
 
     def stranded(self) -> list[int]:
         """Ranks whose task takes so much longer than expected that those behind it had better go elsewhere; none twice."""
@@ -316,37 +312,21 @@ class Dispatcher:
         if now < self._next_look:
             return []
         self._next_look = now + 0.1 * STRANDED  # a look at all ranks takes its time
-        late = now - max(STRANDED, 2.0 * self._lookahead)
-        found = [rank for rank, tasks in enumerate(self._doing) if len(tasks) > 1 and self._news[rank] < late]
-        for rank in found:
-            self._set_load(rank, math.inf)  # until it is idle
-            self._news[rank] = math.inf
+        late = np.flatnonzero(self._heard < now - max(STRANDED, 2.0 * self._lookahead)).tolist()
+        found = [rank for rank in late if len(self._doing[rank]) > 1]
+        self._load[found] = self._heard[found] = math.inf  # until it is idle
         return found
 
-    def _parcel(self, rank: int, ledger: Ledger[Any]) -> list[Any]:
+    def _parcel(self, rank: int) -> list[Any]:
         """Take the next tasks for a rank: one if it is idle, and more while they are short and enough are left for others.
 
         Nothing where no task is ready, or the rank has enough to do.
         """
-        doing, load = self._doing[rank], self._load[rank]
+        doing, ledger = self._doing[rank], self._ledger
         if not doing:
-            self._news[rank] = dispatch_time.monotonic()
+            self._heard[rank] = dispatch_time.monotonic()
         most = max(ledger.queue.ready // (PARCELS * len(self._load)), 1)
-        taken = ledger.parcel(most, self._lookahead - load, at_least_one=not doing)
-        if taken:
-            self._begin(taken)
-            doing |= ((task.key, seconds) for task, seconds in taken)
-            self._set_load(rank, load + sum(seconds for _, seconds in taken))
+        taken = ledger.take(most, self._lookahead - self._load[rank], at_least_one=not doing)
+        doing |= ((task.key, seconds) for task, seconds in taken)
+        self._load[rank] += sum(seconds for _, seconds in taken)
         return [task for task, _ in taken]
-
-    def _set_load(self, rank: int, seconds: float) -> None:
-        self._load[rank] = seconds
-        heapq.heappush(self._least, (seconds, rank))
-        if len(self._least) > 4 * len(self._load):
-            self._least = [(each, rank) for rank, each in enumerate(self._load)]
-            heapq.heapify(self._least)
-
-    def _least_loaded(self) -> int:
-        while self._load[self._least[0][1]] != self._least[0][0]:
-            heapq.heappop(self._least)
-        return self._least[0][1]

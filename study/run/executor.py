@@ -1,25 +1,21 @@
 """How a process computes one task of a campaign: inputs from the store, result into it."""
 
-import datetime
-import sys
-import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Final
 
-from nanoslip.solver.outcome import COMPLETED, UNDONE, Ending, Outcome
-from nanoslip.study.origin import arithmetic, here
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study.origin import arithmetic
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task, TaskResult
-from nanoslip.study.results import attempts
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import CorruptResultError
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.compute import run_task
-from nanoslip.study.run.dispatch import CannotGoOnError, Done, Report
+from nanoslip.study.run.dispatch import CannotGoOnError
 from nanoslip.study.run.launch import Settle
 from nanoslip.study.run.warm_up import WarmUp
 
@@ -81,12 +77,7 @@ def drop_intermediates(plan: Plan, store: Store) -> None:
             store.drop(key)
 
 
-# What a run does about tasks that fail: leaves out those that failed for good before, and writes down those that do now.
-
-VISIBLE: Final = 90.0
-"""Seconds after which a network file system shows what another machine has written: clients remember folders for 60 at most."""
-LOOK: Final = 1.0
-"""Seconds between two looks."""
+# What is left of a campaign: what has failed for good before is not tried again.
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,64 +103,3 @@ def left(plan: Plan, failures: Mapping[str, Attempt], finished: Collection[str],
 def given_up(failures: Mapping[str, Attempt], retry: bool = False) -> set[str]:
     """Keys of the tasks that a run does not try again by itself; none where it is to retry."""
     return {key for key, attempt in failures.items() if attempt.given_up and not retry}
-
-
-def unseen(tasks: Sequence[Task], undone: Collection[str], store: Store) -> str:
-    """Which results of tasks that were reported as done are not in the store, in a line; empty where all are.
-
-    Waits for them as long as a network file system may show a folder as it was. undone: keys of tasks without a result.
-    """
-    end = time.monotonic() + VISIBLE
-    while True:
-        there = store.metas()
-        missing = [task for task in tasks if task.key not in undone and task.key not in there]
-        if not missing or time.monotonic() > end:
-            break
-        time.sleep(min(LOOK, VISIBLE))
-    if not missing:
-        return ""
-    first = f"{len(missing)} of {len(tasks)} results, first that of {missing[0].label} ({missing[0].key})"
-    return f"{store.folder}: not there though they were computed: {first}; run again to continue"
-
-
-class Diary:
-    """Keeps all that is known of attempts that fail, and that a task which has failed has not in the end."""
-
-    def __init__(self, out: Path, report: Report[Task]) -> None:
-        """report: callback, called with each task's outcome."""
-        self._out, self._report = out, report
-        self._failed = set(attempts.final(out, here().solver))
-        self.undone: set[str] = set()
-        """Keys of the tasks that have ended without a result."""
-
-    def report(self, tasks: Sequence[Task], outcome: Outcome, seconds: Collection[float]) -> None:
-        """Note how tasks have ended."""
-        if outcome.ending in UNDONE or outcome.ending is Ending.NEEDS_FAILED:
-            self.undone.update(task.key for task in tasks)
-        elif self._failed:
-            for task, took in zip(tasks, seconds, strict=True):
-                if task.key in self._failed:
-                    self._note(task, Done(task.key, outcome, took), final=False)
-        self._report(tasks, outcome, seconds)
-
-    def fail(self, task: Task, done: Done, final: bool) -> None:
-        """Note an attempt that has failed."""
-        self._failed.add(task.key)
-        self._note(task, done, final)
-
-    def _note(self, task: Task, done: Done, final: bool) -> None:
-        ended = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-        attempt = Attempt(
-            task=task.key,
-            label=task.label,
-            ending=done.outcome.ending.value,
-            message=done.outcome.message,
-            final=final,
-            passing=done.passing,
-            solver=here().solver,
-            where=done.where,
-            ended=ended,
-            trace=done.trace,
-        )
-        if problem := attempts.add(self._out, attempt):
-            sys.stderr.write(f"{problem}\n")

@@ -1,72 +1,91 @@
-"""What all farms have in common: of this process alone, of several on this machine."""
+"""Farms: whoever hands out tasks, and whoever computes them: this process alone, or several on this machine."""
 
 import os
 import socket
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
 from multiprocessing import connection
-from types import TracebackType
-from typing import Any, Final, NoReturn, Protocol, Self, TypeVar
+from typing import Any, Final, NoReturn, Self
 
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.run.agent import Agent
-from nanoslip.study.run.dispatch import Begin, Dispatcher, Execute, Fail, Ledger, Report, Tally, attempt, print_failure
+from nanoslip.study.run.dispatch import Dispatcher, Done, Execute, Ledger, Tally, Watch, attempt, print_failure
 from nanoslip.study.run.launch import GRACE, Interruption, Settle, end_of_time
-from nanoslip.study.run.mail import News
 from nanoslip.study.run.queue import Work
 
-# What all farms of several processes do: hand out tasks, enter how they end, take back what waits too long.
 
-W = TypeVar("W", bound=Work)
+class FarmError(NanoslipError):
+    """The processes were not started as a farm can use them; the message says what to do."""
 
 
-class Coordinator(ABC):
-    """Whoever hands out tasks to those who compute, each known by its number: how they are reached is a farm's affair."""
+News = tuple[int, Sequence[Done], Sequence[str]]
+"""A rank, how those of its tasks ended that have, and keys of those that it has not begun and will not."""
 
-    size: int
-    """How many compute."""
-    interruption: Interruption
 
-    def run(
-        self,
-        tasks: Sequence[W],
-        report: Report[W],
-        fail: Fail[W] = lambda *_: None,
-        begin: Begin[W] = lambda *_: None,
-    ) -> Tally:
+class Farm(ABC):
+    """Processes that compute tasks, each known by its number, its rank: how they are reached is the farm's own affair.
+
+    The root calls `run`, the others `serve`; all of them end with `leave`.
+    """
+
+    root = True
+    unit = "processes"
+    """What they are called."""
+
+    def __init__(self, size: int, here: int, interruption: Interruption) -> None:
+        """here: how many of them are on this machine."""
+        self.size, self.here, self.interruption = size, here, interruption
+        self._unsettled: set[int] = set()  # those that have computed since they wrote out their results
+
+    def run(self, tasks: Sequence[Work], watch: Watch) -> Tally:
         """Compute all tasks, each after its needs, idle ranks first; several at once where they are short.
 
         After a signal only those that have been begun. None that would outlast the job.
-        report, fail, begin: callbacks, called with each task's outcome, with each failed attempt, and with the tasks handed out.
         """
-        ledger = Ledger(tasks, report, fail, end_of_time(os.environ))
-        dispatcher = Dispatcher([partial(self.give, rank) for rank in range(self.size)], begin)
+        ledger = Ledger(tasks, watch, end_of_time(os.environ))
+        dispatcher = Dispatcher(self.size, ledger, self.give)
+
+        def take_in(found: Sequence[News]) -> None:
+            for rank, ended, returned in found:
+                if ended:
+                    self._unsettled.add(rank)
+                dispatcher.take_back(rank, [*(done.key for done in ended), *returned])
+                for done in ended:
+                    ledger.enter(done)
+                ledger.give_back(returned)
+
         while ledger.unfinished and not (self.interruption.requested or ledger.halt):
-            dispatcher.hand_out(ledger)
-            for rank in dispatcher.stranded():
-                take_in(ledger, dispatcher, rank, News(returned=self.take_back(rank)))
-            self._receive(ledger, dispatcher)
-        for rank in range(self.size):
-            take_in(ledger, dispatcher, rank, News(returned=self.take_back(rank)))
+            dispatcher.hand_out()
+            take_in([(rank, (), self.take_back(rank)) for rank in dispatcher.stranded()])
+            take_in(self.news())
+        take_in([(rank, (), self.take_back(rank)) for rank in range(self.size)])
         while dispatcher.busy:
-            self._receive(ledger, dispatcher)
+            take_in(self.news())
         return ledger.tally(self.interruption.requested)
 
     def settle(self) -> None:
         """Have all who have computed write out their results; one that cannot says so, or is ended at its time limit."""
-        waiting = self._unsettled.copy()
-        self._unsettled.clear()
+        waiting, self._unsettled = self._unsettled, set()
         for rank in waiting:
             self.give(rank, [Settle()])
         while waiting:
-            waiting.difference_update(rank for rank, news in self.news() if news.done)
+            waiting.difference_update(rank for rank, ended, _ in self.news() if ended)
 
-    @cached_property
-    def _unsettled(self) -> set[int]:
-        """Those that have computed since."""
-        return set()
+    def serve(self) -> int:
+        """Compute what the root sends until it leaves; returns its exit code. Raises FarmError where the root is alone."""
+        raise FarmError("a farm without ranks has nobody to serve")
+
+    def leave(self, code: int) -> NoReturn:
+        """Raises SystemExit with this exit code on every process."""
+        sys.exit(code)
+
+    def __enter__(self) -> Self:
+        self.interruption.__enter__()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.interruption.__exit__(*error)
 
     @abstractmethod
     def give(self, rank: int, tasks: list[Any]) -> None:
@@ -77,134 +96,50 @@ class Coordinator(ABC):
         """Have a rank return the tasks that it has not begun, and their keys: at once, or as news."""
 
     @abstractmethod
-    def news(self) -> Sequence[tuple[int, News]]:
-        """What has become of tasks since, each time with the rank that had them; waits a little where nothing has."""
-
-    def _receive(self, ledger: Ledger[Any], dispatcher: Dispatcher) -> None:
-        for rank, news in self.news():
-            if news.done:
-                self._unsettled.add(rank)
-            take_in(ledger, dispatcher, rank, news)
+    def news(self) -> Sequence[News]:
+        """What has become of tasks since; waits a little where nothing has."""
 
 
-def take_in(ledger: Ledger[Any], dispatcher: Dispatcher, rank: int, news: News) -> None:
-    """Enter what has become of tasks of a rank."""
-    dispatcher.take_back(rank, [*(done.key for done in news.done), *news.returned])
-    for done in news.done:
-        ledger.enter(done)
-    ledger.give_back(news.returned)
-
-
-class FarmError(NanoslipError):
-    """The processes were not started as a farm can use them; the message says what to do."""
-
-
-class Farm(Protocol):
-    """Processes that compute tasks. The root calls `run`, the others `serve`; all of them end with `leave`."""
-
-    root: bool
-    size: int
-    here: int
-    """How many of them are on this machine."""
-    unit: str
-    """What they are called."""
-    interruption: Interruption
-
-    def run(
-        self,
-        tasks: Sequence[W],
-        report: Report[W],
-        fail: Fail[W] = ...,
-        begin: Begin[W] = ...,
-    ) -> Tally:
-        """Compute all tasks, each after its needs.
-
-        report, fail, begin: callbacks, called with each task's outcome, with each failed attempt, and with tasks to be computed.
-        """
-
-    def settle(self) -> None:
-        """Have results of all processes on disk, where other machines see them."""
-
-    def serve(self) -> int:
-        """Compute what the root sends until it leaves; returns its exit code."""
-
-    def leave(self, code: int) -> NoReturn:
-        """Raises SystemExit with this exit code on every process."""
-
-    def __enter__(self) -> Self: ...
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
-
-
-class LocalFarm:
-    """What farms without other ranks share: this process is the root, and a signal is its own affair."""
-
-    root = True
-
-    def __init__(self, size: int, grace: float) -> None:
-        self.size = self.here = size
-        self.interruption = Interruption(grace)
-
-    def __enter__(self) -> Self:
-        self.interruption.__enter__()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.interruption.__exit__(*error)
-
-    def serve(self) -> int:
-        """Raises FarmError: the only rank is the root, which does not serve."""
-        raise FarmError("a farm without ranks has nobody to serve")
-
-    def leave(self, code: int) -> NoReturn:
-        """End the process."""
-        sys.exit(code)
-
-
-class SerialFarm(LocalFarm):
+class SerialFarm(Farm):
     """This process alone. What a task does to its process it does to the whole run; KeyboardInterrupt stays Python's."""
 
     unit = "process"
 
-    def __init__(self, load: Callable[[], Execute[Any]], grace: float = GRACE) -> None:
+    def __init__(self, load: Callable[[], Execute], grace: float = GRACE) -> None:
         """load: called once, for the function that computes a task."""
-        super().__init__(1, grace)
+        super().__init__(1, 1, Interruption(grace))
         self._load = load
+        self._execute: Execute | None = None
+        self._waiting: list[Any] = []
 
-    def run(
-        self,
-        tasks: Sequence[W],
-        report: Report[W],
-        fail: Fail[W] = lambda *_: None,
-        begin: Begin[W] = lambda *_: None,
-    ) -> Tally:
-        """Compute one task after the other, in the order of the queue."""
-        ledger, execute = Ledger(tasks, report, fail), self._load()
-        where = f"rank 0 on {socket.gethostname()}"
-        while ledger.unfinished and not (self.interruption.requested or ledger.halt):
-            task = ledger.take()
-            begin([(task, ledger.expected(task))])
-            done = attempt(execute, task, where, survive=(Exception, SystemExit, GeneratorExit))
-            print_failure(task, done)
-            ledger.enter(done)
-        return ledger.tally(self.interruption.requested)
+    def give(self, rank: int, tasks: list[Any]) -> None:
+        """Compute tasks behind others, as soon as news are asked for."""
+        self._waiting += tasks
 
-    def settle(self) -> None:
-        """Nothing: this process sees what it has written."""
+    def take_back(self, rank: int) -> Sequence[str]:
+        """Return those that were not begun."""
+        keys = [task.key for task in self._waiting]
+        self._waiting.clear()
+        return keys
 
+    def news(self) -> Sequence[News]:
+        """Compute the next one."""
+        self._execute = self._execute or self._load()
+        task, where = self._waiting.pop(0), f"rank 0 on {socket.gethostname()}"
+        done = attempt(self._execute, task, where, survive=(Exception, SystemExit, GeneratorExit))
+        print_failure(task, done)
+        return [(0, [done], ())]
 
-# Spread tasks over processes of one machine without MPI: this process hands out, its children compute.
 
 PATIENCE: Final = 0.1
 """Seconds between looks whether a signal or a time limit has come, while no task ends."""
 
 
-class ProcessFarm(Coordinator, LocalFarm):
-    """Processes of this machine that compute tasks, one of each agent."""
+class ProcessFarm(Farm):
+    """Processes of this machine, one of each agent: this process hands out, without MPI."""
 
     def __init__(self, agents: Sequence[Agent], grace: float = GRACE) -> None:
-        super().__init__(len(agents), grace)
+        super().__init__(len(agents), len(agents), Interruption(grace))
         self.unit = "process" if len(agents) == 1 else "processes"
         self._agents = agents
 
@@ -221,7 +156,7 @@ class ProcessFarm(Coordinator, LocalFarm):
         """Have a process return the tasks that it has not begun; returns their keys."""
         return self._agents[rank].give_back()
 
-    def news(self) -> list[tuple[int, News]]:
+    def news(self) -> list[News]:
         """The tasks that have ended; waits a little for one, where none has."""
         connection.wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], PATIENCE)
-        return [(number, News(agent.arrived())) for number, agent in enumerate(self._agents)]
+        return [(rank, agent.arrived(), ()) for rank, agent in enumerate(self._agents)]

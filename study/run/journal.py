@@ -1,44 +1,66 @@
-"""What a run writes down of itself: a line when it begins to compute, a few on the way, and one when it has ended."""
+"""What a run writes down beside its results: who computes, which attempts failed and which long tasks are in hand.
+
+A line of `runs.jsonl` when it begins to compute, a few on the way, and one when it has ended; one of `attempts.jsonl` for each
+attempt that fails; `begun.txt` while it runs.
+"""
 
 import datetime
+import os
 import secrets
 import shlex
 import sys
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from threading import Lock
+from typing import Any, Final
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
 from nanoslip.study.origin import here, this_machine, user
-from nanoslip.study.plan.task import Task
+from nanoslip.study.results import attempts
 from nanoslip.study.results import attempts as runs
-from nanoslip.study.results.attempts import Run
-from nanoslip.study.run.dispatch import Report, Tally
+from nanoslip.study.results import entry as lines
+from nanoslip.study.results.attempts import Attempt, Run
+from nanoslip.study.run.dispatch import Done, Report, Tally, Watch
 from nanoslip.study.run.launch import launcher_name, slurm_job
 from nanoslip.study.run.progress import Measured
+from nanoslip.study.run.queue import Work
 
 FIRST: Final = 2.0
 """Seconds after which a run writes down what its tasks took so far; again after twice as long, and so on."""
 
 
-class Journal:
-    """The lines of one run. What cannot be written is printed once and stands in the way of nothing."""
+BEGUN: Final = "begun.txt"
+"""Keys of the long tasks that a run has begun, until it ends: where it is killed as a whole, by one of them perhaps."""
+LONG: Final = 1.0
+"""Seconds from which on a task is noted, and one of which nothing is known: of shorter ones too many are begun."""
+
+
+class Journal(Watch):
+    """What one run writes down. What cannot be written is printed once and stands in the way of nothing."""
 
     def __init__(self, out: Path, command: str = "") -> None:
         """command: what was started; without it the command line."""
+        super().__init__()
+        self.undone: set[str] = set()
+        """Keys of the tasks that have ended without a result."""
         self._out = out
         self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
         self._run: Run | None = None
-        self._started = 0.0
-        self._printed = ""
+        self._failed: set[str] = set()
+        self._printed: set[str] = set()
         self._measured = Measured()
-        self._next = FIRST
+        self._started, self._next = 0.0, FIRST
+        self._lock = Lock()  # a signal forgets what was begun from another thread
+        self._begun: int | None = None
+        self._forgotten = False
 
     def begin(self, processes: int, unit: str) -> None:
         """Write down who begins to compute here, and with what else."""
         machine, home = this_machine(), here()
+        self._failed.update(attempts.final(self._out, home.solver))
         self._run = Run(
             run=secrets.token_hex(6),
             begun=_now(),
@@ -62,16 +84,50 @@ class Journal:
         self._started = time.monotonic()
         self._add(self._run)
 
-    def noting(self, report: Report[Task]) -> Report[Task]:
-        """A callback that notes how long tasks with a result took, then calls `report`."""
+    def show(self, report: Report) -> None:
+        """Call this with each task that has ended."""
+        self._report = report
 
-        def note(tasks: Sequence[Task], outcome: Outcome, seconds: Collection[float]) -> None:
-            if outcome.ending not in UNDONE and outcome.ending is not Ending.NEEDS_FAILED:
-                self._measured.learn(tasks, seconds)
-                self._write_on_the_way()
-            report(tasks, outcome, seconds)
+    def begun(self, tasks: Sequence[tuple[Work, float]]) -> None:
+        """Note long tasks that are in hand now; what the disk refuses to take is left out."""
+        long = [task.key for task, seconds in tasks if seconds >= LONG]
+        if not long:
+            return
+        with self._lock, suppress(OSError):
+            if self._forgotten:
+                return
+            if self._begun is None:
+                # Without waiting: a pipe in its place would have no reader.
+                how = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NONBLOCK | os.O_NOFOLLOW
+                self._begun = os.open(self._out / BEGUN, how, 0o666)
+            os.write(self._begun, "".join(f"{key}\n" for key in long).encode())
 
-        return note
+    def forget(self) -> None:
+        """Forget what is in hand: the run ends by itself, or was signalled to stop."""
+        with self._lock, suppress(OSError):
+            self._forgotten = True
+            if self._begun is not None:
+                os.close(self._begun)
+                self._begun = None
+            (self._out / BEGUN).unlink(missing_ok=True)
+
+    def ended(self, task: Any, outcome: Outcome, seconds: float) -> None:
+        """Note how long a task with a result took, and that one which had failed has not in the end."""
+        if outcome.ending in UNDONE or outcome.ending is Ending.NEEDS_FAILED:
+            self.undone.add(task.key)
+        else:
+            if task.key in self._failed:
+                self._note(task, Done(task.key, outcome, seconds), final=False)
+            self._measured.learn(task, seconds)
+            if self._run and (elapsed := time.monotonic() - self._started) >= self._next:
+                self._next = 2.0 * elapsed
+                self._add(replace(self._run, kinds=self._measured.as_data()))
+        self._report(task, outcome, seconds)
+
+    def failed(self, task: Any, done: Done, final: bool) -> None:
+        """Write down an attempt that has failed."""
+        self._failed.add(task.key)
+        self._note(task, done, final)
 
     def computed(self, tally: Tally) -> None:
         """Note what became of its tasks."""
@@ -91,16 +147,33 @@ class Journal:
         if self._run:
             self._add(replace(self._run, ended=_now(), exit_code=code))
 
-    def _write_on_the_way(self) -> None:
-        if self._run and (elapsed := time.monotonic() - self._started) >= self._next:
-            self._next = 2.0 * elapsed
-            self._run = replace(self._run, kinds=self._measured.as_data())
-            self._add(self._run)
-
     def _add(self, run: Run) -> None:
-        if (problem := runs.add_run(self._out, run)) and problem != self._printed:
-            self._printed = problem
+        self._print(runs.add_run(self._out, run))
+
+    def _note(self, task: Any, done: Done, final: bool) -> None:
+        attempt = Attempt(
+            task=task.key,
+            label=task.label,
+            ending=done.outcome.ending.value,
+            message=done.outcome.message,
+            final=final,
+            passing=done.passing,
+            solver=here().solver,
+            where=done.where,
+            ended=_now(),
+            trace=done.trace,
+        )
+        self._print(attempts.add(self._out, attempt))
+
+    def _print(self, problem: str) -> None:
+        if problem and problem not in self._printed:
+            self._printed.add(problem)
             sys.stderr.write(f"{problem}\n")
+
+
+def left_begun(out: Path) -> frozenset[str]:
+    """Keys of the long tasks that a run had in hand which was killed as a whole."""
+    return frozenset(word for line in lines.read(out / BEGUN) for word in line.split())
 
 
 def measured_in(*folders: Path) -> Measured:

@@ -11,18 +11,17 @@ import sys
 import threading
 import time
 import traceback
+from collections import deque
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from multiprocessing import connection
-from types import TracebackType
-from typing import Any, Final, NoReturn, Self
+from typing import Any, Final, NoReturn
 
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.origin import Origin, here
 from nanoslip.study.run.agent import Agent
-from nanoslip.study.run.dispatch import lookahead, say
-from nanoslip.study.run.farm import Coordinator, Farm, FarmError, ProcessFarm, SerialFarm
+from nanoslip.study.run.dispatch import Done, lookahead, say
+from nanoslip.study.run.farm import Farm, FarmError, News, ProcessFarm, SerialFarm
 from nanoslip.study.run.launch import (
     GRACE,
     LAST_WORDS,
@@ -32,44 +31,48 @@ from nanoslip.study.run.launch import (
     processes_here,
     processes_started,
 )
-from nanoslip.study.run.mail import Mail, News, Outbox
 
 SHORTEST_PAUSE: Final = 1e-4
 LONGEST_PAUSE: Final = 2e-3
 """Seconds between polls for messages: waiting inside MPI would spin and take a core from the children that compute."""
 
 
-class MPIFarm(Coordinator):
-    """The ranks of COMM_WORLD. No collective is called, so no rank can be left alone in one."""
+FLUSH: Final = 60.0
+"""Seconds that the messages of a rank may take to leave it: a rank that does not listen any more takes none."""
+
+
+GIVE_BACK: Final = "give back"
+"""Message to a rank: return the tasks that wait. Others are lists of tasks, and in the end the exit code."""
+TOLD_TO_STOP: Final = "told to stop"
+"""Message from a rank: it received a signal. Others are what has become of its tasks."""
+
+
+class MPIFarm(Farm):
+    """The ranks of COMM_WORLD. No collective is called, so no rank can be left alone in one.
+
+    No rank waits inside MPI: that would spin and take a core from those who compute.
+    """
 
     unit = "ranks"
 
     def __init__(self, mpi: Any, agent: Agent, interruption: Interruption) -> None:
         # MPI's own end gives every launcher the exit code; a rank that merely vanishes does not.
-        interruption.end_by(mpi.COMM_WORLD.Abort)
-        self.interruption = interruption
-        self._mpi = mpi
-        self._agent = agent
         self._world = mpi.COMM_WORLD
+        interruption.end_by(self._world.Abort)
+        size = int(self._world.Get_size())
+        super().__init__(size, min(size, processes_here()), interruption)
+        self._mpi, self._agent = mpi, agent
         self.rank = int(self._world.Get_rank())
-        self.size = int(self._world.Get_size())
         self.root = self.rank == 0
-        self.here = min(self.size, processes_here())
-        self._mail = Mail(mpi)
-        self._pause = _Pause(agent)
+        self._sent: deque[Any] = deque()  # messages that may not have left
+        self._pause = SHORTEST_PAUSE
         for rank in range(1, self.size) if self.root else ():
-            self._mail.send(rank, here())
+            self._send(rank, here())
 
-    def __enter__(self) -> Self:
-        self.interruption.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.interruption.__exit__()
-        if error is not None and not isinstance(error, SystemExit):
-            text = "".join(traceback.format_exception(kind, error, trace))
+    def __exit__(self, *error: Any) -> None:
+        super().__exit__(*error)
+        if error[0] is not None and not issubclass(error[0], SystemExit):
+            text = "".join(traceback.format_exception(*error))
             say(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
             time.sleep(LAST_WORDS)
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
@@ -77,100 +80,106 @@ class MPIFarm(Coordinator):
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a rank compute tasks, behind those that it has."""
         if rank:
-            self._mail.send(rank, tasks)
+            self._send(rank, tasks)
         else:
             self._agent.give(tasks)
 
     def take_back(self, rank: int) -> Sequence[str]:
         """Have a rank return the tasks that it has not begun, and their keys: of this one at once, others as news."""
         if rank:
-            self._mail.send(rank, _GiveBack())
+            self._send(rank, GIVE_BACK)
             return ()
         return self._agent.give_back()
 
-    def news(self) -> list[tuple[int, News]]:
+    def news(self) -> list[News]:
         """What has arrived from other ranks and from this one's child; waits a little where nothing has."""
         done = self._agent.arrived()
-        found: list[tuple[int, News]] = [(0, News(done))] if done else []
-        for rank, message in self._mail.received():
-            if isinstance(message, _Interrupted):
+        found: list[News] = [(0, done, ())] if done else []
+        for rank, message in self._received():
+            if message == TOLD_TO_STOP:
                 self.interruption.request()
             else:
-                found.append((rank, message))
-        self._pause.after(bool(found))
+                found.append((rank, *message))
+        self._wait(bool(found))
         return found
 
     def serve(self) -> int:
-        """Compute what rank 0 sends, first come first served, until it leaves."""
-        outbox = Outbox(lookahead(self.size) / 2.0)
-        reported = False
+        """Compute what rank 0 sends, first come first served, until it leaves.
+
+        How short tasks ended goes back together: a message costs rank 0 more than what is in it.
+        """
+        done: list[Done] = []
+        due, reported = 0.0, False
         while True:
-            messages = [message for _, message in self._mail.received()]
+            messages = [message for _, message in self._received()]
             for message in messages:
-                if isinstance(message, _Leave):
-                    return message.code
+                if isinstance(message, int):
+                    return message
                 if isinstance(message, Origin):
                     self._agent.adopt(message)
                 if isinstance(message, list):
                     self._agent.give(message)
-            done = self._agent.arrived()
+            if ended := self._agent.arrived():
+                due = due if done else time.monotonic() + lookahead(self.size) / 2.0
+                done += ended
             returned: Sequence[str] = ()
             interrupted = self.interruption.requested
             if interrupted and not reported:
                 reported = True
-                self._mail.send(0, _Interrupted())
-            if interrupted or any(isinstance(message, _GiveBack) for message in messages):
+                self._send(0, TOLD_TO_STOP)
+            if interrupted or GIVE_BACK in messages:
                 returned = self._agent.give_back()
-            due = outbox.take(done, self._agent.waiting, time.monotonic())
-            if due or returned:
-                self._mail.send(0, News(due, returned))
-            self._pause.after(bool(messages or done or returned))
+            if returned or (done and (not self._agent.waiting or time.monotonic() >= due)):
+                self._send(0, (done, returned))
+                done = []
+            self._wait(bool(messages or ended or returned))
 
     def leave(self, code: int) -> NoReturn:
         """End all together with one exit code, under any launcher."""
         if self.root:
             for rank in range(1, self.size):
-                self._mail.send(rank, _Leave(code))
+                self._send(rank, code)
         self._agent.close()
-        self._mail.flush()
+        self._flush()
         # Finalized first, a nonzero code is no abort to `python -m mpi4py`; os._exit would skip MPICH's own farewell.
         self._mpi.Finalize()
         sys.exit(code)
 
+    def _send(self, rank: int, message: object) -> None:
+        """Send a message to a rank, which need not be listening."""
+        self._drop_gone()
+        self._sent.append(self._world.isend(message, dest=rank))
 
-@dataclass(frozen=True, slots=True)
-class _GiveBack:
-    """Message to a rank: return the tasks that wait."""
+    def _flush(self) -> None:
+        """Wait until all that was sent has left: what has not when MPI ends never does, and whom it was for waits for ever."""
+        end = time.monotonic() + FLUSH
+        while self._drop_gone() and time.monotonic() < end:
+            time.sleep(1e-3)
 
+    def _drop_gone(self) -> int:
+        """Forget messages that have left; returns how many have not."""
+        while self._sent and self._sent[0].test()[0]:
+            self._sent.popleft()
+        return len(self._sent)
 
-@dataclass(frozen=True, slots=True)
-class _Interrupted:
-    """Message from a rank: it received a signal to stop."""
+    def _received(self) -> list[tuple[int, Any]]:
+        """All messages that have arrived, each with the rank that sent it."""
+        status, found = self._mpi.Status(), []
+        while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):
+            rank = status.Get_source()
+            found.append((rank, self._world.recv(source=rank)))
+        return found
 
-
-@dataclass(frozen=True, slots=True)
-class _Leave:
-    """Message to a rank: the run is over, end with this exit code."""
-
-    code: int
-
-
-class _Pause:
-    """Between polls for messages: short after one arrived, doubling while none does, over when the child has news."""
-
-    def __init__(self, agent: Agent) -> None:
-        self._agent = agent
-        self._seconds = SHORTEST_PAUSE
-
-    def after(self, news: bool) -> None:
+    def _wait(self, news: bool) -> None:
+        """Between polls for messages: not after one arrived, then doubling while none does, over when the child has news."""
         if news:
-            self._seconds = SHORTEST_PAUSE
+            self._pause = SHORTEST_PAUSE
             return
         if self._agent.busy and self._agent.pipe:
-            connection.wait([self._agent.pipe], self._seconds)
+            connection.wait([self._agent.pipe], self._pause)
         else:
-            time.sleep(self._seconds)
-        self._seconds = min(2.0 * self._seconds, LONGEST_PAUSE)
+            time.sleep(self._pause)
+        self._pause = min(2.0 * self._pause, LONGEST_PAUSE)
 
 
 # Which farm a process is part of. The only importer of mpi4py.

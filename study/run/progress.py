@@ -8,45 +8,40 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from operator import attrgetter
 from types import TracebackType
-from typing import Any, Final, Protocol, Self, TextIO
+from typing import Any, Self, TextIO
 
 from nanoslip.solver.outcome import Outcome
 from nanoslip.study.run.queue import TaskQueue, Work
 
-# How long tasks take on several ranks, from what each is predicted to cost and what others of its kind have cost so far.
-
-LEAST: Final = 1e-3
-"""Lower bound of a task's expected seconds: its files and messages, however little it computes."""
+# How long tasks take, from what each is estimated to cost and what others of its kind have cost so far.
 
 
 class Measured:
-    """What finished tasks of a campaign took, kind by kind, over what they were predicted to."""
+    """What finished tasks of a campaign took, kind by kind, over what they were estimated to."""
 
     def __init__(self, *data: Mapping[str, Sequence[float]]) -> None:
-        """data: kind -> number of tasks, seconds predicted, seconds measured; of several runs, which are added up."""
+        """data: kind -> number of tasks, seconds estimated, seconds measured; of several runs, which are added up."""
         self._sums: defaultdict[str, list[float]] = defaultdict(lambda: [0, 0.0, 0.0])
         for kind, sums in (item for each in data for item in each.items()):
             self._sums[kind] = [one + other for one, other in zip(self._sums[kind], sums, strict=True)]
 
-    def learn(self, tasks: Sequence[Work], seconds: Collection[float]) -> None:
-        """Note that tasks have ended, each after so many seconds."""
-        for task, took in zip(tasks, seconds, strict=True):
-            sums = self._sums[task.kind]
-            sums[0] += 1
-            sums[1] += task.cost
-            sums[2] += took
+    def learn(self, task: Work, seconds: float) -> None:
+        """Note that a task has ended after so many seconds."""
+        sums = self._sums[task.kind]
+        sums[0] += 1
+        sums[1] += task.cost
+        sums[2] += seconds
 
     def as_data(self) -> dict[str, list[float]]:
         """The sums, as a journal holds them."""
         return {kind: [round(each, 6) for each in sums] for kind, sums in self._sums.items()}
 
     def factor(self, kind: str) -> float:
-        """Measured over predicted seconds: of this kind, else of all kinds together; 1 where nothing is measured."""
-        own = self._sums.get(kind, (0, 0.0, 0.0))
-        _, predicted, measured = (
-            own if own[1] > 0.0 else map(sum, zip((0, 0.0, 0.0), *self._sums.values(), strict=True))
-        )
-        return measured / predicted if predicted > 0.0 else 1.0
+        """Measured over estimated seconds: of this kind, else of all kinds together; 1 where nothing is measured."""
+        _, estimated, measured = self._sums.get(kind, (0, 0.0, 0.0))
+        if not estimated:
+            _, estimated, measured = map(sum, zip((0, 0.0, 0.0), *self._sums.values(), strict=True))
+        return measured / estimated if estimated > 0.0 else 1.0
 
     def seconds(self, task: Work) -> float:
         """Expected seconds of a task."""
@@ -57,20 +52,8 @@ class Measured:
         return sum(int(self._sums[kind][0]) for kind in kinds) if self._sums.keys() >= set(kinds) else 0
 
 
-class Expectation(Measured):
-    """How long tasks in hand will take; nothing is expected of a kind of which none has ended."""
-
-    def seconds(self, task: Work) -> float:
-        """Expected seconds of a task; infinite before any of its kind has ended."""
-        _, predicted, measured = self._sums[task.kind]
-        if predicted == 0.0:
-            return math.inf
-        seconds = task.cost * measured / predicted
-        return seconds if seconds > LEAST else LEAST  # not `max`: this is called for every task
-
-
 class Forecast:
-    """Time that a run still takes: predictions, each scaled by what tasks of its kind took over what they were predicted to."""
+    """Time that a run still takes: estimates, each scaled by what tasks of its kind took."""
 
     def __init__(self, tasks: Sequence[Work], ranks: int = 1, measured: Measured | None = None) -> None:
         """measured: what tasks of the campaign took in earlier runs, if any."""
@@ -81,12 +64,11 @@ class Forecast:
             self._left[task.kind] += task.cost
         self._done = 0.0
 
-    def learn(self, tasks: Sequence[Work], seconds: Collection[float]) -> None:
-        """Note that tasks have ended, each after so many seconds."""
-        self._measured.learn(tasks, seconds)
-        for task in tasks:
-            self._left[task.kind] -= task.cost
-        self._done += sum(seconds)
+    def learn(self, task: Work, seconds: float) -> None:
+        """Note that a task has ended after so many seconds."""
+        self._measured.learn(task, seconds)
+        self._left[task.kind] -= task.cost
+        self._done += seconds
 
     @property
     def seconds(self) -> float:
@@ -110,7 +92,7 @@ def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float]
     """
     if ranks == 1:
         return sum(map(seconds, tasks), 0.0)
-    queue: TaskQueue[Any] = TaskQueue(tasks)
+    queue = TaskQueue(tasks)
     running: list[tuple[float, str]] = []
     now = 0.0
     while len(queue) or running:
@@ -147,55 +129,53 @@ BAR, OTHERS = 20, 72
 """Characters of a bar on a terminal, and of all that stands beside the name of a task."""
 
 
-class Progress(Protocol):
-    """Called where tasks have ended, while entered."""
-
-    def __enter__(self) -> Self: ...
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
-    def __call__(self, tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None: ...
-
-
-class PlainProgress:
-    """A line at the start, every `SILENCE` seconds and at the end."""
+class Progress:
+    """Called where a task has ended, while entered: a line at the start, every `SILENCE` seconds and at the end."""
 
     def __init__(self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1, measured: Measured | None = None) -> None:
-        self._count = len(tasks)
-        self._tasks = f"{self._count} task{'' if self._count == 1 else 's'}"
+        self._count, self._done = len(tasks), 0
         self._forecast = Forecast(tasks, ranks, measured)
         self._stream = stream
-        self._done = 0
 
     def __enter__(self) -> Self:
         self._start = self._last = time.monotonic()
         self._print(f"{self._tasks} to do")
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._print(f"{self._done} of {self._tasks} done in {duration(time.monotonic() - self._start)}")
 
-    def __call__(self, tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
-        self._done += len(tasks)
-        self._forecast.learn(tasks, seconds)
+    def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
+        self._done += 1
+        self._forecast.learn(task, seconds)
         now = time.monotonic()
         if now - self._last >= SILENCE:
             self._last = now
-            rate = self._done / (now - self._start)
-            left = duration(self._forecast.seconds)
+            rate, left = self._pace()
             self._print(f"{self._done} of {self._count} tasks, {rate:.2g} per s, about {left} left")
+
+    @property
+    def _tasks(self) -> str:
+        return f"{self._count} task{'' if self._count == 1 else 's'}"
+
+    def _pace(self) -> tuple[float, str]:
+        """Tasks per second so far, and the time that is left, as text."""
+        return self._done / (time.monotonic() - self._start), duration(self._forecast.seconds)
 
     def _print(self, line: str) -> None:
         self._stream.write(line + "\n")
         self._stream.flush()
 
 
-class TerminalProgress:
+class TerminalProgress(Progress):
     """A bar that moves with the work done."""
 
     def __init__(self, tasks: Sequence[Work], console: Any, ranks: int = 1, measured: Measured | None = None) -> None:
         from rich import progress  # noqa: PLC0415  a run under a launcher never needs it
 
+        super().__init__(tasks, console.file, ranks, measured)
         self._bar = progress.Progress(
             progress.TextColumn("{task.fields[done]} of {task.fields[count]} tasks"),
             progress.BarColumn(BAR),
@@ -206,8 +186,6 @@ class TerminalProgress:
             disable=not tasks,
         )
         self._room = max(console.width - OTHERS, 0)
-        self._forecast = Forecast(tasks, ranks, measured)
-        self._done = 0
         self._row = self._bar.add_task("", total=1.0, done=0, count=len(tasks), rate="", left="")
 
     def __enter__(self) -> Self:
@@ -222,14 +200,15 @@ class TerminalProgress:
         self._bar.update(self._row, rate="", left=took, description="")
         self._bar.__exit__(kind, error, trace)
 
-    def __call__(self, tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
-        self._done += len(tasks)
-        self._forecast.learn(tasks, seconds)
-        rate = f"{self._done / (time.monotonic() - self._start):.2g}/s"
-        left = f"about {duration(self._forecast.seconds)} left"
-        share = self._forecast.share
-        label = next((text for text in (tasks[-1].label, tasks[-1].kind) if len(text) <= self._room), "")
-        self._bar.update(self._row, completed=share, done=self._done, rate=rate, left=left, description=label)
+    def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
+        self._done += 1
+        self._forecast.learn(task, seconds)
+        rate, left = self._pace()
+        label = next((text for text in (task.label, task.kind) if len(text) <= self._room), "")
+        share, pace = self._forecast.share, f"{rate:.2g}/s"
+        self._bar.update(
+            self._row, completed=share, description=label, done=self._done, rate=pace, left=f"about {left} left"
+        )
 
 
 def open_progress(tasks: Sequence[Work], console: Any, ranks: int = 1, measured: Measured | None = None) -> Progress:
@@ -239,4 +218,4 @@ def open_progress(tasks: Sequence[Work], console: Any, ranks: int = 1, measured:
     """
     if console.is_terminal:
         return TerminalProgress(tasks, console, ranks, measured)
-    return PlainProgress(tasks, sys.stderr, ranks, measured)
+    return Progress(tasks, sys.stderr, ranks, measured)

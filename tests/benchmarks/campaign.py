@@ -7,7 +7,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,7 +21,7 @@ from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.compute import run_task
-from nanoslip.study.run.dispatch import lookahead
+from nanoslip.study.run.dispatch import Watch, lookahead
 from nanoslip.study.run.farm import Farm, ProcessFarm
 from nanoslip.study.run.launch import Program
 from nanoslip.study.run.mpi import MPIFarm, open_farm
@@ -212,7 +212,7 @@ def _program(mode: str, folder: Path, what: str) -> None:
             Store(folder).prepare()
             tasks = [Work(f"{number:020x}") for number in range(int(what))]
             _begin(farm)
-            _, finding = timed(lambda: farm.run(tasks, lambda *_: None), time.perf_counter)
+            _, finding = timed(lambda: farm.run(tasks, Watch()), time.perf_counter)
         else:
             finding = _campaign(farm, mode, folder, folder / what)
         print(json.dumps(finding), flush=True)
@@ -233,7 +233,7 @@ def executor(given: tuple[str, Path, str]) -> Callable[[Any], Outcome]:
 
 def _begin(farm: Farm) -> None:
     """Have every child started, its libraries loaded."""
-    farm.run([Work(f"begin {number}") for number in range(farm.size)], lambda *_: None)
+    farm.run([Work(f"begin {number}") for number in range(farm.size)], Watch())
 
 
 def _processor_seconds(farm: Farm) -> float:
@@ -251,11 +251,10 @@ def _campaign(farm: Farm, mode: str, folder: Path, out: Path) -> Any:
     durations: dict[str, list[float]] = {}
     _begin(farm)
 
-    def report(tasks: Sequence[Task], _: Outcome, seconds: Collection[float]) -> None:
-        for task, took in zip(tasks, seconds, strict=True):
-            durations.setdefault(task.kind, []).append(took)
+    def report(task: Task, _: Outcome, seconds: float) -> None:
+        durations.setdefault(task.kind, []).append(seconds)
 
-    _, took = timed(lambda: farm.run(plan.tasks, report), time.perf_counter)
+    _, took = timed(lambda: farm.run(plan.tasks, Watch(report)), time.perf_counter)
     used = _processor_seconds(farm)
     return durations if mode == "durations" else (took, sum(map(sum, durations.values())), used)
 
@@ -307,11 +306,11 @@ def _messages(farm: MPIFarm, tasks: Sequence[Task], size: int) -> tuple[float, i
     some = [replace(tasks[number % len(tasks)], key=f"{number:020x}") for number in range(given)]
     start = time.thread_time()
     for first in range(0, given, size):
-        farm._mail.send(1, some[first : first + size])
+        farm._send(1, some[first : first + size])
     while ended < given:
-        arrived = farm._mail.received()
+        arrived = farm._received()
         messages += len(arrived)
-        ended += sum(len(news.done) for _, news in arrived)
+        ended += sum(len(done) for _, (done, _) in arrived)
         if not arrived:
             time.sleep(1e-3)
     return time.thread_time() - start, given, messages

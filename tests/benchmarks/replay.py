@@ -3,16 +3,15 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from heapq import heappop, heappush
 from io import StringIO
 from typing import Any, TypeVar
 
 from nanoslip.solver.outcome import COMPLETED
-from nanoslip.study.run.dispatch import Dispatcher, Done, Ledger, lookahead
-from nanoslip.study.run.farm import take_in
-from nanoslip.study.run.mail import News, Outbox
-from nanoslip.study.run.progress import PlainProgress
+from nanoslip.study.run.dispatch import Done, Watch, lookahead
+from nanoslip.study.run.farm import Farm, News
+from nanoslip.study.run.launch import Interruption
+from nanoslip.study.run.progress import Progress
 from tests.study.run.made_up import Work
 
 T = TypeVar("T")
@@ -47,20 +46,14 @@ class Cost:
 
 
 def replay(tasks: Sequence[Timed], ranks: int, cost: Cost) -> Replay:
-    """Run the farm's ledger, dispatcher and outboxes on simulated ranks; the coordinator does one thing after the other.
+    """Run a farm of simulated ranks; the coordinator does one thing after the other.
 
     A rank does what it was given in that order. Messages take no time beyond the coordinator's; files are in `seconds`.
     """
     simulation = _Simulation(ranks, cost)
-    progress = PlainProgress(tasks, StringIO(), ranks)
-    ledger: Ledger[Work] = Ledger(tasks, progress)
-    dispatcher = Dispatcher([partial(simulation.give, rank) for rank in range(ranks)])
-    start = time.thread_time()
-    with progress:
-        while ledger.unfinished:
-            dispatcher.hand_out(ledger)
-            for rank, news in simulation.news():
-                take_in(ledger, dispatcher, rank, news)
+    with Progress(tasks, StringIO(), ranks) as progress:
+        start = time.thread_time()
+        simulation.run(tasks, Watch(progress))
     return Replay(simulation.last_end, simulation.coordinating, time.thread_time() - start - simulation.took)
 
 
@@ -76,17 +69,20 @@ def _measured(work: Callable[..., T]) -> Callable[..., T]:
     return timed
 
 
-class _Simulation:
+class _Simulation(Farm):
     """Ranks that compute, and the clock of the coordinator."""
 
     def __init__(self, ranks: int, cost: Cost) -> None:
+        super().__init__(ranks, ranks, Interruption(grace=1.0))
         self.now = self.coordinating = self.last_end = 0.0
         self.took = 0.0
         """Processor seconds of all that is not the coordinator's."""
         self._cost = cost
         self._free = [0.0] * ranks
         self._left = [0] * ranks
-        self._outboxes: list[Outbox] = [Outbox(lookahead(ranks) / 2.0) for _ in range(ranks)]
+        self._patience = lookahead(ranks) / 2.0
+        self._unsent: list[list[Done]] = [[] for _ in range(ranks)]
+        self._due = [0.0] * ranks
         self._ends: list[tuple[float, int, int, Done]] = []
         self._count = 0
 
@@ -102,17 +98,25 @@ class _Simulation:
             self._count += 1
 
     @_measured
-    def news(self) -> list[tuple[int, News]]:
+    def news(self) -> list[News]:
         """All messages that have arrived; the next one where none has."""
-        found: list[tuple[int, News]] = []
+        found: list[News] = []
         while self._ends and (not found or self._ends[0][0] <= self.now):
             end, _, rank, done = heappop(self._ends)
             self._left[rank] -= 1
-            if due := self._outboxes[rank].take([done], max(self._left[rank] - 1, 0), end):
+            if not self._unsent[rank]:
+                self._due[rank] = end + self._patience
+            self._unsent[rank].append(done)
+            if self._left[rank] <= 1 or end >= self._due[rank]:
                 self.now = max(self.now, end)
                 self._work(self._cost.message)
-                found.append((rank, News(due)))
+                found.append((rank, self._unsent[rank], ()))
+                self._unsent[rank] = []
         return found
+
+    def take_back(self, rank: int) -> Sequence[str]:
+        """Nothing is interrupted, and no task takes longer than expected."""
+        return ()
 
     def _work(self, seconds: float) -> None:
         self.now += seconds

@@ -4,11 +4,10 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Collection, Sequence
 from typing import Final
 
 from nanoslip.solver.outcome import COMPLETED, Outcome
-from nanoslip.study.run.dispatch import Execute
+from nanoslip.study.run.dispatch import Execute, Watch
 from nanoslip.study.run.launch import Program
 from nanoslip.study.run.mpi import open_farm
 from tests.study.run.made_up import Work
@@ -29,7 +28,7 @@ def tasks(what: str) -> list[Work]:
     return [Work(str(number), needs[number], seconds, limit=100.0) for number in range(100)]
 
 
-def executor(what: str) -> Execute[Work]:
+def executor(what: str) -> Execute:
     """What computes such a task."""
 
     def execute(task: Work) -> Outcome:
@@ -50,10 +49,9 @@ def main(what: str) -> None:
     with farm:
         finished: list[str] = []
 
-        def report(tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
-            for task in tasks:
-                assert set(task.needs) <= set(finished)
-                finished.append(task.key)
+        def report(task: Work, outcome: Outcome, seconds: float) -> None:
+            assert set(task.needs) <= set(finished)
+            finished.append(task.key)
 
         if not farm.root:
             if what == "broken":
@@ -64,13 +62,13 @@ def main(what: str) -> None:
                 time.sleep(1.0)
             farm.leave(farm.serve())
         if what == "pace":  # the children have started by then
-            farm.run([Work(f"start {number}") for number in range(farm.size)], lambda *_: None)
+            farm.run([Work(f"start {number}") for number in range(farm.size)], Watch())
         if what == "crowd":
             for _ in range(UNHEARD):
                 farm.take_back(1)
             farm.leave(0)
         begun = time.perf_counter()
-        tally = farm.run(tasks(what), report)
+        tally = farm.run(tasks(what), Watch(report))
         if what == "pace":
             print(time.perf_counter() - begun)
         print(f"{tally.done} done, {tally.crashed} crashed, {len(set(finished))} reported", flush=True)

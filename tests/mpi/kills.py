@@ -25,7 +25,7 @@ from nanoslip.study.exit_codes import INTERRUPTED, WRONG_INPUT
 from nanoslip.study.results import store as lease
 from nanoslip.study.results.entry import ENDING, lives
 from nanoslip.study.results.store import FOLDER
-from nanoslip.study.run import mail as begun
+from nanoslip.study.run.journal import BEGUN
 from tests.conftest import SMALL, clean_environment, launcher
 from tests.study.results.results import written
 from tests.written_tables import put
@@ -209,7 +209,7 @@ class Trial:
         dataset, kept = out / file.FILE, written(out)
         self.holds(dataset.exists() and dataset.read_bytes() == whole.dataset, "no dataset, or another one")
         hidden = [*out.glob(".*"), *(out / FOLDER).glob(".*"), *out.glob("*set-aside*")]
-        for path in (*hidden, out / lease.FILE, out / begun.FILE):
+        for path in (*hidden, out / lease.FILE, out / BEGUN):
             self.holds(not path.exists(), f"left {path.name}")
         more, less = (kept - whole.written).total(), (whole.written - kept).total()
         self.holds(more <= (self.target == "a child"), f"{more} results kept twice")

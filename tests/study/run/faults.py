@@ -25,7 +25,7 @@ from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import Done, Execute, Tally
 from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.launch import Program
-from tests.study.run.made_up import Work
+from tests.study.run.made_up import Diary, Work
 
 
 class Fault(NamedTuple):
@@ -218,7 +218,7 @@ BLOCKER: Final = Work("blocker", kind="blocker", limit=300.0)
 """Keeps its process busy until every fault has been begun: another one meets them all."""
 
 
-def executor(folder: Path) -> Execute[Work]:
+def executor(folder: Path) -> Execute:
     """What computes a task: it does the fault of its key; any other key is a sound one, which leaves a file of that name."""
 
     def execute(task: Work) -> Outcome:
@@ -244,7 +244,7 @@ def program(folder: Path) -> Program:
     return Program(__name__, "executor", folder)
 
 
-def campaign_executor(argument: tuple[Path, dict[float, str]]) -> Execute[Task]:
+def campaign_executor(argument: tuple[Path, dict[float, str]]) -> Execute:
     """What computes the tasks of a campaign into a folder; contacts under some loads have the fault of that name."""
     out, faulty = argument
 
@@ -265,12 +265,7 @@ def computed(
     program: Program, tasks: Sequence[Work], size: int
 ) -> tuple[Tally, dict[str, Outcome], list[tuple[str, Done]]]:
     """Compute tasks by so many processes: counts, how each ended, in that order, and what failed, each time."""
-    reported: dict[str, Outcome] = {}
-    failed: list[tuple[str, Done]] = []
+    diary = Diary()
     with ProcessFarm([Agent(program, number) for number in range(size)]) as farm:
-        tally = farm.run(
-            tasks,
-            lambda tasks, outcome, _: reported.update({task.key: outcome for task in tasks}),
-            lambda task, done, _: failed.append((task.key, done)),
-        )
-    return tally, reported, failed
+        tally = farm.run(tasks, diary)
+    return tally, diary.reported, [(key, done) for key, done, _ in diary.attempts]

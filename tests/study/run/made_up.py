@@ -1,9 +1,10 @@
 """Made-up tasks, and what notes what becomes of them."""
 
-from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from nanoslip.solver.outcome import COMPLETED, Outcome
+from nanoslip.study.run.dispatch import Done, Watch
 
 LIMIT = 4.0
 """Seconds that a task may take that never ends."""
@@ -27,10 +28,13 @@ class Work:
 DIAMOND = (Work("a"), Work("b", ("a",)), Work("c", ("a",)), Work("d", ("b", "c")), Work("e", ("elsewhere",)))
 
 
-class Diary:
-    """Notes what is executed and reported."""
+class Diary(Watch):
+    """Notes what is executed and what becomes of it."""
 
     def __init__(self, crash: str = "") -> None:
+        super().__init__()
+        self.attempts: list[tuple[str, Done, bool]] = []
+        """Failed ones: key, how it ended, whether that was final."""
         self.executed: list[str] = []
         self.reported: dict[str, Outcome] = {}
         self._crash = crash
@@ -41,7 +45,9 @@ class Diary:
             raise ZeroDivisionError("a defect")
         return COMPLETED
 
-    def report(self, tasks: Sequence[Work], outcome: Outcome, seconds: Collection[float]) -> None:
-        for task in tasks:
-            assert task.key not in self.reported
-            self.reported[task.key] = outcome
+    def ended(self, task: Any, outcome: Outcome, seconds: float) -> None:
+        assert task.key not in self.reported
+        self.reported[task.key] = outcome
+
+    def failed(self, task: Any, done: Done, final: bool) -> None:
+        self.attempts.append((task.key, done, final))

@@ -20,13 +20,12 @@ from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.commands import cli, run
 from nanoslip.study.dataset import file
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
-from nanoslip.study.run.dispatch import Done
 from nanoslip.study.run.launch import Program, processes_started
 from nanoslip.study.run.mpi import open_farm
 from tests.conftest import clean_environment, launcher
 from tests.study.run import faults
 from tests.study.run.faults import BLOCKER, FAULTS
-from tests.study.run.made_up import Work
+from tests.study.run.made_up import Diary, Work
 from tests.written_tables import put
 
 PROGRAM: Final = "tests.study.run.matrix"
@@ -59,16 +58,12 @@ def compute(folder: Path, rank: int) -> None:
     tasks = [task for fault in FAULTS for task in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
     if not alone:
         tasks.insert(1 - rank, BLOCKER)  # idle ranks get the first ones, in their order
-    ended: dict[str, Outcome] = {}
-    where: dict[str, str] = {}
-
-    def fail(task: Work, done: Done, final: bool) -> None:
-        where.setdefault(task.key, done.where.split(" on ")[0])
-
+    diary = Diary()
     with open_farm(faults.program(folder), jobs=2 if alone else None) as farm:
         if not farm.root:
             farm.leave(farm.serve())
-        farm.run(tasks, lambda tasks, outcome, _: ended.update({task.key: outcome for task in tasks}), fail)
+        farm.run(tasks, diary)
+        ended, where = diary.reported, {key: done.where.split(" on ")[0] for key, done, _ in reversed(diary.attempts)}
         found = {
             name: (ended[name].ending, ended[name].message, ended[f"sound {name}"].ok, where.get(name, ""))
             for name in FAULTS

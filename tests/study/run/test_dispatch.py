@@ -3,7 +3,6 @@
 import itertools
 import random
 import time
-from functools import partial
 
 import pytest
 
@@ -18,12 +17,13 @@ from nanoslip.study.run.dispatch import (
     Done,
     Ledger,
     Tally,
+    Watch,
     attempt,
 )
 from nanoslip.study.run.queue import TaskQueue
 from tests.study.run.made_up import DIAMOND, Diary, Work
 
-ENDS = {"put_back": "waiting", "put_last": "waiting", "set_aside": "aside", "abandon": "given up", "finish": "finished"}
+ENDS = {"put_back": "waiting", "put_last": "waiting", "abandon": "given up", "finish": "finished"}
 """What is done to a task that was taken -> what it is then."""
 
 
@@ -45,14 +45,13 @@ def test_the_next_task_is_the_first_of_all_that_are_ready_whatever_came_back_was
         ]
 
     while ready() or those("taken"):
-        aside = len(those("aside"))
-        assert (queue.ready, len(queue), queue.aside) == (len(ready()), len(those("waiting")) + aside, aside)
+        assert (queue.ready, len(queue)) == (len(ready()), len(those("waiting")))
         if ready() and choose.random() < 0.6:
             task = queue.take()
             assert task is min(ready(), key=lambda each: places[each.key])
             state[task.key] = "taken"
         elif those("taken"):
-            task, (what,) = choose.choice(those("taken")), choose.choices(list(ENDS), (3.0, 1.0, 0.2, 0.3, 8.0))
+            task, (what,) = choose.choice(those("taken")), choose.choices(list(ENDS), (3.0, 1.0, 0.3, 8.0))
             came = getattr(queue, what)(task.key)
             state[task.key] = ENDS[what]
             if what == "put_last":
@@ -65,27 +64,33 @@ def test_the_next_task_is_the_first_of_all_that_are_ready_whatever_came_back_was
                 lost = {task.key}
                 for each in tasks:  # each behind what it needs
                     lost |= {each.key} if lost.intersection(each.needs) else set()
+                lost = {key for key in lost if state[key] != "given up"}
                 assert sorted(each.key for each in came) == sorted(lost - {task.key})
                 state.update(dict.fromkeys(lost, "given up"))
 
 
+def next_of(ledger):
+    ((task, _),) = ledger.take(1, 0.0, at_least_one=True)
+    return task
+
+
 def test_the_time_a_task_will_take_is_learnt_from_its_kind():
-    ledger = Ledger([Work("a", cost=1.0), Work("b", cost=3.0)], lambda *_: None)
+    ledger = Ledger([Work("a", cost=1.0), Work("b", cost=3.0)], Watch())
     assert ledger.expected(Work("c", kind="another")) == float("inf")
-    ledger.enter(Done(ledger.take().key, COMPLETED, seconds=2.0))
+    ledger.enter(Done(next_of(ledger).key, COMPLETED, seconds=2.0))
     assert ledger.expected(Work("b", cost=3.0)) == 6.0
 
 
 @pytest.mark.parametrize(("again", "attempts"), [(False, 1), (True, 2)])
 def test_what_may_end_differently_is_tried_once_more_behind_all_others(again, attempts):
-    diary, failed, order = Diary(), [], []
-    ledger = Ledger(DIAMOND, diary.report, lambda task, done, final: failed.append((task.key, final)))
+    diary, order = Diary(), []
+    ledger = Ledger(DIAMOND, diary)
     while ledger.queue.ready:
-        order.append(ledger.take().key)
+        order.append(next_of(ledger).key)
         crashed = Done("a", Outcome(Ending.CRASHED, "why"), 1.0, again=again)
         ledger.enter(crashed if order[-1] == "a" else Done(order[-1], COMPLETED, 1.0))
     assert order == ["a", "e", "a"][: attempts + 1]
-    assert failed == [("a", False), ("a", True)][-attempts:]
+    assert [(key, final) for key, _, final in diary.attempts] == [("a", False), ("a", True)][-attempts:]
     assert diary.reported["a"].ending is Ending.CRASHED
     assert {key for key, outcome in diary.reported.items() if outcome.ending is Ending.NEEDS_FAILED} == set("bcd")
     assert ledger.tally(False) == Tally(done=1, crashed=4)
@@ -102,22 +107,23 @@ REFUSED = failing(CannotGoOnError("the disk is full"))
 
 
 def test_where_nothing_can_be_kept_any_more_no_task_has_failed():
-    ledger = Ledger(DIAMOND, Diary().report, lambda *_: pytest.fail("no attempt"))
+    diary = Diary()
+    ledger = Ledger(DIAMOND, diary)
     for _ in range(2):
         assert not ledger.halt
-        ledger.enter(attempt(REFUSED, ledger.take(), "here"))
-    assert ledger.tally(False) == Tally(halt="the disk is full")
+        ledger.enter(attempt(REFUSED, next_of(ledger), "here"))
+    assert (ledger.tally(False), diary.attempts) == (Tally(halt="the disk is full"), [])
     assert len(ledger.queue) == len(DIAMOND)
 
 
 def test_a_task_alone_whose_result_cannot_be_kept_has_failed():
     """It may have taken its process's files away: others are kept by another process, before it is tried again and after."""
-    diary, failed = Diary(), []
-    ledger = Ledger(DIAMOND, diary.report, lambda task, done, final: failed.append((task.key, done.passing, final)))
+    diary = Diary()
+    ledger = Ledger(DIAMOND, diary)
     while ledger.unfinished:
-        task = ledger.take()
+        task = next_of(ledger)
         ledger.enter(attempt(REFUSED, task, "here") if task.key == "a" else Done(task.key, COMPLETED, 1.0))
-    assert failed == [("a", True, True)]
+    assert [(key, done.passing, final) for key, done, final in diary.attempts] == [("a", True, True)]
     assert diary.reported["a"] == Outcome(Ending.CRASHED, "the disk is full")
     assert ledger.tally(False) == Tally(done=1, crashed=4)
 
@@ -149,15 +155,15 @@ class Harness:
 
     def __init__(self, ranks, tasks, cost=0.01):
         self.parcels = []
-        self.ledger = Ledger([Work(str(number), cost=cost) for number in range(tasks)], lambda *_: None)
-        self.dispatcher = Dispatcher([partial(self._note, rank) for rank in range(ranks)])
+        self.ledger = Ledger([Work(str(number), cost=cost) for number in range(tasks)], Watch())
+        self.dispatcher = Dispatcher(ranks, self.ledger, self._note)
 
     def _note(self, rank, tasks):
         self.parcels.append((rank, [task.key for task in tasks]))
 
     def hand_out(self):
         self.parcels = []
-        self.dispatcher.hand_out(self.ledger)
+        self.dispatcher.hand_out()
         return self.parcels
 
     def finish(self, rank, key, seconds):

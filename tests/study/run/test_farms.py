@@ -19,13 +19,14 @@ from nanoslip.study.plan.kinds import compliance_task, contact_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import executor as executor_module
-from nanoslip.study.run import mail
+from nanoslip.study.run import mpi
+from nanoslip.study.run.agent import Agent
 from nanoslip.study.run.dispatch import Done, Tally
 from nanoslip.study.run.executor import executor
-from nanoslip.study.run.farm import Coordinator, FarmError, ProcessFarm, SerialFarm
+from nanoslip.study.run.farm import Farm, FarmError, ProcessFarm, SerialFarm
+from nanoslip.study.run.journal import Journal, left_begun
 from nanoslip.study.run.launch import WARNING, Interruption, Program, end_of_time, launcher_rank
-from nanoslip.study.run.mail import Begun, Mail, News, Outbox
-from nanoslip.study.run.mpi import open_farm
+from nanoslip.study.run.mpi import MPIFarm, open_farm
 from tests.conftest import longer
 from tests.study.plan.running import CASE
 from tests.study.results.results import until_written, written
@@ -45,7 +46,7 @@ PATIENCE = 120.0
 def test_a_crash_is_told_and_costs_only_what_needs_it(capsys):
     diary = Diary(crash="b")
     with SerialFarm(lambda: diary.execute) as farm:
-        assert farm.run(DIAMOND, diary.report) == Tally(done=3, crashed=2)
+        assert farm.run(DIAMOND, diary) == Tally(done=3, crashed=2)
     assert diary.executed == ["a", "b", "c", "e"]
     crashed = Outcome(Ending.CRASHED, "ZeroDivisionError: a defect")  # the same on every machine
     needs_it = Outcome(Ending.NEEDS_FAILED, "task b crashed")
@@ -65,7 +66,7 @@ def test_after_a_signal_the_running_task_is_finished_and_no_other_begun(number):
 
     with SerialFarm(lambda: execute, grace=60.0) as farm:
         arrived = farm.interruption._requested
-        assert farm.run(DIAMOND, diary.report) == Tally(done=1, interrupted=True)
+        assert farm.run(DIAMOND, diary) == Tally(done=1, interrupted=True)
     assert list(diary.reported) == ["a"]
     assert signal.getsignal(number) is before
     assert not any(isinstance(thread, threading.Timer) for thread in threading.enumerate())
@@ -74,7 +75,7 @@ def test_after_a_signal_the_running_task_is_finished_and_no_other_begun(number):
 def test_a_signal_that_finds_all_work_done_interrupted_nothing():
     with SerialFarm(lambda: Diary().execute) as farm:
         farm.interruption.request()
-        assert farm.run((), Diary().report) == Tally()
+        assert farm.run((), Diary()) == Tally()
 
 
 def test_a_task_that_outlasts_the_grace_is_left_with_code_99(environment):
@@ -93,12 +94,11 @@ def test_a_task_that_outlasts_the_grace_is_left_with_code_99(environment):
 # Ranks, however they are reached.
 
 
-class MadeUpRanks(Coordinator):
+class MadeUpRanks(Farm):
     """Ranks that compute one task each between two looks at their news; only the first one is near."""
 
     def __init__(self, size, seconds=0.01):
-        self.size = size
-        self.interruption = Interruption(grace=1.0)
+        super().__init__(size, size, Interruption(grace=1.0))
         self.computed = []
         self._seconds = seconds
         self._waiting = [[] for _ in range(size)]
@@ -112,7 +112,7 @@ class MadeUpRanks(Coordinator):
         del self._waiting[rank][1:]
         if rank == 0:
             return returned
-        self._returned.append((rank, News(returned=returned)))
+        self._returned.append((rank, (), returned))
         return ()
 
     def news(self):
@@ -121,19 +121,19 @@ class MadeUpRanks(Coordinator):
             if tasks:
                 key = tasks.pop(0).key
                 self.computed.append(key)
-                found.append((rank, News([Done(key, COMPLETED, self._seconds)])))
+                found.append((rank, [Done(key, COMPLETED, self._seconds)], ()))
         return found
 
 
 def coordinated(ranks, tasks, stop_after=""):
-    diary = Diary()
+    class Stopping(Diary):
+        def ended(self, task, outcome, seconds):
+            super().ended(task, outcome, seconds)
+            if task.key == stop_after:
+                ranks.interruption.request()
 
-    def report(tasks, outcome, seconds):
-        diary.report(tasks, outcome, seconds)
-        if stop_after in [task.key for task in tasks]:
-            ranks.interruption.request()
-
-    return ranks.run(tasks, report), diary
+    diary = Stopping()
+    return ranks.run(tasks, diary), diary
 
 
 def test_every_task_is_computed_once_after_its_needs():
@@ -172,11 +172,11 @@ def test_what_is_in_hand_when_a_run_is_killed_is_noted_unless_it_was_told_to_sto
                 self.interruption.request()
             raise GeneratorExit
 
-    begun, ranks = Begun(tmp_path), Dying(2)
-    ranks.interruption.at_request(begun.close)
+    journal, ranks = Journal(tmp_path), Dying(2)
+    ranks.interruption.at_request(journal.forget)
     with pytest.raises(GeneratorExit):
-        ranks.run(DIAMOND, lambda *_: None, begin=begun.begin)
-    assert begun.read() == noted
+        ranks.run(DIAMOND, journal)
+    assert left_begun(tmp_path) == noted
 
 
 @pytest.mark.parametrize("said", [None, "1700000000", "", "Unknown"])
@@ -213,22 +213,10 @@ def test_without_the_end_of_a_job_all_is_done(monkeypatch):
     assert tally == Tally(done=5)
 
 
-def test_ends_go_out_once_no_task_waits_and_wait_no_longer_than_agreed():
-    """Else those of short tasks travel together."""
-    outbox, sent = Outbox(patience=1.0), []
-    for key, waiting, now in [
-        *(("a", 2, 0.0), ("b", 1, 0.1), ("c", 0, 0.2), ("", 0, 0.2)),
-        *(("d", 100, 5.0), ("e", 100, 5.95), ("", 100, 6.0), ("", 100, 6.1), ("f", 100, 6.5), ("", 100, 7.5)),
-    ]:
-        ended = [Done(key, COMPLETED, 0.5, "rank 1 on host")] if key else []
-        sent.append("".join(done.key for done in outbox.take(ended, waiting, now)))
-    assert sent == ["", "", "abc", "", "", "", "de", "", "", "f"]
-
-
 @pytest.mark.parametrize("looks", [(5, 1, 9), (math.inf,)], ids=["taken", "taken by nobody"])
 def test_a_rank_waits_until_all_that_it_sent_has_left_but_not_for_ever(monkeypatch, looks):
     """A message has left at so many looks at it."""
-    monkeypatch.setattr(mail, "FLUSH", 0.05)
+    monkeypatch.setattr(mpi, "FLUSH", 0.05)
     left = dict(enumerate(looks))
 
     def look(message):
@@ -236,10 +224,13 @@ def test_a_rank_waits_until_all_that_it_sent_has_left_but_not_for_ever(monkeypat
         return left[message] <= 0, None
 
     requests = iter([SimpleNamespace(test=lambda message=message: look(message)) for message in left])
-    sent = Mail(SimpleNamespace(COMM_WORLD=SimpleNamespace(isend=lambda _text, dest: next(requests))))
+    world = SimpleNamespace(
+        Get_rank=lambda: 1, Get_size=lambda: 2, Abort=None, isend=lambda _message, dest: next(requests)
+    )
+    farm = MPIFarm(SimpleNamespace(COMM_WORLD=world), Agent(NOTHING, 0), Interruption(grace=1.0))
     for _ in looks:
-        sent.send(1, "word")
-    sent.flush()
+        farm._send(0, "word")
+    farm._flush()
     assert all(each <= 0 or each == math.inf for each in left.values())
 
 

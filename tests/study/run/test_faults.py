@@ -20,13 +20,13 @@ from nanoslip.study.run.campaign import KILLED, blame
 from nanoslip.study.run.dispatch import Tally
 from nanoslip.study.run.executor import left
 from nanoslip.study.run.farm import ProcessFarm
+from nanoslip.study.run.journal import BEGUN, LONG, Journal, left_begun
 from nanoslip.study.run.launch import Program
-from nanoslip.study.run.mail import FILE, LONG, Begun
 from nanoslip.study.run.warm_up import WarmUp
 from tests.study.results.results import NO_FILES
 from tests.study.run import faults
 from tests.study.run.faults import FAULTS, computed
-from tests.study.run.made_up import Work
+from tests.study.run.made_up import Diary, Work
 from tests.study.run.matrix import PLACES
 
 SOUND = tuple(Work(f"sound {number}") for number in range(19))
@@ -92,23 +92,6 @@ def test_a_fault_costs_no_task_that_its_process_has_at_hand(tmp_path, pair):
     assert [key for key in reported if key in sound] == sound  # each once
 
 
-def test_a_child_gets_tasks_before_it_asks_for_them_only_where_they_are_short(tmp_path):
-    alone = Agent(faults.program(tmp_path), 0)
-    try:
-        alone.give([KNOWN])
-        while not alone.arrived():
-            time.sleep(0.001)
-        alone.give(behind(KNOWN, *map(str, range(100)))[1:])
-        at_hand = 100 - len(alone.give_back())
-        assert 1 < at_hand <= 1 + agent.AHEAD / 1e-4
-        while alone.busy:
-            alone.arrived()
-        alone.give([Work("long", cost=1.0), Work("longer", cost=1.0)])
-        assert alone.give_back() == ("longer",)
-    finally:
-        alone.close()
-
-
 def test_tasks_behind_one_that_hangs_go_elsewhere(tmp_path):
     """They are handed out together, as they are short; what waits for long is computed by the other process."""
     tasks = behind(Work("first"), "endless loop", *map(str, range(60)), limit=6.0)
@@ -121,8 +104,8 @@ def test_tasks_behind_one_that_hangs_go_elsewhere(tmp_path):
 def test_a_fault_while_kernels_are_compiled_leaves_a_farm_that_computes(tmp_path, fault):
     """The compiling is a task of its own, before all others."""
     with ProcessFarm([Agent(faults.program(tmp_path), 0)]) as farm:
-        assert farm.run([faults.work(fault)], lambda *_: None) == Tally(crashed=1)
-        assert farm.run(SOUND, lambda *_: None) == Tally(done=19)
+        assert farm.run([faults.work(fault)], Diary()) == Tally(crashed=1)
+        assert farm.run(SOUND, Diary()) == Tally(done=19)
 
 
 def test_compiling_that_hangs_is_ended_after_minutes(tmp_path, monkeypatch):
@@ -177,7 +160,7 @@ def test_time_in_which_both_processes_are_stopped_is_not_the_task_s(tmp_path, mo
     try:
         while not child.ready:
             child.receive()
-        child.begin([Work("endless loop")])
+        child.begin(Work("endless loop"))
         for _ in range(3):
             jump += 1000.0
             assert child.receive() is None
@@ -223,35 +206,28 @@ ENDLESS = (Work("long"), math.inf)
 
 
 def test_long_tasks_are_noted_and_those_of_which_nothing_is_known_until_a_run_ends_by_itself(tmp_path):
-    begun = Begun(tmp_path)
-    begun.begin([(Work("short"), 0.5 * LONG), (Work("unknown"), 2.0 * LONG), ENDLESS])
-    assert Begun(tmp_path).read() == {"long", "unknown"}
-    begun.close()
-    begun.begin([ENDLESS])
-    assert (begun.read(), list(tmp_path.iterdir())) == (frozenset(), [])
-
-
-def test_a_disk_that_takes_nothing_does_not_stop_a_run(tmp_path):
-    begun = Begun(tmp_path / "nowhere")
-    begun.begin([ENDLESS])
-    begun.close()
+    journal = Journal(tmp_path)
+    journal.begun([(Work("short"), 0.5 * LONG), (Work("unknown"), 2.0 * LONG), ENDLESS])
+    assert left_begun(tmp_path) == {"long", "unknown"}
+    journal.forget()
+    journal.begun([ENDLESS])
+    assert (left_begun(tmp_path), list(tmp_path.iterdir())) == (frozenset(), [])
 
 
 @NO_FILES
-def test_what_is_no_file_is_not_waited_for(tmp_path, no_file):
-    no_file(tmp_path / FILE)
-    begun = Begun(tmp_path)
-    assert begun.read() == frozenset()
-    begun.begin([ENDLESS])
-    begun.close()
+def test_what_is_no_file_and_a_disk_that_takes_nothing_do_not_stop_a_run(tmp_path, no_file):
+    no_file(tmp_path / BEGUN)
+    for folder in (tmp_path, tmp_path / "nowhere"):
+        assert left_begun(folder) == frozenset()
+        journal = Journal(folder)
+        journal.begun([ENDLESS])
+        journal.forget()
 
 
 def test_nothing_is_written_through_a_link(tmp_path):
     (tmp_path / "foreign").write_text("precious")
-    (tmp_path / FILE).symlink_to(tmp_path / "foreign")
-    begun = Begun(tmp_path)
-    begun.begin([ENDLESS])
-    begun.close()
+    (tmp_path / BEGUN).symlink_to(tmp_path / "foreign")
+    Journal(tmp_path).begun([ENDLESS])
     assert (tmp_path / "foreign").read_text() == "precious"
 
 
@@ -259,8 +235,8 @@ def test_what_a_killed_run_was_at_comes_last_and_is_given_up_at_the_second_time(
     plan, store = make_plan(load_manifest(campaign)), Store(tmp_path)
     record = next(task for task in plan.tasks if task.kind == "record")
     for given_up in (False, True):
-        Begun(tmp_path).begin([(Work(record.key), math.inf)])
-        blame(plan, store, tmp_path)  # the next run does, when it begins
+        Journal(tmp_path).begun([(Work(record.key), math.inf)])
+        blame(plan, store, Journal(tmp_path), tmp_path)  # the next run does, when it begins
         work = left(plan, store.failures(), ())
         assert (work.tasks[-1] == record, record in work.given_up) == (not given_up, given_up)
     assert store.failures()[record.key].outcome.message.startswith(KILLED)
@@ -269,7 +245,7 @@ def test_what_a_killed_run_was_at_comes_last_and_is_given_up_at_the_second_time(
 
 def test_a_task_that_was_at_hand_by_accident_is_computed_and_forgiven(nanoslip, campaign, tmp_path):
     record = next(task for task in make_plan(load_manifest(campaign)).tasks if task.kind == "record")
-    Begun(tmp_path).begin([(record, math.inf)])
+    Journal(tmp_path).begun([(record, math.inf)])
     done = nanoslip("run", campaign, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     lines = [json.loads(line) for line in (tmp_path / "attempts.jsonl").read_text().splitlines()]

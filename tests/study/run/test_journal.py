@@ -43,12 +43,12 @@ def test_it_notes_what_tasks_with_a_result_took_and_says_so_at_ever_longer_inter
     now, heard = [0.0], []
     monkeypatch.setattr(journal_module, "time", SimpleNamespace(monotonic=lambda: now[0]))
     journal = Journal(tmp_path, "nanoslip run mine.toml")
-    note = journal.noting(lambda tasks, outcome, seconds: heard.extend(task.kind for task in tasks))
+    journal.show(lambda task, outcome, seconds: heard.append(task.kind))
     journal.begin(1, "process")
     for _ in range(1000):
         now[0] += 1.0
-        note([Work("a", kind="record", cost=0.5)], COMPLETED, [1.0])
-    note([Work("b", kind="drive", cost=0.5)], Outcome(Ending.CRASHED, "of no result"), [1.0])
+        journal.ended(Work("a", kind="record", cost=0.5), COMPLETED, 1.0)
+    journal.ended(Work("b", kind="drive", cost=0.5), Outcome(Ending.CRASHED, "of no result"), 1.0)
     assert len(heard) == 1001
     assert len(lines(tmp_path)) <= 11  # log2 of the seconds, and its begin
     (run,) = runs.read(tmp_path)
@@ -62,7 +62,8 @@ def test_it_notes_what_tasks_with_a_result_took_and_says_so_at_ever_longer_inter
 
 def test_what_other_software_took_is_not_compared_with_the_predictions_of_this(tmp_path):
     mine = Run("a", "b", 1, solver=here().solver, nanoslip=here().nanoslip_version, kinds={"record": [1, 1.0, 2.0]})
-    runs.add_run(tmp_path, mine, replace(mine, run="c", nanoslip="0.1", kinds={"record": [1, 1.0, 100.0]}))
+    for run in (mine, replace(mine, run="c", nanoslip="0.1", kinds={"record": [1, 1.0, 100.0]})):
+        runs.add_run(tmp_path, run)
     assert measured_in(tmp_path, tmp_path).as_data() == {"record": [1, 1.0, 2.0]}
 
 

@@ -14,7 +14,7 @@ from nanoslip.study.plan.kinds import compliance_task, record_task
 from nanoslip.study.run.progress import (
     Forecast,
     Measured,
-    PlainProgress,
+    Progress,
     TerminalProgress,
     duration,
     makespan,
@@ -39,6 +39,11 @@ def tasks_of(kinds, number, cost=1.0):
     return [Work(f"{kind}{each}", cost=cost, kind=kind) for kind in kinds for each in range(number)]
 
 
+def learn(forecast, tasks, seconds):
+    for task in tasks:
+        forecast.learn(task, seconds)
+
+
 @pytest.mark.parametrize("name", RECORDED)
 @pytest.mark.parametrize("machine", [1.0, 5.0], ids=["this machine", "one five times slower"])
 def test_the_time_left_is_right_within_a_factor_of_two_from_a_tenth_on(name, machine):
@@ -49,7 +54,7 @@ def test_the_time_left_is_right_within_a_factor_of_two_from_a_tenth_on(name, mac
     forecast, elapsed, total = Forecast(tasks), 0.0, machine * sum(measured)
     looked, wrong = 0, []
     for task, seconds in zip(tasks, measured, strict=True):
-        forecast.learn([task], [machine * seconds])
+        forecast.learn(task, machine * seconds)
         elapsed += machine * seconds
         left, slack = total - elapsed, SHARE * total
         if 0.1 * total < elapsed:
@@ -70,11 +75,11 @@ def test_before_anything_is_known_the_estimate_is_told_and_ranks_share_it():
 def test_a_kind_is_scaled_by_its_own_tasks_and_others_by_all_until_they_have_some():
     tasks = tasks_of("xy", 100)
     forecast = Forecast(tasks)
-    forecast.learn(tasks[:50], [10.0] * 50)
+    learn(forecast, tasks[:50], 10.0)
     assert forecast.seconds == pytest.approx(150.0 * 10.0)
-    forecast.learn(tasks[100:150], [1.0] * 50)
+    learn(forecast, tasks[100:150], 1.0)
     assert forecast.seconds == pytest.approx(50.0 * 10.0 + 50.0 * 1.0)
-    forecast.learn([*tasks[50:100], *tasks[150:]], [1.0] * 100)
+    learn(forecast, [*tasks[50:100], *tasks[150:]], 1.0)
     assert forecast.seconds == pytest.approx(0.0, abs=1e-9)
     assert forecast.share == pytest.approx(1.0)
 
@@ -83,7 +88,7 @@ def test_a_run_that_goes_on_begins_with_what_the_earlier_ones_measured():
     tasks = tasks_of("xy", 100)
     forecast = Forecast(tasks, 1, Measured({"x": [10, 10.0, 20.0], "y": [1, 2.0, 1.0]}))
     assert forecast.seconds == pytest.approx(250.0)
-    forecast.learn(tasks[:50], [2.0] * 50)
+    learn(forecast, tasks[:50], 2.0)
     assert forecast.seconds == pytest.approx(150.0)
 
 
@@ -98,9 +103,10 @@ def test_tasks_that_took_twice_as_long_as_predicted_double_what_is_expected_of_t
     tasks = [Work(f"{kind}{number}", cost=1.0 + number, kind=kind) for kind in "xyz" for number in range(4)]
     measured = Measured()
     assert makespan(tasks, 1, measured.seconds) == sum(task.cost for task in tasks)
-    measured.learn(tasks[:4], [2.0, 4.0, 6.0, 8.0])
+    for task in tasks[:4]:
+        measured.learn(task, 2.0 * task.cost)
     assert [measured.factor(kind) for kind in "xyz"] == [2.0, 2.0, 2.0]  # of the others nothing better is known
-    measured.learn(tasks[4:5], [0.5])
+    measured.learn(tasks[4], 0.5)
     assert [measured.factor(kind) for kind in "xy"] == [2.0, 0.5]
     assert measured.factor("z") == pytest.approx(20.5 / 11.0)
     assert makespan(tasks[:8], 1, measured.seconds) == pytest.approx(25.0)
@@ -141,7 +147,7 @@ def bar_of(tasks, width):
     console = rich.console.Console(file=screen, width=width, force_terminal=True, color_system=None)
     with TerminalProgress(tasks, console) as progress:
         for task in tasks:
-            progress([task], COMPLETED, [0.01])
+            progress(task, COMPLETED, 0.01)
             progress._bar.refresh()  # it redraws ten times a second by itself
     return [state.strip() for state in re.split(r"\x1b\[[0-9?]+[A-Za-z]|[\r\n]", screen.getvalue()) if state.strip()]
 
@@ -158,6 +164,6 @@ def test_a_task_is_named_whole_or_by_its_kind_and_in_the_end_it_is_said_how_long
 def test_nothing_to_do_is_no_bar_and_one_task_is_a_task():
     assert bar_of([], 80) == []
     said = io.StringIO()
-    with PlainProgress(TASKS[:1], said):
+    with Progress(TASKS[:1], said):
         pass
     assert said.getvalue().startswith("1 task to do\n0 of 1 task done")
