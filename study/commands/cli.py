@@ -458,7 +458,7 @@ def frames() -> None:
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
 @click.option("-o", "--output", type=NEW_FILE, help="Write this file [default: standard output, or the folder crate].")
 def export() -> None:
-    """Write CAMPAIGN's numbers as a table for other programs, or all of it as a crate for an archive.
+    """Write CAMPAIGN's numbers as a table, or all as a crate.
 
     CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
     or for each drive of each case: parameters first, then numbers. Unknown numbers are empty in CSV and null in JSON.

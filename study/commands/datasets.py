@@ -10,14 +10,15 @@ import click
 import xarray as xr
 
 from nanoslip.solver.case import parameters_of_a_case
+from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.plans import advised, counted, planned
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.access import one_case
+from nanoslip.study.dataset.access import one_case, scales_of
 from nanoslip.study.dataset.collect import collect, is_made_of, made_of, note
 from nanoslip.study.dataset.variables import MEMBERS, OUTCOMES, means_of
-from nanoslip.study.figures.shared import column, format_of, image, scales_of
-from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.figures.shared import column, format_of, image
+from nanoslip.study.manifest.cases import CampaignCase, value_of
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import STANDARD, Value, in_words, of_symbol, words
@@ -159,8 +160,8 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
-    """The one case that has all of these values, keys as in a manifest.
+def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str], scales: Scales | None = None) -> CampaignCase:
+    """The one case that has all of these values, keys as in a manifest, values with a unit or without.
 
     Raises ManifestError where none or several have.
     """
@@ -172,8 +173,12 @@ def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignC
         if not there:
             known = in_words(", ".join(dict.fromkeys(name for point in points for name in point)))
             raise ManifestError([f"{key}={value}: these cases are told apart by {known}"])
-        found = [number for number in found if _is(points[number].get(name), value)]
-        if not any(_is(each, value) for each in there):
+        try:
+            wanted = value_of(key, value, scales)
+        except ValueError as error:
+            raise ManifestError([str(error)]) from None
+        found = [number for number in found if points[number].get(name) == wanted]
+        if wanted not in there:
             raise ManifestError([f"{key}={value}: no such case; there are {', '.join(map(str, there))}"])
     said = " ".join(f"{key}={value}" for key, value in given.items()) or "no selection"
     if not found:
@@ -192,18 +197,6 @@ def _differing(points: Sequence[Mapping[str, Value]]) -> str:
         if len(values) > 1:
             told.append(f"{name} = {' or '.join([*values[:FEW], *(['…'] if len(values) > FEW else [])])}")
     return in_words(f"say {', '.join(told)}")
-
-
-def _is(value: Value | None, text: str) -> bool:
-    """Whether a value is what somebody wrote, as a campaign has it or as a table shows it."""
-    if isinstance(value, str):
-        return value == text
-    if isinstance(value, bool):
-        return text.lower() == str(value).lower()
-    try:
-        return value is not None and float(text) == float(value)
-    except ValueError:
-        return False
 
 
 # One case of a dataset on the terminal: how it ended, its numbers, its lines in text; or its lines as a picture.

@@ -249,7 +249,8 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str, output
     """Compute a case's contact after each of some events, and draw it."""
     with refusals(SolverError):
         wanted = events_of(events)
-        case = chosen(planned(campaign).cases, assignments(parameters))
+        plan = planned(campaign)
+        case = chosen(plan.cases, assignments(parameters), plan.manifest.scales)
         if case.case is None:
             raise ManifestError([f"{case.point}: {case.outcome.message}"])
         shown = frames(case.case, wanted, output)
@@ -340,7 +341,7 @@ def _row(each: Influence) -> tuple[str, ...]:
 def explain_case(campaign: Path, parameters: tuple[str, ...], show_effects: bool) -> None:
     """Print the cost, the grid's error and perhaps the effects of the case of a campaign that has these parameters."""
     manifest = settled(load_manifest(campaign))
-    case = chosen(expand(manifest), assignments(parameters))
+    case = chosen(expand(manifest), assignments(parameters), manifest.scales)
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)

@@ -3,7 +3,7 @@
 import difflib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from html import escape
 from typing import Any, Final
 
@@ -11,18 +11,19 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from nanoslip.solver.drive import Scales
 from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset.file import LostGroupsError, are_texts, groups_of, tree_of
 from nanoslip.study.dataset.variables import DRIVE_NAME, EVENT_DROP, OUTCOMES, SOFTWARE, all_groups, parameters, windows
-from nanoslip.study.manifest.checker import number_or_text
+from nanoslip.study.manifest.cases import value_of
 from nanoslip.study.manifest.parameters import words
 
 # Selection of cases, and of their records and trajectories, by values of coordinates: `radius=200`.
 
 Selection = Mapping[str, Any]
-"""Name of a coordinate -> its value, or a list of values."""
+"""Name of a coordinate -> its value, perhaps as text with a unit (`radius="20 cm"`), or a list of values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,10 +62,12 @@ def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
         coordinate, values = along.coords[key].variable, np.atleast_1d(np.asarray(wanted))
         if are_texts(coordinate):
             coordinate, values = coordinate.astype(str), values.astype(str)
+        elif values.dtype.kind == "U":
+            values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
         hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, values))
         if not hits.any():
             raise KeyError(
-                f"{key} = {wanted!r}: no such case; there are {_some(along.coords[key].values.ravel().tolist())}"
+                f"{key} = {wanted}: no such case; there are {_some(along.coords[key].values.ravel().tolist())}"
             )
         chosen = chosen & hits
     positions = np.argwhere(chosen.transpose(*along.dims).values)
@@ -134,18 +137,23 @@ def _said(selection: Selection) -> str:
 # One case of a dataset by the values of its parameters, in a manifest's words: with all its drives, or with one of them.
 
 
+def scales_of(attributes: Mapping[Any, Any]) -> Scales | None:
+    """The scales of a dataset, from its attributes; None where these do not state them."""
+    try:
+        return Scales(**{each.name: float(attributes[each.name]) for each in fields(Scales)})
+    except KeyError:
+        return None
+
+
 def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     """The part of a dataset that is one case, without the dimensions that this leaves one value of.
 
-    given: parameter, as manifests or datasets call it -> its value as text. The drives of the case may be several.
+    given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit. The drives of the case may be
+        several.
 
     Raises KeyError where no case is like that, ValueError with what is left to choose where several are.
     """
-    names = {words().get(word, word): text for word, text in given.items()}
-    # What looks like a number may be a name.
-    texts = {name for name in names if name in root.coords and are_texts(root[name].variable)}
-    selection = {name: text if name in texts else number_or_text(text) for name, text in names.items()}
-    found = places(root, _ending(root), selection)
+    found = places(root, _ending(root), {words().get(word, word): text for word, text in given.items()})
     left = {dim: np.unique(column) for dim, column in zip(found.dims, found.positions.T, strict=True)}
     part = root.isel({dim: where if len(where) > 1 else where[0] for dim, where in left.items()})
     if several := [str(dim) for dim in root[OUTCOMES[""][0].name].dims if len(left[str(dim)]) > 1]:

@@ -3,7 +3,7 @@
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +19,7 @@ from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import with_error
+from nanoslip.study.dataset.access import scales_of
 from nanoslip.study.figures.points import Columns, ordered, words
 
 
@@ -276,14 +277,6 @@ class ClosedForm:
     position: Floats
     velocity: Floats
     spring_force: Floats
-
-
-def scales_of(attributes: Mapping[Any, Any]) -> Scales | None:
-    """The scales of a dataset, from its attributes; None where these do not state them."""
-    try:
-        return Scales(**{each.name: float(attributes[each.name]) for each in fields(Scales)})
-    except KeyError:
-        return None
 
 
 def scales_in(dataset: xr.Dataset) -> Scales:

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
 from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
-from nanoslip.study.dataset.access import Accessor, id_of, places
+from nanoslip.study.dataset.access import Accessor, id_of, places, scales_of
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.variables import means_of
 from nanoslip.study.figures.points import Columns, label, typeset, varying, words
-from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, scales_of, spread
+from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
 from nanoslip.study.figures.sweep import answers, notes
 
 # Runs of a dataset (records, trajectories, contacts) as views: a few together in one figure, then each alone.

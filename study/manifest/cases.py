@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
-from nanoslip.solver.case import Case, Interface
+from nanoslip.solver.case import Case, Interface, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import declared
@@ -24,7 +24,7 @@ from nanoslip.study.manifest.manifest import (
 )
 from nanoslip.study.manifest.parameters import STANDARD, TABLES, Alike, Value, in_words, words, words_of
 from nanoslip.study.manifest.reader import KEYS_OF_FILES, refusal
-from nanoslip.study.manifest.units import YOUNG
+from nanoslip.study.manifest.units import YOUNG, plain
 
 Point = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""
@@ -136,6 +136,21 @@ def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
 NAME: Final = "try"
 """Of the campaign's drive."""
 _DRIVES: Final = "drives"
+
+
+def value_of(key: str, text: str, scales: Scales | None) -> Value:
+    """The value of a parameter, by word or field name, from text: as a manifest has it, with a unit or without.
+
+    Raises ValueError with what is needed.
+    """
+    given = number_or_text(text.lower() if text.lower() in ("true", "false") else text)
+    name, of_cases, of_drives = words().get(key, key), parameters_of_a_case(), drive_parameters()
+    stated = of_drives.get(name) or of_cases.get(name)
+    try:
+        value: Value = plain(given, stated, scales if name in of_cases else None) if stated else given
+    except ValueError as error:
+        raise ValueError(f"{key} = {shown(text)}: {error}") from None
+    return value
 
 
 def tables() -> dict[str, tuple[str, ...]]:

@@ -21,10 +21,10 @@ from markupsafe import Markup, escape
 from matplotlib.ticker import EngFormatter
 
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.access import Column
+from nanoslip.study.dataset.access import Column, scales_of
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import SYMBOL, label
-from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image, scales_of, spread
+from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image, spread
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.report import summary

@@ -17,10 +17,12 @@ from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.validity import flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
+from nanoslip.study.dataset.access import scales_of
 from nanoslip.study.dataset.file import are_texts
 from nanoslip.study.figures.points import in_text, in_unit, listed, readable, symbol, unit_of
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value
+from nanoslip.study.manifest.units import compact
 from nanoslip.study.plan.outlook import flag_lines
 from nanoslip.study.plan.plan import PENDING
 from nanoslip.study.report.console import Table
@@ -97,7 +99,9 @@ def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
             others["0 here"].append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
-            rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
+            rows.append(
+                (name, f"{value} {unit}".rstrip() + _in_si(case, name, unit) + variables.fewer(case, name), meaning)
+            )
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), {
         why: found for why, found in others.items() if found
     }
@@ -124,6 +128,24 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     if error in values:
         return with_error(value, float(values[error]))
     return str(value) if isinstance(value, str | bool) else plain(value, digits)
+
+
+def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
+    """Behind a number in units of the scales its size in SI, as ` (269.8 μm)`, where the dataset states them."""
+    scales = scales_of(case.attrs)
+    if scales is None or f"{name}_si" in case:  # which is a row of its own
+        return ""
+    load = case["normal_load"].item() * case.get("contacts", 1) * scales.force
+    in_si = {
+        "L_x": (scales.slab_width, "m"),
+        "G·L_y": (scales.stiffness, "N/m"),
+        "W·L_x": (load * scales.slab_width, "J"),
+        "W/(L_x·L_y)": (load / (scales.slab_width * scales.slab_depth), "Pa"),
+    }
+    if unit not in in_si:
+        return ""
+    size, si = in_si[unit]
+    return f" ({compact(case[name].item() * float(size), si)})"
 
 
 def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:

@@ -4,6 +4,7 @@ import tempfile
 
 import pytest
 
+from nanoslip.solver.drive import Scales
 from nanoslip.study import api
 from nanoslip.study.commands.datasets import assignments, chosen
 from nanoslip.study.commands.words import Refusal
@@ -28,6 +29,9 @@ def test_a_case_is_found_by_the_words_of_its_campaign():
     found = chosen(CASES, {"events": "5", "radius": "1e2", "slip_order": "simultaneous"}).parameters
     assert [found[name] for name in ("radius", "max_events", "slip_order")] == [100.0, 5, "simultaneous"]
     assert chosen(CASES[:1], {}) is CASES[0]
+    assert chosen(CASES[::4], {"radius": "10 cm"}, Scales()).parameters["radius"] == 100.0
+    with pytest.raises(ManifestError, match='radius = "10 N": needs a number, or one with a unit as "10 m"'):
+        chosen(CASES, {"radius": "10 N"}, Scales())
     for word in ("true", "True"):  # of a campaign, and of a table
         assert chosen(cases("coupling = [false, true]"), {"coupling": word}).parameters["coupling"] is True
 
