@@ -16,7 +16,7 @@ from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.variables import Described, rows
 from nanoslip.study.manifest.manifest import NamedDrive
-from nanoslip.study.manifest.parameters import TABLES
+from nanoslip.study.manifest.parameters import LIMITS, TABLES
 
 Row = tuple[str, ...]
 
@@ -40,7 +40,13 @@ def keys(kinds: Iterable[type], within: str | None = None) -> Iterator[Row]:
         defaults = {each.name: each.default for each in fields(kind)}
         for name, stated in declared(kind).items():
             if within in (None, stated.table):
-                yield _key(name, stated, types[name], defaults[name])
+                key, text, *rest, default = _key(name, stated, types[name], defaults[name])
+                member = next((word for family in FAMILIES.values() for word, own in family.items() if own is kind), "")
+                if member in SCHEMES and default == "none":
+                    default = f"`{Slab(scheme=member).flat[name]}` at n_x = 129"
+                if stated.table == "limits":
+                    default = f"`{LIMITS[name]:g}` without any limit" if name in LIMITS else "none"
+                yield key, f"`{member}`: {text}" if member else text, *rest, default
 
 
 def _key(name: str, stated: Parameter, kind: Any, default: Any) -> Row:

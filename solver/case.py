@@ -51,11 +51,28 @@ class SlipRule:
     cascade_limit: slips after which one event is given up.
     """
 
-    slip_order: SlipOrder = parameter("worst_first", table="slip", meaning="which offenders slip first", unit="")
-    residual_shear: float = parameter(
-        0.0, table="slip", meaning="shear left by a slip, over μ_i·pressure", least=0.0, most=1.0
+    slip_order: SlipOrder = parameter(
+        "worst_first",
+        table="slip",
+        meaning="which offenders slip first",
+        unit="",
+        comment="the largest |shear|/(μ_i·pressure), all others held; or all offenders at once",
     )
-    limited_shear: LimitedShear = parameter("both_ways", table="slip", meaning="directions of limited shear", unit="")
+    residual_shear: float = parameter(
+        0.0,
+        table="slip",
+        meaning="shear left by a slip, over μ_i·pressure",
+        comment="0 is a full stress drop, 1 classical Coulomb sliding",
+        least=0.0,
+        most=1.0,
+    )
+    limited_shear: LimitedShear = parameter(
+        "both_ways",
+        table="slip",
+        meaning="directions of limited shear",
+        unit="",
+        comment="both, or only the drag direction, as the paper prints it",
+    )
     event_floor: float = parameter(
         1e-6,
         table="slip",
@@ -171,11 +188,18 @@ class Interface:
     contacts: int = parameter(
         1, table="interface", meaning="contacts of the slider", symbol="N", least=1, most=MOST_CONTACTS
     )
-    loads: Loads = parameter("equal", table="interface", meaning="loads of the contacts", unit="")
+    loads: Loads = parameter(
+        "equal",
+        table="interface",
+        meaning="loads of the contacts",
+        unit="",
+        comment="normal_load is their mean; heights: exponentially distributed under a rigid plane",
+    )
     measured_loads: Numbers = parameter(
         (),
         table="interface",
-        meaning="loads that contacts were seen to have",
+        meaning="measured loads of contacts",
+        comment="from which those of the contacts are drawn, in any unit",
         columns=("load",),
         above=0.0,
         below=math.inf,
@@ -244,7 +268,14 @@ class Case:
         most=0.5,
         scale="slab_width",
     )
-    initial_contact: InitialContact = parameter("stick", table="numerics", meaning="how the pin comes down", unit="")
+    initial_contact: InitialContact = parameter(
+        "stick",
+        table="numerics",
+        meaning="how the pin comes down",
+        unit="",
+        comment="nodes that touch stick at u = 0 and slip afterwards; stick where frictionless contact leaves them; or the load "
+        "is raised event by event",
+    )
     start: float = parameter(
         0.0,
         table="numerics",

@@ -114,7 +114,12 @@ class Drive:
         meaning="time for which the stage moves", unit="s", scale="time", si=0.2, least=1e-30, most=1e30
     )
     integrator: Any = parameter("exact", meaning="integrator of the dynamic stage", unit="")
-    profile: ProfileShape = parameter("sawtooth", meaning="friction profile between events", unit="")
+    profile: ProfileShape = parameter(
+        "sawtooth",
+        meaning="friction profile between events",
+        unit="",
+        comment="the record's teeth; at most 64 of them in a node spacing; lines between forces after events; the plateau's mean",
+    )
     samples: int = parameter(2000, meaning="output times after the start", least=1, most=MOST_SAMPLES)
     surface_compliance: bool = parameter(
         True, meaning="the contact is compliant", unit="", comment="it yields with its stiffness K before it slips"

@@ -97,7 +97,13 @@ class Slab:
     poisson: float = parameter(
         1.0 / 3.0, table="constants", meaning="Poisson's ratio", symbol="ν", above=-1.0, most=0.5
     )
-    support: Support = parameter("bonded", table="numerics", meaning="how the slab is held", unit="")
+    support: Support = parameter(
+        "bonded",
+        table="numerics",
+        meaning="how the slab is held",
+        unit="",
+        comment="at its base, without friction there, or at its right side",
+    )
     scheme: Any = parameter("galerkin", table="numerics", meaning="discretization of the slab", unit="")
 
     def __post_init__(self) -> None:
