@@ -82,11 +82,13 @@ if TYPE_CHECKING:
     from nanoslip.solver.outcome import NanoslipError
     from nanoslip.solver.sliding.power_law import Histogram, logarithmic_histogram
     from nanoslip.solver.sliding.sizes import EventSizes, SizeDistribution, event_sizes, pooled, size_distribution
-    from nanoslip.study.api import concat, run
+    from nanoslip.study.api import concat, fit, run
     from nanoslip.study.api import open_dataset as open
     from nanoslip.study.dataset.variables import Described
     from nanoslip.study.dataset.variables import described as describe
     from nanoslip.study.figures.frames import frames
+    from nanoslip.study.inference.fit import Fit
+    from nanoslip.study.inference.sensitivity import Sensitivity, sensitivity
     from nanoslip.study.manifest.checker import ManifestError
     from nanoslip.study.results.store import StoreError
 
@@ -106,6 +108,7 @@ __all__ = [
     "Ending",
     "EventSizes",
     "Exact",
+    "Fit",
     "FrictionCoefficients",
     "FrictionRecord",
     "Galerkin",
@@ -121,6 +124,7 @@ __all__ = [
     "Outcome",
     "Plateau",
     "Scales",
+    "Sensitivity",
     "SingularOperator",
     "SizeDistribution",
     "Slab",
@@ -135,6 +139,7 @@ __all__ = [
     "drive_result",
     "event_sizes",
     "event_statistics",
+    "fit",
     "flat_punch_pressure",
     "frames",
     "friction_record",
@@ -145,6 +150,7 @@ __all__ = [
     "plateau_of",
     "pooled",
     "run",
+    "sensitivity",
     "size_distribution",
     "sliding_parabola",
     "sliding_punch",
@@ -159,10 +165,12 @@ _NAMES = {
     "nanoslip.solver.outcome": "NanoslipError",
     "nanoslip.solver.sliding.power_law": "Histogram logarithmic_histogram",
     "nanoslip.solver.sliding.sizes": "EventSizes event_sizes pooled SizeDistribution size_distribution",
-    "nanoslip.study.api": "concat open_dataset:open run",
+    "nanoslip.study.api": "concat fit open_dataset:open run",
     "nanoslip.study.dataset.variables": "Described described:describe",
     "nanoslip.study.results.store": "StoreError",
     "nanoslip.study.figures.frames": "frames",
+    "nanoslip.study.inference.fit": "Fit",
+    "nanoslip.study.inference.sensitivity": "Sensitivity sensitivity",
     "nanoslip.study.manifest.checker": "ManifestError",
 }
 """Module -> its names that are public here; `theirs:ours` where the name differs. All others are the solver's."""

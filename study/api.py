@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, ExitStack, nullcontext
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 from typing import Any, Literal
 
 import scipy
@@ -20,6 +21,9 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.concatenation import joined
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
+from nanoslip.study.inference.campaign import computing as computing_points
+from nanoslip.study.inference.campaign import question_of
+from nanoslip.study.inference.fit import MOST, Fit, Target
 from nanoslip.study.manifest.checker import ManifestError, read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import files_named_in, load_manifest, parse_manifest
@@ -111,6 +115,39 @@ def run(
             return file.read(path)
         with file.read(path) as opened:
             return loaded(opened)
+
+
+def fit(
+    campaign: Campaign,
+    numbers: Mapping[str, tuple[float, float]],
+    vary: Mapping[str, tuple[Any, Any] | None] | Iterable[str] = (),
+    fixed: Mapping[str, Any] = MappingProxyType({}),
+    out: Place | None = None,
+    *,
+    points: int = MOST,
+    jobs: int = 1,
+    progress: bool | None = None,
+) -> Fit:
+    """Find the parameters of a campaign that agree with measured numbers, as `nanoslip fit`.
+
+    numbers: variable, symbol, or ratio of two -> value and ± (one standard deviation), as {"mu_s": (0.3, 0.01)}.
+    vary: parameters to find, and the ends of their ranges; without ends, or any, the campaign's axes.
+    fixed: values of other parameters; `drive` chooses a drive by its name.
+    out, jobs, progress: as of `run`. points: the most that are computed.
+
+    Raises ManifestError and StoreError as `run` does, ValueError where too few points have the numbers.
+    """
+    targets = [Target(name, *given) for name, given in numbers.items()]
+    ranges = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
+    question = question_of(_manifest(campaign), targets, ranges, fixed)
+    with ExitStack() as stack:
+        stack.enter_context(_one_thread())
+        folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
+        question.check(folder)
+        farm = _farm(computing(folder), jobs, stack)
+        lease = stack.enter_context(Lease(folder, farm.interruption.request))
+        compute = computing_points(farm, lease, folder, partial(_shown, progress), partial(_warn, 4))
+        return question.answer(compute, folder, points)
 
 
 def _warn(level: int, text: str) -> None:

@@ -27,7 +27,7 @@ ORDER = {
     "nanoslip.solver.dynamics": "friction_limit kernels result coefficients integrators stick_slip regime",
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.study": "shipped toml_text exit_codes xarray_accessor canonical provenance origin "
-    "manifest plan results dataset run figures report accuracy inference api commands",
+    "manifest plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.manifest": "parameters units columns surface about checker manifest reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan outlook",
     "nanoslip.study.results": "entry log attempts shard store",
@@ -36,9 +36,9 @@ ORDER = {
     "campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
+    "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures trace",
     "nanoslip.study.accuracy": "setup elastic_operator effects measurement",
-    "nanoslip.study.inference": "trace",
-    "nanoslip.study.commands": "words plans datasets prepare run conduct look trace judge cli",
+    "nanoslip.study.commands": "words plans datasets prepare run conduct look trace judge infer cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 
@@ -54,6 +54,7 @@ HOMES = {
         "nanoslip.study.dataset",
         "nanoslip.study.report",
         "nanoslip.study.figures",
+        "nanoslip.study.inference",
         "nanoslip.study.api",
         "nanoslip.study.commands.datasets",
     },
@@ -62,6 +63,7 @@ HOMES = {
         "nanoslip.study.accuracy",
         "nanoslip.study.report",
         "nanoslip.study.figures",
+        "nanoslip.study.inference",
     },
     "numba": {"nanoslip.solver.compiling"},
 }

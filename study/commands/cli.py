@@ -445,6 +445,46 @@ def frames() -> None:
     """
 
 
+# What numbers tell about parameters: infer.py.
+
+
+@command("infer:show_sensitivity", click.argument("dataset", type=CAMPAIGN_PATH), OUT, PICTURE, JSON)
+@click.option("--of", required=True, metavar="NUMBER", help="Variable, symbol, or a ratio of two, as static_friction.")
+def sensitivity() -> None:
+    """Show which parameters a number of DATASET depends on.
+
+    DATASET is a file results.nc, the folder it is in, or a campaign that has been run. A parameter has a share of the number's
+    variance alone (first-order Sobol' index), and in all with what it does together with others (total index), each with an
+    interval of 95 %. Any design will do. Failed and flagged cases are left out, and the variance of each ± is taken off.
+
+    Example: nanoslip sensitivity results/mine --of static_friction
+    """
+
+
+@command("infer:fit_campaign", CAMPAIGN)
+@click.argument("numbers", nargs=-1, required=True, metavar="NUMBER=VALUE±ERROR... [KEY=VALUE]...")
+@click.option(
+    "--vary",
+    multiple=True,
+    metavar="KEY[=FROM:TO],...",
+    help="Parameters to find, with their ranges [default: the campaign's axes]",
+)
+@defaulted("--points", type=click.IntRange(min=16), default=256, help="Most points that are computed.")
+@click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
+@click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
+@defaulted("-o", "--picture", type=NEW_FILE, default=Path("fit.png"), help="File of the figure: .png, .pdf or .svg.")
+def fit() -> None:
+    """Find the parameters of CAMPAIGN that agree with measured numbers.
+
+    NUMBER is a variable, its symbol, or a ratio of two; ERROR is one standard deviation, and ± may be typed as +-. KEY=VALUE
+    holds a parameter, or drive=NAME chooses a drive. Points are computed as cases of CAMPAIGN, more of them where it is open what
+    agrees; those that are finished are used. Shown are the best point, the range of each parameter over all that agree at 68 and
+    95 %, and which parameters cannot be told apart.
+
+    Example: nanoslip fit campaigns/mine.toml mu_s=0.3+-0.01 mu_k=0.26+-0.01 --vary mu_i=0.1:0.8,radius -j 2
+    """
+
+
 # Exporting and comparing numbers: judge.py.
 
 

@@ -26,6 +26,7 @@ from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPU
 from nanoslip.study.figures.points import SYMBOL, label
 from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image, spread
 from nanoslip.study.figures.views import SORTS
+from nanoslip.study.inference.pictures import SENSITIVITY
 from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
@@ -374,7 +375,8 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         lstrip_blocks=True,
     )
     environment.filters["lowered"] = lowered
-    sections = tuple(found for sort in SORTS.values() if (found := section(dataset, sort)))
+    answer, *others = SORTS.values()
+    sections = tuple(found for sort in (answer, SENSITIVITY, *others) if (found := section(dataset, sort)))
     table, alike = summary.said_once(summary.scalar_table(dataset))
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],

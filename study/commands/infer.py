@@ -1,0 +1,178 @@
+"""Commands that infer: which parameters matter (sensitivity), and which agree with measured numbers (fit)."""
+
+import re
+from collections.abc import Sequence
+from contextlib import nullcontext
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+import click
+
+from nanoslip.solver.case import parameters_of_a_case
+from nanoslip.study.commands.datasets import dataset_of
+from nanoslip.study.commands.plans import counted, print_json, refusals
+from nanoslip.study.commands.words import Refusal, folder, show
+from nanoslip.study.exit_codes import INTERRUPTED
+from nanoslip.study.figures.points import in_text
+from nanoslip.study.figures.shared import format_of, image
+from nanoslip.study.inference.campaign import Ends, Question, computing, question_of
+from nanoslip.study.inference.fit import LEVELS, Fit, Target, sentences
+from nanoslip.study.inference.pictures import bars, contours
+from nanoslip.study.inference.sensitivity import caution, sensitivity
+from nanoslip.study.manifest.checker import number_or_text
+from nanoslip.study.manifest.manifest import drive_parameters
+from nanoslip.study.manifest.parameters import of_symbol
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
+from nanoslip.study.results.store import Lease, write_files
+from nanoslip.study.run.campaign import ShortageError, UnfinishedError
+from nanoslip.study.run.farm import Farm, FarmError
+from nanoslip.study.run.launch import computing as program_of
+from nanoslip.study.run.mpi import open_farm
+from nanoslip.study.run.progress import open_progress
+
+# `nanoslip sensitivity`: which parameters a number depends on, from the cases of a dataset.
+
+
+def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | None, as_json: bool) -> None:
+    """Print the first-order and total indices of a number, or draw them."""
+    form = format_of(picture) if picture else ""
+    with refusals(ValueError), dataset_of(dataset, out) as opened:
+        found = sensitivity(opened, of)
+    if as_json:
+        parts = {"first": found.first, "total": found.total}
+        rows = {
+            axis: {part: values[place].tolist() for part, values in parts.items()}
+            for place, axis in enumerate(found.axes)
+        }
+        print_json(
+            {"of": found.of, "axes": rows, "noise": found.noise, "scatter": found.scatter, "note": caution(found)}
+        )
+        return
+    if not found.unknown:
+        order = found.total[:, 0].argsort()[::-1].tolist()
+        rows_of_text = [
+            (found.axes[place], *_shares(found.first[place]), *_shares(found.total[place])) for place in order
+        ]
+        header = ("parameter", "alone", "95 %", "in all", "95 %", "")
+        print_table(Table(header, tuple((*row, "") for row in rows_of_text)))
+    say(caution(found))
+    if picture and not found.unknown:
+        write_files({picture: image(bars(found), form)})
+        say(whole(f"written: {picture}"))
+
+
+def _shares(values: Any) -> tuple[str, str]:
+    middle, low, high = values
+    return f"{middle:.3f}", f"{low:.2f} to {high:.2f}"
+
+
+# `nanoslip fit`: which parameters agree with measured numbers.
+
+_TARGET: Final = re.compile(r"([^=]+)=([^±]+?)\s*(?:±|\+/-|\+-)\s*(.+)")
+"""`mu_s=0.3±0.01`; ± may be typed as +/- or +-."""
+
+
+def fit_campaign(
+    campaign: Path,
+    numbers: tuple[str, ...],
+    vary: tuple[str, ...],
+    points: int,
+    jobs: int | None,
+    out: Path | None,
+    picture: Path,
+) -> None:
+    """Compute points until it is known which parameters agree with the numbers, print these, and draw them. Ends the process."""
+    form, into = format_of(picture), folder(campaign, out)
+    targets, fixed = read_numbers(numbers)
+    if not targets:
+        raise Refusal("needs a measured number with its ±, as mu_s=0.3±0.01")
+    with refusals(ValueError, FarmError):
+        question = question_of(load_manifest(campaign), targets, read_ranges(vary), fixed)
+        question.check(into)
+        farm = open_farm(program_of(into), jobs=jobs)
+    with farm:
+        if not farm.root:
+            farm.leave(farm.serve())
+        try:
+            with refusals(ValueError, ShortageError):
+                found = _computed(farm, question, into, points)
+        except click.ClickException as error:
+            show(error)
+            farm.leave(INTERRUPTED if isinstance(error.__cause__, UnfinishedError) else error.exit_code)
+        _print(found)
+        write_files({picture: image(contours(found), form)})
+        say(whole(f"written: {picture}"))
+        farm.leave(0)
+
+
+def read_numbers(given: Sequence[str]) -> tuple[list[Target], dict[str, Any]]:
+    """Measured numbers, and values of parameters that do not vary, from words as `mu_s=0.3±0.01` and `radius=200`."""
+    targets, fixed = [], dict[str, Any]()
+    for word in given:
+        key, sign, text = word.partition("=")
+        if found := _TARGET.fullmatch(word):
+            try:
+                target = Target(found[1], float(found[2]), float(found[3]))
+            except ValueError:
+                raise Refusal(f"{word}: needs two numbers, as mu_s=0.3±0.01") from None
+            if not 0.0 < target.error < float("inf"):
+                raise Refusal(f"{word}: needs a ± above 0")
+            targets.append(target)
+        elif not (sign and key and text):
+            raise Refusal(f"{word}: needs NUMBER=VALUE±ERROR, as mu_s=0.3±0.01, or KEY=VALUE, as radius=200")
+        elif key != "drive" and of_symbol(key, _KEYS) not in _WORDS:
+            raise Refusal(f"{word}: no parameter; a measured number needs its ±, as {key}=0.3±0.01 (or 0.3+-0.01)")
+        else:
+            fixed[key] = number_or_text(text)
+    return targets, fixed
+
+
+_KEYS: Final = {**parameters_of_a_case(), **drive_parameters()}
+_WORDS: Final = frozenset(stated.word or name for name, stated in _KEYS.items())
+
+
+def read_ranges(given: Sequence[str]) -> dict[str, Ends | None]:
+    """Parameters that vary, and the ends of their ranges, from words as `mu_i=0.1:0.8,radius`."""
+    found: dict[str, Ends | None] = {}
+    for word in (each for words in given for each in words.split(",") if each):
+        key, sign, text = word.partition("=")
+        low, colon, high = text.partition(":")
+        if sign and not (low and colon and high):
+            raise Refusal(f"--vary {word}: needs KEY=FROM:TO, as mu_i=0.1:0.8")
+        found[key] = (number_or_text(low), number_or_text(high)) if sign else None
+    return found
+
+
+def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
+    warn = partial(say, stderr=True)
+
+    def progress(tasks: Any, processes: int, measured: Any) -> Any:
+        if not tasks:
+            return nullcontext(lambda *_: None)
+        warn(f"{question.manifest.title}: {counted(len(tasks), 'task')} of new points, {processes} {farm.unit}")
+        return open_progress(tasks, console(stderr=True), processes, measured)
+
+    with Lease(out, farm.interruption.request) as lease:
+        return question.answer(computing(farm, lease, out, progress, warn), out, points)
+
+
+def _print(found: Fit) -> None:
+    rows = []
+    for axis, each in enumerate(found.ranges):
+        best = in_text(float(f"{each.at(found.best)[axis]:.4g}"))
+        ends = [_interval(*found.interval(axis, level)) for level in LEVELS] if found.reached else ["none", "none"]
+        rows.append((each.name, best, *ends, f"{in_text(each.low)} to {in_text(each.high)}"))
+    header = (
+        "parameter",
+        "best" if found.reached else "nearest",
+        *(f"{100 * level:.0f} %" for level in LEVELS),
+        "looked at",
+    )
+    print_table(Table(header, tuple(rows)))
+    print_sentences(sentences(found))
+
+
+def _interval(low: float, high: float) -> str:
+    return f"{low:.3g} to {high:.3g}" if low < high else f"{low:.3g}"

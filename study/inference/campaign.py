@@ -1,0 +1,226 @@
+"""A campaign computes any point of some of its parameters: each is a case, and its tasks stand in the campaign's results."""
+
+import csv
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from nanoslip.solver.case import Case, parameters_of_a_case
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.exit_codes import INTERRUPTED, WRONG_INPUT
+from nanoslip.study.figures.points import Points, points_named
+from nanoslip.study.inference.fit import Computed, Fit, Range, Target, fit
+from nanoslip.study.inference.sensitivity import axis_of
+from nanoslip.study.inference.surrogate import Floats
+from nanoslip.study.manifest.checker import ManifestError, unknown
+from nanoslip.study.manifest.manifest import Manifest, drive_parameters
+from nanoslip.study.manifest.parameters import TABLES, of_symbol, table_of, words
+from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.plan.plan import Plan, make_plan
+from nanoslip.study.results.store import Lease, Store, StoreError
+from nanoslip.study.run.campaign import Show, UnfinishedError, compute_rest, rest_of
+from nanoslip.study.run.farm import Farm
+from nanoslip.study.run.journal import Journal
+from nanoslip.study.toml_text import as_toml, from_toml
+
+Compute = Callable[[Plan], Store]
+"""Computes what is left of a plan; returns where the results are."""
+Ends = tuple[Any, Any]
+
+TABLE: Final = "points of the fit"
+"""What messages call the table of the points."""
+DECADE: Final = 10.0
+"""Ratio of the ends of a range from which it is searched in logarithms, where a campaign does not say."""
+_DESIGN: Final = ("design", "points", "design_seed", "table", "axes")
+DRIVE: Final = "drive"
+"""Word that chooses one drive of several by its name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Which parameters of a campaign agree with numbers."""
+
+    manifest: Manifest
+    """Of the campaign itself."""
+    document: Mapping[str, Any]
+    """Of the campaign without axes: its constants and drives."""
+    ranges: tuple[Range, ...]
+    """Of the parameters that vary, named by their words in a manifest."""
+    targets: tuple[Target, ...]
+
+    def plan(self, x: Floats) -> Plan:
+        """The cases at points (n, d) in the unit cube. Raises ManifestError."""
+        return self._plan(np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]))
+
+    def simulator(self, compute: Compute) -> Callable[[Floats], Computed]:
+        """What computes the numbers at points in the unit cube. Flagged numbers count as missing."""
+
+        def simulate(x: Floats) -> Computed:
+            plan = self.plan(x)
+            return Computed(x, *self._numbers(plan, compute(plan)))
+
+        return simulate
+
+    def answer(self, compute: Compute, out: Path, most: int) -> Fit:
+        """The parameters that agree, from at most so many computed points; the campaign's own that are finished are used.
+
+        out: folder of the campaign's results. Raises what `compute` does, TooFewError.
+        """
+        simulate, known = self.simulator(compute), self.known(Store(out))
+        return fit(self.targets, self.ranges, simulate, simulate(known) if len(known) else None, most)
+
+    def known(self, store: Store) -> Floats:
+        """The campaign's own cases in these ranges that are finished, as points (n, d) in the unit cube."""
+        names = [words()[each.name] for each in self.ranges]
+        none = np.empty((0, len(names)))
+        if not set(names) <= self.manifest.axes.keys():
+            return none
+        whole, finished = make_plan(self.manifest), store.inventory()
+        left = {task.key for task in whole.remaining(finished)}
+        there = {key for key, tasks in whole.case_tasks.items() if not left & set(tasks.keys.values())}
+        cases = [case.parameters for case in whole.cases if case.case_id in there]
+        rows = np.array([[float(each[name]) for name in names] for each in cases]).reshape(-1, len(names))
+        ends = np.array([[each.low, each.high] for each in self.ranges])
+        rows = np.unique(rows[((rows >= ends[:, 0]) & (rows <= ends[:, 1])).all(axis=1)], axis=0)
+        if not len(rows):
+            return none
+        same = [case.case_id in there for case in self._plan(rows).cases]
+        return np.column_stack([each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)])
+
+    def check(self, out: Path) -> None:
+        """Raises ValueError where a target is no number of the campaign, or not one for each case."""
+        middle = np.full((2, len(self.ranges)), 0.5)
+        middle[1] += 0.25
+        self._numbers(self.plan(middle), Store(out))
+
+    def _plan(self, values: Floats) -> Plan:
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow([each.name for each in self.ranges])
+        writer.writerows(values.tolist())
+        document = as_toml({**self.document, "table": TABLE})
+        return make_plan(
+            parse_manifest(self.manifest.path, document, {**self.manifest.files, "table": text.getvalue()})
+        )
+
+    def _numbers(self, plan: Plan, store: Store) -> tuple[Floats, Floats]:
+        dataset = collect(plan, store)
+        found = [points_named(dataset, target.name) for target in self.targets]
+        for target, points in zip(self.targets, found, strict=True):
+            if points.text:
+                raise ManifestError([f"{target.name}: needs a number, and is words"])
+            if len(points.values) != len(plan.cases):
+                names = ", ".join(dict.fromkeys(drive.name for drive in plan.manifest.drives))
+                raise ManifestError(
+                    [f"{target.name}: needs one drive: give {DRIVE}=NAME ({names}), and a value on each drive axis"]
+                )
+        values = np.column_stack([_unflagged(points) for points in found])
+        return values, np.column_stack([points.errors for points in found])
+
+
+def _unflagged(points: Points) -> Floats:
+    return np.where(points.flagged, np.nan, points.values.astype(float))
+
+
+def question_of(
+    manifest: Manifest, targets: Sequence[Target], vary: Mapping[str, Ends | None], fixed: Mapping[str, Any]
+) -> Question:
+    """What is asked of a campaign. Raises ManifestError.
+
+    vary: parameter -> the ends of its range, None for those of the campaign; without any all axes of several numbers.
+    fixed: parameter, or setting of a drive -> its value, instead of the campaign's; `drive` -> the name of one drive.
+    """
+    stated = parameters_of_a_case()
+    given = from_toml(manifest.text)
+    axes = {_word(name): values for name, values in manifest.axes.items()}
+    fixed = {of_symbol(key, {**stated, **drive_parameters()}): value for key, value in fixed.items()}
+    usual = [word for word, values in axes.items() if len(set(values)) > 1 and word not in fixed and _number(values[0])]
+    asked = {of_symbol(key, stated): ends for key, ends in vary.items()} or dict.fromkeys(usual)
+    if not asked:
+        raise ManifestError([f"{manifest.path}: no axis of several numbers: needs --vary, as --vary mu_i=0.1:0.8"])
+    document = {key: value for key, value in given.items() if key not in _DESIGN}
+    document["drives"] = [dict(each) for each in given.get("drives", [])]
+    for word, values in axes.items():
+        if word not in asked and word not in fixed:
+            if len(set(values)) > 1:
+                raise ManifestError(
+                    [f"{word}: has {len(set(values))} values in the campaign: needs {word}=VALUE, or --vary"]
+                )
+            fixed = {**fixed, word: values[0]}
+    for table in TABLES:
+        document[table] = {key: value for key, value in given.get(table, {}).items() if key not in asked}
+    for word, value in fixed.items():
+        _fix(document, word, value)
+    document = {key: value for key, value in document.items() if value or key not in (*TABLES, "drives", "drive_axes")}
+    ranges = [_range(manifest, document, word, ends, axes.get(word), given) for word, ends in asked.items()]
+    return Question(manifest, document, tuple(ranges), tuple(targets))
+
+
+def _word(name: str) -> str:
+    return parameters_of_a_case()[name].word or name
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, float)
+
+
+def _fix(document: dict[str, Any], word: str, value: Any) -> None:
+    """Give a parameter, or all drives a setting, a value."""
+    if word == DRIVE:
+        document["drives"] = [each for each in document["drives"] if each.get("name") == value]
+        if not document["drives"]:
+            raise ManifestError([f"{DRIVE}={value}: no drive of this campaign"])
+    elif table := table_of(word):
+        document[table] = {**document[table], word: value}
+    elif word in drive_parameters():
+        document["drives"] = [{**each, word: value} for each in document["drives"]]
+        document["drive_axes"] = {key: each for key, each in document.get("drive_axes", {}).items() if key != word}
+    else:
+        raise ManifestError([f"{word}={value}: {unknown(word, [*words(), *drive_parameters()])}"])
+
+
+def _range(
+    manifest: Manifest, document: Mapping[str, Any], word: str, ends: Ends | None, values: Any, given: Mapping[str, Any]
+) -> Range:
+    """The range of a parameter, its ends checked and without units. Raises ManifestError."""
+    if word not in words() or not _number(Case.of({}).flat[words()[word]]):
+        raise ManifestError([f"--vary {word}: {unknown(word, words()) if word not in words() else 'takes no range'}"])
+    own = given.get("axes", {}).get(word)
+    own = own if isinstance(own, Mapping) else {}
+    low, high = ends or (own.get("from"), own.get("to"))
+    if low is None:
+        if values is None or len(set(values)) < 2:
+            raise ManifestError([f"{word}: has no range in the campaign: needs --vary {word}=FROM:TO"])
+        low, high = min(values), max(values)
+    spanned = {**document, "design": "zip", "axes": {word: [low, high]}}
+    checked = parse_manifest(manifest.path, as_toml(spanned), manifest.files).axes[words()[word]]
+    low, high = (float(each) for each in checked)
+    if not low < high:
+        raise ManifestError([f"--vary {word}={low:g}:{high:g}: needs a range from a smaller to a larger number"])
+    in_decades = high > DECADE * low
+    if own:
+        in_decades = own.get("scale") == "log"
+    elif values is not None and len(set(values)) > 2:
+        in_decades = axis_of(word, np.array(values)).logarithmic
+    return Range(word, low, high, low > 0.0 and in_decades)
+
+
+def computing(farm: Farm, lease: Lease, out: Path, show: Show, warn: Callable[[str], object]) -> Compute:
+    """What computes plans on a farm, with the results in this leased folder. Raises as `compute_rest`."""
+
+    def compute(plan: Plan) -> Store:
+        journal = Journal(out)
+        rest = rest_of(plan, Store(out), out, False, False, warn)
+        try:
+            compute_rest(farm, rest, journal, lease, show)
+        except StoreError as error:
+            journal.end(INTERRUPTED if isinstance(error, UnfinishedError) else WRONG_INPUT)
+            raise
+        journal.end(0)
+        return rest.store
+
+    return compute

@@ -1,0 +1,276 @@
+"""Which parameters agree with measured numbers, by a Gaussian process over computed points that are added where that is open.
+
+A point agrees at 68 or 95 % if the sum of its squared misfits is below that quantile of chi-square, with one degree of freedom
+for each number: whatever the truth is, such a set holds it with that probability. The number's ±, the scatter of computed
+values beyond theirs, and the error of the surrogate together are the unit of a misfit.
+"""
+
+import itertools
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import scipy
+
+from nanoslip.solver.view import with_error
+from nanoslip.study.inference.surrogate import Floats, Surrogate, TooFewError, regress
+
+# What was measured, and the ranges in which parameters are looked for.
+
+
+class Target(NamedTuple):
+    """A measured number with its ± (one standard deviation), by the name that it has in a dataset."""
+
+    name: str
+    value: float
+    error: float
+
+
+class Range(NamedTuple):
+    """A parameter's range."""
+
+    name: str
+    low: float
+    high: float
+    logarithmic: bool
+
+    def at(self, shares: Floats) -> Floats:
+        """Values at these shares of the range."""
+        if self.logarithmic:
+            return np.asarray(self.low * (self.high / self.low) ** shares)
+        return np.asarray(self.low + shares * (self.high - self.low))
+
+    def shares(self, values: Floats) -> Floats:
+        """The inverse."""
+        if self.logarithmic:
+            return np.asarray(np.log(values / self.low) / np.log(self.high / self.low))
+        return np.asarray((values - self.low) / (self.high - self.low))
+
+
+class Computed(NamedTuple):
+    """Numbers (n, targets) at points (n, parameters) in the unit cube, and their ±; NaN where there is none."""
+
+    x: Floats
+    values: Floats
+    errors: Floats
+
+    def with_these(self, other: "Computed") -> "Computed":
+        """All points of both."""
+        return Computed(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+
+
+Simulate = Callable[[Floats], Computed]
+"""Computes points (n, parameters) in the unit cube, in their order."""
+
+# The set that agrees.
+
+LEVELS: Final = (0.68, 0.95)
+CLOUD: Final = 2**14
+"""Points at which the surrogate is looked at."""
+ENOUGH: Final = 400
+"""Of them in the set that agrees, or the cloud is drawn together around it."""
+ZOOMS: Final = 8
+MOST: Final = 256
+"""Computed points, unless said otherwise."""
+PRECISE: Final = 0.3
+"""Error of the surrogate over that of a number from which it widens the set by less than 5 % (0.3²/2)."""
+WIDE: Final = 0.9
+"""Share of a range from which a parameter is not determined."""
+TIED: Final = 0.8
+"""Rank correlation of two parameters over the set from which they cannot be told apart."""
+LONG: Final = 0.15
+"""Share of both ranges over which they are tied then, at least."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The parameters that agree with measured numbers."""
+
+    targets: tuple[Target, ...]
+    ranges: tuple[Range, ...]
+    computed: Computed
+    surrogates: tuple[Surrogate, ...]
+    """One for each target."""
+
+    def __str__(self) -> str:
+        return "\n".join(sentences(self))
+
+    def predict(self, x: Floats) -> tuple[Floats, Floats]:
+        """The numbers at points (m, d) and their standard errors, each (m, targets); NaN where the nearest one has none."""
+        found = [surrogate.predict(x) for surrogate in self.surrogates]
+        means, errors = (np.column_stack([each[part] for each in found]) for part in (0, 1))
+        _, nearest = scipy.spatial.KDTree(self.computed.x).query(x)
+        means[~np.isfinite(self.computed.values[nearest]).all(axis=1)] = np.nan
+        return means, errors
+
+    def misfit(self, x: Floats) -> Floats:
+        """Sum of the squared misfits at points (m, d); infinite where a number is missing."""
+        means, errors = self.predict(x)
+        squares = errors**2 + [
+            target.error**2 + surrogate.scatter**2
+            for target, surrogate in zip(self.targets, self.surrogates, strict=True)
+        ]
+        found = np.sum((means - [target.value for target in self.targets]) ** 2 / squares, axis=1)
+        return np.where(np.isfinite(found), found, np.inf)
+
+    def limit(self, level: float) -> float:
+        """The misfit up to which points agree at this level."""
+        return float(scipy.stats.chi2.ppf(level, len(self.targets)))
+
+    @cached_property
+    def cloud(self) -> tuple[Floats, Floats]:
+        """Points (m, d) that fill the set that agrees, or the surroundings of the nearest point; and their misfits."""
+        cube = scipy.stats.qmc.Sobol(len(self.ranges), seed=SEED).random(CLOUD)
+        low, high = np.zeros(len(self.ranges)), np.ones(len(self.ranges))
+        for _ in range(ZOOMS):
+            cloud = low + (high - low) * cube
+            misfit = self.misfit(cloud)
+            inside = cloud[misfit <= self._open(misfit)]
+            if not 0 < len(inside) < ENOUGH:
+                break
+            room = 2.0 * (high - low) * CLOUD ** (-1.0 / len(self.ranges)) + 0.25 * np.ptp(inside, axis=0)
+            low, high = np.maximum(inside.min(axis=0) - room, low), np.minimum(inside.max(axis=0) + room, high)
+        return cloud, misfit
+
+    def _open(self, misfit: Floats) -> float:
+        return max(self.limit(LEVELS[-1]), float(misfit.min()) + self.limit(LEVELS[0]))
+
+    @property
+    def reached(self) -> bool:
+        """Whether any point agrees at 95 %."""
+        return bool(self.cloud[1].min() <= self.limit(LEVELS[-1]))
+
+    @cached_property
+    def best(self) -> Floats:
+        """The point (d,) of the least misfit, in the unit cube."""
+        cloud, misfit = self.cloud
+        start = cloud[misfit.argmin()]
+        minimize: Any = scipy.optimize.minimize
+        found = minimize(
+            lambda x: float(self.misfit(x[None])[0]), start, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(start)
+        )
+        return np.asarray(found.x if found.fun < misfit.min() else start)
+
+    def agreeing(self, level: float) -> Floats:
+        """Points (m, d) of the cloud that agree at this level, in the unit cube."""
+        cloud, misfit = self.cloud
+        return cloud[misfit <= self.limit(level)]
+
+    def interval(self, axis: int, level: float) -> tuple[float, float]:
+        """The range of a parameter over all points that agree; NaN where none do."""
+        inside = self.agreeing(level)[:, axis]
+        low, high = self.ranges[axis].at(np.array([inside.min(), inside.max()])) if len(inside) else (np.nan, np.nan)
+        return float(low), float(high)
+
+    def undetermined(self) -> list[str]:
+        """Parameters whose whole range agrees at 95 %."""
+        inside = self.agreeing(LEVELS[-1])
+        spans = np.ptp(inside, axis=0) if len(inside) else np.zeros(len(self.ranges))
+        return [each.name for each, span in zip(self.ranges, spans, strict=True) if span > WIDE]
+
+    def tied(self) -> Iterator[tuple[Range, Range, Floats]]:
+        """Pairs of parameters that cannot be told apart, and their values (2, 2) at both ends of the set at 95 %."""
+        inside = self.agreeing(LEVELS[-1])
+        if len(inside) < FEW:
+            return
+        for first, second in itertools.combinations(range(len(self.ranges)), 2):
+            x, y = inside[:, first], inside[:, second]
+            shortest = min(float(each.max() - each.min()) for each in (x, y))
+            if shortest > LONG and abs(float(scipy.stats.spearmanr(x, y).statistic)) > TIED:
+                ends = [np.median(inside[np.argsort(x)[part]], axis=0) for part in (slice(FEW), slice(-FEW, None))]
+                pair = (self.ranges[first], self.ranges[second])
+                places = zip(pair, (first, second), strict=True)
+                yield *pair, np.array([[each.at(end[place]) for end in ends] for each, place in places])
+
+    def wanted(self, count: int) -> Floats:
+        """Points to be computed next: spread over the set while the surrogate's error matters there; none when it does not."""
+        cloud, misfit = self.cloud
+        inside = cloud[misfit <= self._open(misfit)]
+        if not len(inside):  # no point has the numbers: look everywhere
+            inside = cloud
+        errors = self.predict(inside)[1] / [
+            np.hypot(target.error, surrogate.scatter)
+            for target, surrogate in zip(self.targets, self.surrogates, strict=True)
+        ]
+        if np.percentile(errors.max(axis=1), 95) <= PRECISE:
+            return np.empty((0, len(self.ranges)))
+        apart = np.asarray(scipy.spatial.KDTree(self.computed.x).query(inside)[0])
+        found = []
+        for _ in range(min(count, len(inside))):
+            found.append(inside[apart.argmax()])
+            apart = np.minimum(apart, np.linalg.norm(inside - found[-1], axis=1))
+        return np.array(found)
+
+
+def sentences(found: Fit) -> Iterator[str]:
+    """What agrees, or how near the numbers come; and what cannot be told apart."""
+    targets, ranges = found.targets, found.ranges
+    means, errors = (each[0] for each in found.predict(found.best[None]))
+    there = zip(targets, means.tolist(), errors.tolist(), strict=True)
+    shown = ", ".join(f"{target.name} = {with_error(mean, error)}" for target, mean, error in there)
+    asked = ", ".join(f"{target.name} = {target.value:g} ± {target.error:g}" for target in targets)
+    place = ", ".join(f"{own.name} = {own.at(found.best)[axis]:.3g}" for axis, own in enumerate(ranges))
+    ratio = ""
+    if len(targets) == 2:
+        ratio = f"; ratio {means[0] / means[1]:.3g}, measured {targets[0].value / targets[1].value:.3g}"
+    if not found.reached:
+        yield f"Not reached: {asked}. Nearest: {shown}{ratio}, at {place}."
+    else:
+        yield f"Best: {shown}{ratio}, at {place}."
+        if not len(found.agreeing(LEVELS[0])):
+            yield "Nothing agrees at 68 %."
+    for name in found.undetermined():
+        yield f"{name} is not determined by these numbers: its whole range agrees at 95 %."
+    for first, second, ((a, b), (c, d)) in found.tied():
+        yield (
+            f"{first.name} and {second.name} cannot be told apart: a larger {first.name} with a "
+            f"{'larger' if d > c else 'smaller'} {second.name} agrees as well, from {first.name} = {a:.3g}, {second.name} = "
+            f"{c:.3g} to {first.name} = {b:.3g}, {second.name} = {d:.3g}. It needs a measurement of one of them."
+        )
+    yield f"{len(found.computed.x)} points are computed."
+    if missing := int((~np.isfinite(found.computed.values).all(axis=1)).sum()):
+        yield (
+            f"{missing} of them lack a number, or have a validity flag: around these nothing counts as agreeing. "
+            "nanoslip describe validity_flags says what helps."
+        )
+
+
+SEED: Final = 1
+FEW: Final = 10
+"""Points at each end of a set whose middle is that end."""
+
+
+def fit(
+    targets: Sequence[Target],
+    ranges: Sequence[Range],
+    simulate: Simulate,
+    known: Computed | None = None,
+    most: int = MOST,
+) -> Fit:
+    """Find the parameters that agree with measured numbers. Raises TooFewError where too few points have them.
+
+    simulate: called with points that fill the ranges, then with more where it is open which agree, until `most` are computed.
+    known: computed before.
+    """
+    filling = scipy.stats.qmc.Sobol(len(ranges), seed=SEED)
+    x = filling.random_base2(math.ceil(math.log2(10 * len(ranges))))[:most]
+    computed = known.with_these(simulate(x)) if known else simulate(x)
+    while True:
+        found = Fit(tuple(targets), tuple(ranges), computed, _surrogates(targets, computed))
+        x = found.wanted(min(6 * len(ranges), most - len(computed.x)))
+        if not len(x):
+            return found
+        computed = computed.with_these(simulate(x))
+
+
+def _surrogates(targets: Sequence[Target], computed: Computed) -> tuple[Surrogate, ...]:
+    found = []
+    for target, values, errors in zip(targets, computed.values.T, computed.errors.T, strict=True):
+        try:
+            found.append(regress(computed.x, values, errors))
+        except TooFewError as error:
+            raise TooFewError(f"{target.name}: {error}") from None
+    return tuple(found)

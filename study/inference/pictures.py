@@ -1,0 +1,183 @@
+"""Figures of what was inferred: bars of Sobol' indices with their intervals; contours of the parameters that agree."""
+
+import itertools
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from nanoslip.study.figures.points import Columns, label, points_of, short, typeset
+from nanoslip.study.figures.shared import COLORS, PAGE, WIDTH, Sort, View, column, legend
+from nanoslip.study.inference.fit import LEVELS, Fit
+from nanoslip.study.inference.sensitivity import Sensitivity, caution, sensitivity
+from nanoslip.study.manifest.parameters import words
+
+# Bars of sensitivity, for the command and for the page of a campaign.
+
+FEWEST_AXES: Final = 3
+"""Axes from which a page shows what matters: of two a map shows it."""
+NUMBERS: Final = (
+    ("static_friction", "kinetic_friction"),
+    ("plateau_mean",),
+    ("contact_half_width", "maximum_pressure"),
+)
+"""The numbers that a page shows it of: the first group of which a dataset has any."""
+ON_PAGE: Final = 512
+"""Values that a page's surrogate is made of, so that the page takes seconds."""
+
+
+def bars(found: Sensitivity) -> Figure:
+    """First-order and total indices of each axis, with their intervals."""
+    with column(0.9 + 0.36 * len(found.axes), WIDTH) as figure:
+        axes = figure.add_subplot()
+        rows = np.arange(len(found.axes))
+        for shift, color, name, values in (
+            (-0.19, COLORS[0], "alone", found.first),
+            (0.19, COLORS[3], "in all", found.total),
+        ):
+            middle, low, high = values.T
+            reach = np.clip([middle - low, high - middle], 0.0, None)
+            axes.barh(rows + shift, middle, 0.34, color=color, label=name)
+            axes.errorbar(middle, rows + shift, xerr=reach, fmt="none", ecolor="#555555", capsize=1.6)
+        axes.set_yticks(rows, [typeset(short(name)) for name in found.axes])
+        axes.set(xlim=(0.0, 1.05), xlabel=typeset(f"share of the variance of {short(found.of)}"))
+        axes.invert_yaxis()
+        axes.grid(visible=False, axis="y")
+        legend(figure)
+    return figure
+
+
+def columns_of(found: Sensitivity) -> Columns:
+    """The indices as a table."""
+    parts = {
+        f"{kind}{end}": getattr(found, kind)[:, place] for kind in ("first", "total") for place, end in enumerate(_ENDS)
+    }
+    return {"axis": np.array(found.axes, dtype=object), **parts}
+
+
+_ENDS: Final = ("", "_low", "_high")
+
+
+def view_of(found: Sensitivity) -> View:
+    """The bars with their caption."""
+    caption = (
+        f"Share of the variance of {label(found.of)} that each parameter has alone (first-order Sobol' index), and in all, "
+        f"together with others (total index), with intervals of 95 %. {caution(found)}"
+    )
+    return View(
+        f"sensitivity_{found.of.replace('/', '_over_')}", caption, partial(bars, found), partial(columns_of, found)
+    )
+
+
+def _on_page(dataset: xr.Dataset) -> list[Sensitivity]:
+    """Of each number that a page shows it of; none with fewer than three axes."""
+    names = next((group for group in NUMBERS if group[0] in dataset), ())
+    there = [name for name in names if name in dataset and len(points_of(dataset, name).axes) >= FEWEST_AXES]
+    return [sensitivity(dataset, name, ON_PAGE) for name in there]
+
+
+def _views(dataset: xr.Dataset) -> Iterator[View]:
+    return (view_of(found) for found in _on_page(dataset) if not found.unknown)
+
+
+def _notes(dataset: xr.Dataset) -> Iterator[str]:
+    return (caution(found) for found in _on_page(dataset) if found.unknown)
+
+
+SENSITIVITY: Final = Sort("sensitivity", "What matters", _views, _notes)
+"""Of a page: bars where indices are known, else why they are not."""
+
+# The set of parameters that agrees with measured numbers.
+
+FINE: Final = 48
+"""Places along each axis of a panel."""
+BEHIND: Final = 48
+"""Points that a panel of two parameters tries for the others: the one that agrees best counts."""
+_SHADES: Final = ("#0b5394", "#9fc5e8")
+"""Of the sets at 68 and 95 %."""
+
+
+def contours(found: Fit) -> Figure:
+    """The set at 68 and 95 % in a panel for each pair of parameters, with the computed points and the best one."""
+    if len(found.ranges) == 1:
+        return _along(found)
+    pairs = list(itertools.combinations(range(len(found.ranges)), 2))
+    columns = min(len(pairs), 3)
+    rows = -(-len(pairs) // columns)
+    with column(0.5 + 2.4 * rows, WIDTH if columns == 1 else PAGE) as figure:
+        panels = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axes in panels[len(pairs) :]:
+            axes.set_visible(False)
+        for axes, pair in zip(panels, pairs, strict=False):
+            _draw_pair(axes, found, *pair)
+        legend(figure)
+    return figure
+
+
+def _draw_pair(axes: Any, found: Fit, first: int, second: int) -> None:
+    grid = np.linspace(0.0, 1.0, FINE)
+    u, v = (each.ravel() for each in np.meshgrid(grid, grid))
+    others = found.agreeing(LEVELS[-1]) if found.reached else found.best[None]
+    tried = others[
+        np.linspace(0, len(others) - 1, min(len(others), BEHIND if len(found.ranges) > 2 else 1)).astype(int)
+    ]
+    places = np.repeat(tried[:, None, :], len(u), axis=1)
+    places[:, :, first], places[:, :, second] = u, v
+    least = found.misfit(places.reshape(-1, len(found.ranges))).reshape(len(tried), -1).min(axis=0)
+    ranges = found.ranges[first], found.ranges[second]
+    x, y = (each.at(grid) for each in ranges)
+    levels = [0.0, *map(found.limit, LEVELS)]
+    axes.contourf(x, y, np.minimum(least, 1e6).reshape(FINE, FINE), levels=levels, colors=_SHADES)
+    for each, shade in zip(LEVELS, _SHADES, strict=True):
+        axes.plot([], [], "s", color=shade, label=f"agrees at {100 * each:.0f} %")
+    points = [each.at(found.computed.x[:, axis]) for each, axis in zip(ranges, (first, second), strict=True)]
+    axes.plot(*points, ".", markersize=2.0, color="#555555", label="computed")
+    best = [each.at(found.best[axis : axis + 1]) for each, axis in zip(ranges, (first, second), strict=True)]
+    axes.plot(*best, "*", markersize=7.0, color=COLORS[1], label="best" if found.reached else "nearest")
+    for name, own in zip("xy", ranges, strict=True):
+        named = {"label": typeset(label(_name(own.name))), "scale": "log" if own.logarithmic else "linear"}
+        axes.set(**{f"{name}{key}": value for key, value in named.items()}, **{f"{name}lim": (own.low, own.high)})
+
+
+def _along(found: Fit) -> Figure:
+    """Of one parameter: each number over it, the measured one as a band, and the parameter's interval."""
+    grid = np.linspace(0.0, 1.0, 4 * FINE)[:, None]
+    means, errors = found.predict(grid)
+    x = found.ranges[0].at(grid[:, 0])
+    with column(0.4 + 1.9 * len(found.targets), WIDTH) as figure:
+        panels = figure.subplots(len(found.targets), squeeze=False, sharex=True).ravel()
+        for number, (axes, target) in enumerate(zip(panels, found.targets, strict=True)):
+            for level, shade in zip(LEVELS, _SHADES, strict=True):
+                axes.axvspan(
+                    *found.interval(0, level),
+                    color=shade,
+                    alpha=0.35,
+                    label=f"agrees at {100 * level:.0f} %",
+                    linewidth=0.0,
+                )
+            axes.axhspan(
+                target.value - target.error, target.value + target.error, color=COLORS[3], alpha=0.3, label="measured"
+            )
+            mean, error = means[:, number], errors[:, number]
+            axes.plot(x, mean, color=COLORS[0])
+            axes.fill_between(x, mean - 2.0 * error, mean + 2.0 * error, color=COLORS[0], alpha=0.2, linewidth=0.0)
+            values = found.computed.values[:, number]
+            axes.plot(
+                found.ranges[0].at(found.computed.x[:, 0]),
+                values,
+                ".",
+                markersize=2.5,
+                color="#555555",
+                label="computed",
+            )
+            axes.set(ylabel=target.name, xscale="log" if found.ranges[0].logarithmic else "linear")
+        panels[-1].set_xlabel(typeset(label(_name(found.ranges[0].name))))
+        legend(figure)
+    return figure
+
+
+def _name(word: str) -> str:
+    return words().get(word, word)

@@ -1,0 +1,270 @@
+"""Which parameters a number depends on: first-order and total Sobol' indices (Sobol' 2001) from the cases that are there.
+
+Of a complete product of axes they are sums over its table. Of any other design, or one with holes, they are those of functions
+drawn from a Gaussian process over the known cases: their spread is how well the indices are known.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+import scipy
+import xarray as xr
+from numpy.typing import NDArray
+
+from nanoslip.study.figures.points import points_named
+from nanoslip.study.inference.surrogate import MOST, Floats, TooFewError, regress
+
+# The parameters of cases as numbers in the unit cube, and how likely each value is.
+
+SPARSE: Final = 0.5
+"""Share of the cases up to which values of an axis are levels, all as likely; more different ones fill a range."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Axis:
+    """A parameter in which cases differ."""
+
+    name: str
+    levels: tuple[Any, ...]
+    """Its values, each as likely; none where it fills a range."""
+    low: float
+    high: float
+    """Ends of the range, of logarithms where they lie more evenly."""
+    logarithmic: bool
+
+    @property
+    def worded(self) -> bool:
+        """Whether its values are no numbers, so that each is as far from any other."""
+        return self.low == self.high
+
+    def places(self, values: NDArray[Any]) -> Floats:
+        """Values (n,) as columns (n, k) in the unit cube."""
+        if self.worded:
+            return np.array([[float(value == level) for level in self.levels] for value in values.tolist()])
+        found = np.log(values.astype(float)) if self.logarithmic else values.astype(float)
+        return np.asarray((found[:, None] - self.low) / (self.high - self.low))
+
+    def drawn(self, shares: Floats) -> Floats:
+        """The places (n, k) of values that are so far through their distribution, shares (n,) in [0, 1)."""
+        if not self.levels:
+            return shares[:, None]
+        return np.asarray(self.places(np.array(self.levels))[(shares * len(self.levels)).astype(int)])
+
+
+def axis_of(name: str, values: NDArray[Any]) -> Axis:
+    """The axis that cases have these values of."""
+    if values.dtype.kind in "OUb":
+        return Axis(name, tuple(dict.fromkeys(values.tolist())), 0.0, 0.0, False)
+    there = np.unique(values.astype(float))
+    logarithmic = bool(there[0] > 0.0) and len(there) > 2 and _uneven(np.log(there)) < _uneven(there)
+    ends = np.log(there) if logarithmic else there
+    low, high = float(ends[0]), float(ends[-1])
+    if len(there) <= max(2.0, SPARSE * len(values)):
+        return Axis(name, tuple(there.tolist()), low, high, logarithmic)
+    room = 0.5 * (high - low) / (len(there) - 1)  # the ends of a range that is filled evenly
+    return Axis(name, (), low - room, high + room, logarithmic)
+
+
+def _uneven(numbers: Floats) -> float:
+    steps = np.diff(numbers)
+    return float(np.std(steps) / np.mean(steps))
+
+
+# Indices, with the interval that holds them with 95 %.
+
+LEAST_PREDICTED: Final = 0.8
+"""Predictivity below which a surrogate is no ground for indices."""
+PATHS: Final = 96
+"""Functions, or tables, that intervals are taken from."""
+POINTS: Final = 2**12
+"""Of the integrals over ranges (scipy.stats.sobol_indices), times the number of axes and two: errors of about 0.002."""
+WIDER: Final = 2.0
+"""Times the spread of the drawn functions, whose lengths are the likeliest ones alone: then intervals hold what they state."""
+ROUGH: Final = 0.005
+"""Added to the ends of intervals: two and a half errors of the integrals."""
+ENDS: Final = (2.5, 97.5)
+"""Percentiles of an interval."""
+SEED: Final = 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensitivity:
+    """Shares of the variance of a number over a campaign's cases; each (axes, 3): the index, and its interval's ends."""
+
+    of: str
+    axes: tuple[str, ...]
+    first: Floats
+    """Of each axis alone (first-order indices)."""
+    total: Floats
+    """Of each axis with all that it does together with others (total indices)."""
+    noise: float
+    """Share of the variance of the numbers that is that of their ±, which is not in the indices; NaN where no ± is known."""
+    scatter: float
+    """Share that follows no smooth dependence, nor is in the indices; 0 of a complete table, which has it in the total ones."""
+    predictivity: float
+    """Share of the variance that the surrogate predicts at cases left out; 1 of a complete table."""
+    known: int
+    """Cases that the indices rest on."""
+    holes: int
+    """Cases without the number, or with a flag."""
+    complete: bool
+    """Whether the cases are a complete product of axes."""
+    unknown: str = ""
+    """Why indices are not known: they are NaN then."""
+
+
+def indices(
+    of: str, columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats, most: int = MOST
+) -> Sensitivity:
+    """Indices of a number over cases, from the coordinates in which they differ, each (n,).
+
+    values: NaN of holes. errors: the ± of each, NaN where it is not known. most: values that a surrogate is made of.
+    """
+    axes = [axis_of(name, each) for name, each in columns.items()]
+    there = np.isfinite(values)
+    noise = np.nanmean(errors[there] ** 2) / np.var(values[there]) if np.isfinite(errors[there]).any() else np.nan
+    none, counts = np.full((len(axes), 3), np.nan), (int(there.sum()), int((~there).sum()))
+    found = Sensitivity(of, tuple(columns), none, none, float(noise), np.nan, np.nan, *counts, complete=False)
+    if (tied := _tied(axes, columns)) or len(axes) < 2:
+        return replace(found, unknown=tied or "only one parameter differs from case to case")
+    table = _table(axes, columns, values, errors)
+    if table is not None:
+        first, total = _of_tables(*table)
+        return replace(found, first=first, total=total, scatter=0.0, predictivity=1.0, complete=True)
+    try:
+        surrogate = regress(np.hstack([axis.places(columns[axis.name]) for axis in axes]), values, errors, most)
+    except TooFewError as error:
+        return replace(found, unknown=str(error))
+    scatter = (surrogate.scatter / surrogate.scale) ** 2
+    found = replace(found, scatter=scatter, predictivity=surrogate.predictivity)
+    if surrogate.predictivity < LEAST_PREDICTED:
+        why = (
+            f"a smooth dependence predicts {100.0 * max(surrogate.predictivity, 0.0):.0f} % of the variance of cases left "
+            f"out, and {100.0 * LEAST_PREDICTED:.0f} % are needed: add cases, or members"
+        )
+        return replace(found, unknown=why)
+    drawn = surrogate.paths(PATHS, SEED)
+    if all(axis.levels for axis in axes):
+        shape = [len(axis.levels) for axis in axes]
+        places = np.indices(shape).reshape(len(axes), -1)
+        levels = [axis.places(np.array(axis.levels))[place] for axis, place in zip(axes, places, strict=True)]
+        tables = [_shares(each.reshape(shape), 0.0) for each in drawn(np.hstack(levels))]
+        first, total = (np.array([each[part] for each in tables]) for part in (0, 1))
+    else:
+
+        def of_shares(shares: Floats) -> Floats:
+            return drawn(np.hstack([axis.drawn(share) for axis, share in zip(axes, shares, strict=True)]))
+
+        evenly: Any = [scipy.stats.uniform()] * len(axes)
+        sums = scipy.stats.sobol_indices(func=of_shares, n=POINTS, dists=evenly, rng=np.random.default_rng(SEED))
+        first, total = sums.first_order, sums.total_order
+    return replace(found, first=_interval(first), total=_interval(total))
+
+
+def _tied(axes: Sequence[Axis], columns: Mapping[str, NDArray[Any]]) -> str:
+    """Which two axes vary together, so that what one does cannot be told from what the other does; empty where none do."""
+    numbers = [axis for axis in axes if not axis.worded]
+    places = [axis.places(columns[axis.name])[:, 0] for axis in numbers]
+    tied = np.abs(np.corrcoef(places)) > MOST_TIED if len(places) > 1 else np.eye(1)
+    pairs = [(numbers[i].name, numbers[j].name) for i, j in np.argwhere(tied) if i < j]
+    return f"{pairs[0][0]} and {pairs[0][1]} vary together: needs a design that varies each by itself" if pairs else ""
+
+
+MOST_TIED: Final = 0.7
+"""Correlation of two axes over the cases from which they are not independent any more, as indices need them."""
+
+
+def _table(
+    axes: Sequence[Axis], columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats
+) -> tuple[Floats, Floats] | None:
+    """Values and errors over all combinations of levels; None where cases are missing, or have no value."""
+    shape = tuple(len(axis.levels) for axis in axes)
+    if np.prod(shape) != len(values) or not np.isfinite(values).all():
+        return None
+    places = [[axis.levels.index(value) for value in columns[axis.name].tolist()] for axis in axes]
+    order = np.ravel_multi_index(tuple(map(np.array, places)), shape)
+    if len(np.unique(order)) < len(order):
+        return None
+    back = np.argsort(order)
+    return values[back].reshape(shape), np.nan_to_num(errors[back]).reshape(shape)
+
+
+def _of_tables(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
+    """Indices of a complete table: their error is that of its numbers, drawn once more."""
+    noise = float(np.mean(errors**2))
+    draw, here = np.random.default_rng(SEED), _shares(values, noise)
+    again = [_shares(values + errors * draw.standard_normal(values.shape), 2.0 * noise) for _ in range(PATHS)]
+    first, total = (
+        np.column_stack([here[part], np.percentile([each[part] for each in again], ENDS, axis=0).T]) for part in (0, 1)
+    )
+    return first, total
+
+
+def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
+    """First-order and total indices of a table over levels that are as likely, less what noise of this variance adds."""
+    size, every = table.size, tuple(range(table.ndim))
+
+    def variance(means: Floats) -> float:
+        return max(float(means.var()) - noise * (means.size - 1) / size, 0.0)
+
+    whole = max(variance(table), 1e-300)
+    first = [variance(table.mean(axis=tuple(each for each in every if each != axis))) / whole for axis in every]
+    total = [1.0 - variance(table.mean(axis=axis)) / whole for axis in every]
+    return np.array(first), np.array(total)
+
+
+def _interval(drawn: Floats) -> Floats:
+    """Mean and ends over draws (paths, axes), as (axes, 3)."""
+    means, spread = drawn.mean(axis=0), 1.96 * WIDER * drawn.std(axis=0) + ROUGH
+    return np.column_stack([means, np.maximum(means - spread, 0.0), np.minimum(means + spread, 1.0)])
+
+
+# Of a dataset, and in words.
+
+
+def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST) -> Sensitivity:
+    """Which parameters a number of a dataset depends on; flagged numbers count as holes. Raises UnknownNameError, ValueError.
+
+    of: a variable as `nanoslip describe` lists them, its symbol, or a ratio of two. most: values that a surrogate is made of.
+
+    >>> import nanoslip
+    >>> data = nanoslip.run({
+    ...     "title": "Contact size over load and radius",
+    ...     "stages": ["contact"],
+    ...     "axes": {"normal_load": [2e-4, 4e-4, 8e-4], "radius": [50.0, 100.0]},
+    ...     "numerics": {"n_x": 65},
+    ... })
+    >>> found = nanoslip.sensitivity(data, "contact_half_width")
+    >>> found.axes, found.complete, found.first[:, 0].round(1).tolist()
+    (('radius', 'normal_load'), True, [0.2, 0.7])
+    """
+    points = points_named(dataset, of)
+    if points.text:
+        raise ValueError(f"{of}: needs a number, and is words")
+    values = np.where(points.flagged, np.nan, points.values.astype(float))
+    return indices(points.name, points.axes, values, points.errors, most)
+
+
+def caution(found: Sensitivity) -> str:
+    """How sure the indices are, in sentences; or why they are not known."""
+    cases = f"{found.known} of {found.known + found.holes} cases" if found.holes else f"all {found.known} cases"
+    if found.unknown:
+        return f"What {found.of} depends on is not known from {cases}: {found.unknown}."
+    told = [
+        f"From {cases}, a complete table" if found.complete else f"From {cases} by a Gaussian process, which predicts"
+    ]
+    if not found.complete:
+        told[0] += f" {100.0 * found.predictivity:.3g} % of the variance of each case left out"
+    if np.isfinite(found.noise):
+        told.append(f"{100.0 * found.noise:.2g} % of the variance is that of the ±, and in no index")
+    else:
+        told.append("no ± is known")
+    if found.scatter > LEAST_SCATTER:
+        told.append(f"{100.0 * found.scatter:.2g} % is scatter without a smooth dependence, and in no index")
+    return "; ".join(told) + "."
+
+
+LEAST_SCATTER: Final = 1e-3
+"""Share of scatter that is worth a word."""

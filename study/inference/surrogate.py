@@ -1,0 +1,200 @@
+"""Gaussian process regression of one number over parameters, each value with its own ± (Rasmussen and Williams 2006).
+
+Parameters lie in the unit cube. Beside the smooth dependence there is scatter: what neither it nor the ± explains.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from nanoslip.solver.outcome import NanoslipError
+
+Floats = NDArray[np.float64]
+
+# Kernels: covariances over the distance r in units of a length for each parameter.
+
+
+class Kernel(NamedTuple):
+    """A covariance of distance r, its slope over -r, and the degrees of freedom of its spectrum (Student's t; inf: normal)."""
+
+    value: Callable[[Floats], Floats]
+    slope: Callable[[Floats], Floats]
+    freedom: float
+
+
+KERNELS: Final = (
+    Kernel(lambda r: np.exp(-0.5 * r * r), lambda r: np.exp(-0.5 * r * r), np.inf),
+    Kernel(
+        lambda r: (1.0 + 5**0.5 * r + 5.0 / 3.0 * r * r) * np.exp(-(5**0.5) * r),
+        lambda r: 5.0 / 3.0 * (1.0 + 5**0.5 * r) * np.exp(-(5**0.5) * r),
+        5.0,
+    ),
+    Kernel(lambda r: (1.0 + 3**0.5 * r) * np.exp(-(3**0.5) * r), lambda r: 3.0 * np.exp(-(3**0.5) * r), 3.0),
+)
+"""Squared exponential, Matérn 5/2 and 3/2: functions with all derivatives, with two, with one. The likeliest one is taken."""
+
+MOST_LEARNT: Final = 256
+"""Values from which lengths and scatter are found: time grows as the cube. All values are regressed on."""
+MOST: Final = 2048
+"""Values that are regressed on: twice as many take eight times as long."""
+FEWEST: Final = 8
+LENGTHS: Final = (0.02, 50.0)
+"""Bounds of the lengths, in widths of the parameter's range: from the spacing of a fine design to a straight line."""
+AMPLITUDES: Final = (1e-2, 1e4)
+SCATTERS: Final = (1e-9, 1.0)
+"""Bounds of both variances, in variances of the values."""
+STARTS: Final = ((0.3, 1.0, 1e-4), (1.5, 4.0, 1e-2))
+"""Length, amplitude and scatter from which the likelihood is climbed."""
+WAVES: Final = 1024
+"""Random cosines that a drawn function is made of, before it is bent to the values."""
+JITTER: Final = 1e-10
+"""Variance added to each value, in amplitudes, so that rounding leaves their covariance positive."""
+CHUNK: Final = 4096
+
+
+class TooFewError(NanoslipError, ValueError):
+    """Not enough values for a regression, or none that differ."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surrogate:
+    """A regression: numbers are scaled by `scale` around `mean`."""
+
+    x: Floats
+    """(n, d) in the unit cube."""
+    residual: Floats
+    """(n,) values, scaled."""
+    noise: Floats
+    """(n,) variance of each beside the smooth dependence: of its ± and of the scatter; scaled."""
+    kernel: Kernel
+    lengths: Floats
+    amplitude: float
+    """Variance of the smooth dependence, scaled."""
+    scatter: float
+    """Standard deviation of what neither ± nor a smooth dependence explains, in the number's unit."""
+    mean: float
+    scale: float
+    factor: Any
+    """Cholesky factor of the values' covariance."""
+    predictivity: float
+    """Share of the variance, less that of the ±, that is predicted at each value by all the others."""
+
+    def predict(self, x: Floats) -> tuple[Floats, Floats]:
+        """The smooth dependence at points (m, d), and its standard error; scatter is not in it."""
+        means, variances = np.empty(len(x)), np.empty(len(x))
+        weights = scipy.linalg.cho_solve(self.factor, self.residual)
+        for first in range(0, len(x), CHUNK):
+            part = slice(first, first + CHUNK)
+            near = self._covariance(x[part])
+            means[part] = near @ weights
+            half = scipy.linalg.solve_triangular(self.factor[0], near.T, lower=True)
+            variances[part] = self.amplitude - np.einsum("ij,ij->j", half, half)
+        return self.mean + self.scale * means, self.scale * np.sqrt(np.maximum(variances, 0.0))
+
+    def paths(self, count: int, seed: int) -> Callable[[Floats], Floats]:
+        """So many functions drawn from those that agree with the values: called with points (m, d) it gives (count, m).
+
+        A function without values is a sum of random cosines, whose miss at the values is then regressed on (Wilson et al. 2020).
+        """
+        draw = np.random.default_rng(seed)
+        waves = draw.standard_normal((self.x.shape[1], WAVES))
+        if np.isfinite(self.kernel.freedom):
+            waves = waves / np.sqrt(draw.chisquare(self.kernel.freedom, WAVES) / self.kernel.freedom)
+        waves, phases = waves / self.lengths[:, None], draw.uniform(0.0, 2.0 * np.pi, WAVES)
+        heights = draw.standard_normal((WAVES, count)) * np.sqrt(2.0 * self.amplitude / WAVES)
+
+        def before(x: Floats) -> Floats:
+            return np.asarray(np.cos(x @ waves + phases) @ heights)
+
+        errors = draw.standard_normal((len(self.x), count)) * np.sqrt(self.noise)[:, None]
+        bend = scipy.linalg.cho_solve(self.factor, self.residual[:, None] - before(self.x) - errors)
+
+        def drawn(x: Floats) -> Floats:
+            parts = [x[first : first + CHUNK] for first in range(0, len(x), CHUNK)]
+            found = np.concatenate([before(part) + self._covariance(part) @ bend for part in parts])
+            return np.asarray(self.mean + self.scale * found.T)
+
+        return drawn
+
+    def _covariance(self, x: Floats) -> Floats:
+        distance = scipy.spatial.distance.cdist(x / self.lengths, self.x / self.lengths)
+        return self.amplitude * self.kernel.value(distance)
+
+
+def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST) -> Surrogate:
+    """Regress values y (n,) at points x (n, d) in the unit cube; errors: the ± of each, NaN where it is not known.
+
+    Values that are NaN do not count; of more than `most` so many, spread evenly. Raises TooFewError.
+    """
+    there = np.flatnonzero(np.isfinite(y))
+    there = there[np.linspace(0, len(there) - 1, min(len(there), most)).astype(int)] if len(there) else there
+    x, y, errors = x[there], y[there], np.nan_to_num(errors[there])
+    if len(y) < FEWEST or not y.std() > 1e-12 * np.abs(y).max():
+        raise TooFewError(f"{len(y)} values, {len(np.unique(y))} of them different: needs at least {FEWEST}")
+    mean, scale = float(y.mean()), float(y.std())
+    residual, variance = (y - mean) / scale, (errors / scale) ** 2
+    some = np.linspace(0, len(y) - 1, min(len(y), MOST_LEARNT)).astype(int)
+    kernel, found = _likeliest(x[some], residual[some], variance[some])
+    lengths, amplitude, scatter = found[:-2], float(found[-2]), float(found[-1])
+    noise = variance + scatter + JITTER * amplitude
+    distance = scipy.spatial.distance.cdist(x / lengths, x / lengths)
+    factor = scipy.linalg.cho_factor(amplitude * kernel.value(distance) + np.diag(noise), lower=True)
+    inverse, known = scipy.linalg.cho_solve(factor, np.eye(len(x))), float(variance.mean())
+    missed = float(np.mean(((inverse @ residual) / np.diag(inverse)) ** 2)) - known  # each by all others (Eq. 5.12)
+    return Surrogate(
+        *(x, residual, noise, kernel, lengths, amplitude, scale * scatter**0.5, mean, scale, factor),
+        predictivity=1.0 - max(missed, 0.0) / max(1.0 - known, 1e-12),
+    )
+
+
+def _likeliest(x: Floats, residual: Floats, variance: Floats) -> tuple[Kernel, Floats]:
+    """The kernel, and its lengths, amplitude and scatter, under which these values are likeliest."""
+    dimensions = x.shape[1]
+    apart = (x[:, None, :] - x[None, :, :]) ** 2
+    bounds = np.log([LENGTHS] * dimensions + [AMPLITUDES, SCATTERS])
+    minimize: Any = scipy.optimize.minimize
+    found = [
+        (
+            kernel,
+            minimize(
+                lambda logs, kernel=kernel: _unlikelihood(kernel, np.exp(logs), apart, residual, variance),
+                np.log([*[length] * dimensions, amplitude, scatter]),
+                jac=True,
+                bounds=bounds,
+                method="L-BFGS-B",
+                options={"maxiter": 60},
+            ),
+        )
+        for kernel in KERNELS
+        for length, amplitude, scatter in STARTS
+    ]
+    kernel, best = min(found, key=lambda each: float(each[1].fun))
+    return kernel, np.exp(best.x)
+
+
+def _unlikelihood(
+    kernel: Kernel, parameters: Floats, apart: Floats, residual: Floats, variance: Floats
+) -> tuple[float, Floats]:
+    """Negative logarithm of the marginal likelihood (Eq. 5.8-5.9), and its derivatives by the logarithms of parameters.
+
+    parameters: lengths (d,), amplitude, scatter; apart: squared distances (n, n, d).
+    """
+    lengths, amplitude, scatter = parameters[:-2], parameters[-2], parameters[-1]
+    squares = apart / lengths**2
+    r = np.sqrt(squares.sum(axis=-1))
+    smooth = amplitude * kernel.value(r)
+    covariance = smooth + np.diag(variance + scatter + JITTER * amplitude)
+    try:
+        factor = scipy.linalg.cho_factor(covariance, lower=True)
+    except np.linalg.LinAlgError:
+        return 1e10, np.zeros_like(parameters)
+    inverse = scipy.linalg.cho_solve(factor, np.eye(len(residual)))
+    weights = inverse @ residual
+    value = 0.5 * residual @ weights + np.log(np.diag(factor[0])).sum()
+    change = inverse - np.outer(weights, weights)
+    by_length = 0.5 * np.einsum("ij,ijk->k", change * amplitude * kernel.slope(r), squares)
+    return float(value), np.array([*by_length, 0.5 * np.sum(change * smooth), 0.5 * scatter * np.trace(change)])

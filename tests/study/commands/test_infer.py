@@ -1,0 +1,102 @@
+"""What matters and what agrees, from the command line and from Python: a small campaign of contacts, seconds in all."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import nanoslip
+from tests.conftest import Main
+
+CONTACTS = """\
+title = "Contacts"
+stages = ["contact"]
+[axes]
+radius = [20.0, 30.0, 45.0]
+normal_load = [1e-3, 1.5e-3, 2.25e-3]
+[constants]
+poisson = 0.3
+[numerics]
+n_x = 129
+"""
+SIZE = "contact_half_width"
+
+
+@pytest.fixture
+def contacts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "contacts.toml"
+    path.write_text(CONTACTS)
+    return path
+
+
+def test_what_matters_to_a_contact(main: Main, contacts: Path):
+    """Hertz: a² is proportional to W·R, and both are varied by the same factor: each has half of the variance."""
+    data = nanoslip.run(contacts, "results/contacts")
+    found = nanoslip.sensitivity(data, SIZE)
+    assert found.axes == ("radius", "normal_load")
+    assert found.complete
+    assert found.first[:, 0] == pytest.approx([0.5, 0.5], abs=0.06)  # and what they do together, and the slab's ends
+    code, out, _ = main("sensitivity", contacts, "--of", SIZE, "-o", "bars.png")
+    assert code == 0
+    assert "From all 9 cases, a complete table" in out
+    assert Path("bars.png").stat().st_size > 5000
+    code, out, _ = main("sensitivity", contacts, "--of", SIZE, "--json")
+    rows = json.loads(out)["axes"]
+    assert rows["radius"]["first"][0] == pytest.approx(found.first[0, 0])
+    code, _, errors = main("sensitivity", contacts, "--of", "no_such_number")
+    assert code == 2
+    assert "no_such_number: no variable of this dataset" in errors
+
+
+def test_a_fit_finds_what_was_put_in_and_computes_nothing_twice(main: Main, contacts: Path):
+    """The contact of a known radius as the measurement; a second run has every point in the campaign's results."""
+    truth = nanoslip.run(
+        {
+            "title": "Truth",
+            "stages": ["contact"],
+            "numerics": {"n_x": 129},
+            "constants": {"radius": 33.0, "normal_load": 1.5e-3, "poisson": 0.3},
+        }
+    )
+    size = float(truth[SIZE].squeeze())
+    words = ("fit", contacts, f"{SIZE}={size:.5f}+-0.002", "normal_load=1.5e-3", "--vary", "radius", "-o", "agree.png")
+    code, out, errors = main(*words, "-j", 1)
+    assert code == 0, errors
+    assert "17 tasks of new points" in errors
+    found = nanoslip.fit(
+        contacts, {SIZE: (size, 0.002)}, ["radius"], {"normal_load": 1.5e-3}, "results/contacts", progress=True
+    )
+    low, high = found.interval(0, 0.95)
+    assert low < 33.0 < high < low + 10.0
+    assert f"{low:.3g} to {high:.3g}" in out  # the same from any number of processes
+    assert Path("agree.png").stat().st_size > 5000
+    code, again, errors = main(*words)
+    assert (code, again) == (0, out)
+    assert "tasks of new points" not in errors
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (("mu_i=0.3",), "needs a measured number with its ±"),
+        ((f"{SIZE}=0.1",), "a measured number needs its ±"),
+        ((f"{SIZE}=0.1±0",), "needs a ± above 0"),
+        ((f"{SIZE}=0.1±0.01", "normal_load=1e-3", "radius=30", "--vary", "n_x"), "--vary n_x: takes no range"),
+        ((f"{SIZE}=0.1±0.01", "--vary", "radius"), "normal_load: has 3 values in the campaign"),
+        (
+            (f"{SIZE}=0.1±0.01", "normal_load=1e-3", "--vary", "radius=45:20"),
+            "needs a range from a smaller to a larger number",
+        ),
+        (
+            (f"{SIZE}=0.1±0.01", "normal_load=1e-3", "radius=30", "--vary", "poisson"),
+            "poisson: has no range in the campaign",
+        ),
+        (("mu_s=0.1±0.01",), "mu_s: no variable of this dataset"),
+    ],
+)
+def test_wrong_questions_are_refused_before_anything_is_computed(main: Main, contacts: Path, words, problem):
+    code, _, errors = main("fit", contacts, *words)
+    assert code == 2
+    assert problem in errors
+    assert not Path("results").exists()

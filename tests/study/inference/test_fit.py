@@ -1,0 +1,117 @@
+"""The set of parameters that agrees holds the truth as often as it states; what is out of reach, or cannot be told, is named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from nanoslip.study.inference.fit import Computed, Range, Target, fit, sentences
+
+Floats = NDArray[np.float64]
+RANGES = (Range("mu_i", 0.1, 0.8, False), Range("radius", 20.0, 400.0, True))
+ERROR = 0.002
+"""Relative ± of a computed number."""
+
+
+def friction(x: Floats) -> Floats:
+    """Static and kinetic friction (n, 2) of a pin whose static excess falls with the square root of its radius."""
+    intrinsic, radius = (each.at(x[:, axis]) for axis, each in enumerate(RANGES))
+    kinetic = 0.53 * intrinsic
+    return np.column_stack([kinetic * (1.04 + 0.12 * np.sqrt(20.0 / radius)), kinetic])
+
+
+class Laboratory:
+    """Computes points with an error of their own each, the same each time, and counts them."""
+
+    def __init__(self) -> None:
+        self.calls: list[Floats] = []
+
+    def __call__(self, x: Floats) -> Computed:
+        self.calls.append(x)
+        values = friction(x)
+        chance = [np.random.default_rng(int(1e9 * point.sum())).standard_normal(2) for point in x]
+        return Computed(x, values * (1.0 + ERROR * np.array(chance)), ERROR * values)
+
+
+def measured(static: float, kinetic: float, error: float) -> tuple[Target, Target]:
+    return Target("mu_s", static, error), Target("mu_k", kinetic, error)
+
+
+def test_the_set_holds_the_truth_as_often_as_it_states():
+    """200 truths with noise: 68 ± 7 % and 95 ± 4 % are two standard deviations of such a count."""
+    draw = np.random.default_rng(1)
+    found = fit(measured(0.29, 0.26, 0.003), RANGES, Laboratory())
+    held = []
+    for _ in range(200):
+        truth = draw.random((1, 2))
+        values = friction(truth)[0]
+        errors = np.array([0.01, 0.005])
+        targets = map(Target, ("mu_s", "mu_k"), values + errors * draw.standard_normal(2), errors)
+        held.append(replace(found, targets=tuple(targets)).misfit(truth)[0])
+    shares = [np.mean(np.array(held) <= found.limit(level)) for level in (0.68, 0.95)]
+    assert shares == pytest.approx([0.68, 0.95], abs=0.07)
+
+
+def test_a_point_within_reach_is_found():
+    laboratory = Laboratory()
+    truth = np.array([[0.6, 0.3]])
+    static, kinetic = friction(truth)[0]
+    found = fit(measured(static, kinetic, 2e-3), RANGES, laboratory)
+    assert found.reached
+    for axis, each in enumerate(RANGES):
+        low, high = found.interval(axis, 0.95)
+        assert low <= each.at(truth[0])[axis] <= high
+    assert found.misfit(truth)[0] < found.limit(0.95)
+    low, high = found.interval(0, 0.95)
+    assert high - low < 0.05  # 2e-3 of mu_k are 4e-3 of mu_i, times 2.4 to both sides, and as much for the excess
+    assert all(np.abs(each).max() <= 1.0 for each in laboratory.calls)
+
+
+def test_more_points_are_put_where_it_is_open():
+    """A narrow set: the points that come after the first ones lie closer to it than those."""
+    laboratory = Laboratory()
+    found = fit(measured(0.288, 0.26, 3e-4), RANGES, laboratory, most=60)
+    first, *later = laboratory.calls
+    off = [np.abs(friction(x)[:, 1] - 0.26).mean() for x in (first, np.concatenate(later))]
+    assert off[1] < 0.2 * off[0]
+    assert len(found.computed.x) <= 60
+
+
+def test_what_is_out_of_reach_is_said_with_the_nearest():
+    found = fit(measured(0.30, 0.20, 2e-3), RANGES, Laboratory())
+    assert not found.reached
+    assert len(found.agreeing(0.95)) == 0
+    (sentence, *_) = sentences(found)
+    assert sentence.startswith("Not reached: mu_s = 0.3 ± 0.002, mu_k = 0.2 ± 0.002. Nearest: ")
+    assert "ratio 1.16, measured 1.5" in sentence  # the model's largest, at the smallest radius
+    assert "radius = 20." in sentence
+
+
+def test_what_cannot_be_told_apart_is_named():
+    """mu_k = mu_i (1 + r) / 2 fixes the product alone: mu_i is free between 1 and 2 times, and both are named as a pair."""
+    ranges = (Range("mu_i", 0.1, 0.8, False), Range("residual_shear", 0.0, 1.0, False))
+
+    def simulate(x: Floats) -> Computed:
+        values = 0.5 * ranges[0].at(x[:, :1]) * (1.0 + ranges[1].at(x[:, 1:]))
+        return Computed(x, values, np.full_like(values, 1e-4))
+
+    found = fit([Target("mu_k", 0.26, 0.005)], ranges, simulate)
+    assert found.undetermined() == ["residual_shear"]
+    ((first, second, ends),) = found.tied()
+    assert (first.name, second.name) == ("mu_i", "residual_shear")
+    np.testing.assert_allclose(ends[0] * (1.0 + ends[1]) / 2.0, 0.26, rtol=0.05)
+    assert ends[0, 1] > 1.7 * ends[0, 0]
+    assert any("a larger mu_i with a smaller residual_shear agrees as well" in each for each in sentences(found))
+
+
+def test_a_region_without_numbers_does_not_agree():
+    """Where the nearest computed point has no number nothing agrees, though the regression would reach there."""
+
+    def simulate(x: Floats) -> Computed:
+        values = np.where(x[:, 1:] > 0.5, np.nan, friction(x)[:, 1:])
+        return Computed(x, values, np.zeros_like(values))
+
+    found = fit([Target("mu_k", 0.26, 0.01)], RANGES, simulate)
+    assert found.agreeing(0.95)[:, 1].max() < 0.62  # half a distance of points beyond
+    assert any("lack a number" in each for each in sentences(found))
