@@ -474,7 +474,7 @@ def sensitivity() -> None:
 @click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
 @defaulted("-o", "--picture", type=NEW_FILE, default=Path("fit.png"), help="File of the figure: .png, .pdf or .svg.")
 def fit() -> None:
-    """Find the parameters of CAMPAIGN that agree with measured numbers.
+    """Find parameters that agree with measured numbers.
 
     NUMBER is a variable, its symbol, or a ratio of two; ERROR is one standard deviation, and ± may be typed as +-. KEY=VALUE
     holds a parameter, or drive=NAME chooses a drive. Points are computed as cases of CAMPAIGN, more of them where it is open what
