@@ -168,7 +168,7 @@ def check() -> None:
 @flag("--measure", help="Measure a few tasks on this machine first; no result is kept.")
 @flag("--effects", "show_effects", help="Show which effects are on, and what is left out.")
 def plan() -> None:
-    """Show the tasks of CAMPAIGN, their time, memory and disk space.
+    """Show the tasks of CAMPAIGN, their time, memory and disk.
 
     The time is that of the tasks that are not finished. It is a first guess, within a factor of ten, until the first tasks of the
     campaign have ended, or are measured here (--measure): what they took scales it then, kind by kind.
@@ -243,7 +243,7 @@ def run() -> None:
 @command("prepare:show_status", CAMPAIGN, OUT, JSON)
 @flag("--watch", help="Repeat every two seconds until all is finished; stop it with Ctrl-C.")
 def status() -> None:
-    """Show how much of CAMPAIGN is finished, and how its cases ended.
+    """Show how much of CAMPAIGN is finished, and how cases ended.
 
     It reads the files of results alone. So it works while CAMPAIGN is computed, after an interruption, and on another machine.
     """
@@ -325,7 +325,7 @@ def report() -> None:
 @click.option("-o", "--output", type=NEW_FILE, help="File of that figure: .pdf, .svg or .png.")
 @flag("--csv", "table", help="Write the numbers that are drawn to a file beside it.")
 def figure() -> None:
-    """Draw a variable of CAMPAIGN over its axes, or shipped figures.
+    """Draw a number of CAMPAIGN over its axes, or shipped figures.
 
     CAMPAIGN has been run, or is a file results.nc. Variables have the names of `nanoslip describe`, or symbols as in equations.
     Axes beyond x and colour become panels. Members of an ensemble are drawn as their mean and its ±.
