@@ -214,7 +214,7 @@ def computing(farm: Farm, lease: Lease, out: Path, show: Show, warn: Callable[[s
 
     def compute(plan: Plan) -> Store:
         journal = Journal(out)
-        rest = rest_of(plan, Store(out), out, False, False, warn)
+        rest = rest_of(plan, Store(out), out, journal, False, False, warn)
         try:
             compute_rest(farm, rest, journal, lease, show)
         except StoreError as error:
