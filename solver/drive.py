@@ -86,6 +86,7 @@ class Drive:
     In these units the pin's mass is 1; `from_si` takes values in SI. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
     integrator: settings of one of the integrators, or the name of one, with its own values.
     samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
+    duration: None goes on until the numbers are known (`nanoslip.solver.dynamics.duration`).
     max_slips: stop (completed) at the end of this many macroscopic slips, or at `duration`.
     step_limit: segments (exact) or time steps (rk4) after which the drive is given up.
 
@@ -110,8 +111,14 @@ class Drive:
     stage_velocity: float = parameter(
         meaning="velocity of the stage", symbol="V_o", unit="m s-1", scale="velocity", si=2e-3, least=0.0, most=1e30
     )
-    duration: float = parameter(
-        meaning="time for which the stage moves", unit="s", scale="time", si=0.2, least=1e-30, most=1e30
+    duration: float | None = parameter(
+        None,
+        meaning="time for which the stage moves",
+        comment='NaN where it is "auto": to the first slip and as many cycles as μ_k needs; end_time has it',
+        unit="s",
+        scale="time",
+        least=1e-30,
+        most=1e30,
     )
     integrator: Any = parameter("exact", meaning="integrator of the dynamic stage", unit="")
     profile: ProfileShape = parameter(
@@ -211,6 +218,8 @@ def _in_range(key: str, given: float, value: float, stated: Parameter, own: floa
 
 PERIODS: Final = "duration_periods"
 TRAVEL: Final = "stage_travel"
+AUTO: Final = "auto"
+"""The duration of a drive that goes on until its numbers are known, as campaigns have it."""
 DURATIONS: Final = ("duration", PERIODS, TRAVEL)
 """The ways to say how long a drive lasts."""
 
@@ -243,7 +252,7 @@ def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]
     given = only_length(parameters)
     found = {name: value for name, value in parameters.items() if name not in (PERIODS, TRAVEL)}
     if not given or given == ["duration"]:
-        return found
+        return {name: None if name == "duration" and value == AUTO else value for name, value in found.items()}
     value = as_float(given[0], parameters[given[0]])
     known: dict[str, Any] = {name: found[name] for name in ("spring_stiffness", "stage_velocity") if name in found}
     drive = Drive.of({**si_defaults(), **known})

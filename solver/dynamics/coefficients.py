@@ -60,8 +60,13 @@ class FrictionCoefficients(Labels):
         yield in_words(self.outcome)
 
 
-def friction_coefficients(result: DynamicsResult, record: FrictionRecord, plateau: Plateau) -> FrictionCoefficients:
-    """μ_s and μ_k of a drive over `record`. The outcome is the drive's, or `NO_SLIP`, or `NO_PLATEAU` of its force."""
+def friction_coefficients(
+    result: DynamicsResult, record: FrictionRecord, plateau: Plateau, ended_by: str = "duration"
+) -> FrictionCoefficients:
+    """μ_s and μ_k of a drive over `record`. The outcome is the drive's, or `NO_SLIP`, or `NO_PLATEAU` of its force.
+
+    ended_by: the parameter of the drive that ended it.
+    """
     nan = float("nan")
     if not len(result.slip_force):
         failed = result.outcome if not result.outcome.ok else _no_slip(result, plateau, record.normal_load)
@@ -72,13 +77,13 @@ def friction_coefficients(result: DynamicsResult, record: FrictionRecord, platea
     slides = float(result.time[-1] - result.slip_time[0])
     if outcome.ok and slides < PERIODS * result.settling_time:
         periods = math.floor(100.0 * slides / result.settling_time) / 100.0  # never rounded up to those that are needed
-        message = f"the pin slid for {periods:g} oscillation periods; averaging μ_k needs {PERIODS:g}: raise duration"
+        message = f"the pin slid for {periods:g} oscillation periods; averaging μ_k needs {PERIODS:g}: raise {ended_by}"
         outcome = Outcome(Ending.NO_PLATEAU, f"the driving force is not steady: {message}")
     if outcome.ok:
         blocks, complaint = steady_blocks(result.binned_force / record.normal_load)
         kinetic = nan if complaint else float(blocks.mean())
         if complaint:
-            outcome = Outcome(Ending.NO_PLATEAU, f"the driving force {complaint}: raise duration")
+            outcome = Outcome(Ending.NO_PLATEAU, f"the driving force {complaint}: raise {ended_by}")
     return FrictionCoefficients(
         static_friction=first,
         static_friction_excess=_beyond(record, first),

@@ -9,17 +9,19 @@ that `resolved` computes (tests.hard_cases.test_dynamics). Teeth narrower than t
 
 import math
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from nanoslip.solver.drive import INTEGRATORS, Drive, Integrator
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
+from nanoslip.solver.dynamics.duration import DOUBLINGS, expected_duration
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.dynamics.kernels.steps import integrate_by_steps, integrate_exactly, integrate_rigidly
-from nanoslip.solver.dynamics.result import BINS, DynamicsResult
+from nanoslip.solver.dynamics.regime import count_sticks
+from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, check, parameter, require
 from nanoslip.solver.sliding.plateau import Plateau
@@ -83,7 +85,7 @@ def disproportion(drive: Drive, surface_stiffness: float, friction_force: float)
 
     surface_stiffness: K in G·L_y; friction_force: of the plateau, in G·L_x·L_y. A stage at rest is in proportion.
     """
-    spring, travel = drive.spring_stiffness, drive.stage_velocity * drive.duration
+    spring, travel = drive.spring_stiffness, drive.stage_velocity * (drive.duration or 0.0)
     needed = friction_force * (1.0 / spring + 1.0 / surface_stiffness) if surface_stiffness > 0.0 else math.nan
     if spring > STIFFEST * surface_stiffness:
         wrong = f"spring_stiffness = {spring:g} is {spring / surface_stiffness:.2g} times the contact's stiffness"
@@ -94,7 +96,7 @@ def disproportion(drive: Drive, surface_stiffness: float, friction_force: float)
     return (
         f"{wrong}: a Drive is dimensionless, in units of G·L_y, L_x and √(m/(G·L_y)). For N/m, m/s, s and kg: Drive.from_si("
         f"Scales(slab_width, slab_depth, shear_modulus), pin_mass, spring_stiffness={spring:g}, "
-        f"stage_velocity={drive.stage_velocity:g}, duration={drive.duration:g})"
+        f"stage_velocity={drive.stage_velocity:g}, duration={drive.duration or 0.0:g})"
     )
 
 
@@ -202,7 +204,7 @@ class RK4(Method):
 
     def fit(self, drive: Drive) -> None:
         step = self.time_step
-        allowed = step is not None and 0.0 < step <= drive.duration
+        allowed = step is not None and 0.0 < step <= (drive.duration or math.inf)
         require("time_step", step, allowed, "0 < time_step ≤ duration with rk4")
 
     def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
@@ -271,6 +273,10 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
         raise InvalidInput(f"surface_stiffness = {surface_stiffness!r}: needs surface_stiffness > 0")
     k, stage = drive.spring_stiffness, drive.stage_velocity
     damping = 2.0 * drive.damping_ratio * math.sqrt(k)
+    duration = drive.duration
+    if duration is None:
+        peak = friction_limit.force + np.maximum(friction_limit.slope, 0.0) * np.diff(friction_limit.edges)
+        duration = expected_duration(drive, float(peak.max()), friction_limit.steady_force, surface_stiffness)
     compliant = drive.surface_compliance
     stiffest = surface_stiffness if compliant else float(np.abs(friction_limit.slope).max())
     motion = Motion(
@@ -280,10 +286,10 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
         surface_stiffness=surface_stiffness if compliant else math.inf,
         stick_velocity=k * stage / (k + surface_stiffness),
         presliding=friction_limit.steady_force / surface_stiffness,
-        duration=drive.duration,
+        duration=duration,
         instant=1e-8 / (math.sqrt(k + stiffest) + damping),
         most_slips=drive.max_slips or MOST_WHOLE,
-        recorded=drive.duration,
+        recorded=duration,
     )
     run, outcome = _run(friction_limit, motion, drive)
     if outcome.ok and run.reached < motion.duration:  # by its slips: the same once more, spread over the time it took
@@ -334,5 +340,20 @@ def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[Dy
 
     Raises NoPlateauError where the record has no steady part that could be continued.
     """
-    motion = integrate(friction_limit_of(record, plateau, drive.profile), drive, record.initial_stiffness)
-    return motion, friction_coefficients(motion, record, plateau)
+    limit = friction_limit_of(record, plateau, drive.profile)
+    motion = integrate(limit, drive, record.initial_stiffness)
+    found = friction_coefficients(motion, record, plateau, ended_by(motion, drive))
+    for _ in range(DOUBLINGS if drive.duration is None else 0):
+        if _known(motion, found, drive):
+            break
+        motion = integrate(limit, replace(drive, duration=2.0 * motion.end_time), record.initial_stiffness)
+        found = friction_coefficients(motion, record, plateau, ended_by(motion, drive))
+    return motion, found
+
+
+def _known(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> bool:
+    """Whether a longer drive would tell no more: it has its numbers, was not to go on, or slips too little for any."""
+    if not motion.outcome.ok or ended_by(motion, drive) == "max_slips" or drive.stage_velocity == 0.0:
+        return True
+    count = count_sticks(motion, drive)
+    return not count.unsettled and (found.outcome.ok or count.regime == "micro_slip")

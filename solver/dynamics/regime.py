@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.result import BINS, DynamicsResult
+from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by
 from nanoslip.solver.parameter import quantity
 
 Regime = Literal["sticks", "stick_slip", "slides", "micro_slip"]
@@ -120,9 +120,8 @@ def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_]) ->
         what = "the end of the loading ramp"
     else:
         return ""
-    longer = "max_slips" if result.end_time < drive.duration else "duration"
     missing = "spring_force_amplitude and stick_slip_period are not known"
-    return f"{what} is in the second half of the time, so {missing}: raise {longer}"
+    return f"{what} is in the second half of the time, so {missing}: raise {ended_by(result, drive)}"
 
 
 def _ramp_left(result: DynamicsResult) -> float:

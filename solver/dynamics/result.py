@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.view import Curve, OneLine, Picture, in_words
@@ -130,3 +131,9 @@ class DynamicsResult(OneLine):
         forces = {"friction": self.friction_force, "spring": self.spring_force}
         curves = (Curve(self.time, force / normal_load, name) for name, force in forces.items())
         return Picture("time t, in √(m/(G·L_y))", "force over load", tuple(curves))
+
+
+def ended_by(result: DynamicsResult, drive: Drive) -> str:
+    """What of a drive ended its motion: `max_slips` or `duration`."""
+    ended = int(np.count_nonzero(np.isfinite(result.restick_time)))
+    return "max_slips" if drive.max_slips is not None and ended >= drive.max_slips else "duration"

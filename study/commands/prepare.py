@@ -24,7 +24,7 @@ from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.reader import effects
 from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.grids import choice
-from nanoslip.study.plan.outlook import expected_lines, out_of_reach, outlook_of, shortages, span_line
+from nanoslip.study.plan.outlook import duration_lines, expected_lines, out_of_reach, outlook_of, shortages, span_line
 from nanoslip.study.plan.plan import PENDING, KindCount, Plan, disk_of_plan, ended
 from nanoslip.study.report.console import Table, console, print_entries, print_sentences, print_table, say, whole
 from nanoslip.study.results.store import write_files
@@ -89,7 +89,7 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
         try:
             plan = plans.planned(campaign)
             say(_counted(campaign, plan))
-            print_sentences([*plans.idle_lines(plan), *out_of_reach(plan)])
+            print_sentences([*plans.idle_lines(plan), *duration_lines(plan), *out_of_reach(plan)])
         except ManifestError as error:
             problems += error.lines
     if problems:
@@ -128,7 +128,7 @@ def show_plan(
 def _print(found: plans.Standing, ranks: int, show_effects: bool) -> None:
     plan, outlook = found.plan, outlook_of(found.plan)
     on_or_off = effects(plan.manifest)
-    print_sentences([plan.manifest.title, *_cases(plan), _in_si(plan), *plans.idle_lines(plan)])
+    print_sentences([plan.manifest.title, *_cases(plan), _in_si(plan), *plans.idle_lines(plan), *duration_lines(plan)])
     if show_effects:
         rows = tuple((each.name, each.setting, "" if each.setting == "on" else each.without) for each in on_or_off)
         print_table(Table(("effect", "here", "left out where off"), rows, 2))

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Effects
-from nanoslip.solver.drive import DURATIONS, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length
+from nanoslip.solver.drive import AUTO, DURATIONS, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, quoted
-from nanoslip.solver.parameter import MOST_WHOLE, as_float, declared
+from nanoslip.solver.parameter import MOST_WHOLE, as_float, declared, require
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.study.manifest.about import About
 from nanoslip.study.manifest.checker import (
@@ -169,6 +169,7 @@ def _values(checker: Checker, key: str, values: list[Any]) -> Iterator[Value]:
 
 def _typed(key: str, value: Any) -> Value:
     """A value of a drive by itself, in its declared type. Raises InvalidInput."""
+    require(key, value, value != AUTO, "a number on an axis")
     if key == INTEGRATORS.word:
         return str(INTEGRATORS.named(value).name)
     beside: dict[str, Any] = {}

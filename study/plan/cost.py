@@ -15,6 +15,7 @@ from nanoslip.solver.contact.closed_forms import film_half_width
 from nanoslip.solver.contact.kernels.state import margin
 from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.duration import expected_duration
 from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
@@ -191,12 +192,26 @@ def _slide_seconds(case: Case, events: float) -> float:
     return SLIP * row * (events * in_an_event + row)
 
 
+def least_plateau(case: Case) -> float:
+    """The least F/W of steady sliding: (1 + r)/2 of μ_i, r what a slip leaves (campaigns/interface/from_one_contact.md)."""
+    return 0.5 * (1.0 + case.slip_rule.residual_shear) * case.intrinsic_friction
+
+
+def drive_duration(drive: Drive, case: Case) -> float:
+    """The time that a drive lasts, in its unit; of one that names none about, from the least friction that it may meet."""
+    if drive.duration is not None:
+        return drive.duration
+    force = min(least_plateau(case), 1e6) * case.total_load
+    return min(expected_duration(drive, force, force, lateral_stiffness(case)), 1e30)
+
+
 def drive_seconds(drive: Drive, case: Case) -> float:
     """Seconds of motion and fit: teeth on the way of the stage, or time steps, and samples."""
-    way = drive.stage_velocity * drive.duration
+    duration = drive_duration(drive, case)
+    way = drive.stage_velocity * duration
     teeth = way * PIECES / _reach(case) if case.interface.contacts > 1 else way / max(mean_step(case), 1e-300)
     step: float | None = getattr(drive.integrator, "time_step", None)
-    steps = drive.duration / step if step else 0.0 if drive.profile == "mean" else teeth
+    steps = duration / step if step else 0.0 if drive.profile == "mean" else teeth
     return STEP * (min(steps, drive.step_limit) + 50.0 * min(drive.samples, MOST_SAMPLES))
 
 

@@ -8,7 +8,7 @@ import os
 from array import array
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.parameters import Value, in_words
-from nanoslip.study.plan.cost import expected_displacement, record_bytes
+from nanoslip.study.plan.cost import drive_duration, expected_displacement, least_plateau, record_bytes
 from nanoslip.study.plan.kinds import compliance_needs
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task, TaskResult
@@ -101,7 +101,7 @@ def _words(plan: Plan, number: int) -> str:
 def out_of_reach(plan: Plan) -> list[str]:
     """A line about drives that never pull as hard as friction holds, before any of them is computed; none where all do.
 
-    A plateau is at least (1 + r)/2 of μ_i, r being what a slip leaves (campaigns/interface/from_one_contact.md), to spreads of 3.
+    Of plateaus the least is taken, which holds to spreads of 3. A drive without a duration goes on as long as its stage moves.
     """
     manifest = plan.manifest
     drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]
@@ -109,10 +109,11 @@ def out_of_reach(plan: Plan) -> list[str]:
     if not (drives and cases):
         return []
     weight = np.array([case.total_load * manifest.scales.force for _, case in cases])
-    share = np.array([0.5 * (1.0 + case.slip_rule.residual_shear) * case.intrinsic_friction for _, case in cases])
+    share = np.array([least_plateau(case) for _, case in cases])
     pace = np.array([named.in_si.spring_stiffness * named.in_si.stage_velocity for _, named in drives])
     damper = np.array([_damper(named) for _, named in drives])
-    pull = pace * [named.in_si.duration for _, named in drives] + damper
+    lasts = [named.in_si.duration or math.inf for _, named in drives]
+    pull = np.array([rate * time if rate else 0.0 for rate, time in zip(pace, lasts, strict=True)]) + damper
     low = np.isfinite(share)[:, None] & (pull < (weight * share)[:, None])
     if not low.any():
         return []
@@ -130,6 +131,31 @@ def out_of_reach(plan: Plan) -> list[str]:
     reached = f"reaches F/W = {pull[which] / weight[number]:.2g}, slips near {share[number]:.2g}"
     where = ", ".join(filter(None, [_words(plan, cases[number][0]), drive.label]))
     return [f"too short to slip: {low.sum()} of {low.size} drives, first {where}: {reached}: {advice}"]
+
+
+_LOOKED_AT: Final = 1000
+"""Cases whose drives are looked at, of a campaign of millions."""
+
+
+def duration_lines(plan: Plan) -> list[str]:
+    """A line about drives that name no duration: what it is expected to be, over all cases; none where all name one."""
+    manifest = plan.manifest
+    named = [each.drive for each in manifest.drives if each.drive and each.drive.in_si.duration is None]
+    cases = [each.case for each in plan.cases[:: max(1, len(plan.cases) // _LOOKED_AT)] if each.case is not None]
+    if not (named and cases):
+        return []
+    times = [
+        drive_duration(drive, case) * manifest.scales.time(each.pin_mass)
+        for each in named
+        for drive in [each.dimensionless(manifest.scales)]
+        for case in cases
+    ]
+    low, high = f"{min(times):.2g}", f"{max(times):.2g}"
+    span = low if low == high else f"{low} to {high}"
+    return [
+        f"duration: auto for {len(named)} of {len(manifest.drives)} drives, to the first slip and as many cycles as the numbers "
+        f"need: about {span} s, which end_time will say"
+    ]
 
 
 def _up(value: float) -> float:

@@ -1,10 +1,12 @@
 """Cases -> tasks: each distinct computation once, needed ones before those that need them, longest chain first."""
 
+import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
+from nanoslip.solver.drive import DURATIONS
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
 from nanoslip.study.manifest.cases import CampaignCase, Heard, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest
@@ -220,7 +222,15 @@ def drive_outcome(
     if case.case is None or drive.drive is None:
         return case.outcome if case.case is None else drive.outcome
     found = outcomes.get(plan.case_tasks[case.case_id].key("drive", drive.label) or "")
-    return case_outcome(plan, case, outcomes) if as_its_case(found) else found
+    return case_outcome(plan, case, outcomes) if as_its_case(found) else found and _advised(found, drive)
+
+
+def _advised(outcome: Outcome, drive: CampaignDrive) -> Outcome:
+    """The outcome with advice on how long to drive that names the key which the file gives."""
+    key = next((name for name in DURATIONS if name in drive.given and drive.settings[name] is not None), "")
+    longer = rf"raise \1{key}" if key else "name a longer duration"
+    message = re.sub(r"raise (the drive's )?duration", longer, outcome.message)
+    return outcome if message == outcome.message else replace(outcome, message=message)
 
 
 def ended(plan: Plan, outcomes: Mapping[str, Outcome]) -> tuple[Counter[str], Counter[str]]:

@@ -121,7 +121,7 @@ def _small(task: Task) -> list[Task]:
 def _short(drive: Drive) -> Task:
     """The drive over a hundredth of its duration, or all of it where that is less than a step of its integrator."""
     with suppress(InvalidInput):
-        return drive_task(_SMALL, replace(drive, duration=drive.duration / 100, samples=2))
+        return drive_task(_SMALL, replace(drive, duration=(drive.duration or 100.0) / 100, samples=2))
     return drive_task(_SMALL, replace(drive, samples=2))
 
 

@@ -110,7 +110,7 @@ def test_drives_that_no_stage_computes_are_checked_and_left_out(tmp_path):
 
 def test_a_drive_loses_its_units_by_the_scales():
     """Mass 1, stiffness in G·L_y = 1e8 N/m, time in √(m/(G·L_y)) = 70.7 µs, length in L_x = 1 mm."""
-    drive = NamedDrive.of("rk4", integrator="rk4", time_step=1e-7).dimensionless(Scales())
+    drive = NamedDrive.of("rk4", duration=0.2, integrator="rk4", time_step=1e-7).dimensionless(Scales())
     time = (0.5 / 1e8) ** 0.5
     assert drive.spring_stiffness == pytest.approx(2e-3, rel=1e-15)
     assert drive.stage_velocity == pytest.approx(2.0 * time, rel=1e-15)
@@ -181,9 +181,14 @@ WRONG = {
     DRIVE + "mass = 1": "drives[0].mass = 1: unknown; did you mean pin_mass?",
     DRIVE + "pin_mass = 0": "drives[0].pin_mass = 0: needs 1e-30 ≤ pin_mass ≤ 1e30",
     DRIVE + "spring_stiffness = true": "drives[0].spring_stiffness = true: needs a number",
+    DRIVE + 'duration = "automatic"': 'drives[0].duration = "automatic": needs a number',
+    DRIVE + 'duration = "auto"\nduration_periods = 3': "drives[0].duration_periods = 3.0: needs to be left out "
+    "beside duration = 'auto'",
+    'drive_axes.duration = ["auto"]': 'drive_axes.duration[0] = "auto": needs a number on an axis',
     DRIVE + "duration = -1.0": "drives[0].duration = -1.0: needs 1e-30 ≤ duration ≤ 1e30",
     DRIVE + 'integrator = "rk4"': "drives[0].time_step: missing: needs 0 < time_step ≤ duration with rk4",
-    DRIVE + 'integrator = "rk4"\ntime_step = 1.0': "drives[0].time_step = 1.0: needs 0 < time_step ≤ duration with rk4",
+    DRIVE
+    + 'duration = 0.2\nintegrator = "rk4"\ntime_step = 1.0': "drives[0].time_step = 1.0: needs 0 < time_step ≤ duration with rk4",
     DRIVE + "time_step = 1e-7": 'drives[0].time_step = 1e-07: needs integrator = "rk4"',
     DRIVE + 'surface_compliance = false\nintegrator = "rk4"\ntime_step = 1e-7': (
         'drives[0].surface_compliance = false: needs integrator = "exact", as a step of rk4 has no rest'

@@ -13,7 +13,7 @@ from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
 
 CASE = Case(radius=50.0, slab=Slab(33), max_events=300)
-DRIVE = NamedDrive.of("paper", samples=50).dimensionless(Scales())
+DRIVE = NamedDrive.of("paper", duration=0.2, samples=50).dimensionless(Scales())
 
 
 def read(folder: Path, text: str) -> Manifest:

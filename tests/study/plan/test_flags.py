@@ -1,6 +1,7 @@
 """Flags reach whoever plans, reads the table, opens the dataset or the report, under one name and with one advice."""
 
 import itertools
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.cost import expected_displacement
-from nanoslip.study.plan.outlook import expected_lines, flag_lines, out_of_reach, outlook_of
+from nanoslip.study.plan.outlook import duration_lines, expected_lines, flag_lines, out_of_reach, outlook_of
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report.summary import flag_summary, scalar_table
@@ -230,6 +231,46 @@ def test_a_drive_that_is_too_short_to_slip_is_named_with_what_it_needs():
     assert (lines, "no_slip" in enough["drive_outcome"].values) == ([], False)
     lines, _ = run(drive_axes={"stage_velocity": [0.0]})
     assert lines[0].endswith("the stage is at rest: raise stage_velocity")
+
+
+def test_a_drive_without_a_duration_ends_where_its_numbers_are_known():
+    """The plan takes the least friction that the pin may meet: it is 7 % more, and teeth make cycles longer."""
+    own = {"ensemble": {"members": 2}, "numerics": {"n_x": 65, "scheme": "strip"}, "title": "x"}
+    soft, paper = {"name": "soft", "spring_stiffness": 2e4}, {"name": "paper", "duration": "auto"}
+    campaign = {**own, "drives": [soft, paper, {"name": "named", "duration": 0.3}]}
+    manifest = parse_manifest(Path("mine.toml"), as_toml(campaign), {})
+    (line,) = duration_lines(make_plan(manifest))
+    assert line.startswith("duration: auto for 2 of 3 drives")
+    found = re.search(r"about (\S+) to (\S+) s", line)
+    assert found
+    data = api.run(campaign, progress=False).squeeze()
+    for name, least in zip(("paper", "soft"), map(float, found.groups()), strict=True):
+        one = data.sel(drive=name)
+        assert 0.99 * least <= one["end_time"] <= 2.0 * least
+        assert one["drive_outcome"] == "completed"
+        assert np.isnan(one["duration"])
+    assert data["end_time"].sel(drive="named") == pytest.approx(0.3, rel=1e-12)
+    again = {**own, "ensemble": {"members": 1}, "drives": [soft]}
+    alone = api.run(again, progress=False).squeeze()
+    again["drives"] = [{**soft, "duration": float(alone["end_time"])}]
+    named = api.run(again, progress=False).squeeze()
+    for name in ("static_friction", "kinetic_friction", "stick_slip_period"):
+        np.testing.assert_allclose(named[name], alone[name], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "advice"),
+    [
+        ({"stage_travel": 9e-5}, "raise the drive's stage_travel"),
+        ({"duration_periods": 4}, "raise the drive's duration_periods"),
+        ({"duration": 0.05}, "raise the drive's duration"),
+        ({"max_slips": 1, "spring_stiffness": 2e4}, "raise max_slips"),
+    ],
+)
+def test_advice_names_what_ended_a_drive(given: dict[str, float], advice: str):
+    own = {"ensemble": {"members": 1}, "numerics": {"n_x": 65, "scheme": "strip"}, "title": "x"}
+    data = api.run({**own, "drives": [{"name": "a", **given}]}, progress=False).squeeze()
+    assert advice in str(data["drive_message"].item())
 
 
 def test_the_campaigns_that_come_with_nanoslip_press_pins_well():

@@ -200,7 +200,7 @@ def test_the_limits_of_a_run_do_not_change_initial_contact():
 
 def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only():
     """Four times the modulus, spring and mass: the same numbers (all factors are powers of two, exact in binary)."""
-    stiff = NamedDrive.of("stiff", pin_mass=2.0, spring_stiffness=8e5, samples=50)
+    stiff = NamedDrive.of("stiff", duration=0.2, pin_mass=2.0, spring_stiffness=8e5, samples=50)
     assert drive_task(CASE, stiff.dimensionless(Scales(shear_modulus=4e10))).key == drive_task(CASE, DRIVE).key
 
 

@@ -32,7 +32,7 @@ SLAB = Slab(17)
 STEADY = Case(radius=50.0, slab=SLAB, max_events=60)
 SLID = replace(STEADY, intrinsic_friction=0.3, max_events=300)
 """Long enough for a steady part, and of sizes whose laws hang on no last digit."""
-SMOOTH: Drive = NamedDrive.of("paper", samples=50, profile="mean").dimensionless(Scales())
+SMOOTH: Drive = NamedDrive.of("paper", duration=0.2, samples=50, profile="mean").dimensionless(Scales())
 """Over the teeth themselves a last digit of the record turns the motion."""
 FIRST_TEETH: Drive = NamedDrive.of("paper", samples=50, duration=0.005).dimensionless(Scales())
 ROUGH = Heterogeneity(roughness=((-0.1, 0.0), (0.1, 1e-6)))
