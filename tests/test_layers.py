@@ -34,7 +34,7 @@ ORDER = {
     "nanoslip.study.dataset": "file crate variables table collect access concatenation compare verify",
     "nanoslip.study.run": "launch queue progress dispatch journal child agent farm mpi compute warm_up executor batch "
     "campaign",
-    "nanoslip.study.report": "console summary curves page",
+    "nanoslip.study.report": "console summary errors curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures trace",
     "nanoslip.study.accuracy": "setup elastic_operator effects measurement",
@@ -57,6 +57,7 @@ HOMES = {
         "nanoslip.study.inference",
         "nanoslip.study.api",
         "nanoslip.study.commands.datasets",
+        "nanoslip.study.commands.trace",
     },
     "matplotlib": {
         "nanoslip.solver.view",

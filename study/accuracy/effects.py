@@ -6,7 +6,7 @@ Both have the same members: the same starts, and for a drive's effect the same r
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final, NamedTuple, TypeVar
 
@@ -42,7 +42,13 @@ Place = tuple[str, str]
 """A variable, and the label of its drive where it is a number of one."""
 Done = dict[str, tuple[TaskResult, float]]
 """Key of a task -> its result and core seconds."""
-EFFECTS: Final[tuple[Effect[Case] | Effect[Drive], ...]] = (*OF_CASES, *OF_DRIVES)
+FINER: Final = Effect[Case](
+    "grid",
+    lambda case: True,
+    lambda case: replace(case, slab=replace(case.slab, n_x=2 * case.slab.n_x - 1)),
+    "n_x of twice as many nodes",
+)
+"""The error of a grid, about: what a finer one changes."""
 
 
 class Scenes(NamedTuple):
@@ -54,6 +60,9 @@ class Scenes(NamedTuple):
     """Of every case."""
     ensemble: Ensemble
     variables: tuple[str, ...]
+    of_cases: tuple[Effect[Case], ...] = OF_CASES
+    of_drives: tuple[Effect[Drive], ...] = OF_DRIVES
+    """Effects that are left out, one at a time."""
 
 
 class Computed(NamedTuple):
@@ -143,14 +152,14 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
 
 def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, str]]:
     """Every effect that is there, case and drives without it, and why there is no such case."""
-    for of_case in OF_CASES:
+    for of_case in scenes.of_cases:
         if of_case.there(case):
             try:
                 without = of_case.without(case)
                 yield of_case.name, without, scenes.drives, refusal(scenes.manifest, without)
             except InvalidInput as error:
                 yield of_case.name, case, scenes.drives, str(error)
-    for effect in OF_DRIVES:
+    for effect in scenes.of_drives:
         if any(map(effect.there, scenes.drives.values())):
             drives = {
                 label: effect.without(each) if effect.there(each) else each for label, each in scenes.drives.items()
@@ -205,7 +214,8 @@ def _largest(
     scenes: Scenes, changes: Mapping[tuple[str, str], list[Change]], seconds: Mapping[str, list[tuple[float, float]]]
 ) -> Iterator[Influence]:
     """One of each effect and variable, in the order of their declaration."""
-    for effect in EFFECTS:
+    every: tuple[Effect[Case] | Effect[Drive], ...] = (*scenes.of_cases, *scenes.of_drives)
+    for effect in every:
         for variable in scenes.variables:
             if own := changes.get((effect.name, variable)):
                 largest = max(own, key=lambda each: -1.0 if math.isnan(each.change) else abs(each.change))

@@ -175,13 +175,15 @@ def plan() -> None:
     """
 
 
-@command("look:explain_case", CAMPAIGN, PARAMETERS)
+@command("look:explain_case", CAMPAIGN, PARAMETERS, OUT)
+@flag("--grid", "show_grid", help="Measure what twice as many nodes change and cost, too.")
 @flag("--effects", "show_effects", help="Measure what each of its effects changes and costs, too.")
 def explain() -> None:
-    """Explain one case of CAMPAIGN before it is computed.
+    """Explain the cost and the errors of one case of CAMPAIGN.
 
     KEY=VALUE select the case, as in `nanoslip show`. Shown are its estimated time, the error of its grid where that
-    was measured, and what half of it would cost; with --effects what `nanoslip effects` shows, of this case.
+    was measured, and what half of it would cost; with --effects what `nanoslip effects` shows, of this case. Of a computed
+    case each number asked for is shown with the largest part of its error, and what halves that.
 
     Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5 --effects
     """
@@ -383,7 +385,9 @@ def traced(described: Declared) -> Declared:
 @command(
     "trace:show_trace",
     click.argument("file", type=click.Path(path_type=Path, dir_okay=False)),
+    PARAMETERS,
     traced,
+    click.option("--over", type=CAMPAIGN_PATH, help="Lay it over the drive of this CAMPAIGN, and compare numbers."),
     click.option("-o", "--picture", type=NEW_FILE, help="Draw it into this file (.png, .pdf, .svg), too."),
     JSON,
 )
@@ -391,7 +395,8 @@ def trace() -> None:
     """Measure friction in a force that a laboratory recorded.
 
     FILE has two columns: time or displacement, and force. μ_s, μ_k, period, amplitude and rising stiffness come from a fit of
-    Eq. 16-19 to each slip, their ± from what the slips scatter. Of steady sliding there is μ_k alone.
+    Eq. 16-19 to each slip, their ± from what the slips scatter. Of steady sliding there is μ_k alone. With --over, KEY=VALUE
+    select a computed drive of CAMPAIGN, whose first slip is drawn at the time of that in FILE.
 
     Example: nanoslip trace lab.csv --time s --force mN --load "2 N" -o lab.png
     """

@@ -16,11 +16,12 @@ from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
 from nanoslip.solver.parameter import Parameter
 from nanoslip.solver.sliding.validity import MISSED
 from nanoslip.study import api, shipped
-from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scenes_of
+from nanoslip.study.accuracy.effects import FINER, Influence, Scenes, influences, scenes_of
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, show_case
 from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
+from nanoslip.study.dataset.access import one_case
 from nanoslip.study.figures.frames import events_of, frames
 from nanoslip.study.figures.gallery import figures_of, shipped_figures, write, write_indexes
 from nanoslip.study.figures.points import axis_named, points_named
@@ -28,6 +29,7 @@ from nanoslip.study.figures.shared import FORMATS, CampaignFigure, as_row, colum
 from nanoslip.study.figures.sweep import view_of
 from nanoslip.study.manifest.cases import campaign_of, expand
 from nanoslip.study.manifest.checker import ManifestError, number_or_text, read_text
+from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import make_case, words
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
@@ -48,6 +50,7 @@ from nanoslip.study.report.console import (
     whole,
 )
 from nanoslip.study.report.curves import MARGIN, WIDTH, text_plot
+from nanoslip.study.report.errors import Error, error_lines
 from nanoslip.study.results.store import StoreError, write_files
 from nanoslip.study.run.progress import roughly
 
@@ -338,8 +341,10 @@ def _row(each: Influence) -> tuple[str, ...]:
 # `nanoslip explain`: one case before it is computed: its estimated time, the error of its grid, and what half of that costs.
 
 
-def explain_case(campaign: Path, parameters: tuple[str, ...], show_effects: bool) -> None:
-    """Print the cost, the grid's error and perhaps the effects of the case of a campaign that has these parameters."""
+def explain_case(
+    campaign: Path, parameters: tuple[str, ...], out: Path | None, show_grid: bool, show_effects: bool
+) -> None:
+    """Print cost and errors, and perhaps what grid and effects change, of the case of a campaign that has these parameters."""
     manifest = settled(load_manifest(campaign))
     case = chosen(expand(manifest), assignments(parameters), manifest.scales)
     if case.case is None:
@@ -348,8 +353,32 @@ def explain_case(campaign: Path, parameters: tuple[str, ...], show_effects: bool
     front = load_front(manifest.front, manifest.files.get("front"))
     grid = _of_grid(case.case, front, "slip" in manifest.stages)
     print_sentences([f"case {case.point}", f"estimated time, roughly: {roughly(seconds)}", grid])
+    scenes, measured = scenes_of(manifest, [case], SHOWN), dict[str, Error]()
+    if show_grid:
+        finer, failures = influences(scenes._replace(of_cases=(FINER,), of_drives=()))
+        print_sentences(failures, FAILED)
+        measured = {each.variable: _of_finer(each) for each in finer}
+    path, cost = folder(campaign, out) / file.FILE, roughly(3.0 * seconds)
+    print_sentences(_errors(path, manifest, parameters, cost, measured))
     if show_effects:
-        print_changes(campaign, scenes_of(manifest, [case], SHOWN))
+        print_changes(campaign, scenes)
+
+
+def _of_finer(each: Influence) -> Error:
+    change = f"twice as many nodes change it by {each.largest.change:+.1%} ± {each.largest.uncertainty:.1%}"
+    return Error("the grid", abs(each.largest.change), f"{change}, in {each.seconds:.2g} × the time")
+
+
+def _errors(
+    path: Path, manifest: Manifest, parameters: tuple[str, ...], cost: str, measured: Mapping[str, Error]
+) -> list[str]:
+    """What limits the numbers of a case, as far as its dataset is there."""
+    if path.is_file():
+        with file.reading(path) as found:
+            if is_of(found, manifest):
+                return list(error_lines(one_case(found, assignments(parameters)), cost, measured, SHOWN))
+    lines = [f"{name}: {each.cure}" for name, each in measured.items()]
+    return [*lines, "not computed yet: afterwards explain names the largest error of each number"]
 
 
 SHOWN: Final = 3

@@ -66,7 +66,8 @@ def said_once(table: Table, least: int = 2) -> tuple[Table, list[str]]:
 
 # Every number that is known of one case, with its uncertainty, unit and meaning; and the names of those that are not.
 
-_UNCERTAINTY: Final = "_uncertainty"
+UNCERTAINTY: Final = "_uncertainty"
+"""Behind a number's name: that of its ±."""
 _SAID_APART: Final = {
     *(each.name for both in variables.OUTCOMES.values() for each in both),
     *(group.id.name for group in variables.all_groups().values()),
@@ -91,7 +92,7 @@ def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
     others: dict[str, list[str]] = {"0 here": [], "not known here": []}
     case = variables.in_short(case)
     for name in sorted(map(str, case.data_vars), key=lambda name: (*_ASKED, name).index(name)):
-        if case[name].dims or name in _SAID_APART or name.endswith((_UNCERTAINTY, "members")):
+        if case[name].dims or name in _SAID_APART or name.endswith((UNCERTAINTY, "members")):
             continue  # ± and count of members are shown with their variable
         if (value := _text(case, name, 6)) == NOTHING:
             others["not known here"].append(name)
@@ -122,7 +123,7 @@ def ending_lines(case: xr.Dataset) -> Iterator[str]:
 
 def _text(values: xr.Dataset, name: str, digits: int) -> str:
     """A scalar as text: a number in so many digits, or rounded beside the ± that it states; NOTHING where it is not known."""
-    value, error = values[name].item(), f"{name}{_UNCERTAINTY}"
+    value, error = values[name].item(), f"{name}{UNCERTAINTY}"
     if value in ("", NOTHING) or value != value:  # noqa: PLR0124  NaN is not
         return NOTHING
     if error in values:
@@ -168,7 +169,7 @@ SYMBOLS: Final = {name: each.symbol for name, each in variables.parameters().ite
 """Parameter -> what tables and figures call it."""
 
 
-def _cases(dataset: xr.Dataset, of: xr.DataArray, most: int) -> list[xr.Dataset]:
+def each_case(dataset: xr.Dataset, of: xr.DataArray, most: int) -> list[xr.Dataset]:
     """The scalars of each case that a variable has, with its drive where it has one, in the variable's order: so many at most.
 
     What has ended goes before what has not.
@@ -193,11 +194,11 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
     why: behind an outcome its message, too.
     """
     dataset = variables.in_short(dataset)
-    asked = [name for name in _asked(dataset) if name in dataset]
+    asked = [name for name in asked_of(dataset) if name in dataset]
     columns = {name: _COLUMNS.get(name, symbol(name)) for name in (*asked, *_DRIVEN, *_COLUMNS) if name in dataset}
     numbers = {
         *columns,
-        *(f"{name}{end}" for name in columns for end in (_UNCERTAINTY, "_members")),
+        *(f"{name}{end}" for name in columns for end in (UNCERTAINTY, "_members")),
         variables.MEMBERS.name,
         variables.DRIVE_MEMBERS.name,
         variables.VALIDITY.name,
@@ -213,7 +214,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
     header = (*labels, *titles, "outcome")
     rows: list[tuple[str, ...]] = []
     failed = set()
-    for case in _cases(dataset, of, most):
+    for case in each_case(dataset, of, most):
         ending, flags, message = _ending(case)
         if ending not in _UNHURT:
             failed.add(len(rows))
@@ -224,7 +225,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
     return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
 
 
-def _asked(dataset: xr.Dataset) -> list[str]:
+def asked_of(dataset: xr.Dataset) -> list[str]:
     """What a campaign was computed for: the numbers that decide how many members it has, and what its last stage is for."""
     named = _target(dataset)[1]
     stage = _DRIVEN[:2] if "drive_outcome" in dataset else ("plateau_mean",) if "plateau_mean" in dataset else ()

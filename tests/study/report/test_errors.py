@@ -1,0 +1,67 @@
+"""The largest part of each number's error is named: it is the largest, and what makes it less does."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nanoslip.study import api
+from nanoslip.study.dataset.access import one_case
+from nanoslip.study.report.errors import Error, error_lines, errors_of
+from nanoslip.study.toml_text import as_toml
+from tests.conftest import Main
+
+SMALL: dict[str, Any] = {
+    "title": "x",
+    "stages": ["contact", "slip"],
+    "numerics": {"n_x": 33, "scheme": "strip"},
+    "limits": {"presliding": 4},
+    "constants": {"radius": 100.0},
+}
+
+
+def test_starts_are_named_with_the_members_that_halve_their_part() -> None:
+    few = {**SMALL, "ensemble": {"members": 4}}
+    data = one_case(api.run(few, progress=False), {})
+    (error,) = errors_of(data, "plateau_mean", "about 1 s")
+    assert error.source == "starts"
+    assert error.share == pytest.approx(float(data["plateau_mean_uncertainty"] / data["plateau_mean"]))
+    assert error.cure == "16 members halve it: about 1 s more"
+    lines = list(error_lines(data))
+    assert re.match(r"plateau_mean 0\.\d+ ± 0\.\d+: starts dominate \(\d+\.\d%\), 16 members halve it$", lines[0])
+    assert "the grid's part of plateau_mean is not known" in lines[-1]
+    grid = {"plateau_mean": Error("the grid", 0.9, "a finer one")}
+    assert [each.source for each in errors_of(data, "plateau_mean", "", grid)] == ["the grid", "starts"]
+    (known,) = (line for line in error_lines(data, "", grid) if line.startswith("plateau_mean"))
+    assert ": the grid dominates (90.0%), a finer one; starts" in known
+
+
+def test_one_start_has_none_and_a_contact_that_of_its_grid() -> None:
+    alone = {**SMALL, "ensemble": {"members": 1}}
+    data = one_case(api.run(alone, progress=False), {})
+    assert "one start has no ±" in next(error_lines(data))
+    contact = {"title": "x", "stages": ["contact"], "numerics": {"n_x": 65}, "ensemble": {"members": 3}}
+    data = one_case(api.run(contact, progress=False), {})
+    found = errors_of(data, "contact_half_width")
+    assert {each.source for each in found} == {"starts", "the grid"}
+    assert found[0].share >= found[1].share
+    assert float(data["discretization_error"]) in [each.share for each in found]
+
+
+def test_explain_measures_what_the_grid_changes(main: Main, tmp_path: Path) -> None:
+    own = {**SMALL, "ensemble": {"members": 4}}
+    file, out = tmp_path / "mine.toml", tmp_path / "out"
+    file.write_text(as_toml(own))
+    assert "not computed yet" in main("explain", file, "--out", out)[1]
+    coarse = api.run(file, out, progress=False)["plateau_mean"].item()
+    finer = api.run({**own, "numerics": {**own["numerics"], "n_x": 65}}, progress=False)["plateau_mean"].item()
+    code, text, _ = main("explain", file, "--out", out, "--grid")
+    (found,) = re.findall(r"twice as many nodes change it by (\S+)% ± (\S+)%", text)
+    assert code == 0
+    change = 100.0 * (finer - coarse) / coarse
+    np.testing.assert_allclose(float(found[0]), change, atol=0.06)  # a digit behind the point is shown
+    assert (
+        f"the grid dominates ({abs(float(found[0])):.1f}%)" in text or f"; the grid {abs(float(found[0])):.1f}%" in text
+    )
