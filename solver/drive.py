@@ -114,7 +114,7 @@ class Drive:
     duration: float | None = parameter(
         None,
         meaning="time for which the stage moves",
-        comment='NaN where it is "auto": to the first slip and as many cycles as μ_k needs; end_time has it',
+        comment='NaN where it is "auto", the default: to the first slip and as many cycles as μ_k needs; end_time has it',
         unit="s",
         scale="time",
         least=1e-30,

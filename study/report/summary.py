@@ -1,6 +1,8 @@
 """What a dataset says, as tables: a row for each case, every number of one case, and sentences on what to do."""
 
+import functools
 import math
+import operator
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -216,7 +218,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
     failed = set()
     for case in each_case(dataset, of, most):
         ending, flags, message = _ending(case)
-        if ending not in _UNHURT:
+        if ending not in _UNHURT and bool(_missed(case)):
             failed.add(len(rows))
         told = f"{ending}{flags}{message}" if why else f"{ending}{flags}"
         rows.append((*(in_text(case[name].item()) for name in varying), *(_cell(case, name) for name in columns), told))
@@ -230,6 +232,15 @@ def asked_of(dataset: xr.Dataset) -> list[str]:
     named = _target(dataset)[1]
     stage = _DRIVEN[:2] if "drive_outcome" in dataset else ("plateau_mean",) if "plateau_mean" in dataset else ()
     return list(dict.fromkeys(filter(None, (*named, *stage))))
+
+
+def _missed(dataset: xr.Dataset) -> xr.DataArray:
+    """Whether a number that was asked for is missing: of [target], or μ_s where a drive was to end after some slips."""
+    names = _target(dataset)[1]
+    if not names and {"max_slips", "static_friction"} <= set(dataset.variables):
+        return dataset["static_friction"].isnull() | dataset["max_slips"].isnull()
+    missing = [dataset[name].isnull() for name in names if name in dataset]
+    return xr.DataArray(True) if len(missing) < max(len(names), 1) else functools.reduce(operator.or_, missing)
 
 
 def flag_summary(dataset: xr.Dataset) -> list[str]:
@@ -310,15 +321,24 @@ def reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str],
 
 def cautions(dataset: xr.Dataset) -> list[str]:
     """What is to be known before numbers are used: effects left out, errors beyond what was asked for, validity flags."""
-    return [*left_out_summary(dataset), *short_summary(dataset), *flag_summary(dataset)]
+    others = failure_summary(dataset, asked=False)
+    return [*left_out_summary(dataset), *short_summary(dataset), *others, *flag_summary(dataset)]
 
 
-def failure_summary(dataset: xr.Dataset) -> list[str]:
-    """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do."""
-    lines = []
+def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
+    """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do.
+
+    asked: of those that miss a number that was asked for, else of the others.
+    """
+    lines, missed = [], _missed(dataset)
     for what, outcomes, messages, groups in reasons(dataset):
-        for (ending, kind), numbers in groups.items():
-            if ending and kind is not None and (kind or ending not in _UNHURT):
+        failed = missed if set(missed.dims) <= set(outcomes.dims) else xr.DataArray(True)
+        hurt = np.broadcast_to(
+            xr.broadcast(failed, outcomes)[0].transpose(*outcomes.dims).values, outcomes.shape
+        ).ravel()
+        for (ending, kind), found in groups.items():
+            numbers = [number for number in found if (hurt[number] or ending in _UNHURT) == asked]
+            if numbers and ending and kind is not None and (kind or ending not in _UNHURT):
                 alike = len({messages[number] for number in numbers}) == 1
                 where = _where(dataset, outcomes, numbers, f"{what}s")
                 why = messages[numbers[0]] + ("" if alike else "; the others differ in numbers")

@@ -393,3 +393,15 @@ def test_of_many_runs_the_last_ones_are_shown_and_the_others_counted() -> None:
     table, said = run_table([replace(ONE, run=str(number), done=number) for number in range(MOST_RUNS + 5)])
     assert [row[4] for row in table.rows] == [str(number) for number in range(5, MOST_RUNS + 5)]
     assert said[-1] == f"5 earlier ones are in {RUNS_FILE} beside the dataset."
+
+
+def test_a_number_that_was_not_asked_for_is_no_failure() -> None:
+    """A drive that ends after its first slip was pulled for μ_s alone; one that never slips has nothing."""
+    soft = {"spring_stiffness": 2e4}
+    drives = [{"name": "first", "max_slips": 1, **soft}, {"name": "short", "duration": 0.1, **soft}]
+    campaign = {"title": "x", "numerics": {"n_x": 33}, "ensemble": {"members": 1}, "drives": drives}
+    data = api.run(campaign, progress=False)
+    assert scalar_table(data).failed == {1}
+    (line,) = failure_summary(data)
+    assert line.startswith("no_slip: 1 of 2 drives, first drive = short")
+    assert any(line.startswith("no_plateau: 1 of 2 drives, first drive = first") for line in cautions(data))
