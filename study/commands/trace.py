@@ -24,7 +24,7 @@ from nanoslip.study.results.store import write_files
 SYMBOLS: Final = {
     "static_friction": "μ_s",
     "kinetic_friction": "μ_k",
-    "fitted_kinetic_friction": "μ_k",
+    "fitted_kinetic_friction": "μ_k, Eq. 16-19",
     "natural_period": "2π/ω",
     "damping_ratio": "ζ",
     "rising_stiffness": "dF/dδ",

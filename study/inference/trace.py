@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT, steady_blocks
 from nanoslip.solver.dynamics.result import BINS
 from nanoslip.solver.dynamics.stick_slip import Oscillator
-from nanoslip.solver.ensemble import FEWEST, mean_of
+from nanoslip.solver.ensemble import FEWEST, jackknife, mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import require
 from nanoslip.study.manifest.columns import read_columns
@@ -159,6 +159,7 @@ def measure(
     numbers, notes = {}, _notes(trace, force, unit, cycles, noise, drop)
     if cycles:
         numbers = _of_cycles(cycles, known, unit, "s" if trace.over == "time" else "m")
+        numbers |= _mean_force(at, force, [cycle.start for cycle in cycles], unit)
     if turned:
         notes.append("the force falls more slowly than it rises, which is no stick-slip: has it the other sign?")
     if cycles and not known.of and damping is None:
@@ -322,6 +323,21 @@ def _of_cycles(cycles: Sequence[Cycle], damping: Measured, unit: str, time: str)
     return {name: number for name, number in found.items() if number.of}
 
 
+def _mean_force(at: Floats, force: Floats, starts: Sequence[float], unit: str) -> dict[str, Measured]:
+    """The mean of the force from slip to slip, what a drive's kinetic friction is; its ± from leaving out one cycle each."""
+    ends = np.array(starts[1:] if len(starts) > FEWEST else starts)
+    if len(ends) < 2:
+        return {}
+    work, lasts = np.diff(np.interp(ends, at, _impulse(at, force))), np.diff(ends)
+    without = [] if len(lasts) < 2 else (work.sum() - work) / (lasts.sum() - lasts)
+    return {"kinetic_friction": Measured(float(work.sum() / lasts.sum()), jackknife(without), len(lasts), unit)}
+
+
+def _impulse(at: Floats, force: Floats) -> Floats:
+    """The force added up from the first sample to each."""
+    return np.concatenate(([0.0], np.cumsum(np.diff(at) * (force[1:] + force[:-1]) / 2.0)))
+
+
 def _mean(values: Sequence[float] | Floats, unit: str) -> Measured:
     """The mean of these values and its ±; NaN of none."""
     if not len(values):
@@ -333,8 +349,7 @@ def _mean(values: Sequence[float] | Floats, unit: str) -> Measured:
 def _steady(at: Floats, force: Floats, unit: str) -> tuple[Measured, str]:
     """The mean of the force where it is steady, with the ± of eight parts of it; and why it has none."""
     edges = np.linspace(at[0], at[-1], BINS + 1)
-    impulse = np.concatenate(([0.0], np.cumsum(np.diff(at) * (force[1:] + force[:-1]) / 2.0)))
-    blocks, complaint = steady_blocks(np.diff(np.interp(edges, at, impulse)) / np.diff(edges))
+    blocks, complaint = steady_blocks(np.diff(np.interp(edges, at, _impulse(at, force))) / np.diff(edges))
     why = f"no μ_k: the force {complaint}: needs a longer trace" if complaint else ""
     return _mean(blocks.reshape(8, -1).mean(axis=1), unit), why
 

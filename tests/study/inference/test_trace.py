@@ -105,10 +105,13 @@ def driven(**given: float) -> tuple[Trace, Drive, float, float, float, float]:
 
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_the_solvers_own_drive_is_read_back(noise: float) -> None:
-    trace, _, static, _, _, contact = driven(spring_stiffness=2e4, stage_velocity=4e-4, duration=6.0, samples=20_000)
+    trace, _, static, _, kinetic, contact = driven(
+        spring_stiffness=2e4, stage_velocity=4e-4, duration=6.0, samples=20_000
+    )
     noisy = trace.force + noise * 1.5 * np.random.default_rng(3).standard_normal(len(trace.at))  # slips fall by 1.5 N
     found = measure(Trace(trace.at, noisy, "time"), LOAD, 4e-4)
     within(found, "static_friction", static)
+    within(found, "kinetic_friction", kinetic)
     within(found, "rising_stiffness", 1.0 / (1.0 / 2e4 + 1.0 / contact))
     assert found.numbers["fitted_kinetic_friction"].of >= 8
 

@@ -19,6 +19,7 @@ from nanoslip.study.report.page import MOST_RUNS, as_csv, as_json, cost, regimes
 from nanoslip.study.report.summary import (
     FEW,
     case_table,
+    cautions,
     drive_summary,
     ending_lines,
     failure_summary,
