@@ -266,11 +266,10 @@ def claims_of_correlations(dataset: xr.Dataset) -> Iterator[Claim]:
     """The correlations of successive events, and of the first start what is left of them further apart."""
     for number, name in names(dataset).items():
         scalars, sizes = numbers_of(dataset, number), steady_sizes(dataset, number)
-        band = BAND / np.sqrt(len(sizes.slips) - 1.0)
         lags = AFTERWARDS[len(sizes.slips) // 4 > AFTERWARDS]
         for variable, (earlier, later, label) in PAIRS.items():
             left = zip(at_lags(sizes, earlier, later, lags), lags, strict=True)
-            remark = f"{', '.join(f'{each:.2f} at {lag}' for each, lag in left)}; of independent events 0 ± {band:.2g}"
+            remark = ", ".join(f"{each:.2f} at {lag}" for each, lag in left)
             yield Claim(f"{plain(name)}: {label}", "", _stated(scalars, variable), remark)
         waits = f"{_stated(scalars, 'step_variation')} (at random: 1)"
         yield Claim(f"{plain(name)}: scatter over mean of steps", "", waits)
