@@ -73,9 +73,18 @@ def _pending(dataset: xr.Dataset) -> int:
 def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
     """What a dataset that is there has more of than the one that would replace it: nothing where that lacks nothing.
 
-    One that cannot be read is no loss.
+    One that cannot be read is no loss, unless another nanoslip reads it.
     """
-    with suppress(StoreError), file.reading(path) as found:
+    try:
+        yield from _fewer(path, collected)
+    except file.OtherFormatError:
+        yield "another format"
+    except StoreError:
+        return
+
+
+def _fewer(path: Path, collected: xr.Dataset) -> Iterator[str]:
+    with file.reading(path) as found:
         for kind, (ending, _) in OUTCOMES.items():
             if ending.name in found and ending.name in collected:
                 had, has = (int((each[ending.name] != PENDING).sum()) for each in (found, collected))

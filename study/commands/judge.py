@@ -127,14 +127,13 @@ _WORDS: Final = {
 def compare_datasets(first: Path, second: Path) -> None:
     """Print what differs between two datasets, and end the process with the exit code for the worst of it."""
     with refusals(compare.NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
-        pair = compare.over_members(one), compare.over_members(other)
+        pair = one, other
         kinds = [kind for kind in compare.KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
         if facts := compare.differing(pair):
             print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
         else:
             say("same parameters, campaign and software")
-        say(compare.meaning(pair))
         found = {kind: compare.matched(pair, kind) for kind in kinds}
         if not any(each.rows for each in found.values()):
             raise compare.NotComparableError(f"{first} and {second} share no computed case")

@@ -15,16 +15,13 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import GRID_ERROR
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.access import values_over
-from nanoslip.study.dataset.file import FORMAT, is_older
 from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
     DRIVE,
     DRIVE_NAME,
     MEMBERS,
-    MODEL,
     OUTCOMES,
     all_groups,
-    counted,
     is_counted,
     of_drives,
     parameters,
@@ -97,8 +94,6 @@ def real(values: NDArray[Any]) -> bool:
 
 KINDS: Final = ("", "drive")
 """What rows are of: cases, or cases with a drive."""
-_MEMBER: Final = "member"
-"""The dimension of the members of an ensemble in format 3."""
 Pair = tuple[xr.Dataset, xr.Dataset]
 """Two datasets."""
 
@@ -119,28 +114,6 @@ class Matched:
     """Labels of the rows that the first, and the second, has alone."""
     pending: int
     """Shared rows that are left out, as either is not computed yet, or failed without a result."""
-
-
-def over_members(root: xr.Dataset) -> xr.Dataset:
-    """A dataset with each ensemble as one case: in format 3 members are cases. Means have their ±, texts are counted.
-
-    A number that has no mean over members is left out; a parameter of several values, as `start`, is the first member's.
-    """
-    if _MEMBER not in root.dims:
-        return root
-    of_members = {str(name): each for name, each in root.data_vars.items() if _MEMBER in each.dims}
-    texts = {name: _counted(each) for name, each in of_members.items() if each.dtype.kind in "OU"}
-    names = {"members_used": MEMBERS.name}
-    for name in of_members:
-        names |= {f"{name}_ensemble_mean": name, f"{name}_ensemble_uncertainty": f"{name}_uncertainty"}
-    there = {theirs: ours for theirs, ours in names.items() if theirs in root}
-    return root.drop_vars(of_members.keys() - texts.keys()).rename(there).assign(texts).isel({_MEMBER: 0}, drop=True)
-
-
-def _counted(texts: xr.DataArray) -> xr.DataArray:
-    along = [[_MEMBER]]
-    found: xr.DataArray = xr.apply_ufunc(counted, texts, input_core_dims=along, vectorize=True, output_dtypes=[object])
-    return found
 
 
 def matched(pair: Pair, kind: str) -> Matched:
@@ -294,7 +267,7 @@ def _by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
     return any(map(is_counted, both)) or not all(count >= TELLING for count in members)
 
 
-# Differences in the origin of two datasets: parameters, keys of their campaigns, scales, software and what ± means.
+# Differences in the origin of two datasets: parameters, keys of their campaigns, scales and software.
 
 _NO_FACTS: Final = ("title", "axes", "drives", "drive_axes", "scales", *TABLES)
 """Parts of a campaign whose values are parameters or scales, which are compared as what they came to."""
@@ -315,22 +288,6 @@ def differing(pair: Pair) -> list[Fact]:
     names = dict.fromkeys([*said[0], *said[1]])
     both = {name: (said[0].get(name, "–"), said[1].get(name, "–")) for name in names}
     return [Fact(name, value) for name, value in both.items() if value[0] != value[1]]
-
-
-def meaning(pair: Pair) -> str:
-    """What ± is where it is not in both what it is today; else empty."""
-    older, today = (
-        " and ".join(
-            f"{name} (format {root.attrs[FORMAT]})"
-            for name, root in zip("AB", pair, strict=True)
-            if is_older(root) is old
-        )
-        for old in (True, False)
-    )
-    if not older:
-        return ""
-    other = f", that of {today} the 68 % interval over independent starts" if today else ""
-    return f"± of {older} is {MODEL}{other}: either is taken for one standard deviation"
 
 
 def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:

@@ -154,16 +154,13 @@ def joined(roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = Fa
 
 
 def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> None:
-    """Raise NotJoinableError unless all are of one format, and have the same variables and groups."""
+    """Raise NotJoinableError unless all have the same variables and groups."""
     if not roots:
         raise NotJoinableError("no datasets: needs at least one")
     first = roots[0]
     for root, source in zip(roots, sources, strict=True):
         if "case_id" not in root.coords or FORMAT not in root.attrs:
             raise NotJoinableError(f"{source}: no dataset: needs what nanoslip.open or nanoslip.run returned")
-        if root.attrs[FORMAT] != first.attrs[FORMAT]:
-            forms = f"has format {root.attrs[FORMAT]}, {sources[0]} format {first.attrs[FORMAT]}"
-            raise NotJoinableError(f"{source}: {forms}: needs one, as ± means something else")
         for mine, theirs in ((root.data_vars, first.data_vars), (groups_of(root), groups_of(first))):
             if odd := sorted(map(str, mine.keys() ^ theirs.keys())):
                 said = f"{', '.join(odd[:4])}: {'there alone' if odd[0] in mine else f'only in {sources[0]}'}"

@@ -269,8 +269,6 @@ FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"
 VERSION: Final = 4
 """Attribute of a dataset, and its value: to be raised whenever a variable is added, renamed or given another meaning."""
-OLDEST: Final = 3
-"""The oldest format that is read: that of 0.2.0, whose ± is a model of what one start does not know."""
 CHOSEN: Final = "numerics_chosen"
 """Attribute of a dataset of a campaign that asks for an error: the numerics that it got, as JSON."""
 MIXED: Final = "mixed_software"
@@ -279,10 +277,12 @@ MIXED: Final = "mixed_software"
 MOST_CHECKED: Final = 2**30
 """Bytes of a file that are checked when it is opened, in about a second; `nanoslip verify` checks any."""
 
-_RENAMED: Final = {"plateau_uncertainty": "plateau_mean_uncertainty"}
-"""Variable of format 3 -> its name today; the others that both have are called the same."""
 _REFUSALS: Final = (OSError, RuntimeError)
 """What netCDF raises where bytes are missing or wrong, or the disk is full."""
+
+
+class OtherFormatError(StoreError):
+    """A dataset by a nanoslip that writes another format."""
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
@@ -312,23 +312,8 @@ def read(path: Path) -> xr.Dataset:
         raise StoreError(f"{path}: no dataset ({_reason(error)}); run or collect the campaign first") from None
     if problem := _other_format(root.attrs):
         root.close()
-        raise StoreError(f"{path}: {problem}")
-    return carrying(_renamed(root) if is_older(root) else root, groups)
-
-
-def is_older(dataset: xr.Dataset) -> bool:
-    """Whether a dataset has an older format than those that are written now."""
-    return bool(dataset.attrs.get(FORMAT, VERSION) < VERSION)
-
-
-def _renamed(root: xr.Dataset) -> xr.Dataset:
-    """An older dataset with the names of today."""
-    found = root.rename({old: new for old, new in _RENAMED.items() if old in root})
-    for each in found.variables.values():
-        if each.attrs.get("ancillary_variables") in _RENAMED:
-            each.attrs["ancillary_variables"] = _RENAMED[each.attrs["ancillary_variables"]]
-    found.set_close(root.close)
-    return found
+        raise OtherFormatError(f"{path}: {problem}")
+    return carrying(root, groups)
 
 
 def _other_format(said: Mapping[str, Any]) -> str:
@@ -336,13 +321,11 @@ def _other_format(said: Mapping[str, Any]) -> str:
     form = said.get(FORMAT)
     if not isinstance(form, int | np.integer):
         return f"no dataset of nanoslip: it has no attribute {FORMAT}"
-    reads = f"this one reads formats {OLDEST} to {VERSION}"
-    if form > VERSION:
-        maker = f" (its results are by {said['nanoslip_version']})" if "nanoslip_version" in said else ""
-        return f"has format {form}, of a newer nanoslip{maker}; {reads}: read it with the newer one"
-    if form < OLDEST:
-        return f"has format {form}, of an older nanoslip; {reads}: nanoslip run writes it anew"
-    return ""
+    if form == VERSION:
+        return ""
+    maker = f" (its results are by {said['nanoslip_version']})" if "nanoslip_version" in said else ""
+    age, way = ("a newer", "read it with that one") if form > VERSION else ("an older", "nanoslip run writes it anew")
+    return f"has format {form}, of {age} nanoslip{maker}; this one reads format {VERSION}: {way}"
 
 
 def check(path: Path) -> None:

@@ -25,7 +25,6 @@ from nanoslip.solver.parameter import GRID_ERROR, Quantity, attributes, quantiti
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import Validity
 from nanoslip.study.canonical import content_hash
-from nanoslip.study.dataset.file import FORMAT, is_older
 from nanoslip.study.manifest.manifest import NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import typed
 from nanoslip.study.origin import Origin
@@ -299,12 +298,9 @@ def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Descr
         yield Described(each.name, group, dims, *facts)
 
 
-# Of how many members the numbers of a dataset are, as not all members of an ensemble have each; and what ± was before.
+# Of how many members the numbers of a dataset are, as not all members of an ensemble have each.
 
 EXPLAINED: Final = "behind a mean: as many members have this number, the others have none"
-
-MODEL: Final = "a model of what one start does not know"
-"""What ± is in a dataset of format 3."""
 
 
 def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArray] | None:
@@ -345,11 +341,6 @@ def means_of(dataset: xr.Dataset) -> str:
     if MEMBERS.name not in dataset or not bool((dataset[MEMBERS.name] > 1.0).any()):
         return ""
     return f"numbers are means over {ends_of(dataset[MEMBERS.name])} members; (k of n) {EXPLAINED}"
-
-
-def modelled(dataset: xr.Dataset) -> str:
-    """That ± of an older dataset is no interval over members; empty of one of today."""
-    return f"± is {MODEL} (format {dataset.attrs[FORMAT]})" if is_older(dataset) else ""
 
 
 # Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to.

@@ -394,7 +394,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         },
         sections=placed(sections),
         table=table,
-        alike=[*alike, *filter(None, [variables.means_of(dataset), variables.modelled(dataset)])],
+        alike=[*alike, *filter(None, [variables.means_of(dataset)])],
         runs=run_table(journal),
     )
 

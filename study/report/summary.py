@@ -120,7 +120,7 @@ def ending_lines(case: xr.Dataset) -> Iterator[str]:
             yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
     if "advice" in case and (advice := variables.joined(str(case["advice"].item()))):
         yield f"advice: {advice}"
-    yield from filter(None, [variables.means_of(case), variables.modelled(case)])
+    yield from filter(None, [variables.means_of(case)])
 
 
 def _text(values: xr.Dataset, name: str, digits: int) -> str:

@@ -28,6 +28,7 @@ from nanoslip.study.dataset.file import (
     write_tree,
 )
 from nanoslip.study.results.store import StoreError
+from tests.conftest import Main
 from tests.study.dataset.campaigns import FULL
 from tests.study.results.results import NO_FILES
 
@@ -273,8 +274,8 @@ def test_texts_that_are_all_empty_or_none_at_all_are_kept_and_can_be_turned_abou
 @pytest.mark.parametrize(
     ("has", "said"),
     [
-        ({file.FORMAT: 2}, "has format 2, of an older nanoslip; this one reads formats 3 to 4: nanoslip run writes it"),
-        ({file.FORMAT: 5}, "has format 5, of a newer nanoslip; this one reads formats 3 to 4: read it with the newer"),
+        ({file.FORMAT: 2}, "has format 2, of an older nanoslip; this one reads format 4: nanoslip run writes it"),
+        ({file.FORMAT: 5}, "has format 5, of a newer nanoslip; this one reads format 4: read it with that one"),
         (
             {file.FORMAT: 99, "nanoslip_version": "9.1"},
             r"has format 99, of a newer nanoslip \(its results are by 9.1\); this one",
@@ -287,6 +288,16 @@ def test_a_file_of_another_format_is_refused_with_what_reads_it(tmp_path, has, s
     xr.Dataset({"a": 1.0}, attrs=has).to_netcdf(tmp_path / "old.nc")
     with pytest.raises(StoreError, match=rf"old\.nc: {said}"):
         file.read(tmp_path / "old.nc")
+
+
+def test_collect_does_not_replace_a_dataset_of_another_format(main: Main, campaign: Path, tmp_path: Path):
+    """Its results may not be read any more, so that it could not be made again."""
+    path = tmp_path / file.FILE
+    xr.Dataset({"a": 1.0}, attrs={file.FORMAT: 3}).to_netcdf(path)
+    whole = path.read_bytes()
+    code, _, errors = main("collect", campaign, "--out", tmp_path)
+    assert (code, "not replaced: has another format" in errors, path.read_bytes() == whole) == (2, True, True)
+    assert main("collect", campaign, "--out", tmp_path, "--replace")[0] == 0
 
 
 @pytest.mark.parametrize(
