@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
-from nanoslip.study.figures.shared import PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column, over_starts
+from nanoslip.study.figures.shared import PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column, edges, over_starts
 
 SHARES: Final = {"plateau_mean": "plateau", "static_friction": "μ_s", "kinetic_friction": "μ_k"}
 """Variable -> its symbol; it is looked at as a share of μ_i."""
@@ -33,7 +33,7 @@ def draw_share(dataset: xr.Dataset, name: str, label: str) -> Figure:
             values = share.sel(here).transpose("intrinsic_friction", "normal_load").values
             load, friction = LOADS * dataset["normal_load"], dataset["intrinsic_friction"]
             axes.set_facecolor("0.85")
-            axes.pcolormesh(load, friction, values, norm=norm, shading="nearest")
+            axes.pcolormesh(edges(load, axes.xaxis), edges(friction, axes.yaxis), values, norm=norm)
         figure.colorbar(ScalarMappable(norm), ax=figure.axes, label=label, location="top", shrink=0.5, aspect=40)
     return figure
 
@@ -53,12 +53,12 @@ def _panels(figure: Figure, dataset: xr.Dataset) -> Iterator[tuple[Any, dict[str
     labels = ("$L_z/L_x$ = {:g}", "$R/L_x$ = {:g}")
     loads = LOADS * dataset["normal_load"].values
     for axes, here in panels(figure, dataset["aspect_ratio"], dataset["radius"], labels):
-        yield axes, here
         axes.set(xscale="log")
+        yield axes, here
         axes.set_xticks(loads, [f"{load:g}" for load in loads])
         axes.minorticks_off()
-    figure.supxlabel("normal load ($10^{-3} G L_x L_y$)", fontsize=8)
-    figure.supylabel("intrinsic friction $\\mu_i$", fontsize=8)
+    figure.supxlabel("normal load ($10^{-3} G L_x L_y$)")
+    figure.supylabel("intrinsic friction $\\mu_i$")
 
 
 def claims_of_share(dataset: xr.Dataset, name: str) -> Iterator[Claim]:

@@ -100,11 +100,10 @@ def draw_regimes(dataset: xr.Dataset) -> Figure:
     with column(4.2, PAGE) as figure:
         labels = ("{} loads", "$k$ = {:.0e} N/m")
         for axes, here in panels(figure, found["loads"], found["spring_stiffness"], labels):
+            axes.set(xscale="log", yscale="log")
             regime_tiles(axes, regime["contacts"], velocity, regime.sel(here))
-            axes.set(xscale="log", yscale="log", ylim=(float(velocity[0]) / 1.5, float(velocity[-1]) * 1.35))
-            axes.set_xlim(load[0] / 2.0, 1.375 * load[-1])
-        figure.supxlabel("load $W$ (N)", fontsize=8)
-        figure.supylabel("stage velocity $V_o$ (mm/s)", fontsize=8)
+        figure.supxlabel("load $W$ (N)")
+        figure.supylabel("stage velocity $V_o$ (mm/s)")
         regime_legend(figure)
     return figure
 

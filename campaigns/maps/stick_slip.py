@@ -36,12 +36,14 @@ def draw(dataset: xr.Dataset) -> Figure:
     labels = ("$m$ = {:g} kg", "$\\zeta$ = {:g}")
     with column(5.6, PAGE) as figure:
         for axes, here in panels(figure, dataset["pin_mass"], dataset["damping_ratio"], labels):
+            axes.set(xscale="log", yscale="log")
             regime_tiles(axes, dataset["spring_stiffness"], velocity, regime.sel(here))
+            ends = axes.get_ylim()
             line = 1e3 * critical.sel(here)
             axes.plot(line["spring_stiffness"], line, "--", color="black")
-            axes.set(xscale="log", yscale="log", ylim=(float(velocity[0]), float(velocity[-1])))
-        figure.supxlabel("spring stiffness $k$ (N/m)", fontsize=8)
-        figure.supylabel("stage velocity $V_o$ (mm/s)", fontsize=8)
+            axes.set_ylim(ends)
+        figure.supxlabel("spring stiffness $k$ (N/m)")
+        figure.supylabel("stage velocity $V_o$ (mm/s)")
         regime_legend(figure)
     return figure
 

@@ -9,9 +9,9 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from nanoslip.solver.dynamics.regime import REGIMES
-from nanoslip.study.figures.shared import COLORS, Floats
+from nanoslip.study.figures.shared import REGIME_COLORS, Floats, edges
 
-_SHADES: Final = ListedColormap([COLORS[5], COLORS[1], COLORS[0], COLORS[3]])
+_SHADES: Final = ListedColormap(list(REGIME_COLORS.values()))
 
 
 def panels(
@@ -32,9 +32,10 @@ def panels(
 
 
 def regime_tiles(axes: Any, x: xr.DataArray, y: xr.DataArray, regime: xr.DataArray) -> None:
-    """The regimes over two of their coordinates, which may be scaled."""
+    """The regimes over two of their coordinates, which may be scaled, on axes whose scales are set."""
     numbers = codes(regime.transpose(*y.dims, *x.dims))
-    axes.pcolormesh(x.values, y.values, numbers, cmap=_SHADES, vmin=-0.5, vmax=len(REGIMES) - 0.5, shading="nearest")
+    ends = edges(x.values, axes.xaxis), edges(y.values, axes.yaxis)
+    axes.pcolormesh(*ends, numbers, cmap=_SHADES, vmin=-0.5, vmax=len(REGIMES) - 0.5)
 
 
 def codes(regime: xr.DataArray) -> Floats:

@@ -4,6 +4,7 @@ import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import cycle
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Drive, Scales
+from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import with_error
@@ -116,15 +118,22 @@ PAGE: Final = 7.0
 """Width of both columns, in inches (178 mm)."""
 WIDTH: Final = 4.0
 """Of a figure on a page of a dataset, in inches."""
-COLORS: Final = ("#0b5394", "#cc4125", "#38761d", "#b8860b", "#674ea7", "#555555")
-"""Of lines, in their order; told apart in grey too, as their lightness differs."""
+COLORS: Final = ("#004580", "#d64a30", "#1e6d00", "#e0ab2c", "#4a0d55", "#969696")
+"""Of lines, in their order; told apart in grey too, by steps of 10 or more of their lightness L*."""
+MARKERS: Final = ("o", "s", "^", "D", "v", "P")
+DASHES: Final = ("-", "--", "-.", ":", (0, (8, 2)), (0, (8, 2, 1, 2, 1, 2)))
+REGIME_COLORS: Final[dict[str, str]] = dict(zip(REGIMES, (COLORS[5], COLORS[1], COLORS[0], COLORS[3]), strict=True))
+"""What a driven pin does, in every figure."""
 
-_LOOK: Final[dict[Any, Any]] = {
+LOOK: Final[dict[Any, Any]] = {
     "font.size": 8.0,
+    "figure.labelsize": 8.0,
     "axes.titlesize": 8.0,
+    "axes.prop_cycle": cycler(color=COLORS),
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,
     "legend.fontsize": 7.0,
+    "legend.title_fontsize": 7.0,
     "legend.frameon": False,
     "lines.linewidth": 0.8,
     "axes.linewidth": 0.6,
@@ -134,6 +143,7 @@ _LOOK: Final[dict[Any, Any]] = {
     "pdf.fonttype": 42,
     "svg.hashsalt": "nanoslip",
 }
+"""Settings of matplotlib for figures. One that the user has changed (matplotlibrc, a style sheet, `rcParams`) stays as it is."""
 _FORMATS: Final[dict[str, dict[str, Any]]] = {
     "pdf": {"metadata": {"CreationDate": None, "Producer": None, "Creator": "nanoslip"}},
     "svg": {"metadata": {"Date": None, "Creator": "nanoslip"}},
@@ -150,30 +160,51 @@ def format_of(path: Path, allowed: Sequence[str] = FORMATS) -> str:
     return form
 
 
+def look() -> dict[Any, Any]:
+    """The settings of `LOOK` that the user has left at matplotlib's own."""
+    return {name: value for name, value in LOOK.items() if mpl.rcParams[name] == mpl.rcParamsDefault[name]}
+
+
 @contextmanager
-def column(height: float = 2.4, width: float = COLUMN) -> Iterator[Figure]:
-    """An empty figure of this size in inches, to be drawn on inside the block."""
-    with mpl.rc_context({**_LOOK, "axes.prop_cycle": cycler(color=COLORS)}):
-        yield Figure(figsize=(width, height), layout="constrained")
+def column(height: float = 2.4, width: float = COLUMN, make: Callable[..., Figure] = Figure) -> Iterator[Figure]:
+    """An empty figure of this size in inches, to be drawn on inside the block. make: pyplot's `figure` gives it a window."""
+    with mpl.rc_context(look()):
+        yield make(figsize=(width, height), layout="constrained")
 
 
-def legend(figure: Figure, **look: Any) -> None:
-    """One legend for all axes, above them; none where nothing has a name. look: settings of matplotlib's legend."""
+def series_styles() -> Iterator[dict[str, Any]]:
+    """Colour, marker and dashes of one series after the other, without end; of a cycle of the user's what that says instead."""
+    own = ({"marker": marker, "linestyle": dashes} for marker, dashes in zip(MARKERS, DASHES, strict=True))
+    return ({**first, **then} for first, then in zip(cycle(own), cycle(mpl.rcParams["axes.prop_cycle"]), strict=False))
+
+
+def legend(figure: Figure, **look: Any) -> bool:
+    """One legend for all axes, above them; whether anything has a name. look: settings of matplotlib's legend."""
     handles, names = figure.axes[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, names, **{"loc": "outside upper center", "ncols": min(len(names), 6), **look})
+    return bool(handles)
 
 
 def image(figure: Figure, form: str) -> bytes:
     """The figure as a file of one of `FORMATS`. No clock is in it."""
     settings, buffer, dpi = _FORMATS[form], io.BytesIO(), figure.dpi
-    with mpl.rc_context(_LOOK):
+    with mpl.rc_context(look()):
         canvas = get_registered_canvas_class(form)(figure)
         figure.dpi = settings.get("dpi", dpi)
         # Matplotlib's savefig would draw all of it first, for its layout alone.
         getattr(canvas, f"print_{form}")(buffer, metadata=settings["metadata"])
     figure.dpi = dpi
     return buffer.getvalue()
+
+
+def edges(places: NDArray[np.float64], axis: Any) -> NDArray[np.float64]:
+    """(n + 1,) ends of n tiles: halfway between neighbours on the scale of their axis (matplotlib's)."""
+    scale = axis.get_transform()
+    middles = scale.transform(np.asarray(places, float))
+    steps = np.diff(middles) if len(middles) > 1 else np.ones(1)
+    wider = np.concatenate(([middles[0] - steps[0]], middles, [middles[-1] + steps[-1]]))
+    return np.asarray(scale.inverted().transform(0.5 * (wider[1:] + wider[:-1])))
 
 
 # A figure of one campaign, with a table of claims: a script beside its file, of the same name, has them as FIGURES.
@@ -208,7 +239,8 @@ class View:
     """Stem of a file's name."""
     caption: str
     """What is to be seen, for readers and in place of the picture."""
-    draw: Callable[[], Figure]
+    draw: Callable[..., Figure]
+    """`make` as of `column`."""
     columns: Callable[[], Columns]
     """The numbers that are drawn."""
     place: Mapping[str, Any] = field(default_factory=dict)

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import textwrap
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -30,7 +31,7 @@ from nanoslip.study.figures.points import (
     typeset,
     words,
 )
-from nanoslip.study.figures.shared import COLORS, WIDTH, View, column, legend
+from nanoslip.study.figures.shared import COLORS, REGIME_COLORS, WIDTH, View, column, edges, legend, series_styles
 
 # Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
 
@@ -188,6 +189,10 @@ SHORTEST: Final = 0.2
 """Share of a number at which its bar ends on a logarithmic axis, with an arrow, where it would go further down."""
 MOST_COLUMNS: Final = 3
 """Panels side by side."""
+LETTERS_UPWARDS: Final = 32
+"""Of a line that stands upright beside a figure."""
+LEGEND: Final = 0.35
+"""Height of a legend, in inches."""
 
 
 def panels_of(points: Points, roles: Roles) -> tuple[list[dict[str, Any]], int]:
@@ -226,14 +231,14 @@ def figure_of(points: Points, roles: Roles) -> Figure:
             mesh = draw(axes, points, held_at(points, panel), roles)
             axes.set_title("\n".join(typeset(words({name: value})) for name, value in panel.items()))
         if roles.mapped:
-            figure.supylabel(typeset(label(roles.hue)), fontsize=8)
+            figure.supylabel(_lines(label(roles.hue)))
             if points.text:
                 _legend_of_tiles(figure, names_of(points))
             else:
                 figure.colorbar(mesh, ax=found, label=typeset(points.label))
         else:
             _finish(figure, points, typeset(short(roles.hue)) if roles.hue else "")
-        figure.supxlabel(typeset(label(roles.x)), fontsize=8)
+        figure.supxlabel(typeset(label(roles.x)))
     return figure
 
 
@@ -245,7 +250,7 @@ def draw_scattered(points: Points) -> Figure:
             x = places_of(points, name, points)
             steps = np.diff(x)
             one_way = bool((steps > 0).all() or (steps < 0).all())
-            _draw_series(axes, points, points, x, COLORS[0], line="-" if one_way else "")
+            _draw_series(axes, points, points, x, next(series_styles()), line=one_way)
             set_axis(axes.xaxis, points, name)
             axes.set_xlabel(typeset(short(name)))
         _finish(figure, points)
@@ -254,32 +259,35 @@ def draw_scattered(points: Points) -> Figure:
 
 def _draw_lines(axes: Any, points: Points, here: Points, roles: Roles) -> None:
     """One line for each value of the hue, points alone over words."""
-    line = "" if points.axes[roles.x].dtype.kind in "Ob" else "-"
+    line = points.axes[roles.x].dtype.kind not in "Ob"
     hues = [(in_text(value), {roles.hue: value}) for value in values_of(points, roles.hue)] if roles.hue else [("", {})]
-    for color, (name, hue) in zip(itertools.cycle(COLORS), hues, strict=False):
+    for style, (name, hue) in zip(series_styles(), hues, strict=False):
         series = held_at(here, hue)
-        _draw_series(axes, points, series, places_of(points, roles.x, series), color, name, line)
+        _draw_series(axes, points, series, places_of(points, roles.x, series), style, name, line)
     set_axis(axes.xaxis, points, roles.x)
 
 
 def _draw_series(
-    axes: Any, points: Points, series: Points, x: NDArray[Any], color: str, name: str = "", line: str = "-"
+    axes: Any, points: Points, series: Points, x: NDArray[Any], style: dict[str, Any], name: str = "", line: bool = True
 ) -> None:
     """Values with error bars, a question mark where these are not known, hollow where flagged; crosses without a value."""
+    color = style["color"]
     order = np.argsort(x, kind="stable")
     x, series = x[order], series.at(order)
     y, there = _heights(series, names_of(points)), series.there  # a line breaks at what is no number
-    line = "" if series.text or len(set(x[there].tolist())) < there.sum() else line
+    if series.text or len(set(x[there].tolist())) < there.sum() or not line:
+        style = {**style, "linestyle": ""}
     errors, ends = np.nan_to_num(series.errors), far_below(points, series)
     lower = np.where(ends, (1.0 - SHORTEST) * np.nan_to_num(y), errors)
     axes.plot(x[ends], SHORTEST * y[ends], "v", markersize=2.6, color=color)
-    look: dict[str, Any] = {"markersize": 2.6, "capsize": 1.6, "color": color, "label": name or None}
-    axes.errorbar(x, y, (lower, errors), fmt=f"{line}o", **look)
+    bars = axes.errorbar(x, y, (lower, errors), markersize=2.8, capsize=1.6, label=name or None, **style)
+    for bar in bars[2]:
+        bar.set_linestyle("-")
     care = series.flagged & there
-    axes.plot(x[care], y[care], "o", markersize=2.0, color="white", zorder=5)
+    axes.plot(x[care], y[care], style["marker"], markersize=2.0, color="white", zorder=5)
     beside = offset_copy(axes.transData, axes.figure, 3.5, 3.5, "points")
-    look = {"marker": UNSURE, "markersize": 3.6, "markeredgewidth": 0.3, "color": color, "linestyle": ""}
-    marks = axes.plot(x[series.unsure], y[series.unsure], clip_on=False, transform=beside, **look)
+    look: dict[str, Any] = {"markersize": 3.6, "markeredgewidth": 0.3, "color": color, "linestyle": ""}
+    marks = axes.plot(x[series.unsure], y[series.unsure], marker=UNSURE, clip_on=False, transform=beside, **look)
     bottom = np.full(int((~there).sum()), 0.02)
     crosses = axes.plot(x[~there], bottom, "x", color=FAILED, transform=axes.get_xaxis_transform(), zorder=6)
     for signs in (*marks, *crosses):
@@ -311,6 +319,17 @@ def names_of(points: Points) -> list[str]:
     return [name for name in dict.fromkeys(commonest(value)[0] for value in points.values.tolist()) if name]
 
 
+def _named(figure: Figure, **look: Any) -> None:
+    """A legend, if there is anything to be named, in room of its own above the panels."""
+    if legend(figure, **look):
+        figure.set_figheight(figure.get_figheight() + LEGEND)
+
+
+def _lines(text: str) -> str:
+    """A label that stands upright, in lines that the lowest figure has room for."""
+    return "\n".join(typeset(line) for line in textwrap.wrap(text, LETTERS_UPWARDS, break_on_hyphens=False))
+
+
 def _finish(figure: Figure, points: Points, title: str = "") -> None:
     """Scale and label of what runs upwards, and the legend with its title."""
     for axes in figure.axes:
@@ -320,8 +339,8 @@ def _finish(figure: Figure, points: Points, title: str = "") -> None:
             axes.set_ylim(-0.5, len(names) - 0.5)
         elif is_logarithmic(points.values):
             axes.set_yscale("log")
-    figure.supylabel(typeset(points.label), fontsize=8)
-    legend(figure, title=title, title_fontsize=7)
+    figure.supylabel(_lines(points.label))
+    _named(figure, title=title)
 
 
 # Tiles.
@@ -358,7 +377,7 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
     axes.grid(visible=False)
     for axis, name in ((axes.xaxis, roles.x), (axes.yaxis, roles.hue)):
         set_axis(axis, points, name)
-    ends = [_edges(values, axis) for values, axis in ((columns, axes.xaxis), (rows, axes.yaxis))]
+    ends = [edges(values, axis) for values, axis in ((columns, axes.xaxis), (rows, axes.yaxis))]
     rasterized = len(rows) * len(columns) > MOST_VECTOR
     look: dict[str, Any] = {"rasterized": rasterized, "edgecolors": "face", "linewidth": 0.3}
     shares = np.array([commonest(value)[1] for value in here.values.tolist()]) if names else np.ones(1)
@@ -378,31 +397,25 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
 
 def _colors(points: Points, names: list[str]) -> dict[str, Any]:
     if names:
-        return {"cmap": ListedColormap(_palette(len(names))), "vmin": -0.5, "vmax": len(names) - 0.5}
+        return {"cmap": ListedColormap(_palette(names)), "vmin": -0.5, "vmax": len(names) - 0.5}
     if is_logarithmic(points.values):
         return {"cmap": "viridis", "norm": "log"}
     return {"cmap": "viridis", "vmin": np.nanmin(points.values), "vmax": np.nanmax(points.values)}
 
 
-def _palette(number: int) -> Sequence[Any]:
-    """So many colours, each different: words can be more than there are in `COLORS`."""
-    return COLORS[:number] if number <= len(COLORS) else list(colormaps["turbo"](np.linspace(0.05, 0.95, number)))
-
-
-def _edges(places: Floats, axis: Any) -> Floats:
-    """(n + 1,) ends of n tiles: halfway between neighbours on the scale of their axis (matplotlib's)."""
-    scale = axis.get_transform()
-    middles = scale.transform(places.astype(float))
-    steps = np.diff(middles) if len(middles) > 1 else np.ones(1)
-    wider = np.concatenate(([middles[0] - steps[0]], middles, [middles[-1] + steps[-1]]))
-    return np.asarray(scale.inverted().transform(0.5 * (wider[1:] + wider[:-1])))
+def _palette(names: Sequence[str]) -> list[Any]:
+    """A colour of each word, all different: regimes have their own; words can be more than there are in `COLORS`."""
+    if set(names) <= REGIME_COLORS.keys():
+        return [REGIME_COLORS[name] for name in names]
+    count = len(names)
+    return list(COLORS[:count] if count <= len(COLORS) else colormaps["turbo"](np.linspace(0.05, 0.95, count)))
 
 
 def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
-    for color, name in zip(_palette(len(names)), names, strict=True):
+    for color, name in zip(_palette(names), names, strict=True):
         figure.axes[0].plot([], [], "s", color=color, label=name.replace("_", "-"))
     beside = LETTERS_OF_TILES // (max(map(len, names)) + len("■   "))
-    legend(figure, ncols=max(min(len(names), beside), 1))
+    _named(figure, ncols=max(min(len(names), beside), 1))
 
 
 # Numbers that need no figure, told in one sentence: the same in all cases, known of one case only, or of none.

@@ -1,18 +1,37 @@
 """What all figures share: pictures of a journal's width, and claims beside the paper's numbers."""
 
 import io
+from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib import style
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.figures import shared as canvas
-from nanoslip.study.figures.shared import FORMATS, Claim, Stated, column, compared, format_of, image, over_starts, table
+from nanoslip.study.figures.shared import (
+    COLORS,
+    FORMATS,
+    REGIME_COLORS,
+    Claim,
+    Stated,
+    column,
+    compared,
+    edges,
+    format_of,
+    image,
+    over_starts,
+    series_styles,
+    table,
+)
+from nanoslip.study.report.page import DARK
 
 # A picture has a journal's width in every format, and the same drawing gives the same bytes.
 
@@ -53,7 +72,7 @@ def test_a_picture_is_laid_out_as_by_matplotlib_and_drawn_once(form: str) -> Non
 
     theirs, ours = crowded(), crowded()
     dpi = 200 if form == "png" else "figure"
-    with mpl.rc_context(canvas._LOOK):  # ticks that only come as it is printed
+    with mpl.rc_context(canvas.LOOK):  # ticks that only come as it is printed
         theirs.savefig(io.BytesIO(), format=form, dpi=dpi)
     ours.axes[0].add_line(Counted([1, 1e4], [1e-3, 1e-3]))
     engine = ours.get_layout_engine()
@@ -74,6 +93,42 @@ def test_an_ending_means_a_format_in_large_letters_too(name: str) -> None:
 def test_a_name_without_a_format_is_told_which_there_are(name: str) -> None:
     with pytest.raises(InvalidInput, match=r"needs a name that ends in \.pdf, \.svg, \.png"):
         format_of(Path(name))
+
+
+def lightness(color: str) -> float:
+    """L* of CIELAB, 0 to 100, of a colour of sRGB."""
+    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(color))
+    return float(116.0 * np.cbrt(0.2126 * red + 0.7152 * green + 0.0722 * blue) - 16.0)
+
+
+@pytest.mark.parametrize(("colors", "paper"), [(COLORS, "#ffffff"), (DARK, "#16181c")])
+def test_series_are_told_apart_in_grey(colors: Sequence[str], paper: str) -> None:
+    """Lightness differs by 10 or more of every two, and of each from its page by 20; regimes have the same colours."""
+    found = sorted(map(lightness, colors))
+    assert len(found) == 6
+    assert min(np.diff(found)) >= 10.0
+    assert min(abs(each - lightness(paper)) for each in found) >= 20.0
+    assert set(REGIME_COLORS.values()) < set(COLORS)
+    styles = list(islice(series_styles(), 6))
+    assert all(len({str(each[key]) for each in styles}) == 6 for key in ("color", "marker", "linestyle"))
+
+
+def test_what_the_user_has_set_stays(tmp_path: Path) -> None:
+    (tmp_path / "mine.mplstyle").write_text(
+        "font.size: 12\naxes.prop_cycle: cycler(color=['ff00ff', '00ffff'])\n", "utf-8"
+    )
+    with style.context(tmp_path / "mine.mplstyle"), column():
+        assert (mpl.rcParams["font.size"], mpl.rcParams["axes.titlesize"]) == (12.0, 8.0)
+        assert [each["color"] for each in islice(series_styles(), 3)] == ["#ff00ff", "#00ffff", "#ff00ff"]
+
+
+@pytest.mark.parametrize(
+    ("scale", "ends"), [("linear", [-3.5, 5.5, 55.0, 145.0]), ("log", [10**-0.5, 10**0.5, 10**1.5, 10**2.5])]
+)
+def test_tiles_meet_halfway_on_the_scale_of_their_axis(scale: str, ends: list[float]) -> None:
+    axes = Figure().add_subplot()
+    axes.set_xscale(scale)
+    np.testing.assert_allclose(edges(np.array([1.0, 10.0, 100.0]), axes.xaxis), ends, rtol=1e-12)
 
 
 def test_a_column_is_85_millimetres() -> None:
