@@ -6,6 +6,7 @@ import io
 import os
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -18,7 +19,7 @@ from nanoslip.study import shipped
 from nanoslip.study.commands.words import Refusal, aborted, show
 from nanoslip.study.exit_codes import WRONG_INPUT
 from nanoslip.study.results.shard import MOST, Shard
-from nanoslip.study.run.launch import GRACE, pin_threads
+from nanoslip.study.run.launch import GRACE, pin_threads, processes_started
 
 __all__ = ["cli", "main"]
 
@@ -568,6 +569,8 @@ def accuracy() -> None:
 def main() -> None:
     """Run the command line and exit."""
     _print_what_can_be_printed()
+    if processes_started() > 1:  # a launcher's pipes have no width
+        os.environ.setdefault("COLUMNS", f"{_columns()}")
     atexit.register(gc.freeze)  # searching all modules for cycles before the process ends anyway takes 0.3 s
     try:
         code = cli.main(prog_name="nanoslip", standalone_mode=False)
@@ -582,6 +585,14 @@ def main() -> None:
         show(Refusal(f"{error.filename}: {error.strerror}"))  # a name too long, a folder that is not ours to read
         code = WRONG_INPUT
     sys.exit(code or 0)
+
+
+def _columns() -> int:
+    """Width of the terminal that standard input or error is, in letters; 80 where neither is one."""
+    for stream in (0, 2):
+        with suppress(OSError):
+            return os.get_terminal_size(stream).columns or 80
+    return 80
 
 
 def _print_what_can_be_printed() -> None:

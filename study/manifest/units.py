@@ -52,6 +52,14 @@ def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequenc
     return f"in SI: {', '.join(said)}, nodes {_span(apart, 'm')} apart"
 
 
+def in_si(scales: Scales, name: str, value: Any) -> str:
+    """A length or load of a case in SI, as 200 mm; empty of other parameters."""
+    stated = parameters_of_a_case().get(name)
+    if stated is None or stated.scale not in UNITS or not math.isfinite(value):
+        return ""
+    return compact(float(value) * getattr(scales, stated.scale), UNITS[stated.scale])
+
+
 def _span(values: Sequence[float], unit: str) -> str:
     ends = dict.fromkeys(compact(end, unit) for end in (min(values), max(values)))
     return " to ".join(ends)

@@ -270,7 +270,7 @@ def left_out(dataset: xr.Dataset) -> Iterator[str]:
 
 # A figure as part of a page: an SVG that follows the page's light or dark colours, and its numbers as a link to a file.
 
-DARK: Final = ("#7db8f0", "#f08c74", "#7cc46c", "#e3b341", "#b39ddb", "#b0b0b0")
+DARK: Final = ("#389de3", "#ff987f", "#85e872", "#fff0c0", "#68519b", "#797979")
 """The colours of lines on a dark page, in the order of COLORS."""
 _INK: Final = (("#000000", "ink", "#e6e6e6"), ("#ffffff", "paper", "#16181c"), ("#c00000", "bad", "#ff6b6b"))
 """Colour on a light page, its name, colour on a dark page."""
@@ -324,6 +324,8 @@ MOST_SINGLE: Final = 24
 """The most figures of single records, drives, … that a page shows."""
 FEW_SINGLE: Final = 6
 """Small figures that find room below a large one of half the page's width."""
+LONG: Final = 40
+"""Letters of an outcome that a line has room for."""
 _THINNED: Final = ("records", "drives")
 """What the names of figures begin with whose lines are thinned."""
 _ELSEWHERE: Final = ("title", "manifest", *(f"manifest_{key}" for key in NAMED))
@@ -374,12 +376,15 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["lowered"] = lowered
+    environment.filters |= {"lowered": lowered, "slug": lambda title: title.lower().replace(" ", "-")}
     answer, *others = SORTS.values()
     sections = tuple(found for sort in (answer, SENSITIVITY, *others) if (found := section(dataset, sort)))
-    table, alike = summary.said_once(summary.scalar_table(dataset))
+    table, alike = summary.said_once(summary.scalar_table(dataset, scales=scales_of(dataset.attrs)))
+    titles = (*(each.title for each in sections), "Cases", "About these numbers", *(["Runs"] if journal else []))
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
+        titles=(*titles, "Campaign", "Provenance"),
+        long=LONG,
         manifest=dataset.attrs.get("manifest", ""),
         attributes={name: value for name, value in dataset.attrs.items() if name not in _ELSEWHERE},
         endings=endings(dataset),

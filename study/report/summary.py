@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from nanoslip.solver.drive import Scales
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import quantities
@@ -24,7 +25,7 @@ from nanoslip.study.dataset.file import are_texts
 from nanoslip.study.figures.points import in_text, in_unit, listed, readable, symbol, unit_of
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value
-from nanoslip.study.manifest.units import compact
+from nanoslip.study.manifest.units import compact, in_si
 from nanoslip.study.plan.outlook import flag_lines
 from nanoslip.study.plan.plan import PENDING
 from nanoslip.study.report.console import Table
@@ -190,10 +191,10 @@ def _waiting(dataset: xr.Dataset, of: xr.DataArray) -> NDArray[np.bool_]:
     return np.asarray(found.transpose(*of.dims).values.ravel())
 
 
-def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -> Table:
+def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, scales: Scales | None = None) -> Table:
     """One row for each case and drive, so many at most.
 
-    why: behind an outcome its message, too.
+    why: behind an outcome its message, too. scales: to have lengths and loads of the axes in SI beside them.
     """
     dataset = variables.in_short(dataset)
     asked = [name for name in asked_of(dataset) if name in dataset]
@@ -221,7 +222,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS) -
         if ending not in _UNHURT and bool(_missed(case)):
             failed.add(len(rows))
         told = f"{ending}{flags}{message}" if why else f"{ending}{flags}"
-        rows.append((*(in_text(case[name].item()) for name in varying), *(_cell(case, name) for name in columns), told))
+        rows.append((*(_label(case, name, scales) for name in varying), *(_cell(case, name) for name in columns), told))
     if more := of.size - len(rows):
         rows.append((*("…" for _ in header[1:]), f"{more} more"))
     return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
@@ -420,6 +421,12 @@ def _varying(dataset: xr.Dataset, of: xr.DataArray) -> list[str]:
         return [dim for dim in dims if dataset.sizes[dim] > 1]
     several = [name for name in listed(dataset) if len(set(dataset[name].values.ravel().tolist())) > 1]
     return (several or ["case"]) + [dim for dim in dims if dim != "case"]
+
+
+def _label(values: xr.Dataset, name: str, scales: Scales | None) -> str:
+    value = values[name].item()
+    si = in_si(scales, name, value) if scales else ""
+    return f"{in_text(value)} ({si})" if si else in_text(value)
 
 
 def _cell(values: xr.Dataset, name: str) -> str:

@@ -170,7 +170,7 @@ class Progress:
 
 
 class TerminalProgress(Progress):
-    """A bar that moves with the work done."""
+    """A bar that moves with the work done, and stays where it is while estimates of what is left rise."""
 
     def __init__(self, tasks: Sequence[Work], console: Any, ranks: int = 1, measured: Measured | None = None) -> None:
         from rich import progress  # noqa: PLC0415  a run under a launcher never needs it
@@ -185,7 +185,7 @@ class TerminalProgress(Progress):
             console=console,
             disable=not tasks,
         )
-        self._room = max(console.width - OTHERS, 0)
+        self._room, self._share = max(console.width - OTHERS, 0), 0.0
         self._row = self._bar.add_task("", total=1.0, done=0, count=len(tasks), rate="", left="")
 
     def __enter__(self) -> Self:
@@ -205,9 +205,9 @@ class TerminalProgress(Progress):
         self._forecast.learn(task, seconds)
         rate, left = self._pace()
         label = next((text for text in (task.label, task.kind) if len(text) <= self._room), "")
-        share, pace = self._forecast.share, f"{rate:.2g}/s"
+        self._share, pace = max(self._share, self._forecast.share), f"{rate:.2g}/s"
         self._bar.update(
-            self._row, completed=share, description=label, done=self._done, rate=pace, left=f"about {left} left"
+            self._row, completed=self._share, description=label, done=self._done, rate=pace, left=f"about {left} left"
         )
 
 

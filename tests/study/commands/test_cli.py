@@ -240,3 +240,12 @@ def test_every_command_fits_the_terminal(main, campaign, monkeypatch, width):
         _, said, errors = main(*command.split())
         for line in (*said.splitlines(), *errors.splitlines()):
             assert cell_len(line) <= width or len(line.split()) == 1 or str(campaign.parent) in line, (command, line)
+
+
+def test_tables_of_a_launcher_s_ranks_are_80_letters_wide(main, monkeypatch):
+    """Their pipes end at a terminal, which they do not see; COLUMNS says another width."""
+    wide = max(map(len, main("plan", "smoke")[1].splitlines()))
+    for size, columns, most in (("2", "", 80), ("2", "60", 60)):
+        monkeypatch.setenv("PMI_SIZE", size)
+        monkeypatch.setenv("COLUMNS", columns) if columns else monkeypatch.delenv("COLUMNS", raising=False)
+        assert max(map(len, main("plan", "smoke")[1].splitlines())) <= most < wide

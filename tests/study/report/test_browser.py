@@ -214,16 +214,49 @@ def shadows(browser: Chromium) -> Iterator[bool]:
 
 def test_the_table_is_sorted_by_number_with_the_keyboard(browser: Chromium, pages: dict[str, Path]) -> None:
     browser.show(pages["failing"], 1200)
-    column = '[...document.querySelectorAll("#cases tbody tr")].map(each => each.cells[0].textContent)'
+    column = '[...document.querySelectorAll("#cases tbody tr")].map(each => parseFloat(each.cells[0].textContent))'
     names = browser.value('[...document.querySelectorAll("#cases th")].map(each => each.textContent)')
     assert names[0] == "R/Lx"
     before = browser.value(column)
     browser.value('document.querySelector("#cases th button").focus()')
     browser.press("Enter")
-    assert browser.value(column) == sorted(before, key=float)
+    assert browser.value(column) == sorted(before)
     browser.press("Enter")
-    assert browser.value(column) == sorted(before, key=float, reverse=True)
+    assert browser.value(column) == sorted(before, reverse=True)
     assert browser.value('document.querySelector("#cases th").getAttribute("aria-sort")') == "descending"
+
+
+@pytest.mark.parametrize("width", [390, 1200])
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_a_row_is_a_line_and_no_cell_covers_another(
+    browser: Chromium, pages: dict[str, Path], name: str, width: int
+) -> None:
+    browser.show(pages[name], width)
+    heights = browser.value('[...document.querySelectorAll("#cases tbody tr")].map(each => each.clientHeight)')
+    assert max(heights) < 35  # a line of 0.85 × 16 pixels at 1.5 and its padding are 30
+    gaps = browser.value(
+        '[...document.querySelectorAll("#cases tbody tr")].flatMap(row => [...row.cells].slice(1).map((cell, number) =>'
+        " cell.getBoundingClientRect().left - row.cells[number].getBoundingClientRect().right))"
+    )
+    assert max(map(abs, gaps), default=0.0) < 1.0
+
+
+def test_the_menu_leads_to_every_section_and_the_filter_leaves_matching_rows(
+    browser: Chromium, pages: dict[str, Path]
+) -> None:
+    browser.show(pages["failing"], 390)
+    titles = browser.value('[...document.querySelectorAll("section[id] > h2")].map(each => each.textContent)')
+    assert browser.value('[...document.querySelectorAll("nav a")].map(each => each.textContent)') == titles
+    assert browser.value('[...document.querySelectorAll("nav a")].every(each => document.querySelector(each.hash))')
+    shown = '[...document.querySelectorAll("#cases tbody tr")].filter(each => each.offsetHeight).length'
+    typed = 'document.querySelector("input").value = "{}"; document.querySelector("input").dispatchEvent(new Event("input"))'
+    every = browser.value(shown)
+    browser.value(typed.format("Invalid"))
+    assert 0 < browser.value(shown) < every
+    browser.value(typed.format("no such case"))
+    assert browser.value(shown) == 0
+    browser.value(typed.format(""))
+    assert browser.value(shown) == every
 
 
 def test_single_cases_open_with_the_keyboard(browser: Chromium, pages: dict[str, Path]) -> None:

@@ -161,6 +161,23 @@ def test_a_task_is_named_whole_or_by_its_kind_and_in_the_end_it_is_said_how_long
     assert all(len(state) <= 60 for state in bar_of(TASKS, 60))
 
 
+def test_the_bar_never_goes_back():
+    """Tasks that take longer and longer raise the estimate of those that are left, and so lower the share of the work done."""
+    tasks, screen = tasks_of("xy", 3), io.StringIO()
+    console = rich.console.Console(file=screen, width=80, force_terminal=True)
+    shares, estimates = [], Forecast(tasks)
+    falls = []
+    with TerminalProgress(tasks, console) as progress:
+        for task, seconds in zip(tasks, (1.0, 1.0, 1.0, 30.0, 60.0, 60.0), strict=True):
+            progress(task, COMPLETED, seconds)
+            estimates.learn(task, seconds)
+            shares.append(progress._bar.tasks[0].completed)
+            falls.append(estimates.share)
+    assert shares == sorted(shares)
+    assert falls != sorted(falls)
+    assert shares[-1] == 1.0
+
+
 def test_nothing_to_do_is_no_bar_and_one_task_is_a_task():
     assert bar_of([], 80) == []
     said = io.StringIO()

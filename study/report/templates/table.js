@@ -19,3 +19,12 @@ for (const head of document.querySelectorAll("#cases th")) {
     body.append(...[...body.rows].sort(compare));
   });
 }
+// Words typed above the table: rows that have them all, in any column.
+const filter = document.createElement("input");
+Object.assign(filter, { type: "search", placeholder: "Filter rows", ariaLabel: "Filter the rows of the table by words" });
+document.querySelector("#cases .wide").before(filter);
+filter.addEventListener("input", () => {
+  const words = filter.value.toLowerCase().split(" ");
+  for (const row of document.querySelectorAll("#cases tbody tr"))
+    row.hidden = !words.every((word) => row.textContent.toLowerCase().includes(word));
+});
