@@ -33,7 +33,7 @@ def draw_share(dataset: xr.Dataset, name: str, label: str) -> Figure:
             values = share.sel(here).transpose("intrinsic_friction", "normal_load").values
             load, friction = LOADS * dataset["normal_load"], dataset["intrinsic_friction"]
             axes.set_facecolor("0.85")
-            axes.pcolormesh(edges(load, axes.xaxis), edges(friction, axes.yaxis), values, norm=norm)
+            axes.pcolormesh(edges(load.values, axes.xaxis), edges(friction.values, axes.yaxis), values, norm=norm)
         figure.colorbar(ScalarMappable(norm), ax=figure.axes, label=label, location="top", shrink=0.5, aspect=40)
     return figure
 
