@@ -23,10 +23,10 @@ mean friction force over load on the steady part of the record, over displacemen
 >>> data.nanoslip.record(normal_load=1e-3).displacement.dims
 ('event',)
 
-`run`, `open`, `concat` and `describe` are of campaigns and datasets, whose accessor `.nanoslip` finds records, trajectories and
-contacts; everything else is of single cases. Results are one line in a console; `.plot()` draws them, `.to_xarray()` labels
-their numbers, and `frames` shows a case at work. A name is imported when it is first used. The command `nanoslip --help` does
-the same from a shell.
+`run`, `open`, `concat`, `figure` and `describe` are of campaigns and datasets, whose accessor `.nanoslip` finds records,
+trajectories and contacts; everything else is of single cases. Results are one line in a console; `.plot()` draws them,
+`.to_xarray()` labels their numbers, and `frames` shows a case at work. A name is imported when it is first used. The command
+`nanoslip --help` does the same from a shell.
 """
 
 import importlib
@@ -87,6 +87,7 @@ if TYPE_CHECKING:
     from nanoslip.study.dataset.variables import Described
     from nanoslip.study.dataset.variables import described as describe
     from nanoslip.study.figures.frames import frames
+    from nanoslip.study.figures.sweep import figure
     from nanoslip.study.inference.fit import Fit
     from nanoslip.study.inference.sensitivity import Sensitivity, sensitivity
     from nanoslip.study.manifest.checker import ManifestError
@@ -139,6 +140,7 @@ __all__ = [
     "drive_result",
     "event_sizes",
     "event_statistics",
+    "figure",
     "fit",
     "flat_punch_pressure",
     "frames",
@@ -171,6 +173,7 @@ _NAMES = {
     "nanoslip.study.figures.frames": "frames",
     "nanoslip.study.inference.fit": "Fit",
     "nanoslip.study.inference.sensitivity": "Sensitivity sensitivity",
+    "nanoslip.study.figures.sweep": "figure",
     "nanoslip.study.manifest.checker": "ManifestError",
 }
 """Module -> its names that are public here; `theirs:ours` where the name differs. All others are the solver's."""

@@ -292,13 +292,26 @@ FORMATS: Final = ("pdf", "svg", "png")
 RESULTS: Final = Path("results")
 
 
+def _size(_context: click.Context, _option: click.Parameter, text: str | None) -> tuple[float, float] | None:
+    """Width and height that a text names, as `3.3x2.4`."""
+    if text is None:
+        return None
+    try:
+        width, height = map(float, text.split("x"))
+        if 0.5 <= width <= 50.0 and 0.5 <= height <= 50.0:
+            return width, height
+    except ValueError:
+        pass
+    raise click.BadParameter(f"{text}: needs width x height in inches, each from 0.5 to 50, as 3.3x2.4")
+
+
 @command("look:write_report", CAMPAIGN, OUT)
 def report() -> None:
     """Write the HTML page of a collected CAMPAIGN."""
 
 
 @command("look:draw_figure")
-@click.argument("names", nargs=-1, metavar="[CAMPAIGN | NAME]...")
+@click.argument("names", nargs=-1, metavar="[CAMPAIGN [KEY=VALUE]... | NAME...]")
 @flag("--all", "everything", help="Draw every shipped figure, and write pages of them.")
 @click.option(
     "--format",
@@ -327,11 +340,14 @@ def report() -> None:
 )
 @click.option("-o", "--output", type=NEW_FILE, help="File of that figure: .pdf, .svg or .png.")
 @flag("--csv", "table", help="Write the numbers that are drawn to a file beside it.")
+@click.option("--size", metavar="WxH", callback=_size, help="Width and height of that figure in inches, as 3.3x2.4.")
+@click.option("--style", "sheet", default="", metavar="SHEET", help="Style sheet of matplotlib: a file or a name.")
 def figure() -> None:
     """Draw a number of CAMPAIGN over its axes, or shipped figures.
 
     CAMPAIGN has been run, or is a file results.nc. Variables have the names of `nanoslip describe`, or symbols as in equations.
-    Axes beyond x and colour become panels. Members of an ensemble are drawn as their mean and its ±.
+    Axes beyond x and colour become panels. Members of an ensemble are drawn as their mean and its ±. KEY=VALUE, or
+    KEY=VALUE,VALUE, draw these cases alone. What a matplotlibrc or --style sets is obeyed.
 
     Example: nanoslip figure campaigns/mine.toml --y plateau/mu_i -o mine.pdf
 

@@ -24,8 +24,18 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import one_case
 from nanoslip.study.figures.frames import events_of, frames
 from nanoslip.study.figures.gallery import figures_of, shipped_figures, write, write_indexes
-from nanoslip.study.figures.points import axis_named, points_named
-from nanoslip.study.figures.shared import FORMATS, CampaignFigure, as_row, column, csv_of, format_of, image
+from nanoslip.study.figures.points import axis_named, points_named, selected
+from nanoslip.study.figures.shared import (
+    FORMATS,
+    CampaignFigure,
+    as_row,
+    column,
+    csv_of,
+    format_of,
+    image,
+    resized,
+    styled,
+)
 from nanoslip.study.figures.sweep import view_of
 from nanoslip.study.manifest.cases import campaign_of, expand
 from nanoslip.study.manifest.checker import ManifestError, number_or_text, read_text
@@ -96,42 +106,56 @@ def draw_figure(
     hue: str,
     output: Path | None,
     table: bool,
+    size: tuple[float, float] | None,
+    sheet: str,
 ) -> None:
     """Draw a number of a campaign's dataset where `y` names one, else named figures, computing what they lack."""
-    if y:
-        if everything or len(names) != 1:
-            raise Refusal(f"--y {y}: needs one campaign, or a dataset (results.nc)")
-        _draw_over_axes(Path(names[0]), out, (y, x, hue), output, table)
-    elif x or hue or output or table:
-        raise Refusal("--x, --hue, --output and --csv: need --y, the number that is drawn")
-    elif names or everything:
-        _draw_named(names, everything, formats, into, out or Path("results"))
+    with refusals(InvalidInput), styled(sheet):
+        if y:
+            if everything or not names:
+                raise Refusal(f"--y {y}: needs one campaign, or a dataset (results.nc)")
+            where = assignments(names[1:])
+            _draw_over_axes(Path(names[0]), out, (y, x, hue), where, output, table, size)
+        elif x or hue or output or table or size:
+            raise Refusal("--x, --hue, --output, --csv and --size: need --y, the number that is drawn")
+        else:
+            _draw_or_list(names, everything, formats, into, out or Path("results"))
+
+
+def _draw_or_list(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
+    if names or everything:
+        _draw_named(names, everything, formats, into, out)
     else:
         print_entries({name: figure.title for name, figure in shipped_figures().items()})
         say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
 def _draw_over_axes(
-    source: Path, out: Path | None, words: tuple[str, str, str], output: Path | None, table: bool
+    source: Path,
+    out: Path | None,
+    words: tuple[str, str, str],
+    where: Mapping[str, str],
+    output: Path | None,
+    table: bool,
+    size: tuple[float, float] | None,
 ) -> None:
     form = format_of(output) if output else FORMATS[0]
     y, x, hue = words
     with refusals(ValueError), dataset_of(shipped.campaign_file(source), out) as dataset:
         with _named("--y", y):
             points = points_named(dataset, y)
+        points = selected(points, dataset, where)
         chosen = []
         for option, word in (("--x", x), ("--hue", hue)):
             with _named(option, word):
                 chosen.append(axis_named(points, dataset, word) if word else "")
-        if not points.axes:
-            raise Refusal(f"{source}: all cases are alike: there is nothing to draw {y} against")
         view = view_of(points, *chosen)
         target = output or Path(f"{view.name}.{form}")
-        files = {target: image(view.draw(), form)}
+        files = {target: image(resized(view.draw(), size or ()), form)}
         if table:
             files[target.with_suffix(".csv")] = csv_of(view.columns()).encode()
         write_files(files)
-    say(view.caption)
+    say(view.caption + (f" Of {', '.join(f'{key} = {value}' for key, value in where.items())}." if where else ""))
     _say_written(files)
 
 

@@ -305,6 +305,28 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")
 
 
+def selected(points: Points, dataset: xr.Dataset, where: Mapping[str, Any]) -> Points:
+    """The points with these values of coordinates: one, several, or a text of them, as `50,100`. Raises UnknownNameError."""
+    for word, given in where.items():
+        name = axis_named(points, dataset, word)
+        wanted = given if isinstance(given, list | tuple) else str(given).split(",")
+        chosen = [any(_same(value, each) for each in wanted) for value in points.axes[name].tolist()]
+        if not any(chosen):
+            there = ", ".join(map(in_text, ordered(points.axes[name].tolist())))
+            raise UnknownNameError(f"{word}={given}: no such case; there are {there}")
+        points = points.at(np.array(chosen))
+    axes = {name: values for name, values in points.axes.items() if len(set(values.tolist())) > 1}
+    return replace(points, axes=axes, zipped=tuple(name for name in points.zipped if name in axes))
+
+
+def _same(value: Any, given: Any) -> bool:
+    """Whether a value is what somebody wrote."""
+    try:
+        return float(value) == float(given)
+    except ValueError:
+        return str(value).lower() == str(given).lower()
+
+
 def _called(names: Sequence[str], word: str) -> list[str]:
     """The variables of these names that a word means, by the first rule that finds any."""
     symbols = {name: typed(description_of(name).symbol) for name in names if not name.startswith("fitted_")}

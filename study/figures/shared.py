@@ -2,7 +2,7 @@
 
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from itertools import cycle
 from pathlib import Path
@@ -12,6 +12,7 @@ import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from cycler import cycler
+from matplotlib import style
 from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -134,6 +135,8 @@ LOOK: Final[dict[Any, Any]] = {
     "ytick.labelsize": 7.0,
     "legend.fontsize": 7.0,
     "legend.title_fontsize": 7.0,
+    "legend.columnspacing": 1.0,
+    "legend.handletextpad": 0.4,
     "legend.frameon": False,
     "lines.linewidth": 0.8,
     "axes.linewidth": 0.6,
@@ -170,6 +173,26 @@ def column(height: float = 2.4, width: float = COLUMN, make: Callable[..., Figur
     """An empty figure of this size in inches, to be drawn on inside the block. make: pyplot's `figure` gives it a window."""
     with mpl.rc_context(look()):
         yield make(figsize=(width, height), layout="constrained")
+
+
+@contextmanager
+def styled(sheet: str = "") -> Iterator[None]:
+    """Settings of a style sheet, a file or one of matplotlib's by its name. Raises InvalidInput where there is none."""
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(style.context(sheet or {}))
+        except OSError:
+            names = ", ".join(style.available)
+            raise InvalidInput(f"{sheet}: no style sheet: needs a file, or one of {names}") from None
+        yield
+
+
+def resized(figure: Figure, size: Sequence[float] = ()) -> Figure:
+    """A figure in so many inches; without a size in those that the user has set, if any."""
+    theirs = mpl.rcParams["figure.figsize"]
+    if size or theirs != mpl.rcParamsDefault["figure.figsize"]:
+        figure.set_size_inches(*(size or theirs))
+    return figure
 
 
 def series_styles() -> Iterator[dict[str, Any]]:

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import xarray as xr
@@ -22,16 +22,33 @@ from nanoslip.study.dataset.variables import commonest
 from nanoslip.study.figures.points import (
     Floats,
     Points,
+    UnknownNameError,
+    axis_named,
     in_text,
     label,
     ordered,
+    points_named,
     points_of,
+    selected,
     short,
     symbol,
     typeset,
     words,
 )
-from nanoslip.study.figures.shared import COLORS, REGIME_COLORS, WIDTH, View, column, edges, legend, series_styles
+from nanoslip.study.figures.shared import (
+    COLORS,
+    REGIME_COLORS,
+    WIDTH,
+    View,
+    column,
+    edges,
+    legend,
+    resized,
+    series_styles,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
 
@@ -220,11 +237,11 @@ def grid_of(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any
     return list(found[:count])
 
 
-def figure_of(points: Points, roles: Roles) -> Figure:
+def figure_of(points: Points, roles: Roles, make: Callable[..., Figure] = Figure) -> Figure:
     """Lines over the first coordinate, or tiles over two, in a panel for each value of the others."""
     points = held_at(points, roles.held)
     draw: Callable[..., Any] = _draw_tiles if roles.mapped else _draw_lines
-    with column(width=WIDTH) as figure:
+    with column(width=WIDTH, make=make) as figure:
         panels, columns = panels_of(points, roles)
         found = grid_of(figure, len(panels), columns, sharex=True, sharey=True)
         for axes, panel in zip(found, panels, strict=True):
@@ -242,10 +259,10 @@ def figure_of(points: Points, roles: Roles) -> Figure:
     return figure
 
 
-def draw_scattered(points: Points) -> Figure:
+def draw_scattered(points: Points, make: Callable[..., Figure] = Figure) -> Figure:
     """One panel for each coordinate, each with all points: of a design that is no product."""
     names = list(counts_of(points))
-    with column(width=WIDTH) as figure:
+    with column(width=WIDTH, make=make) as figure:
         for axes, name in zip(grid_of(figure, len(names), columns_for(len(names)), sharey=True), names, strict=True):
             x = places_of(points, name, points)
             steps = np.diff(x)
@@ -509,7 +526,9 @@ def _asked(dataset: xr.Dataset) -> Iterator[Points]:
 
 
 def view_of(points: Points, x: str = "", hue: str = "") -> View:
-    """The figure of some points that differ in at least one coordinate. x, hue: coordinates that the caller chooses."""
+    """The figure of some points. x, hue: coordinates that the caller chooses. Raises UnknownNameError where all are alike."""
+    if not points.axes:
+        raise UnknownNameError(f"{points.name}: all cases are alike: there is nothing to draw it against")
     drawn, kept = together(points, (x, hue))
     if scattered(drawn) and not x:
         against, draw = f"against {' and '.join(map(symbol, counts_of(drawn)))}", partial(draw_scattered, drawn)
@@ -572,3 +591,24 @@ def _members(points: Points) -> str:
     return (
         f" Of {int(lacking.sum())} of {len(points.values)} points some members have no value; the least have {least}."
     )
+
+
+def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any) -> "Axes":
+    """Draw a number of a dataset over its axes, with its ±: lines, a map of tiles, or points, as `nanoslip figure` does.
+
+    y: a variable by its name or symbol, or a ratio of two, as `plateau/mu_i`. x, hue: axes; others than these become panels.
+    where: values of axes that single out cases, one or a list of each. Returns the axes of matplotlib, known to pyplot; of
+    several panels the first, whose `.figure.axes` has all. What matplotlibrc or `rcParams` set is obeyed.
+
+    Raises UnknownNameError.
+
+    >>> import nanoslip
+    >>> data = nanoslip.open("results/mine")  # doctest: +SKIP
+    >>> axes = nanoslip.figure(data, "plateau/mu_i", hue="R", normal_load=1e-3)  # doctest: +SKIP
+    """
+    from matplotlib import pyplot  # noqa: PLC0415  a page is drawn without windows
+
+    points = selected(points_named(dataset, y), dataset, where)
+    view = view_of(points, *(axis_named(points, dataset, word) if word else "" for word in (x, hue)))
+    first: Axes = resized(view.draw(make=pyplot.figure)).axes[0]
+    return first

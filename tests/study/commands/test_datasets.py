@@ -260,7 +260,7 @@ def test_named_figures_are_drawn_and_their_tables_shown(tmp_path, capsys, monkey
         return data
 
     monkeypatch.setattr(look.api, "run", computed)
-    look.draw_figure(("fig8",), False, ("svg",), into, tmp_path / "out", "", "", "", None, False)
+    look.draw_figure(("fig8",), False, ("svg",), into, tmp_path / "out", "", "", "", None, False, None, "")
     assert asked == [("resolution.toml", tmp_path / "out" / "figures" / "resolution", True)]
     assert sorted(path.name for path in (into / "figures").iterdir()) == ["README.md", "fig8.md", "fig8.svg"]
     assert "exponent of mean step" in capsys.readouterr().out
@@ -285,14 +285,33 @@ def test_a_number_of_a_campaign_is_drawn_over_the_axes_that_are_asked_for(main, 
     assert len(lines) == 1 + dataset.plateau_mean.size
 
 
+def test_cases_are_chosen_by_their_values_and_a_picture_has_the_size_and_style_that_are_asked_for(
+    main, tmp_path, dataset
+):
+    (tmp_path / "mine.mplstyle").write_text("lines.linewidth: 3.25\n", "utf-8")
+    look = ("--size", "3.3x2.4", "--style", tmp_path / "mine.mplstyle", "-o", target := tmp_path / "fig.svg", "--csv")
+    code, said, _ = main("figure", tmp_path, "mu_i=0.5", "radius=50,200", "--y", "plateau", *look)
+    assert (code, "Of intrinsic_friction = 0.5, radius = 50,200." in said) == (0, True)
+    rows = [line.split(",")[:2] for line in target.with_suffix(".csv").read_text("utf-8").splitlines()]
+    assert rows == [["radius", "plateau_mean"], ["50", "0.25"], ["200", "0.25"]]
+    text = target.read_text("utf-8")
+    assert 'width="237.6pt" height="172.8pt"' in text  # 72 points an inch
+    assert "stroke-width: 3.25" in text
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        ("{} --y plateau radius=70", "radius=70: no such case; there are 50, 100, 200"),
+        ("{} --y plateau radius=50 mu_i=0.5", "plateau_mean: all cases are alike: there is nothing to draw it against"),
+        ("{} --y plateau --size 3", "3: needs width x height in inches"),
+        ("{} --y plateau --style no.mplstyle", "no.mplstyle: no style sheet: needs a file, or one of "),
         ("{} --y plateau/foo", "--y plateau/foo: foo: no variable of this dataset"),
         ("{} --y plateau --x outcome", "--x outcome: cases do not differ in it; they differ in intrinsic_friction (μ_i), "
          "radius (R/L_x)"),
         ("{} --y plateau -o fig.jpg", "fig.jpg: needs a name that ends in .pdf, .svg, .png"),
-        ("{} other --y plateau", "--y plateau: needs one campaign, or a dataset (results.nc)"),
+        ("{} other --y plateau", "other: needs key=value, as radius=50"),
+        ("--y plateau", "--y plateau: needs one campaign, or a dataset (results.nc)"),
         ("{} --x radius", "need --y, the number that is drawn"),
         ("{} --y outcome/plateau_mean", "a ratio needs two numbers, and one of these is words"),
         ("fig12", "fig12: no figure; there are "),

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from matplotlib import pyplot, rc_context
 from matplotlib.figure import Figure
 
 import nanoslip
@@ -195,6 +196,35 @@ def test_a_ratio_is_named_before_what_its_upper_part_is_measured_in() -> None:
     assert label("surface_stiffness", "normal_load") == "lateral stiffness K over W/(G·L_x·L_y), in G·L_y"
     assert label("plateau_mean", "intrinsic_friction") == "F/W on the plateau over μ_i"
     assert label("stage_velocity", "spring_stiffness") == "velocity of the stage V_o (m/s) over k (N/m)"
+
+
+# From Python: the axes of a figure with the numbers and their ±, of the cases that are chosen.
+
+
+def test_a_figure_of_a_notebook_has_the_numbers_of_chosen_cases_and_their_uncertainties() -> None:
+    data = product(intrinsic_friction=[0.2, 0.4, 0.6], radius=[50.0, 200.0], n_x=[17, 33])
+    with rc_context({"figure.figsize": (5.0, 3.0)}):
+        axes = nanoslip.figure(data, "plateau/mu_i", hue="R", intrinsic_friction=[0.2, 0.6], n_x=33)
+    assert pyplot.gcf() is axes.figure
+    pyplot.close()
+    assert axes.figure.get_size_inches().tolist() == [5.0, 3.0]
+    assert [bars.get_label() for bars in axes.containers] == ["50", "200"]
+    for bars in axes.containers:
+        line, _, (ends,) = bars.lines
+        assert [list(values) for values in line.get_data()] == [[0.2, 0.6], [0.5, 0.5]]
+        np.testing.assert_allclose([np.ptp(ends[:, 1]) for ends in ends.get_segments()], 2 * 0.005, rtol=1e-12)
+    assert len(nanoslip.figure(data, "plateau").figure.axes) == 2  # a third axis makes panels
+    pyplot.close()
+    with pytest.raises(nanoslip.NanoslipError, match="n_x=65: no such case; there are 17, 33"):
+        nanoslip.figure(data, "plateau", n_x=65)
+
+
+def test_an_axis_spans_every_number_with_its_uncertainty() -> None:
+    data = product(lambda radius: 0.3 + 1e-6 * radius, radius=[1.0, 2.0, 3.0])
+    data["plateau_mean_uncertainty"] = ("radius", np.array([0.02, 0.01, 0.03]))
+    points = points_of(data, "plateau_mean")
+    low, high = figure_of(points, roles_of(points)).axes[0].get_ylim()
+    assert (low <= 0.27, high >= 0.33) == (True, True)
 
 
 # The axis of most values runs along x, the next in colours, the others in panels; what is too much is held, and said.
