@@ -85,6 +85,7 @@ def test_displacement_is_time_at_the_velocity_of_the_stage() -> None:
         assert again.numbers[name].value == pytest.approx(number.value, rel=1e-6), name
     assert lengths.numbers["stick_slip_period"].unit == "m"
     assert lengths.numbers["rising_stiffness"].value == pytest.approx(2e4, rel=1e-3)
+    assert measure(along).numbers["rising_stiffness"].unit == "N m-1"  # no load is needed for that
     assert lengths.numbers["static_friction"].value == pytest.approx(STATIC, rel=1e-3)
 
 

@@ -56,8 +56,11 @@ def test_the_papers_hierarchy_is_a_corner_of_the_family() -> None:
     assert set(grid.counts[7:]) == {3}
 
 
-def test_rows_thicken_in_proportion_to_the_distance_from_both_ends() -> None:
-    grid = grid_of(Slab(17, aspect_ratio=30.0, scheme=Galerkin(coarsest_row=17, bottom_row=17)))
+@pytest.mark.parametrize("nodes", [5, 17])
+def test_rows_thicken_in_proportion_to_the_distance_from_both_ends(nodes: int) -> None:
+    """From L_x, or sixteen coarse spacings, to eight times that."""
+    grid = grid_of(Slab(nodes, aspect_ratio=30.0, scheme=Galerkin(coarsest_row=nodes, bottom_row=nodes)))
     middle, steps = (grid.depths[1:] + grid.depths[:-1]) / -2, -np.diff(grid.depths)
-    distance = np.clip(np.minimum(middle, 30.0 - middle), 1.0, 8.0)
-    np.testing.assert_allclose(steps / (2 / 16 * distance), 1.0, atol=0.06)  # rounded to an even number of rows
+    distance = np.clip(np.minimum(middle, 30.0 - middle) * min(1.0, (nodes - 1) / 16), 1.0, 8.0)
+    # Their number is rounded to an even one.
+    np.testing.assert_allclose(steps / (2 / (nodes - 1) * distance), 1.0, atol=0.06)
