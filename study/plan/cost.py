@@ -62,36 +62,58 @@ def grid_nodes(slab: Slab) -> int:
     return int(sum(grid_scheme(slab).grid(trunk(slab)).counts)) if isinstance(slab.scheme, GridScheme) else 0
 
 
-@of_the_last
-def contact_nodes(case: Case) -> float:
-    """Surface nodes under the pin, about: Hertz's, or fewer on a bonded layer that is thinner than the contact."""
-    slab, hertz = case.slab, hertz_nodes(case)
-    if case.pin == "flat_punch" or slab.scheme.bottomless:
-        return hertz
-    half_width = film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
-    return min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
+class Sizes(NamedTuple):
+    """What a case comes to, about."""
+
+    hertz_nodes: float
+    """Surface nodes under the pin on a half-plane, or on the springs of a chain: what pressing the pin down begins with."""
+    nodes: float
+    """The same: fewer on a bonded layer that is thinner than the contact."""
+    stiffness: float
+    """dF/dδ_p with all nodes stuck, in G·L_y."""
+    step: float
+    """Displacement from event to event in steady sliding, in L_x."""
+    reach: float
+    """δ_p in L_x at which a record ends at the latest: its limit, or where a pin that follows the surface has left the slab."""
+    most: float
+    """Events that a record may have."""
+    events: float
+    """Those that fit into its displacement, or that the pin finds on its slab."""
 
 
-@of_the_last
-def hertz_nodes(case: Case) -> float:
-    """The same on a half-plane, or on the springs of a chain: what pressing the pin down begins with."""
-    return _nodes_across(case, expected_half_width(case))
+@of_the_last  # asked for time, memory and disk space
+def sizes_of(case: Case) -> Sizes:
+    """Sizes of a case, from scaling laws."""
+    slab, rule = case.slab, case.slip_rule
+    hertz = nodes = _nodes_across(case, expected_half_width(case))
+    if case.pin != "flat_punch" and not slab.scheme.bottomless:
+        half_width = film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
+        nodes = min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
+    stiffness = _lateral_stiffness(slab, nodes)
+    presliding = (
+        min(case.intrinsic_friction, 1e6) * case.normal_load / stiffness
+    )  # nodes that never slip leave no events
+    least = rule.event_floor * min(slab.spacing, STRETCHES * presliding)
+    lost = max(1.0 - rule.residual_shear, 1e-6)  # share of its shear that a node loses in a slip
+    step = max(lost * presliding / (EVENTS * nodes), least, 1e-300)
+    follows = case.effects.pin_translation or rule.residual_shear == 1.0
+    reach = min(farthest(case, stiffness), off_the_slab(case) if follows else math.inf)
+    most = float(case.max_events or MOST_EVENTS)
+    # In Coulomb sliding a node is touched and one released in each spacing; all come to slide first.
+    events = 2.0 * nodes + reach / slab.spacing if rule.residual_shear == 1.0 else reach / step
+    return Sizes(hertz, nodes, stiffness, step, reach, most, min(events, most))
 
 
 def _nodes_across(case: Case, half_width: float) -> float:
     return min(2.0 * half_width * (case.slab.n_x - 1) + 1.0, float(case.slab.n_x))
 
 
-@of_the_last
-def lateral_stiffness(case: Case) -> float:
-    """dF/dδ_p with all nodes stuck, in G·L_y, about.
-
-    A half-plane: Flamant's displacement down to its reference depth. A slab held at its side: a rod of half its length. Else
+def _lateral_stiffness(slab: Slab, nodes: float) -> float:
+    """A half-plane: Flamant's displacement down to its reference depth. A slab held at its side: a rod of half its length. Else
     Timoshenko's cantilever; its sheared width grows under the contact by 45 degrees up to the slab's, and the contact keeps its
     top from turning by as much of it as it covers. A slab held at one node gives way there, too.
     """
-    slab, nodes, soft = case.slab, contact_nodes(case), 1.0 - case.slab.poisson
-    height, width, scheme = slab.aspect_ratio, nodes * slab.spacing, slab.scheme
+    soft, height, width, scheme = 1.0 - slab.poisson, slab.aspect_ratio, nodes * slab.spacing, slab.scheme
     if isinstance(scheme, Chain):
         return scheme.lateral_stiffness(slab, nodes)
     if scheme.endless:
@@ -103,61 +125,29 @@ def lateral_stiffness(case: Case) -> float:
     return 1.0 / (shear + bending + (soft if slab.support == "frictionless" else 0.0))
 
 
-@of_the_last
-def mean_step(case: Case) -> float:
-    """Displacement from event to event in steady sliding, in L_x."""
-    finite = min(case.intrinsic_friction, 1e6)  # nodes that never slip leave no events
-    presliding = finite * case.normal_load / lateral_stiffness(case)
-    least = case.slip_rule.event_floor * min(case.slab.spacing, STRETCHES * presliding)
-    lost = max(1.0 - case.slip_rule.residual_shear, 1e-6)  # share of its shear that a node loses in a slip
-    return max(lost * presliding / (EVENTS * contact_nodes(case)), least, 1e-300)
-
-
-@of_the_last
-def events_of(case: Case) -> float:
-    """Events of a record: as many as it may have, or as fit into its displacement, or as the pin finds on its slab."""
-    if (
-        case.slip_rule.residual_shear == 1.0
-    ):  # a node is touched and one released in each spacing, all come to slide first
-        return min(2.0 * contact_nodes(case) + _reach(case) / case.slab.spacing, _most(case))
-    return min(_reach(case) / mean_step(case), _most(case))
-
-
 def expected_displacement(case: Case) -> float:
     """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
-    if case.slip_rule.residual_shear == 1.0:
-        return min(_reach(case), max(_most(case) - 2.0 * contact_nodes(case), 0.0) * case.slab.spacing)
-    return min(_reach(case), events_of(case) * mean_step(case))
+    of = sizes_of(case)
+    steps = max(of.most - 2.0 * of.nodes, 0.0) if case.slip_rule.residual_shear == 1.0 else of.events
+    return min(of.reach, steps * (case.slab.spacing if case.slip_rule.residual_shear == 1.0 else of.step))
 
 
-def _reach(case: Case) -> float:
-    """δ_p in L_x at which a record ends at the latest: its limit, or where a pin that follows the surface has left the slab."""
-    limit = farthest(case, lateral_stiffness(case))
-    follows = case.effects.pin_translation or case.slip_rule.residual_shear == 1.0
-    return min(limit, off_the_slab(case)) if follows else limit
-
-
-def _most(case: Case) -> float:
-    return float(case.max_events or MOST_EVENTS)
-
-
-@of_the_last
-def tableau_entries(case: Case) -> float:
+def _tableau_entries(case: Case) -> float:
     """Entries of a row of the tableau: both directions of all nodes that are followed, and the load; a rough pin may meet any."""
     n_x = case.slab.n_x
-    followed = n_x if case.heterogeneity.roughness else contact_nodes(case) + 2.0 * margin(n_x)
+    followed = n_x if case.heterogeneity.roughness else sizes_of(case).nodes + 2.0 * margin(n_x)
     return 2.0 * min(followed, n_x) + 1.0
 
 
-def touch_entries(case: Case) -> float:
+def _touch_entries(case: Case) -> float:
     """Entries of a row of the matrix of initial contact."""
     effects = case.effects
     frictionless = case.initial_contact == "frictionless" and case.slip_rule.residual_shear < 1.0
     if frictionless or not (effects.friction and effects.coupling):  # the normal problem alone: no tableau is set up
-        return contact_nodes(case)
+        return sizes_of(case).nodes
     if case.initial_contact == "gradual":
         return 2.0 * case.slab.n_x + 1.0
-    return max(tableau_entries(case), 2.0 * hertz_nodes(case))
+    return max(_tableau_entries(case), 2.0 * sizes_of(case).hertz_nodes)
 
 
 # Seconds of each kind of computation.
@@ -172,23 +162,23 @@ def touch_seconds(case: Case) -> float:
     """Seconds of initial contact that nothing follows."""
     if case.contact_by_convolution:
         return TASK + STEP * case.slab.n_x * math.log2(case.slab.n_x)
-    return TASK + SOLVE * hertz_nodes(case) * touch_entries(case) ** 2
+    return TASK + SOLVE * sizes_of(case).hertz_nodes * _touch_entries(case) ** 2
 
 
 def record_seconds(case: Case) -> float:
     """Seconds of a case's friction record, initial contact included."""
-    return touch_seconds(case) + _slide_seconds(case, events_of(case))
+    return touch_seconds(case) + _slide_seconds(case, sizes_of(case).events)
 
 
 def _slide_seconds(case: Case, events: float) -> float:
     """A slip updates a row of the state, and Coulomb sliding solves for all nodes in contact at each event."""
-    nodes = contact_nodes(case)
+    nodes, stiffness = sizes_of(case).nodes, sizes_of(case).stiffness
     if case.slip_rule.residual_shear == 1.0:
         return (events + nodes) * (TASK + SOLVE * (2.0 * nodes) ** 3)
-    row = tableau_entries(case) if case.effects.pin_translation else nodes
+    row = _tableau_entries(case) if case.effects.pin_translation else nodes
     slab, scheme = case.slab, case.slab.scheme
     leaf, coupling = spring_stiffness(scheme, slab) if isinstance(scheme, Chain) else (NODE_STIFFNESS, 0.0)
-    in_an_event = min(max((leaf + 2.0 * coupling) / EVENTS * nodes / lateral_stiffness(case), 1.0), nodes)
+    in_an_event = min(max((leaf + 2.0 * coupling) / EVENTS * nodes / stiffness, 1.0), nodes)
     return SLIP * row * (events * in_an_event + row)
 
 
@@ -202,14 +192,14 @@ def drive_duration(drive: Drive, case: Case) -> float:
     if drive.duration is not None:
         return drive.duration
     force = min(least_plateau(case), 1e6) * case.total_load
-    return min(expected_duration(drive, force, force, lateral_stiffness(case)), 1e30)
+    return min(expected_duration(drive, force, force, sizes_of(case).stiffness), 1e30)
 
 
 def drive_seconds(drive: Drive, case: Case) -> float:
     """Seconds of motion and fit: teeth on the way of the stage, or time steps, and samples."""
     duration = drive_duration(drive, case)
     way = drive.stage_velocity * duration
-    teeth = way * PIECES / _reach(case) if case.interface.contacts > 1 else way / max(mean_step(case), 1e-300)
+    teeth = way * PIECES / sizes_of(case).reach if case.interface.contacts > 1 else way / sizes_of(case).step
     step: float | None = getattr(drive.integrator, "time_step", None)
     steps = duration / step if step else 0.0 if drive.profile == "mean" else teeth
     return STEP * (min(steps, drive.step_limit) + 50.0 * min(drive.samples, MOST_SAMPLES))
@@ -237,13 +227,17 @@ def condensation_bytes(slab: Slab) -> float:
 
 def contact_bytes(case: Case) -> float:
     """Bytes of arrays while initial contact is computed, beside the compliance, which is mapped."""
-    return _FLOAT * (_CONVOLVED * case.slab.n_x if case.contact_by_convolution else _SYSTEMS * touch_entries(case) ** 2)
+    return _FLOAT * (
+        _CONVOLVED * case.slab.n_x if case.contact_by_convolution else _SYSTEMS * _touch_entries(case) ** 2
+    )
 
 
 def sliding_bytes(case: Case) -> float:
     """The same while sliding on from initial contact, without the record itself."""
     wide = 2.0 * case.slab.n_x
-    entries = max(touch_entries(case), tableau_entries(case) if case.effects.pin_translation else contact_nodes(case))
+    entries = max(
+        _touch_entries(case), _tableau_entries(case) if case.effects.pin_translation else sizes_of(case).nodes
+    )
     anew = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)  # the compliance
     whole = wide * (wide if anew else _FIELDS)
     return _FLOAT * (_SYSTEMS * entries**2 + whole)
@@ -251,7 +245,7 @@ def sliding_bytes(case: Case) -> float:
 
 def record_bytes(case: Case) -> float:
     """Room for the events, which doubles as they come, and the record made of them."""
-    events = events_of(case)
+    events = sizes_of(case).events
     return _EVENT * max(min(FIRST_CAPACITY, float(case.max_events or FIRST_CAPACITY)) + events, 2.5 * events)
 
 
@@ -313,18 +307,18 @@ def _record(task: Task) -> Estimate:
         return Estimate(0.0, _FLOAT * (inputs + numbers), numbers)
     if task.needs[:1] != compliance_needs(case.slab):  # another record's scalars
         return Estimate(0.0, 0.0)
-    numbers = members * (_PER_EVENT * events_of(case) + 2.0 * case.slab.n_x)
+    numbers = members * (_PER_EVENT * sizes_of(case).events + 2.0 * case.slab.n_x)
     return Estimate(members * record_seconds(case), sliding_bytes(case) + members * record_bytes(case), numbers)
 
 
 def _statistics(task: Task) -> Estimate:
     members = task.ensemble.likely
-    return Estimate(members * STATISTICS, members * _FLOAT * _OF_A_SIZE * events_of(case_of(task)), 800.0)
+    return Estimate(members * STATISTICS, members * _FLOAT * _OF_A_SIZE * sizes_of(case_of(task)).events, 800.0)
 
 
 def _states(task: Task) -> Estimate:
     """A record up to the last of its events; solving for the inside of the slab takes as long as condensing it."""
-    case, slab, last = case_of(task), task.slab, min(float(max(task.events)), events_of(case_of(task)))
+    case, slab, last = case_of(task), task.slab, min(float(max(task.events)), sizes_of(case_of(task)).events)
     seconds = touch_seconds(case) + (_slide_seconds(case, last) if last else 0.0)
     memory = sliding_bytes(case) if last else contact_bytes(case)
     if not task.subsurface:
@@ -336,7 +330,7 @@ def _states(task: Task) -> Estimate:
 def _drive(task: Task) -> Estimate:
     case, drive = case_of(task), drive_of(task)
     numbers = 5.0 * drive.samples  # twice that with the fit's columns, beside the record
-    memory = _FLOAT * (2.0 * numbers + 16.0 * events_of(case))
+    memory = _FLOAT * (2.0 * numbers + 16.0 * sizes_of(case).events)
     return Estimate(task.ensemble.likely * drive_seconds(drive, case), memory, numbers)
 
 

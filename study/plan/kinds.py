@@ -282,23 +282,19 @@ CONTACTS: Final = Kind(
 
 def record_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """The friction records of a case's members."""
-    return (_record_of_scalars if scalars_only else _whole_record)(case, ensemble)
+    return _record(case, ensemble, scalars_only) if scalars_only else _whole_record(case, ensemble)
 
 
 @lru_cache(maxsize=4)  # asked again by each of its drives
 def _whole_record(case: Case, ensemble: Ensemble) -> Task:
-    return _record(case, ensemble)
+    return _record(case, ensemble, scalars_only=False)
 
 
-def _record_of_scalars(case: Case, ensemble: Ensemble) -> Task:
-    return replace(_record(case, ensemble, *scalars_only_mark(scalars_only=True)), scalars_only=True)
-
-
-def _record(case: Case, ensemble: Ensemble, *marks: str) -> Task:
+def _record(case: Case, ensemble: Ensemble, scalars_only: bool) -> Task:
     ensemble, text = _record_ensemble(ensemble)
-    key = task_key("record", *of_record(case), text, *marks)
+    key = task_key("record", *of_record(case), text, *scalars_only_mark(scalars_only))
     needs = (*compliance_needs(case.slab), *(batch.key for batch in all_batches(case, ensemble)))
-    return Task(key, "record", case.slab, case, ensemble=ensemble, needs=needs)
+    return Task(key, "record", case.slab, case, ensemble=ensemble, needs=needs, scalars_only=scalars_only)
 
 
 @lru_cache(maxsize=64)  # of all cases

@@ -24,7 +24,7 @@ from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan import cost as rates
 from nanoslip.study.plan import outlook as memory
-from nanoslip.study.plan.cost import TASK, estimate, events_of, lateral_stiffness, record_seconds
+from nanoslip.study.plan.cost import TASK, estimate, record_seconds, sizes_of
 from nanoslip.study.plan.kinds import (
     compliance_task,
     contact_task,
@@ -179,7 +179,7 @@ def test_the_events_of_a_record_are_predicted_from_its_presliding_length(case):
     case = replace(case, max_events=None, max_presliding=4.0)
     record = friction_record(case)
     assert record.outcome.ok
-    assert 1 / FACTOR < events_of(case) / len(record.displacement) < FACTOR
+    assert 1 / FACTOR < sizes_of(case).events / len(record.displacement) < FACTOR
 
 
 @pytest.mark.parametrize("support", ["bonded", "right_side", "frictionless"])
@@ -189,7 +189,7 @@ def test_the_stiffness_is_that_of_a_cantilever(support, height, load):
     """0.56 to 2.84 seen, on bonded slabs 0.56 to 1.13: no number is fitted."""
     case = Case(normal_load=load, max_events=3, slab=Slab(33, height, support=support))
     stiffness = case.intrinsic_friction * load / friction_record(case).presliding_length
-    assert 1 / FACTOR < lateral_stiffness(case) / stiffness < FACTOR
+    assert 1 / FACTOR < sizes_of(case).stiffness / stiffness < FACTOR
 
 
 @pytest.mark.parametrize("poisson", [0.3, 0.4999])
