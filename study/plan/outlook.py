@@ -5,7 +5,6 @@ import heapq
 import math
 import operator
 import os
-from array import array
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final, NamedTuple
@@ -35,17 +34,14 @@ class Outlook(NamedTuple):
 
 
 def outlook_of(plan: Plan) -> Outlook:
-    """In one pass, as a plan may have millions of cases."""
-    slides = "slip" in plan.manifest.stages
-    masks, shortest, longest = array("H"), math.inf, 0.0
+    """The outlook of a plan."""
+    slides, masks, spans = "slip" in plan.manifest.stages, list[int](), list[float]()
     for case in (each.case for each in plan.cases):
-        displacement = 0.0
-        if case is not None and slides:
-            displacement = expected_displacement(case)
-            span = displacement / case.slab.spacing
-            shortest, longest = min(shortest, span), max(longest, span)
-        masks.append(mask_of(expected_flags(case, displacement)) if case is not None else 0)
-    return Outlook(masks, shortest, longest)
+        displacement = expected_displacement(case) if case and slides else 0.0
+        if case and slides:
+            spans.append(displacement / case.slab.spacing)
+        masks.append(mask_of(expected_flags(case, displacement)) if case else 0)
+    return Outlook(masks, min(spans, default=math.inf), max(spans, default=0.0))
 
 
 # Validity flags of a campaign's cases in words: one line for each flag, on the terminal and in the report.

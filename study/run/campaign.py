@@ -118,7 +118,7 @@ def compute_rest(farm: Farm, rest: Rest, journal: Journal, lease: Lease, show: S
     if tasks:
         farm.run(warm_ups(tasks), Watch())
         journal.begin(farm.size, farm.unit)
-    farm.interruption.at_request(journal.forget)  # whatever ends the run from then on is no task
+    farm.interruption.at_request = journal.forget  # whatever ends the run from then on is no task
     with ExitStack() as stack:
         stack.callback(journal.forget)
         journal.show(stack.enter_context(show(tasks, farm.size, measured_in(into, rest.out))))

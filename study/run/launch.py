@@ -139,20 +139,14 @@ class Interruption:
     """
 
     def __init__(self, grace: float) -> None:
+        self.end: Callable[[int], object] = os._exit
+        """Ends the process with an exit code where that cannot wait."""
+        self.at_request: Callable[[], object] = lambda: None
+        """Called as soon as the process is asked to stop, in whichever thread that arrives."""
         self._grace = grace
-        self._end: Callable[[int], object] = os._exit
-        self._at_request: Callable[[], object] = _do_nothing
         self._requested = threading.Event()
         self._patience: threading.Timer | None = None
         self._watcher: threading.Thread | None = None
-
-    def end_by(self, end: Callable[[int], object]) -> None:
-        """End the process so, with its exit code, where that cannot wait."""
-        self._end = end
-
-    def at_request(self, act: Callable[[], object]) -> None:
-        """Do this as soon as the process is asked to stop, in whichever thread hears of it."""
-        self._at_request = act
 
     @property
     def requested(self) -> bool:
@@ -162,7 +156,7 @@ class Interruption:
     def request(self) -> None:
         """Ask this process to stop, as a signal would (without the grace)."""
         self._requested.set()
-        self._at_request()
+        self.at_request()
 
     def __enter__(self) -> Self:
         if self._watcher is not None:
@@ -206,11 +200,7 @@ class Interruption:
         sys.stderr.write(f"{reason}: left in the middle of a task; run again to continue\n")
         sys.stderr.flush()
         time.sleep(LAST_WORDS)
-        self._end(INTERRUPTED)
-
-
-def _do_nothing() -> None:
-    """At a request, unless something is to be done."""
+        self.end(INTERRUPTED)
 
 
 def _note_nothing(_number: int, _frame: types.FrameType | None) -> None:

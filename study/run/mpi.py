@@ -58,7 +58,7 @@ class MPIFarm(Farm):
     def __init__(self, mpi: Any, agent: Agent, interruption: Interruption) -> None:
         # MPI's own end gives every launcher the exit code; a rank that merely vanishes does not.
         self._world = mpi.COMM_WORLD
-        interruption.end_by(self._world.Abort)
+        interruption.end = self._world.Abort
         size = int(self._world.Get_size())
         super().__init__(size, min(size, processes_here()), interruption)
         self._mpi, self._agent = mpi, agent

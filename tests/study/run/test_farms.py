@@ -173,7 +173,7 @@ def test_what_is_in_hand_when_a_run_is_killed_is_noted_unless_it_was_told_to_sto
             raise GeneratorExit
 
     journal, ranks = Journal(tmp_path), Dying(2)
-    ranks.interruption.at_request(journal.forget)
+    ranks.interruption.at_request = journal.forget
     with pytest.raises(GeneratorExit):
         ranks.run(DIAMOND, journal)
     assert left_begun(tmp_path) == noted
