@@ -15,11 +15,9 @@ from nanoslip.study.plan.grids import (
     Front,
     Measured,
     UnreachableError,
-    alike,
     as_text,
     cheapest,
     discretized,
-    hertz_half_width,
     load_front,
     pareto_front,
 )
@@ -118,16 +116,6 @@ def test_the_shipped_front_knows_the_papers_case_and_gets_better_with_nodes():
     ]
     assert errors == sorted(errors, reverse=True)
     assert errors[-1] > 0.0
-
-
-def test_contacts_are_alike_within_a_quarter():
-    assert alike(0.2, 0.24)
-    assert alike(0.24, 0.2)
-    assert not alike(0.2, 0.26)
-
-
-def test_the_half_width_is_hertzs():
-    assert hertz_half_width(contact(0.123)) == pytest.approx(0.123, rel=1e-14)
 
 
 WIDE, NARROW = Case(radius=200.0), Case(radius=20.0)  # half-widths 0.29 and 0.09

@@ -1,19 +1,17 @@
-"""The table of faults: what each does to a run on two processes, on each of two ranks, and in a shard.
+"""What each fault does to a run on two processes, on each of two ranks, and in a shard.
 
-`python -m` this module writes it. All faults are in one run, each followed by a sound task. With words it is that run, and what
-came of it goes to standard output as JSON: FOLDER RANK computes made-up tasks on two processes, or under a launcher of two ranks
-so that this one meets the faults; FOLDER nanoslip ... is the command line with faults in a campaign.
+All faults are in one run, each followed by a sound task. As a program it is that run, and says on standard output what came of it, as
+JSON: FOLDER RANK computes made-up tasks on two processes, or under a launcher of two ranks so that this one meets the faults;
+FOLDER nanoslip ... is the command line with faults in a campaign.
 """
 
 import json
-import resource
 import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Final, NamedTuple
 
 from nanoslip.solver.outcome import Ending, Outcome
@@ -26,7 +24,6 @@ from tests.conftest import clean_environment, launcher
 from tests.study.run import faults
 from tests.study.run.faults import BLOCKER, FAULTS
 from tests.study.run.made_up import Diary, Work
-from tests.written_tables import put
 
 PROGRAM: Final = "tests.study.run.matrix"
 SHARDS: Final = 2
@@ -110,12 +107,12 @@ def in_shards(folder: Path) -> dict[str, Found]:
 
 
 PLACES: Final[dict[str, Callable[[Path], dict[str, Found]]]] = {
-    "`-j 2`": on_two(0, 0),
+    "-j 2": on_two(0, 0),
     "rank 0 of 2": on_two(2, 0),
     "rank 1 of 2": on_two(2, 1),
     "shard": in_shards,
 }
-"""Heading -> the run."""
+"""Where faults are met -> the run."""
 
 
 def _command(folder: Path, code: int, name: str, *options: str) -> None:
@@ -132,40 +129,8 @@ def _run(words: list[str], code: int = 0, folder: Path | None = None) -> str:
     return done.stdout.decode()
 
 
-def write_table() -> None:
-    """Into the page."""
-    columns, seconds = [], []
-    for place in PLACES.values():
-        with TemporaryDirectory() as folder:
-            begun = _processor_seconds()
-            columns.append(place(Path(folder)))
-            seconds.append(f"{_processor_seconds() - begun:.0f} s")
-    sound = [f"{sum(found.sound for found in column.values())} of {len(FAULTS)}" for column in columns]
-    rows = [
-        ["fault", *PLACES],
-        ["---"] * (1 + len(PLACES)),
-        *([name, *(_cell(name, column[name].outcome) for column in columns)] for name in FAULTS),
-        ["sound tasks finished", *sound],
-        ["processor time of the run", *seconds],
-    ]
-    put(Path(__file__).with_name("README.md"), "faults", [f"| {' | '.join(row)} |" for row in rows])
-
-
-def _processor_seconds() -> float:
-    """Of all processes that have ended."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
-def _cell(name: str, outcome: Outcome) -> str:
-    good = FAULTS[name].matches(outcome)
-    return f"`{outcome.ending}`" if good else f"**`{outcome.ending}`: {outcome.message}**"
-
-
 if __name__ == "__main__":
-    if len(sys.argv) == 1:
-        write_table()
-    elif sys.argv[2].isdigit():
+    if sys.argv[2].isdigit():
         compute(Path(sys.argv[1]), int(sys.argv[2]))
     else:
         command()
