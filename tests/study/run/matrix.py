@@ -1,8 +1,8 @@
 """What each fault does to a run on two processes, on each of two ranks, and in a shard.
 
-All faults are in one run, each followed by a sound task. As a program it is that run, and says on standard output what came of it, as
-JSON: FOLDER RANK computes made-up tasks on two processes, or under a launcher of two ranks so that this one meets the faults;
-FOLDER nanoslip ... is the command line with faults in a campaign.
+All faults are in one run, each followed by a sound task. As a program it is that run, and what came of it goes to standard
+output as JSON: FOLDER RANK computes made-up tasks on two processes, or under a launcher of two ranks so that this one meets the
+faults; FOLDER nanoslip ... is the command line with faults in a campaign.
 """
 
 import json
