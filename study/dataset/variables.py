@@ -37,12 +37,6 @@ def scalars(kind: str) -> Mapping[str, Quantity]:
     return declared(KINDS[kind])
 
 
-@cache  # asked for every number of a figure
-def all_scalars() -> Mapping[str, Quantity]:
-    """Name -> the variable over the cases (and drives), of the scalars of all kinds."""
-    return {each.name: each for kind in KINDS for each in scalars(kind).values()}
-
-
 def companions(kind: str) -> Mapping[str, Quantity]:
     """Scalar of a kind's results -> a second variable that gives it in SI or over μ_i, where there is one."""
     return {key: each.si for key, each in scalars(kind).items() if each.si}

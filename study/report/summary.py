@@ -103,9 +103,8 @@ def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
             others["0 here"].append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
-            rows.append(
-                (name, f"{value} {unit}".rstrip() + _in_si(case, name, unit) + variables.fewer(case, name), meaning)
-            )
+            meaning += _in_si(case, name, unit)
+            rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), {
         why: found for why, found in others.items() if found
     }
@@ -135,7 +134,7 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
 
 
 def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
-    """Behind a number in units of the scales its size in SI, as ` (269.8 μm)`, where the dataset states them."""
+    """Behind what a number in units of the scales is, its size in SI, as ` (269.8 μm)`, where the dataset states them."""
     scales = scales_of(case.attrs)
     if scales is None or f"{name}_si" in case:  # which is a row of its own
         return ""

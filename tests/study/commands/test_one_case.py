@@ -1,5 +1,6 @@
 """One case: KEY=VALUE single it out of a campaign or make it; it is explained, shown from results, or computed at once."""
 
+import re
 import tempfile
 
 import pytest
@@ -195,6 +196,10 @@ def test_a_case_is_computed_and_nothing_stays(main, tmp_path, monkeypatch):
     assert (code, list(tmp_path.iterdir())) == (0, [])
     assert said.startswith("case μ_i = 0.25, R/L_x = 50, L_z/L_x = 1, n_x = 17\nin SI: L_x = 1 mm, R = 50 mm, ")
     assert ("static_friction" in said, "changes nothing" in said, said.count("┤")) == (False, False, 12)
+    (found,) = re.findall(
+        r"^contact_half_width +([0-9.]+) .*L_x +half-width of the contact \(([0-9.]+) μm\)", said, re.M
+    )
+    assert float(found[1]) == pytest.approx(1000.0 * float(found[0]), rel=4e-3)  # L_x is 1 mm; three digits
 
 
 def test_a_key_of_a_drive_pulls_the_pin(main):
