@@ -39,11 +39,13 @@ events = 200
 
 [[drives]]
 name = "slow"
+duration = 0.2
 stage_velocity = 1e-3
 samples = 40
 
 [[drives]]
 name = "fast"
+duration = 0.2
 samples = 40
 """
 

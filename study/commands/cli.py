@@ -484,7 +484,8 @@ def sensitivity() -> None:
 
 
 @command("infer:fit_campaign", CAMPAIGN)
-@click.argument("numbers", nargs=-1, required=True, metavar="NUMBER=VALUE±ERROR... [KEY=VALUE]...")
+@click.argument("numbers", nargs=-1, metavar="NUMBER=VALUE±ERROR... [KEY=VALUE]...")
+@click.option("--trace", type=PATH, help="Take μ_s and μ_k, with their ±, from what `nanoslip trace --json` wrote.")
 @click.option(
     "--vary",
     multiple=True,

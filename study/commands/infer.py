@@ -1,7 +1,8 @@
 """Commands that infer: which parameters matter (sensitivity), and which agree with measured numbers (fit)."""
 
+import json
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
@@ -20,7 +21,7 @@ from nanoslip.study.inference.campaign import Ends, Question, computing, questio
 from nanoslip.study.inference.fit import LEVELS, Fit, Target, sentences
 from nanoslip.study.inference.pictures import bars, contours
 from nanoslip.study.inference.sensitivity import caution, sensitivity
-from nanoslip.study.manifest.checker import number_or_text
+from nanoslip.study.manifest.checker import number_or_text, read_text
 from nanoslip.study.manifest.manifest import drive_parameters
 from nanoslip.study.manifest.parameters import of_symbol
 from nanoslip.study.manifest.reader import load_manifest
@@ -77,6 +78,7 @@ _TARGET: Final = re.compile(r"([^=]+)=([^±]+?)\s*(?:±|\+/-|\+-)\s*(.+)")
 def fit_campaign(
     campaign: Path,
     numbers: tuple[str, ...],
+    trace: Path | None,
     vary: tuple[str, ...],
     points: int,
     jobs: int | None,
@@ -86,6 +88,7 @@ def fit_campaign(
     """Compute points until it is known which parameters agree with the numbers, print these, and draw them. Ends the process."""
     form, into = format_of(picture), folder(campaign, out)
     targets, fixed = read_numbers(numbers)
+    targets += read_trace_numbers(trace, {target.name for target in targets}) if trace else []
     if not targets:
         raise Refusal("needs a measured number with its ±, as mu_s=0.3±0.01")
     with refusals(ValueError, FarmError):
@@ -127,6 +130,31 @@ def read_numbers(given: Sequence[str]) -> tuple[list[Target], dict[str, Any]]:
         else:
             fixed[key] = number_or_text(text)
     return targets, fixed
+
+
+OF_TRACES: Final = {"static_friction": "mu_s", "kinetic_friction": "mu_k"}
+"""Numbers of a trace that are fitted, and how they are typed. Period and amplitude are those of one spring, mass and velocity."""
+
+
+def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
+    """Friction coefficients in what `nanoslip trace --json` wrote, but those that are given by themselves. Raises Refusal."""
+    needs = "needs a file that nanoslip trace FILE --load FORCE --json has written"
+    try:
+        found = json.loads(read_text(file)[1])
+        numbers = {name: found[name] for name in OF_TRACES if name in found}
+        targets = [
+            Target(name, float(each["value"]), float(each["uncertainty"] or 0.0)) for name, each in numbers.items()
+        ]
+        coefficients = all(each["unit"] == "1" for each in numbers.values())
+    except (KeyError, TypeError, ValueError) as error:
+        raise Refusal(f"{file}: {needs} ({type(error).__name__}: {error})") from None
+    if not (targets and coefficients):
+        raise Refusal(f"{file}: {needs}, which has friction coefficients")
+    unsure = [target.name for target in targets if not target.error > 0.0]
+    if unsure:
+        say(f"{file}: {', '.join(unsure)} of one slip has no ±, and is left out; it may be given as mu_s=0.3±0.01")
+    names = {*given, *(name for name, typed in OF_TRACES.items() if typed in given)}
+    return [target for target in targets if target.error > 0.0 and target.name not in names]
 
 
 _KEYS: Final = {**parameters_of_a_case(), **drive_parameters()}

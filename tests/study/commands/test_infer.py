@@ -1,11 +1,15 @@
 """What matters and what agrees, from the command line and from Python: a small campaign of contacts, seconds in all."""
 
 import json
+import re
+import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import nanoslip
+from nanoslip.study.commands.infer import read_trace_numbers
 from tests.conftest import Main
 
 CONTACTS = """\
@@ -100,3 +104,41 @@ def test_wrong_questions_are_refused_before_anything_is_computed(main: Main, con
     assert code == 2
     assert problem in errors
     assert not Path("results").exists()
+
+
+def test_a_fit_takes_the_friction_of_a_trace(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The trace is a drive of the campaign itself; what is given by itself is not taken from it."""
+    monkeypatch.chdir(tmp_path)
+    drive = '[[drives]]\nname = "soft"\nspring_stiffness = 2e4\nstage_velocity = 1e-3\nsamples = 10000\n'
+    text = 'title = "x"\nnumerics = {n_x = 33, scheme = "strip"}\nensemble.members = 3\n'
+    Path("mine.toml").write_text(text + drive)
+    truth = {"constants": {"intrinsic_friction": 0.4}, "drives": tomllib.loads(drive)["drives"]}
+    data = nanoslip.run({**tomllib.loads(text), **truth, "ensemble": {"members": 1}}, progress=False).squeeze()
+    motion = data.nanoslip.trajectory()
+    np.savetxt("lab.csv", np.column_stack([motion["time"], 100.0 * motion["sample_spring_force"]]), delimiter=",")
+    _, written, _ = main("trace", "lab.csv", "--load", "100 N", "--json")
+    Path("lab.json").write_text(written)
+    (static, kinetic) = read_trace_numbers(Path("lab.json"))
+    assert (static.name, kinetic.name) == ("static_friction", "kinetic_friction")
+    assert kinetic.value == pytest.approx(float(data["kinetic_friction"]), abs=3.0 * kinetic.error)
+    assert [target.name for target in read_trace_numbers(Path("lab.json"), ["mu_s"])] == ["kinetic_friction"]
+    Path("other.json").write_text("[]")
+    code, _, errors = main("fit", "mine.toml", "--trace", "other.json")
+    assert code == 2
+    assert "needs a file that nanoslip trace FILE --load FORCE --json has written" in " ".join(errors.split())
+
+
+@pytest.mark.slow
+def test_a_fit_to_a_trace_finds_its_friction(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Plateaus of one μ_i differ by 2 % between starts of this grid, and are proportional to it."""
+    monkeypatch.chdir(tmp_path)
+    text = 'title = "x"\nnumerics = {n_x = 33, scheme = "strip"}\nensemble.members = 3\ndrives = [{name = "a"}]\n'
+    Path("mine.toml").write_text(text)
+    data = nanoslip.run({**tomllib.loads(text), "constants": {"intrinsic_friction": 0.4}}, progress=False).squeeze()
+    of = ("static_friction", "kinetic_friction")
+    numbers = {name: {"value": float(data[name]), "uncertainty": 0.005, "of": 9, "unit": "1"} for name in of}
+    Path("lab.json").write_text(json.dumps(numbers))
+    words = ("--trace", "lab.json", "--vary", "mu_i=0.2:0.6", "--points", 16, "--out", "out")
+    code, out, errors = main("fit", "mine.toml", *words)
+    assert code == 0, errors
+    assert float(re.findall(r"intrinsic_friction\s+(\S+)", out)[0]) == pytest.approx(0.4, rel=0.04)
