@@ -20,13 +20,14 @@ class Kernel:
     def __init__(self, function: Callable[..., object], allocates: bool, options: dict[str, Any]) -> None:
         """options: of numba's `njit`."""
         update_wrapper(self, function)
-        self._function, self.allocates, self._options = function, allocates, options
+        # Numba inlines what has these two attributes of its own, and the option inline="always".
+        self.py_func, self.allocates, self.targetoptions = function, allocates, options
 
     @cached_property
     def dispatcher(self) -> Any:
         """Numba's own object, which holds the compiled versions."""
         _register()
-        return _compiling().dispatcher_of(self._function, self.allocates, self._options)
+        return _compiling().dispatcher_of(self.py_func, self.allocates, self.targetoptions)
 
     @property
     def _numba_type_(self) -> Any:

@@ -11,9 +11,10 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.kernels.events import answer_violations, look_for_rounding
+from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve
 from nanoslip.solver.contact.kernels.state import (
     RESIDUAL_LIMIT,
+    EventKind,
     KernelConstants,
     KernelState,
     RoughPin,
@@ -310,6 +311,11 @@ def rebuild(state: KernelState) -> None:
     respond(state)
 
 
+def answer_violations(compiled: CompiledContact, pin_rate: float = 1.0) -> Stop:
+    """The cascade that begins with the worst violation; pin_rate as in `resolve`."""
+    return resolve(compiled.state, compiled.constants, EventKind.NOTHING, -1, pin_rate)
+
+
 def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
     """Correct what rounding has done to a run that stopped with `status`; returns the reason that is true then.
 
@@ -320,13 +326,13 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
         return status
     state, constants = compiled.state, compiled.constants
     for _ in range(3):
-        lifted, residual = look_for_rounding(state, constants)
-        inaccurate = not residual <= RESIDUAL_LIMIT
+        lifted = project_onto_pin(state, constants)
+        inaccurate = not equilibrium_residual(state) <= RESIDUAL_LIMIT
         if not (lifted or inaccurate):
             return status
         if inaccurate:
             rebuild(state)
-        resolved = answer_violations(state, constants, 1.0)
+        resolved = answer_violations(compiled)
         if resolved != Stop.DONE:
             return resolved
     return status if equilibrium_residual(state) <= 10.0 * RESIDUAL_LIMIT else Stop.INACCURATE

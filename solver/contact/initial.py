@@ -12,6 +12,7 @@ import numpy as np
 
 from nanoslip.solver.case import Case, InitialContact
 from nanoslip.solver.contact.compiled_contact import (
+    answer_violations,
     beyond_window,
     compiled_contact,
     contact_state,
@@ -27,7 +28,7 @@ from nanoslip.solver.contact.coulomb import (
     resolve_violations,
     stick_and_slide_at_rest,
 )
-from nanoslip.solver.contact.kernels.events import answer_violations, raise_load
+from nanoslip.solver.contact.kernels.events import raise_load
 from nanoslip.solver.contact.kernels.state import Stop, refresh, set_rate_to_load
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
 from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
@@ -162,7 +163,7 @@ def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
     expected = contact if converged else contact | (np.abs(surface_from_pin(case)) <= expected_half_width(case))
     for followed in (within_reach(case, expected, found.u, found.v), everywhere):
         compiled = compiled_contact(case, compliance, contact, u, height, followed)
-        status = answer_violations(compiled.state, compiled.constants, 1.0)
+        status = answer_violations(compiled)
         state = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
         if (converged or state.outcome.ok) and not beyond_window(compiled, state):
             break
@@ -178,7 +179,7 @@ def _load_gradually(case: Case, compliance: Compliance) -> ContactState:
     compiled.state.inputs[-1] = -1e-12 * case.normal_load
     refresh(compiled.state)
     set_rate_to_load(compiled.state)
-    status = answer_violations(compiled.state, compiled.constants, 0.0)
+    status = answer_violations(compiled, pin_rate=0.0)
     if status == Stop.DONE:
         status = raise_load(compiled.state, compiled.constants, case.normal_load)
     return contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import MOST_EVENTS, Case, Interface
 from nanoslip.solver.contact.compiled_contact import (
     CompiledContact,
+    answer_violations,
     beyond_window,
     compiled_contact,
     contact_state,
@@ -31,7 +32,7 @@ from nanoslip.solver.contact.coulomb import (
     stick_and_slide_in_motion,
 )
 from nanoslip.solver.contact.initial import checked, initial_contact
-from nanoslip.solver.contact.kernels.events import STEEPEST, answer_violations
+from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.state import EventKind, Stop, new_scalars, total_shear
 from nanoslip.solver.contact.pin import LONGEST_STEP, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_ENDING, OUTCOME_OF_STOP
@@ -192,7 +193,7 @@ def _continued(
         followed = _set_up_again(compiled, widest)
         if followed is None:
             return None, status
-        compiled, status = followed, answer_violations(followed.state, followed.constants, 1.0)
+        compiled, status = followed, answer_violations(followed)
     else:
         status = corrected_for_rounding(compiled, Stop.DONE)
     if anew and status == Stop.DONE:

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity, SlipRule
-from nanoslip.solver.contact.compiled_contact import compiled_contact, corrected_for_rounding
+from nanoslip.solver.contact.compiled_contact import answer_violations, compiled_contact, corrected_for_rounding
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.kernels.events import answer_violations
 from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, Stop, equilibrium_residual, refresh
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advised, energy_created
 from nanoslip.solver.elasticity.compliance import surface_compliance
@@ -104,7 +103,7 @@ def test_what_is_no_number_is_a_residual_and_ends_a_cascade(one_node, entry, val
     assert equilibrium_residual(one_node.state) < RESIDUAL_LIMIT
     one_node.state.response[entry] = value
     assert not equilibrium_residual(one_node.state) <= RESIDUAL_LIMIT
-    outcome = OUTCOME_OF_STOP[answer_violations(one_node.state, one_node.constants, 1.0)]
+    outcome = OUTCOME_OF_STOP[answer_violations(one_node)]
     assert not outcome.ok  # an infinite shear slips, an infinite tension is released: neither gets far
     assert outcome.ending is Ending.ROUNDING or not np.isnan(value)
 

@@ -90,13 +90,7 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
     return moved
 
 
-@compiled()
-def look_for_rounding(state: KernelState, constants: KernelConstants) -> tuple[bool, float]:
-    """Move lifted nodes back onto the pin; whether there were any, and the equilibrium residual."""
-    return project_onto_pin(state, constants), equilibrium_residual(state)
-
-
-@compiled()
+@compiled(inline="always")
 def _refresh_after_changes(state: KernelState, pin_rate: float) -> None:
     """From time to time, after changes of the contact: a fresh response, a fresh rate, and the equilibrium residual."""
     state.scalars.changes_since_refresh += 1
@@ -111,8 +105,8 @@ def _refresh_after_changes(state: KernelState, pin_rate: float) -> None:
     state.scalars.residual = max(state.scalars.residual, equilibrium_residual(state))
 
 
-@compiled()
-def release_node(state: KernelState, i: int, pin_rate: float) -> bool:
+@compiled(inline="always")
+def _release(state: KernelState, i: int, pin_rate: float) -> bool:
     """Release node i: its forces fall to zero, its displacements follow. pin_rate: how fast contact nodes move, see `resolve`."""
     if not pivot(state, i):
         return False
@@ -127,13 +121,12 @@ def release_node(state: KernelState, i: int, pin_rate: float) -> bool:
     rate[i], rate[j] = pin_rate, 0.0
     add_two_rows(rate, state.tableau, i, -rate_x, j, -rate_z)
     state.scalars.releases += 1
-    _refresh_after_changes(state, pin_rate)
     return True
 
 
-@compiled()
-def touch_node(state: KernelState, constants: KernelConstants, i: int, pin_rate: float) -> bool:
-    """Bring node i into contact, stuck where it is; a penetration is pushed back along z. pin_rate: as in `release_node`."""
+@compiled(inline="always")
+def _touch(state: KernelState, constants: KernelConstants, i: int, pin_rate: float) -> bool:
+    """Bring node i into contact, stuck where it is; a penetration is pushed back along z. pin_rate: as in `_release`."""
     j = len(state.x) + i
     height = pin_height(constants, state.x[i] + state.response[i] - state.scalars.displacement)
     if not pivot(state, i):
@@ -145,7 +138,6 @@ def touch_node(state: KernelState, constants: KernelConstants, i: int, pin_rate:
     state.scalars.touches += 1
     if not constants.inner_nodes[0] <= i <= constants.inner_nodes[1]:
         state.scalars.touches_near_end += 1
-    _refresh_after_changes(state, pin_rate)
     return True
 
 
@@ -162,19 +154,19 @@ HALF_PLACE = PLACE // 2 + 1
 """Added to a ratio before it is cut: ratios that one cut separates though they are ties, the other does not."""
 
 
-@compiled()
+@compiled(inline="always")
 def bits(value: float) -> int:
     """A float's bits read as an integer: positive floats keep their order, negative ones stay negative."""
     return int(np.float64(value).view(np.int64))
 
 
-@compiled()
+@compiled(inline="always")
 def ranked(ratio: int, i: int) -> int:
     """The bits of a shear ratio, the lowest of them replaced by the node's place i."""
     return (ratio & ~PLACE) | i
 
 
-@compiled()
+@compiled(inline="always")
 def highest_ranked(cut: int, shifted: int) -> int:
     """The place in the largest rank of either cut, or -1 where there is none."""
     return max(cut & PLACE, shifted & PLACE) if cut > 0 else -1
@@ -343,19 +335,24 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
             refresh(state)
 
 
-@compiled()
+@compiled(inline="always")
 def _change_contact(state: KernelState, constants: KernelConstants, kind: EventKind, i: int, pin_rate: float) -> Stop:
     """Release node i or bring it into contact; DONE or why not."""
     if kind == EventKind.RELEASE:
         if state.contact.sum() == 1:
             return Stop.CONTACT_LOST
-        return Stop.DONE if release_node(state, i, pin_rate) else Stop.SLIP_UNBOUNDED
-    xi = state.x[i] + state.response[i] - state.scalars.displacement
-    if abs(state.x[i]) > constants.half_width or abs(xi) > constants.half_width:
-        # The sharp edge of a punch meets a node that was not under it, or has passed over one within a step of the floor:
-        # neither side of the edge is an equilibrium.
-        return Stop.EDGE_REACHED
-    return Stop.DONE if touch_node(state, constants, i, pin_rate) else Stop.SLIP_UNBOUNDED
+        changed = _release(state, i, pin_rate)
+    else:
+        xi = state.x[i] + state.response[i] - state.scalars.displacement
+        if abs(state.x[i]) > constants.half_width or abs(xi) > constants.half_width:
+            # The sharp edge of a punch meets a node that was not under it, or has passed over one within a step of the floor:
+            # neither side of the edge is an equilibrium.
+            return Stop.EDGE_REACHED
+        changed = _touch(state, constants, i, pin_rate)
+    if not changed:
+        return Stop.SLIP_UNBOUNDED
+    _refresh_after_changes(state, pin_rate)
+    return Stop.DONE
 
 
 @compiled()
@@ -389,14 +386,7 @@ def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, nod
             kind = EventKind.TOUCH
 
 
-@compiled()
-def answer_violations(state: KernelState, constants: KernelConstants, pin_rate: float) -> Stop:
-    """The cascade that begins with the worst violation. Python calls it: numba takes long to recognise an EventKind."""
-    nowhere = int(np.int64(-1))  # for a plain -1 numba would compile the whole cascade once more
-    return resolve(state, constants, EventKind.NOTHING, nowhere, pin_rate)
-
-
-@compiled()
+@compiled(inline="always")
 def _soundness(state: KernelState, constants: KernelConstants) -> Stop:
     """DONE where the end of a cascade means something: all numbers finite (none of the comparisons above sees a NaN), and
     no node on a flank steeper than STEEPEST."""

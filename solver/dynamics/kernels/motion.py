@@ -7,6 +7,7 @@ limit F̃, F is linear in x with slope K (stuck: elastic contact), with F̃'s ow
 """
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -397,29 +398,35 @@ def state_at(segment: Segment, tau: float) -> tuple[float, float, float]:
 
 # When a quantity of a segment passes a level, and when a free oscillation next passes 0.
 
-POSITION, VELOCITY, DRIVING_RATE = 0, 1, 2
-"""Quantities of a segment; the last is the rate of the driving force."""
+
+class Passing(IntEnum):
+    """What of a segment passes a level. Of plain whole numbers numba would compile each by itself."""
+
+    POSITION = 0
+    VELOCITY = 1
+    DRIVING_RATE = 2
+    """Of the driving force."""
 
 
 @compiled(error_model="numpy")
 def offset_from_level(
-    segment: Segment, motion: Motion, quantity: int, level: float, tau: float
+    segment: Segment, motion: Motion, quantity: Passing, level: float, tau: float
 ) -> tuple[float, float, float]:
     """A quantity minus `level`, and its first two rates: position, velocity, or D' = k(V - v) - c a."""
     y, v, _ = state_at(segment, tau)
     c, stiffness = segment.damping, segment.stiffness
     a = segment.load + segment.ramp * tau - c * v - stiffness * y
-    if quantity == POSITION:
+    if quantity == Passing.POSITION:
         return y - level, v, a
     jerk = segment.ramp - c * a - stiffness * v
-    if quantity == VELOCITY:
+    if quantity == Passing.VELOCITY:
         return v - level, a, jerk
     k, fourth = motion.spring, -c * jerk - stiffness * a
     return k * (motion.stage - v) - c * a - level, -k * a - c * jerk, -k * jerk - c * fourth
 
 
 @compiled(error_model="numpy")
-def root(segment: Segment, motion: Motion, quantity: int, level: float, end: float, rising: bool) -> float:
+def root(segment: Segment, motion: Motion, quantity: Passing, level: float, end: float, rising: bool) -> float:
     """Where a quantity that is monotone on [0, end] passes `level`: Halley's method kept in its bracket."""
     low, high = 0.0, end
     tau = 0.5 * end

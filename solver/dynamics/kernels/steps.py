@@ -7,11 +7,9 @@ import numpy as np
 
 from nanoslip.solver.compiled import compiled
 from nanoslip.solver.dynamics.kernels.motion import (
-    DRIVING_RATE,
-    POSITION,
-    VELOCITY,
     Floats,
     Motion,
+    Passing,
     Pin,
     Record,
     Run,
@@ -105,12 +103,12 @@ def segment_end(
     y, v1, area = state_at(segment, tau)
     level = _velocity_level(motion, v, v1)
     if not math.isnan(level):
-        tau = root(segment, motion, VELOCITY, level, tau, v1 > v)
+        tau = root(segment, motion, Passing.VELOCITY, level, tau, v1 > v)
         y, _, area = state_at(segment, tau)
         v1 = level
     if y < distance if forward else y > distance:
         return tau, False, y, v1, area
-    tau = root(segment, motion, POSITION, distance, tau, forward)
+    tau = root(segment, motion, Passing.POSITION, distance, tau, forward)
     _, v1, area = state_at(segment, tau)
     return tau, True, distance, max(v1, 0.0) if forward else min(v1, 0.0), area
 
@@ -121,8 +119,8 @@ def highest_driving_force(segment: Segment, motion: Motion, end: float, new: Pin
     at_start = driving_force(motion, segment.pin)
     highest = max(at_start, driving_force(motion, new))
     rate = motion.spring * (motion.stage - segment.pin.velocity) - motion.damping * segment.q
-    if rate > 0.0 and offset_from_level(segment, motion, DRIVING_RATE, 0.0, end)[0] < 0.0:
-        tau = root(segment, motion, DRIVING_RATE, 0.0, end, False)
+    if rate > 0.0 and offset_from_level(segment, motion, Passing.DRIVING_RATE, 0.0, end)[0] < 0.0:
+        tau = root(segment, motion, Passing.DRIVING_RATE, 0.0, end, False)
         y, v, _ = state_at(segment, tau)
         change = motion.spring * (motion.stage * tau - y) - motion.damping * (v - segment.pin.velocity)
         highest = max(highest, at_start + change)
@@ -222,7 +220,7 @@ def note_segment(record: Record, motion: Motion, segment: Segment, tau: float) -
     y, v_end, _ = state_at(segment, tau)
     note_spring_force(record, motion, pin.time + tau, pin.position + y)
     if (v < motion.stage) != (v_end < motion.stage):
-        turn = root(segment, motion, VELOCITY, motion.stage, tau, v_end > v)
+        turn = root(segment, motion, Passing.VELOCITY, motion.stage, tau, v_end > v)
         y, _, _ = state_at(segment, turn)
         note_spring_force(record, motion, pin.time + turn, pin.position + y)
 

@@ -92,7 +92,7 @@ OVERSHOOT = 1e-4
 """What shear may exceed its limit by before an event, all nodes together, as a share of μ_i·W."""
 
 
-@compiled()
+@compiled(inline="always")
 def smallest_step(constants: SlipConstants, stiffness: float, displacement: float) -> float:
     """The event floor as a length, at δ_p = displacement.
 
@@ -107,7 +107,7 @@ def smallest_step(constants: SlipConstants, stiffness: float, displacement: floa
     return float(max(constants.event_floor * unit, 0.1 * constants.tolerance / stiffness, least))
 
 
-@compiled()
+@compiled(inline="always")
 def overshot(constants: SlipConstants, overshoot: float, nodes: int) -> bool:
     """Whether shear exceeds its limits by too much, all nodes together; so does what is not a number."""
     return not overshoot <= OVERSHOOT * constants.friction_bound + nodes * constants.tolerance
@@ -132,7 +132,7 @@ def advance(state: KernelState, step: float) -> None:
     state.scalars.displacement += step
 
 
-@compiled()
+@compiled(inline="always")
 def stretching(state: KernelState) -> float:
     """By how much shear and its limits change per displacement of the pin, all nodes together."""
     n, stiffness = len(state.x), 0.0
@@ -142,7 +142,7 @@ def stretching(state: KernelState) -> float:
     return stiffness
 
 
-@compiled()
+@compiled(inline="always")
 def overshoot(state: KernelState, opposite: float) -> float:
     """By how much limited shear exceeds μ_i·pressure, all nodes together."""
     n, total = len(state.x), 0.0
@@ -198,7 +198,7 @@ def slide_events(
     return Stop.FULL, len(events.displacement)
 
 
-@compiled()
+@compiled(inline="always")
 def _left_window(state: KernelState, constants: KernelConstants) -> bool:
     """Whether a rough pin has moved, or sunk, or the surface heaved so far that nodes beyond the window could meet it."""
     displacement, left, right = constants.window_until
@@ -206,7 +206,7 @@ def _left_window(state: KernelState, constants: KernelConstants) -> bool:
     return bool(state.scalars.displacement > displacement or y[n] > left or y[2 * n - 1] > right)
 
 
-@compiled()
+@compiled(inline="always")
 def _answer(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
     """The cascade of one event; DONE, or why the event means nothing."""
     start_event(state.scalars, state.node_slips)
@@ -219,7 +219,7 @@ def _answer(state: KernelState, constants: KernelConstants, kind: EventKind, nod
     return status
 
 
-@compiled()
+@compiled(inline="always")
 def _record(state: KernelState, events: Events, e: int) -> None:
     """Row e of the record once its cascade is over."""
     scalars = state.scalars
@@ -374,7 +374,7 @@ def _next_slip(state: TangentialState, opposite: float) -> tuple[float, int]:
     return nearest, node
 
 
-@compiled()
+@compiled(inline="always")
 def _advance(state: TangentialState, step: float) -> None:
     move_along(state.shear, step, state.rate)
     for i in range(len(state.u)):
@@ -382,7 +382,7 @@ def _advance(state: TangentialState, step: float) -> None:
     state.scalars.displacement += step
 
 
-@compiled()
+@compiled(inline="always")
 def _overshoot(state: TangentialState, opposite: float) -> float:
     """By how much limited shear exceeds its limits, all nodes together."""
     total = 0.0
@@ -433,7 +433,7 @@ def slide_tangentially(
     return Stop.FULL, len(events.displacement)
 
 
-@compiled()
+@compiled(inline="always")
 def _answer_event(state: TangentialState, constants: SlipConstants, node: int) -> Stop:
     """The slips of one event; DONE, or why the event means nothing."""
     start_event(state.scalars, state.node_slips)
