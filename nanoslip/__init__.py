@@ -29,47 +29,16 @@ trajectories and contacts; everything else is of single cases. Results are one l
 `nanoslip --help` does the same from a shell.
 """
 
+import ast
 import importlib
 import os
 import signal
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nanoslip.solver import (
-        RK4,
-        Biquadratic,
-        Case,
-        Chain,
-        ContactState,
-        Drive,
-        DriveResult,
-        DynamicsResult,
-        Effects,
-        Ending,
-        Exact,
-        FrictionCoefficients,
-        FrictionRecord,
-        Galerkin,
-        HalfPlane,
-        Heterogeneity,
-        Interface,
-        InvalidInput,
-        Outcome,
-        Plateau,
-        Scales,
-        SingularOperator,
-        Slab,
-        SlipRule,
-        SolverError,
-        SurfaceCompliance,
-        contact_state,
-        drive_result,
-        event_statistics,
-        friction_record,
-        mirrored,
-        plateau_of,
-        surface_compliance,
-    )
+    from nanoslip.solver.case import Case, Effects, Heterogeneity, Interface, SlipRule
     from nanoslip.solver.contact.closed_forms import (
         cattaneo_mindlin,
         flat_punch_pressure,
@@ -77,11 +46,23 @@ if TYPE_CHECKING:
         sliding_parabola,
         sliding_punch,
     )
+    from nanoslip.solver.contact.state import ContactState, mirrored
+    from nanoslip.solver.drive import Drive, Scales
+    from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
     from nanoslip.solver.dynamics.friction_limit import NoPlateauError
+    from nanoslip.solver.dynamics.integrators import RK4, Exact
+    from nanoslip.solver.dynamics.result import DynamicsResult
     from nanoslip.solver.dynamics.stick_slip import Oscillator, stick_slip
-    from nanoslip.solver.outcome import NanoslipError
+    from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
+    from nanoslip.solver.elasticity.schemes import Biquadratic, Chain, Galerkin, HalfPlane
+    from nanoslip.solver.outcome import Ending, InvalidInput, NanoslipError, Outcome, SingularOperator, SolverError
+    from nanoslip.solver.simulate import DriveResult, contact_state, drive_result, friction_record
+    from nanoslip.solver.slab import Slab
+    from nanoslip.solver.sliding.plateau import Plateau, plateau_of
     from nanoslip.solver.sliding.power_law import Histogram, logarithmic_histogram
+    from nanoslip.solver.sliding.record import FrictionRecord
     from nanoslip.solver.sliding.sizes import EventSizes, SizeDistribution, event_sizes, pooled, size_distribution
+    from nanoslip.solver.sliding.statistics import event_statistics
     from nanoslip.study.api import concat, fit, run
     from nanoslip.study.api import open_dataset as open
     from nanoslip.study.dataset.variables import Described
@@ -160,40 +141,24 @@ __all__ = [
     "surface_compliance",
 ]
 
-_NAMES = {
-    "nanoslip.solver.contact.closed_forms": "cattaneo_mindlin flat_punch_pressure hertz sliding_parabola sliding_punch",
-    "nanoslip.solver.dynamics.friction_limit": "NoPlateauError",
-    "nanoslip.solver.dynamics.stick_slip": "Oscillator stick_slip",
-    "nanoslip.solver.outcome": "NanoslipError",
-    "nanoslip.solver.sliding.power_law": "Histogram logarithmic_histogram",
-    "nanoslip.solver.sliding.sizes": "EventSizes event_sizes pooled SizeDistribution size_distribution",
-    "nanoslip.study.api": "concat fit open_dataset:open run",
-    "nanoslip.study.dataset.variables": "Described described:describe",
-    "nanoslip.study.results.store": "StoreError",
-    "nanoslip.study.figures.frames": "frames",
-    "nanoslip.study.inference.fit": "Fit",
-    "nanoslip.study.inference.sensitivity": "Sensitivity sensitivity",
-    "nanoslip.study.figures.sweep": "figure",
-    "nanoslip.study.manifest.checker": "ManifestError",
-}
-"""Module -> its names that are public here; `theirs:ours` where the name differs. All others are the solver's."""
-
-_PLACES = {
-    name.rpartition(":")[2]: (module, name.partition(":")[0])
-    for module, names in _NAMES.items()
-    for name in names.split()
-}
-
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return importlib.import_module("nanoslip.study.provenance").version()
     if name not in __all__:
         raise AttributeError(f"module 'nanoslip' has no attribute {name!r}")
-    module, theirs = _PLACES.get(name, ("nanoslip.solver", name))
+    module, theirs = _places()[name]
     found = getattr(importlib.import_module(module), theirs)
     globals()[name] = found
     return found
+
+
+@cache
+def _places() -> dict[str, tuple[str, str]]:
+    """Public name -> module and name there, read off the imports above, which nothing but a type checker runs."""
+    tree = ast.parse(Path(__file__).read_text("utf-8"))
+    imports = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
+    return {alias.asname or alias.name: (str(node.module), alias.name) for node in imports for alias in node.names}
 
 
 def __dir__() -> list[str]:

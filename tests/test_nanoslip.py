@@ -34,11 +34,6 @@ def test_the_names_that_editors_see_are_those_that_are_there(tree):
     assert set(nanoslip.__all__) <= set(dir(nanoslip))
 
 
-def test_a_name_that_is_not_the_solver_s_is_found_where_editors_see_it(tree):
-    others = {name: place for name, place in typed_names(tree).items() if place[0] != "nanoslip.solver"}
-    assert others == nanoslip._PLACES
-
-
 def test_every_name_explains_itself():
     assert [name for name in nanoslip.__all__ if not getattr(nanoslip, name).__doc__] == []
 

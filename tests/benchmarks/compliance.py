@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
-from nanoslip.solver import Slab, surface_compliance
+from nanoslip import Slab, surface_compliance
 from nanoslip.solver.elasticity import condensation as dissection
 from nanoslip.solver.elasticity.condensation import Eliminated, definitely_eliminated
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, stiffness

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementQuad1, ElementVector, MeshQuad, asm
 from skfem.helpers import ddot, eye, sym_grad, trace
 
-from nanoslip.solver import Case, Slab, SlipRule, contact_state, friction_record, surface_compliance
+from nanoslip import Case, Slab, SlipRule, contact_state, friction_record, surface_compliance
 from nanoslip.solver.sliding.slide import slide
 from tests.benchmarks.table import Row, best, verdict, versus
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from nanoslip.solver import Case, Drive, DynamicsResult, FrictionRecord, Scales, Slab, friction_record, plateau_of
+from nanoslip import Case, Drive, DynamicsResult, FrictionRecord, Scales, Slab, friction_record, plateau_of
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from nanoslip.solver.dynamics.integrators import RK4, integrate
 from tests.benchmarks.table import Row, best, seconds, verdict, versus

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from nanoslip.solver import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
+from nanoslip import Case, Drive, FrictionRecord, SurfaceCompliance, friction_record, plateau_of
 from nanoslip.solver.case import Effects, Heterogeneity
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.dynamics.friction_limit import friction_limit_of

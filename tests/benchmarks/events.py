@@ -9,7 +9,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from nanoslip.solver import Case, Slab, surface_compliance
+from nanoslip import Case, Slab, surface_compliance
 from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.sliding import slide as full_contact

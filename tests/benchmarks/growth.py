@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from nanoslip.solver import Case, Slab, contact_state, friction_record, surface_compliance
+from nanoslip import Case, Slab, contact_state, friction_record, surface_compliance
 from nanoslip.solver.contact.kernels.state import margin
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.plan.outlook import machine_memory

@@ -7,15 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from nanoslip.solver import (
-    Case,
-    ContactState,
-    Slab,
-    SurfaceCompliance,
-    contact_state,
-    friction_record,
-    surface_compliance,
-)
+from nanoslip import Case, ContactState, Slab, SurfaceCompliance, contact_state, friction_record, surface_compliance
 from nanoslip.solver.contact.kernels.events import pivot
 from nanoslip.solver.contact.kernels.state import KernelState
 from nanoslip.solver.sliding.slide import compiled_at, slide, slide_to_state

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nanoslip.solver import (
+from nanoslip import (
     Case,
     Chain,
     Drive,

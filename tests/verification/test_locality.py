@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nanoslip.solver import Case, Slab, friction_record, plateau_of, surface_compliance
+from nanoslip import Case, Slab, friction_record, plateau_of, surface_compliance
 from nanoslip.solver.contact.initial import initial_contact
 
 CASE = Case(max_events=None, max_displacement=2.5e-3)

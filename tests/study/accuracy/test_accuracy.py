@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nanoslip.solver import Case, Slab, friction_record, surface_compliance
+from nanoslip import Case, Slab, friction_record, surface_compliance
 from nanoslip.solver.elasticity.schemes import Galerkin
 from nanoslip.study.accuracy.elastic_operator import (
     OBSERVABLES,

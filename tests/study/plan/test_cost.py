@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from nanoslip.solver import friction_record
+from nanoslip import friction_record
 from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.contact import compiled_contact
 from nanoslip.solver.drive import Scales
