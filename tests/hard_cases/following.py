@@ -2,7 +2,6 @@
 
 import functools
 from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from nanoslip.solver.case import Case
@@ -39,11 +38,6 @@ class Followed:
         return True
 
     @property
-    def lawful(self) -> bool:
-        """Whether every law held within its limit in every state."""
-        return not self.broken
-
-    @property
     def broken(self) -> dict[str, float]:
         """The laws that did not hold, with their worst errors."""
         return {law: error for law, error in self.worst.items() if not error <= LIMITS[law]}
@@ -67,25 +61,3 @@ def follow(case: Case, compliance: SurfaceCompliance, events: int = 20, whole: i
     if seen.check(seen.end, case, compliance):
         seen.endings[Ending.COMPLETED] += 1
     return seen
-
-
-def worst_of(runs: Iterable[Followed]) -> dict[str, float]:
-    """The worst error of every law over several runs."""
-    worst = dict.fromkeys(LIMITS, 0.0)
-    for run in runs:
-        worst = {law: max(error, run.worst[law]) for law, error in worst.items()}
-    return worst
-
-
-def shown(worst: dict[str, float]) -> str:
-    """The worst errors in one cell."""
-    seen = [f"{law} {error:.0e}" for law, error in worst.items() if error > 1e-15]
-    return ", ".join([*seen, f"{'others' if seen else 'all'} below 1e-15"])
-
-
-def endings_of(runs: Iterable[Followed]) -> str:
-    """How the runs ended, counted."""
-    total: Counter[Ending] = Counter()
-    for run in runs:
-        total.update(run.endings)
-    return ", ".join(f"{count} {ending.value}" for ending, count in total.most_common())

@@ -16,8 +16,7 @@ from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
-from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
-from tests.hard_cases.table import Row
+from tests.hard_cases.following import Followed, compliance_of, follow
 
 WAYS: tuple[InitialContact, ...] = get_args(InitialContact)
 N = 33
@@ -315,23 +314,3 @@ EXTREME_ENDINGS = {
     Ending.SLIP_UNBOUNDED,
     Ending.CONTACT_NOT_CONVERGED,
 }
-
-
-def rows() -> list[Row]:
-    """Every load with every radius, in three ways of touching; punch edges about a node; pins dragged to the corner."""
-    pressed = [_follow(case, 5, 20) for scheme in SCHEMES for way in WAYS for case in _everything(scheme, way)]
-    punches = [_case(scheme, pin="flat_punch", half_width=width) for scheme in SCHEMES for width in PUNCHES.values()]
-    dragged = [_dragged(scheme, name) for scheme in SCHEMES for name in SLIDERS]
-    light = [_case("galerkin", normal_load=10.0**power, heterogeneity=_profile(1e-3)) for power in range(-30, -2)]
-    tried = {
-        "rough pins of height 1e-3, W 1e-30 to 1e-3": [_follow(case, 5, 20) for case in light],
-        "W 1e-30 to 1, R/L_x 1e-12 to 1e24, event floor 1e-14 to 1, knots 1e-12 apart": [
-            _follow(case, 3, 20) for case in _extremes()
-        ],
-        "W 1e-12 to 0.1, R/L_x 0.1 to 1e6, all ways to touch": pressed,
-        "punch edges within 1e-12 of a node or of a middle": [_follow(case) for case in punches],
-        "one node, two, off the centre, to the corner": dragged,
-    }
-    return [
-        Row("contact", what, "contact laws", shown(worst_of(runs)), endings_of(runs)) for what, runs in tried.items()
-    ]

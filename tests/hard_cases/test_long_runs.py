@@ -13,7 +13,6 @@ from nanoslip.solver.sliding import slide as full_contact
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide_to_state
 from tests.hard_cases.following import compliance_of
-from tests.hard_cases.table import Row
 from tests.physics import half_plane, law_errors, stored_energy
 
 COLUMNS = (
@@ -112,19 +111,3 @@ def test_ten_million_slips_keep_laws_and_energy() -> None:
     assert slips > 10_000_000
     assert missing < 1e-7  # the load's work is 1/μ_i times the pin's, and so is its rounding
     assert worst < 1e-9
-
-
-def rows() -> list[Row]:
-    """A million events on every scheme, ten million slips on a reciprocal operator."""
-    worst = max(max(_million(scheme)[2].values()) for scheme in SCHEMES)
-    slips, missing, law = _ten_million_slips()
-    return [
-        Row("long runs", "1e6 events", "contact laws in the end", f"{worst:.0e}", "completed; same bits in ten pieces"),
-        Row(
-            "long runs",
-            f"{slips:.1e} slips",
-            "laws; energy balance",
-            f"{law:.0e}; {missing:.0e} of the work",
-            "completed",
-        ),
-    ]

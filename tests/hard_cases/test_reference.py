@@ -12,7 +12,6 @@ from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
 from tests.hard_cases.following import compliance_of
 from tests.hard_cases.reference import Reference
-from tests.hard_cases.table import Row
 from tests.physics import half_plane
 
 EVENTS = 40
@@ -134,22 +133,3 @@ def test_contact_agrees_with_a_complementarity_solver(radius: float, normal_load
     case = _frictionless(Slab(n_x=17, scheme=scheme), radius, normal_load)
     compliance = compliance_of(case.slab)
     assert _off(_by_projection(case, compliance), case, compliance) < 1e-9
-
-
-def rows() -> list[Row]:
-    """How far the two implementations are apart."""
-    apart = [_disagreement(_case(scheme, name)) for scheme in SCHEMES for name in SAMPLE]
-    worst = f"displacement {max(a for a, _ in apart):.0e}, force {max(b for _, b in apart):.0e} of the load"
-    slab = Slab(n_x=65)
-    cases = [_frictionless(slab, radius, normal_load) for radius, normal_load in CONTACTS]
-    contact = max(_off(_by_nnls(case, half_plane(slab)), case, half_plane(slab)) for case in cases)
-    return [
-        Row("second implementation", ", ".join(SAMPLE), "every event the same", worst, "agree"),
-        Row(
-            "second implementation",
-            "frictionless contact by NNLS",
-            "nodal forces",
-            f"{contact:.0e} of the load",
-            "agree",
-        ),
-    ]

@@ -13,13 +13,12 @@ import pytest
 from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.drive import Scales
-from nanoslip.solver.elasticity.compliance import ILL_CONDITIONED, Conditioning, SurfaceCompliance, conditioning
+from nanoslip.solver.elasticity.compliance import ILL_CONDITIONED, SurfaceCompliance, conditioning
 from nanoslip.solver.elasticity.schemes import Biquadratic
 from nanoslip.solver.outcome import Ending, InvalidInput, SingularOperator
 from nanoslip.solver.slab import SCHEMES, Slab, Support
 from nanoslip.solver.sliding.slide import slide, slide_to_state
-from tests.hard_cases.following import Followed, compliance_of, endings_of, follow, shown, worst_of
-from tests.hard_cases.table import Row
+from tests.hard_cases.following import Followed, compliance_of, follow
 from tests.physics import assert_contact_laws, half_plane
 
 POISSON = (0.0, 0.3, 0.45, 0.49, 0.4999, -0.5, -0.9)
@@ -177,31 +176,3 @@ def test_an_operator_that_does_negative_work_is_detected_and_named() -> None:
     assert not outcome.ok
     assert "not positive definite" in outcome.message
     assert "galerkin" in outcome.message
-
-
-def _worst_condition(found: list[Conditioning]) -> str:
-    worst = min(one.reciprocal_condition for one in found)
-    indefinite = sum(not one.positive_definite for one in found)
-    return f"reciprocal condition {worst:.0e}; {indefinite} of {len(found)} operators not positive definite"
-
-
-def rows() -> list[Row]:
-    """All Poisson's ratios with all aspect ratios, grid sizes and row counts, by scheme; pillars by support."""
-    table = []
-    for scheme in SCHEMES:
-        slabs = _slabs(scheme, (5, 9, 33, 129))
-        runs = [_tried(slab) for slab in slabs]
-        tried = f"{scheme}: ν -0.9 to 0.4999, L_z/L_x 0.01 to 100, n_x 5 to 129, 3 rows to all"
-        table.append(Row("slab", tried, "contact laws", shown(worst_of(runs)), endings_of(runs)))
-        known = [slab for slab, run in zip(slabs, runs, strict=True) if run.states]
-        found = [conditioning(compliance_of(slab).matrix) for slab in known]
-        outcome = "what cannot be solved there is named, with advice"
-        table.append(Row("slab", tried, "compliance positive definite", _worst_condition(found), outcome))
-    return [*table, *(_pillar_row(support) for support in SUPPORTS)]
-
-
-def _pillar_row(support: Support) -> Row:
-    """Slabs taller than their grids."""
-    runs = [_tried(slab) for slab in _pillars(support, (5, 17, 33, 129))]
-    tried = f"pillars, {support}: L_z/L_x 11 to 1e4, ν -0.9 to 0.4999, n_x 5 to 129"
-    return Row("slab", tried, "contact laws", shown(worst_of(runs)), endings_of(runs))
