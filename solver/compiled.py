@@ -8,7 +8,6 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import cached_property, update_wrapper
 from importlib import import_module
-from threading import Lock
 from typing import Any, TypeVar
 
 Function = TypeVar("Function", bound=Callable[..., object])
@@ -26,7 +25,6 @@ class Kernel:
     @cached_property
     def dispatcher(self) -> Any:
         """Numba's own object, which holds the compiled versions."""
-        _register()
         return _compiling().dispatcher_of(self.py_func, self.allocates, self.targetoptions)
 
     @property
@@ -55,44 +53,10 @@ def compiled(*, allocates: bool = False, **options: Any) -> Callable[[Function],
     return declared
 
 
-def inlined(function: Function) -> Function:
-    """Decorator: a function that kernels call, compiled with each of them; for Python it stays as it is."""
-    _unregistered.append(lambda: _compiling().register_jitable(function))
-    return function
-
-
-def chosen_by_type(stub: Callable[..., object]) -> Callable[[Function], Function]:
-    """Decorator of a function from types of arguments to what kernels call instead of `stub` for these types."""
-
-    def declared(choose: Function) -> Function:
-        _unregistered.append(lambda: _compiling().overload(stub, strict=False)(choose))
-        return choose
-
-    return declared
-
-
-def is_named_tuple(kind: object) -> bool:
-    """Whether a type of numba's, as `chosen_by_type` hands it on, is that of a named tuple."""
-    return isinstance(kind, _compiling().types.BaseNamedTuple)
-
-
 def reporting_compilation(tell: Callable[[], object]) -> AbstractContextManager[None]:
     """While entered, `tell` is called as a kernel begins to be compiled; not for one that is kept on disk."""
     found: AbstractContextManager[None] = _compiling().reporting_compilation(tell)
     return found
-
-
-_unregistered: list[Callable[[], object]] = []
-"""What kernels need to be told to numba before one of them is compiled."""
-
-
-_registering = Lock()
-
-
-def _register() -> None:
-    with _registering:  # another thread's kernel needs all of them, too
-        while _unregistered:
-            _unregistered.pop(0)()
 
 
 def _compiling() -> Any:

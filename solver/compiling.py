@@ -12,12 +12,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
-from numba import njit, types
+from numba import njit
 from numba.core import event
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
-from numba.extending import overload, register_jitable
 
-__all__ = ["dispatcher_of", "overload", "register_jitable", "reporting_compilation", "source_stamp", "types"]
+__all__ = ["dispatcher_of", "reporting_compilation", "source_stamp"]
 
 KERNEL_FILES: Final = ("compiled.py", "compiling.py", "*/kernels/*.py")
 """What holds kernels, all that kernels import from this package, and what makes them: relative to the package."""

@@ -1,18 +1,16 @@
 """Compile the kernels that most tests run, while something else is checked: `make kernels`."""
 
-from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
+from nanoslip.solver.case import Case, Effects, SlipRule
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.integrators import RK4
 from nanoslip.study.plan.kinds import contact_task, drive_task, record_task
 from nanoslip.study.plan.task import Task
 from nanoslip.study.run.warm_up import warm_up, warm_ups
 
-PINS = (Heterogeneity(), Heterogeneity(roughness=((-0.1, 0.0), (0.1, 0.0))))
-
 
 def tasks() -> list[Task]:
-    """Smooth and rough pins whose load or stage is raised; drives by every integrator, back as well or forward only."""
-    cases = [Case(heterogeneity=pin, initial_contact=way) for pin in PINS for way in ("stick", "gradual")]
+    """Pins whose load or stage is raised; drives by every integrator, back as well or forward only."""
+    cases = [Case(initial_contact=way) for way in ("stick", "gradual")]
     cases += [Case(effects=Effects(pin_translation=False)), Case(slip_rule=SlipRule(residual_shear=1.0))]
     drives = [
         Drive.from_si(reverse_motion=back, **way)

@@ -93,7 +93,7 @@ def assert_friction_law(case: Case, record: FrictionRecord, compliance: Complian
     most = float(node_friction(case).max()) * case.normal_load
     forces = np.concatenate((record.force_before, record.force_after, [record.initial_force]))
     pin, reach = pin_of(case), case.slab.spacing * max(record.contact_size.max(initial=1), record.initial_contact_size)
-    highest = pin.curvature * reach**2 / 2 + (0.0 if pin.rises is None else float(np.abs(pin.rises).max()))
+    highest = pin.curvature * reach**2 / 2 + float(np.abs(pin.rises).max())
     rounding = ROUNDING * highest / float(np.abs(np.diag(compliance.matrix)).max())
     assert limited_shear(forces, case).max(initial=0.0) <= most * (1.0 + 1e-4) + 1e-10 * case.normal_load + rounding
 

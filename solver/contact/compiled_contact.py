@@ -16,8 +16,8 @@ from nanoslip.solver.contact.kernels.state import (
     RESIDUAL_LIMIT,
     EventKind,
     KernelConstants,
+    KernelPin,
     KernelState,
-    RoughPin,
     SlipConstants,
     Stop,
     equilibrium_residual,
@@ -26,7 +26,7 @@ from nanoslip.solver.contact.kernels.state import (
     respond,
 )
 from nanoslip.solver.contact.normal import FEW, KEPT
-from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import Outcome, SingularOperator
@@ -357,7 +357,7 @@ def _constants(case: Case, window: slice, state: KernelState, slides: bool) -> K
     pin = pin_of(case)
     return KernelConstants(
         slip=slip_constants(case),
-        pin=_kernel_pin(pin),
+        pin=KernelPin(pin.curvature, pin.knots, pin.rises),
         half_width=pin.half_width,
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         first_node=window.start,
@@ -366,13 +366,7 @@ def _constants(case: Case, window: slice, state: KernelState, slides: bool) -> K
     )
 
 
-def _kernel_pin(pin: Pin) -> float | RoughPin:
-    if pin.knots is None or pin.rises is None:
-        return pin.curvature
-    return RoughPin(pin.curvature, np.ascontiguousarray(pin.knots), np.ascontiguousarray(pin.rises))
-
-
-def contact_state(compiled: CompiledContact, outcome: Outcome) -> ContactState:
+def state_of(compiled: CompiledContact, outcome: Outcome) -> ContactState:
     """A compiled contact as a value; nodes beyond its window follow from the compliance."""
     state, n = compiled.state, compiled.case.slab.n_x
     given, response = (values[:-1].reshape(2, -1) for values in (state.inputs, state.response))

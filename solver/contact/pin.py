@@ -25,13 +25,19 @@ class Pin:
     """A pin whose height at pin coordinate ξ is curvature·ξ²/2 for |ξ| ≤ half_width, and out of reach beyond.
 
     curvature: L_x/R of a parabola, 0 for a flat punch. half_width: of a flat punch, rounded to whole nodes; infinite for a
-    parabola. knots, rises: a rough parabola's additional height at pin coordinates, straight between and level beyond them.
+    parabola. knots, rises: a rough parabola's additional height at pin coordinates, straight between and level beyond them;
+    one knot of a smooth pin.
     """
 
     curvature: float
     half_width: float
-    knots: Vector | None = None
-    rises: Vector | None = None
+    knots: Vector
+    rises: Vector
+
+    @property
+    def rough(self) -> bool:
+        """Whether its height is more than a parabola's."""
+        return len(self.knots) > 1
 
     def height(self, xi: Vector) -> Vector:
         """Height of the pin's surface above its lowest point at ξ (any shape), in L_x; infinite beyond the pin."""
@@ -39,17 +45,12 @@ class Pin:
 
     def face(self, xi: Vector) -> Vector:
         """The same as if the pin had no edges."""
-        height = self.curvature * xi**2 / 2
-        if self.knots is None or self.rises is None:
-            return np.asarray(height)
-        return np.asarray(height + np.interp(xi, self.knots, self.rises))
+        return np.asarray(self.curvature * xi**2 / 2 + np.interp(xi, self.knots, self.rises))
 
     def lowest_within(self, xi: Vector, distance: float) -> Vector:
         """A bound from below of the heights within a distance of ξ, (k,): parabola and rise each at its lowest."""
         nearest = np.maximum(np.abs(xi) - distance, 0.0)
         height = self.curvature * nearest**2 / 2
-        if self.knots is None or self.rises is None:
-            return np.asarray(height)
         left, right = xi - distance, xi + distance
         ends = np.minimum(np.interp(left, self.knots, self.rises), np.interp(right, self.knots, self.rises))
         stretches = np.column_stack((np.searchsorted(self.knots, left), np.searchsorted(self.knots, right)))
@@ -59,14 +60,14 @@ class Pin:
 
     def fall_within(self, distance: float) -> float:
         """A bound from above of what the roughness rises or falls within a distance, anywhere."""
-        if self.knots is None or self.rises is None:
+        if not self.rough:
             return 0.0
         steepest = float(np.abs(np.diff(self.rises) / np.diff(self.knots)).max())
         return min(steepest * distance, float(np.ptp(self.rises)))
 
     def roughness_slopes(self, spacing: float) -> tuple[float, float]:
         """Root mean square slopes of the roughness: all of it, and of what nodes so far apart miss, which see straight lines."""
-        if self.knots is None or self.rises is None:
+        if not self.rough:
             return 0.0, 0.0
         left = np.floor(self.knots / spacing)  # nothing is missed between nodes without a knot
         nodes = spacing * np.unique(np.concatenate((left, left + 1.0)))
@@ -79,8 +80,7 @@ class Pin:
 
     def rounding(self, xi: Vector) -> float:
         """Largest change of displacements by rounding of ξ (any shape) and of heights there, in L_x."""
-        of_profile = 0.0 if self.rises is None else float(np.abs(self.rises).max())
-        largest = float((np.abs(xi) + self.curvature * xi**2 / 2).max()) + of_profile
+        largest = float((np.abs(xi) + self.curvature * xi**2 / 2).max()) + float(np.abs(self.rises).max())
         return 4.0 * float(np.finfo(float).eps) * largest
 
     def slope(self, xi: Vector) -> Vector:
@@ -89,7 +89,7 @@ class Pin:
 
     def steepest(self, left: Vector, right: Vector) -> float:
         """The largest |dheight/dξ| anywhere between left and right, both (k,), of k stretches of ξ; 0 without any."""
-        places = np.concatenate((left, right) if self.knots is None else (left, right, self.knots))
+        places = np.concatenate((left, right, self.knots))
         places.sort()
         starts, ends = places[:-1], places[1:]
         middle = (starts + ends) / 2
@@ -99,10 +99,8 @@ class Pin:
         largest = (float(np.abs(self.curvature * at[within] + rise).max(initial=0.0)) for at in (starts, ends))
         return max(largest)
 
-    def _rise_slope(self, xi: Vector) -> Vector | float:
+    def _rise_slope(self, xi: Vector) -> Vector:
         """What the roughness adds to the slope at ξ; at a knot, of what lies to its right."""
-        if self.knots is None or self.rises is None:
-            return 0.0
         steps = np.concatenate(([0.0], np.diff(self.rises) / np.diff(self.knots), [0.0]))
         return np.asarray(steps[np.searchsorted(self.knots, xi, side="right")])
 
@@ -132,14 +130,16 @@ def pin_of(case: Case) -> Pin:
     return SHAPES[case.pin](case)
 
 
+_LEVEL = ((0.0, 0.0),)
+
+
 def _parabola(case: Case) -> Pin:
-    rough = np.array(case.heterogeneity.roughness).T if case.heterogeneity.roughness else (None, None)
-    return Pin(1.0 / case.radius, math.inf, *rough)
+    return Pin(1.0 / case.radius, math.inf, *np.array(case.heterogeneity.roughness or _LEVEL).T.copy())
 
 
 def _flat_punch(case: Case) -> Pin:
     # A node stands for its width of surface: it is under the punch while the greater part of that is.
-    return Pin(curvature=0.0, half_width=case.half_width + 0.499 * case.slab.spacing)
+    return Pin(0.0, case.half_width + 0.499 * case.slab.spacing, *np.array(_LEVEL).T)
 
 
 SHAPES: dict[PinShape, Callable[[Case], Pin]] = {"parabola": _parabola, "flat_punch": _flat_punch}

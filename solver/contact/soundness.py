@@ -45,10 +45,7 @@ OUTCOME_OF_STOP = {
         Ending.SLIP_UNBOUNDED,
         "no slip (at residual_shear 1: no motion) satisfies the friction law here: lower intrinsic_friction, or raise n_x",
     ),
-    Stop.CASCADE_LIMIT: Outcome(
-        Ending.CASCADE_LIMIT,
-        "one event needed more slips than slip.cascade_limit: raise it",
-    ),
+    Stop.CASCADE_LIMIT: Outcome(Ending.CASCADE_LIMIT, "one event needed more slips than slip.cascade_limit: raise it"),
     Stop.CONTACT_LOST: Outcome(
         Ending.CONTACT_LOST,
         "no node is left that can carry the load: the pin has left the slab; lower the record's limits",
@@ -167,7 +164,7 @@ def _steepest(case: Case, xi: Vector, outermost: float) -> float:
     """The largest |slope| of the pin under a contact whose nodes are at ξ: at each of them, and of all between the outermost two.
     A wall between two nodes is none that any of them stands on, and the pin drags it over them all the same."""
     pin = pin_of(case)
-    if pin.knots is None or not len(xi):  # a smooth pin is steepest at the outermost
+    if not pin.rough or not len(xi):  # a smooth pin is steepest at the outermost
         return pin.curvature * outermost
     at_nodes = float(np.abs(pin.slope(xi)).max())
     return max(at_nodes, pin.steepest(xi.min(keepdims=True), xi.max(keepdims=True)))
@@ -182,8 +179,6 @@ def rounding_share(case: Case, softness: Vector, contact: NDArray[np.bool_], out
     if not contact.any():
         return 0.0
     pin = pin_of(case)
-    highest = pin.curvature * (outermost * outermost) / 2
-    if pin.rises is not None:
-        highest += float(np.abs(pin.rises).max())
+    highest = pin.curvature * (outermost * outermost) / 2 + float(np.abs(pin.rises).max())
     displaced = case.normal_load * float(np.abs(softness[contact]).max())
     return sys.float_info.epsilon * highest / displaced

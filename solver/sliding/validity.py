@@ -285,7 +285,7 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
         LARGE_STRAIN if case.normal_load > LARGEST_PRESSURE * 2 * narrowest else None,
         None if case.slab.scheme.resolves(case.slab, max(narrowest, several)) else UNRESOLVED_SLAB,
         UNRESOLVED_ROUGHNESS if missed > MISSED * slope and slope > FELT * pin.curvature * narrowest else None,
-        SHORT_PROFILE if pin.knots is not None and float(np.ptp(pin.knots)) < 2.0 * narrowest else None,
+        SHORT_PROFILE if pin.rough and float(np.ptp(pin.knots)) < 2.0 * narrowest else None,
     )
     return tuple([flag for flag in found if flag])
 

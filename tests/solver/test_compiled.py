@@ -143,10 +143,10 @@ THREADS = """
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from nanoslip.solver.contact.kernels.state import first_root, knot_ahead
-from nanoslip.solver.contact.kernels.state import RoughPin
+from nanoslip.solver.contact.kernels.state import KernelPin
 import numpy as np
 before = "numba" in sys.modules
-pin = RoughPin(1.0, np.array([-0.1, 0.1]), np.zeros(2))
+pin = KernelPin(1.0, np.array([-0.1, 0.1]), np.zeros(2))
 with ThreadPoolExecutor(4) as threads:
     found = [threads.submit(first_root, 1.0, -2.0, 1.0), threads.submit(knot_ahead, pin, 1, 1)] * 2
     print(before, *(each.result() for each in found))

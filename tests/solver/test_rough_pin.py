@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Distribution, Effects, Heterogeneity, InitialContact, SlipRule
-from nanoslip.solver.contact.compiled_contact import beyond_window, compiled_contact, contact_state, within_reach
+from nanoslip.solver.contact.compiled_contact import beyond_window, state_of, within_reach
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.kernels.state import RoughPin, Stop, slip_on_rough
+from nanoslip.solver.contact.kernels.state import KernelPin, Stop, slip_on_rough
 from nanoslip.solver.contact.pin import node_friction, pin_of
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
@@ -79,18 +79,11 @@ def test_what_is_no_roughness_is_a_smooth_pin(pin, radius, events, off, slip_ord
     np.testing.assert_allclose(found.force_after, smooth.force_after, atol=off * case.normal_load)
 
 
-def test_a_smooth_pin_has_no_profile():
-    contact, level = np.abs(COMPLIANCE.x) < 0.1, np.zeros(33)
-    compiled = compiled_contact(CASE, COMPLIANCE, contact, level, level, contact)
-    assert isinstance(compiled.constants.pin, float)
-    assert pin_of(CASE).knots is None
-
-
 def test_a_node_rests_where_its_shear_is_first_gone():
     """By brute force: |shear| falls through residual_shear·μ_i·pressure nowhere before the distance that the kernel finds."""
     points = random_profile(2e-4, 601)
     height = pin_of(rough(points)).height
-    pin = RoughPin(1.0 / CASE.radius, *(np.ascontiguousarray(part) for part in np.array(points).T))
+    pin = KernelPin(1.0 / CASE.radius, *(np.ascontiguousarray(part) for part in np.array(points).T))
     rng, bent = np.random.default_rng(5), 0
     for _ in range(50):
         xi, shear = rng.uniform(-0.1, 0.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.1)
@@ -214,7 +207,7 @@ def test_no_node_beyond_the_window_ever_lies_inside_a_rough_pin(seed):
     while held < len(events.displacement) and status in (Stop.FULL, Stop.WINDOW_TOO_NARROW):
         room = first_of(events, min(held + 10, len(events.displacement)))
         status, held = slide_events(compiled.state, compiled.constants, room, node_slips, held, np.inf)
-        state = contact_state(compiled, COMPLETED)
+        state = state_of(compiled, COMPLETED)
         assert not beyond_window(compiled, state)
         if status == Stop.WINDOW_TOO_NARROW:
             compiled = compiled_at(case, compliance, state, whole=False)

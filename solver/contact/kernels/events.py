@@ -3,18 +3,19 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.compiled import chosen_by_type, compiled, is_named_tuple
+from nanoslip.solver.compiled import compiled
 from nanoslip.solver.contact.kernels.state import (
     BLUR,
     EventKind,
     Floats,
     KernelConstants,
+    KernelPin,
     KernelState,
-    RoughPin,
     Stop,
     add_two,
     add_two_rows,
     equilibrium_residual,
+    face_height,
     first_root,
     knot_ahead,
     move_along,
@@ -23,7 +24,6 @@ from nanoslip.solver.contact.kernels.state import (
     pin_slope,
     refresh,
     rise_slope,
-    rough_height,
     set_rate_to_displacement,
     set_rate_to_load,
     slip_move,
@@ -217,7 +217,7 @@ def largest_tension(state: KernelState, constants: KernelConstants) -> int:
     return found
 
 
-@compiled()
+@compiled(inline="always")
 def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
     """The free node that lies deepest inside the pin, of ties the one further right, or -1."""
     n = len(state.x)
@@ -231,7 +231,7 @@ def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
     return found
 
 
-@compiled()
+@compiled(inline="always")
 def on_steep_flank(state: KernelState, constants: KernelConstants, against_friction: bool) -> bool:
     """Whether a node in contact is on a flank steeper than STEEPEST, or than half of its μ_i: there the pressure may drive a
     slip downhill harder than the shear, which falls from μ_i·pressure to none, holds it back."""
@@ -423,26 +423,16 @@ def next_event(state: KernelState, constants: KernelConstants, pin_rate: float) 
     return nearest, kind, node
 
 
-def _horizon(pin: float | RoughPin, state: KernelState, opposite: float) -> float:
-    """A step beyond which no touch is looked for: going along a rough pin takes time, a smooth one has no such limit."""
-    raise NotImplementedError
-
-
-def _no_horizon(curvature: float, state: KernelState, opposite: float) -> float:
-    return np.inf
-
-
-def _next_slip_or_release(pin: RoughPin, state: KernelState, opposite: float) -> float:
+@compiled(inline="always")
+def _horizon(pin: KernelPin, state: KernelState, opposite: float) -> float:
+    """A step beyond which no touch is looked for: that of the next slip or release, as going along a rough pin takes time."""
     nearest = np.inf
+    if len(pin.knots) == 1:
+        return nearest
     for i in range(len(state.x)):
         if state.contact[i]:
             nearest = min(nearest, _step_to_limit(state, opposite, i)[0])
-    return nearest * (1.0 + 1e-9)  # what comes first by rounding alone is still seen
-
-
-@chosen_by_type(_horizon)
-def _choose_horizon(pin, state, opposite):  # type: ignore[no-untyped-def]
-    return _next_slip_or_release if is_named_tuple(pin) else _no_horizon
+    return float(nearest * (1.0 + 1e-9))  # what comes first by rounding alone is still seen
 
 
 @compiled()
@@ -464,7 +454,7 @@ def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, 
     return slip, EventKind.SLIP
 
 
-@compiled()
+@compiled(inline="always")
 def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, pin_rate: float, nearest: float) -> float:
     """Step at which free node i meets the pin: the gap is quadratic in the step. Of no interest beyond `nearest`."""
     n = len(state.x)
@@ -479,19 +469,16 @@ def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, pin_r
     return float(_step_to_profile(constants.pin, xi, xi_rate, height, height_rate, nearest))
 
 
+@compiled(inline="always")
 def _step_to_profile(
-    pin: float | RoughPin, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+    pin: KernelPin, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
 ) -> float:
-    """Step at which a node at ξ and this height meets a pin without edges. Compiled for a smooth pin or a rough one."""
-    raise NotImplementedError
-
-
-def _step_to_smooth(
-    curvature: float, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
-) -> float:
-    gap = 0.5 * curvature * xi * xi - height
-    linear = curvature * xi * xi_rate - height_rate
-    quadratic = 0.5 * curvature * xi_rate * xi_rate
+    """Step at which a node at ξ and this height meets a pin without edges."""
+    if len(pin.knots) > 1:
+        return _step_to_rough(pin, xi, xi_rate, height, height_rate, nearest)
+    gap = 0.5 * pin.curvature * xi * xi - height
+    linear = pin.curvature * xi * xi_rate - height_rate
+    quadratic = 0.5 * pin.curvature * xi_rate * xi_rate
     if linear >= 0.0:
         return np.inf
     if gap <= 0.0:
@@ -502,13 +489,14 @@ def _step_to_smooth(
     return float(2.0 * gap / (-linear + np.sqrt(discriminant)))
 
 
+@compiled()
 def _step_to_rough(
-    pin: RoughPin, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+    pin: KernelPin, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
 ) -> float:
     """From knot to knot, to where the gap first closes; a node that lies inside and closes in has met the pin."""
     sense = 1 if xi_rate > 0.0 else -1
     k = piece_entered(pin, xi, sense)
-    here, passed, gap = xi, 0.0, rough_height(pin, xi) - height
+    here, passed, gap = xi, 0.0, face_height(pin, xi) - height
     quadratic = 0.5 * pin.curvature * xi_rate * xi_rate
     while passed < nearest:
         linear = (pin.curvature * here + rise_slope(pin, k)) * xi_rate - height_rate
@@ -526,11 +514,6 @@ def _step_to_rough(
         here = far
         k += sense
     return np.inf
-
-
-@chosen_by_type(_step_to_profile)
-def _choose_step(pin, xi, xi_rate, height, height_rate, nearest):  # type: ignore[no-untyped-def]
-    return _step_to_rough if is_named_tuple(pin) else _step_to_smooth
 
 
 # Raise the load event by event, the pin held.

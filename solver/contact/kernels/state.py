@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.compiled import chosen_by_type, compiled, inlined, is_named_tuple
+from nanoslip.solver.compiled import compiled
 
 # Kinds of events, and why a kernel stops: each named in this one place.
 
@@ -120,12 +120,12 @@ class KernelState(NamedTuple):
     scalars: Scalars
 
 
-class RoughPin(NamedTuple):
-    """A rough pin: its height is curvature·ξ²/2 + rise(ξ), the rise straight between knots and level beyond them."""
+class KernelPin(NamedTuple):
+    """A pin without edges: its height is curvature·ξ²/2 + rise(ξ), the rise straight between knots and level beyond them."""
 
     curvature: float
     knots: Floats
-    """Pin coordinates, increasing."""
+    """Pin coordinates, increasing; one of a smooth pin."""
     rises: Floats
     """Of the same shape."""
 
@@ -152,8 +152,7 @@ class KernelConstants(NamedTuple):
     """What does not change during a run."""
 
     slip: SlipConstants
-    pin: float | RoughPin
-    """Curvature of a smooth pin, or a rough pin: the type decides which functions are compiled."""
+    pin: KernelPin
     half_width: float
     tolerance_gap: float
     """Penetration below which a free node counts as free."""
@@ -176,7 +175,7 @@ def new_scalars(displacement: float) -> Scalars:
     return scalars
 
 
-@compiled()
+@compiled(inline="always")
 def start_event(scalars: Scalars, node_slips: NDArray[np.int64]) -> None:
     """Set what is counted per event to 0."""
     node_slips[:] = 0
@@ -231,58 +230,35 @@ def pin_height(constants: KernelConstants, xi: float) -> float:
     return float(face_height(constants.pin, xi))
 
 
-def face_height(pin: float | RoughPin, xi: float) -> float:
-    """Height of a pin without edges above its lowest point (of a rough one: of its parabola). Compiled for either kind."""
-    raise NotImplementedError
-
-
-def _smooth_height(curvature: float, xi: float) -> float:
-    return 0.5 * curvature * xi * xi
-
-
-@inlined
-def rough_height(pin: RoughPin, xi: float) -> float:
-    """The same of a rough pin, above the lowest point of its parabola."""
+@compiled()
+def face_height(pin: KernelPin, xi: float) -> float:
+    """Height of a pin without edges above its lowest point (of a rough one: of its parabola)."""
+    height = 0.5 * pin.curvature * xi * xi
     last = len(pin.knots) - 1
+    if last == 0:
+        return float(height)
     k = min(max(int(np.searchsorted(pin.knots, xi, side="right")), 1), last)
     along = min(max(xi, pin.knots[0]), pin.knots[last]) - pin.knots[k - 1]
     rise = pin.rises[k - 1] + along * rise_slope(pin, k)
-    return float(0.5 * pin.curvature * xi * xi + rise)
+    return float(height + rise)
 
 
 @compiled()
-def rise_slope(pin: RoughPin, k: int) -> float:
+def rise_slope(pin: KernelPin, k: int) -> float:
     """Slope of the rise between knots k - 1 and k; level before the first and behind the last."""
     if not 0 < k < len(pin.knots):
         return 0.0
     return float((pin.rises[k] - pin.rises[k - 1]) / (pin.knots[k] - pin.knots[k - 1]))
 
 
-def pin_slope(pin: float | RoughPin, xi: float) -> float:
-    """Slope of a pin without edges at ξ; at a knot, of what lies to its right. Compiled for either kind."""
-    raise NotImplementedError
-
-
-def _smooth_slope(curvature: float, xi: float) -> float:
-    return curvature * xi
-
-
-def _rough_slope(pin: RoughPin, xi: float) -> float:
-    return pin.curvature * xi + rise_slope(pin, int(np.searchsorted(pin.knots, xi, side="right")))
-
-
-@chosen_by_type(pin_slope)
-def _choose_slope(pin, xi):  # type: ignore[no-untyped-def]
-    return _rough_slope if is_named_tuple(pin) else _smooth_slope
-
-
-@chosen_by_type(face_height)
-def _choose_height(pin, xi):  # type: ignore[no-untyped-def]
-    return rough_height if is_named_tuple(pin) else _smooth_height
+@compiled()
+def pin_slope(pin: KernelPin, xi: float) -> float:
+    """Slope of a pin without edges at ξ; at a knot, of what lies to its right."""
+    return float(pin.curvature * xi + rise_slope(pin, int(np.searchsorted(pin.knots, xi, side="right"))))
 
 
 @compiled()
-def piece_entered(pin: RoughPin, xi: float, sense: int) -> int:
+def piece_entered(pin: KernelPin, xi: float, sense: int) -> int:
     """Number k of the piece between knots k - 1 and k that a node at ξ enters."""
     if sense > 0:
         return int(np.searchsorted(pin.knots, xi, side="right"))
@@ -290,7 +266,7 @@ def piece_entered(pin: RoughPin, xi: float, sense: int) -> int:
 
 
 @compiled()
-def knot_ahead(pin: RoughPin, k: int, sense: int) -> float:
+def knot_ahead(pin: KernelPin, k: int, sense: int) -> float:
     """End of the piece between knots k - 1 and k in the direction of `sense`."""
     if sense > 0:
         return float(pin.knots[k]) if k < len(pin.knots) else np.inf
@@ -310,34 +286,31 @@ def first_root(constant: float, linear: float, quadratic: float) -> float:
 # How far one node slips along the pin until its shear has fallen to what a slip leaves.
 
 
+@compiled(inline="always")
 def slip_move(
-    y: Floats, tableau: Floats, node_friction: Floats, i: int, xi: float, pin: float | RoughPin, residual_shear: float
+    y: Floats, tableau: Floats, node_friction: Floats, i: int, xi: float, pin: KernelPin, residual_shear: float
 ) -> tuple[float, float]:
     """How far node i slips along and down the pin, the others held; infinite where no distance lowers its shear enough.
 
-    Compiled for a smooth pin or a rough one.
+    On a smooth pin the shear that exceeds residual_shear·μ_i·pressure is quadratic in the distance, as the pin's height is.
     """
-    raise NotImplementedError
-
-
-def _slip_on_smooth(
-    y: Floats, tableau: Floats, node_friction: Floats, i: int, xi: float, curvature: float, residual_shear: float
-) -> tuple[float, float]:
-    """The shear that exceeds residual_shear·μ_i·pressure is quadratic in the distance, as the pin's height under the node is."""
+    if len(pin.knots) > 1:
+        return slip_on_rough(y, tableau, node_friction, i, xi, pin, residual_shear)
     n = len(node_friction)
     share = residual_shear * node_friction[i] * (1.0 if y[i] > 0.0 else -1.0)
     excess = y[i] + share * y[n + i]
-    down = curvature * (tableau[n + i, i] + share * tableau[n + i, n + i])
+    down = pin.curvature * (tableau[n + i, i] + share * tableau[n + i, n + i])
     linear = tableau[i, i] + share * tableau[i, n + i] + down * xi
     discriminant = linear * linear - 2.0 * down * excess
     if not (linear > 0.0 and discriminant >= 0.0):
         return np.inf, 0.0
     distance = -2.0 * excess / (linear + np.sqrt(discriminant))
-    return distance, curvature * distance * (xi + 0.5 * distance)
+    return distance, pin.curvature * distance * (xi + 0.5 * distance)
 
 
+@compiled()
 def slip_on_rough(
-    y: Floats, tableau: Floats, node_friction: Floats, i: int, xi: float, pin: RoughPin, residual_shear: float
+    y: Floats, tableau: Floats, node_friction: Floats, i: int, xi: float, pin: KernelPin, residual_shear: float
 ) -> tuple[float, float]:
     """The same from knot to knot, the way the shear pushes: the node rests where the excess is first gone."""
     n = len(node_friction)
@@ -355,18 +328,13 @@ def slip_on_rough(
         step = first_root(abs(excess), -linear, quadratic)
         if step <= abs(far - here):
             distance = here - xi + sense * step
-            return distance, rough_height(pin, xi + distance) - rough_height(pin, xi)
+            return distance, face_height(pin, xi + distance) - face_height(pin, xi)
         if abs(far) == np.inf:
             return np.inf, 0.0
         # Rounding must not turn a knot's little rest into an excess of the other sign.
         excess = -sense * max(abs(excess) - linear * abs(far - here) + quadratic * (far - here) ** 2, 0.0)
         here = far
         k += sense
-
-
-@chosen_by_type(slip_move)
-def _choose_slip(y, tableau, node_friction, i, xi, pin, residual_shear):  # type: ignore[no-untyped-def]
-    return slip_on_rough if is_named_tuple(pin) else _slip_on_smooth
 
 
 # Response of the slab to its inputs, its rate as pin or load move, and how far both are from equilibrium.

@@ -34,7 +34,7 @@ from nanoslip.solver.dynamics.kernels.motion import (
 )
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def _quick_crossing(segment: Segment, distance: float) -> float:
     """When the pin reaches `distance`, if it surely keeps between half and 3/2 of its velocity until then; else NaN.
 
@@ -56,7 +56,7 @@ def _quick_crossing(segment: Segment, distance: float) -> float:
     return tau
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float) -> float:
     """How far the velocity (and, if watched, the driving force's rate) is monotone, at most to the horizon.
 
@@ -75,7 +75,7 @@ def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float
     return end
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def _velocity_level(motion: Motion, v0: float, v1: float) -> float:
     """The first of the velocities 0 and that of stick that lies strictly between v0 and v1, or NaN."""
     stick_velocity = motion.stick_velocity
@@ -130,13 +130,13 @@ def highest_driving_force(segment: Segment, motion: Motion, end: float, new: Pin
 # The friction law of Eq. 13-14 on one tooth: direction of motion, stick or slip, how far stick lasts.
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def limited_friction(x: float, relaxed: float, surface_stiffness: float, limit: float) -> float:
     """Eq. 13, for a relaxation point that is known."""
     return max(-limit, min(surface_stiffness * (x - relaxed), limit))
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def moves_forward(motion: Motion, pin: Pin, slope: float) -> bool:
     """Direction of the motion; from rest the acceleration decides, or its rate where that is 0 to rounding. slope: of F̃."""
     if pin.velocity != 0.0:
@@ -148,7 +148,7 @@ def moves_forward(motion: Motion, pin: Pin, slope: float) -> bool:
     )
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def limit_followed(friction_force: float, limit: float, slope: float, surface_stiffness: float, forward: bool) -> int:
     """1 or -1 where F follows F̃ or -F̃, because elastic contact would exceed it; 0 where the contact sticks."""
     if friction_force >= limit and slope != surface_stiffness and (slope < surface_stiffness) == forward:
@@ -158,7 +158,7 @@ def limit_followed(friction_force: float, limit: float, slope: float, surface_st
     return 0
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def stuck_reach(friction_force: float, limit: float, slope: float, surface_stiffness: float, forward: bool) -> float:
     """How far F = K(x - x_R) stays between -F̃ and F̃ in the direction of motion: a signed distance."""
     reach = math.inf if forward else -math.inf
@@ -193,7 +193,7 @@ def note_spring_force(record: Record, motion: Motion, time: float, position: flo
     record.spring_range[1] = max(record.spring_range[1], force)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def note_brief(record: Record, motion: Motion, pin: Pin, tau: float, v_end: float) -> None:
     """`note_segment` of a stretch so brief that its acceleration is constant; its end is left to what follows."""
     rate = (v_end - pin.velocity) / tau
@@ -207,7 +207,7 @@ def note_brief(record: Record, motion: Motion, pin: Pin, tau: float, v_end: floa
             note_spring_force(record, motion, pin.time + turn, pin.position + way)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def note_segment(record: Record, motion: Motion, segment: Segment, tau: float) -> None:
     """Widen the range of the spring force to a segment that ends after `half`, and whose velocity is monotone.
 
@@ -225,7 +225,7 @@ def note_segment(record: Record, motion: Motion, segment: Segment, tau: float) -
         note_spring_force(record, motion, pin.time + turn, pin.position + y)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def next_due(record: Record, row: int, edge: int) -> float:
     """When the next row of `samples` or entry of `impulse` is to be written."""
     last, bins = record.samples.shape[0] - 1, record.impulse.size - 1
@@ -316,7 +316,7 @@ def finished_run(record: Record, tally: Tally, slip: Slip, slips: Floats, reache
 # Cross whole teeth the short way while the pin slides fast: nearly all of a long drive is this.
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def _may_turn(segment: Segment, motion: Motion, tau: float) -> bool:
     """Whether the driving force might have an extremum within a short τ: its rate changes by less than the bound."""
     k, c, q, p = motion.spring, motion.damping, segment.q, segment.p
@@ -509,7 +509,7 @@ def integrate_exactly(
 # The event-driven method with a rigid contact.
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def _let_go(segment: Segment) -> Segment:
     """The segment of a pin at rest that is just let go: its acceleration is 0 without rounding."""
     pin, slope, c, total, _, ramp, _, _, pace = segment
@@ -591,7 +591,7 @@ def _cubic(s: float, old: float, new: float, old_rate: float, new_rate: float) -
     return old + s * s * (3.0 - 2.0 * s) * (new - old) + s * (1.0 - s) * ((1.0 - s) * old_rate - s * new_rate)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
 def _write_step(
     record: Record, motion: Motion, old: Pin, new: Pin, row: int, edge: int, pushed: float
 ) -> tuple[int, int]:

@@ -53,7 +53,7 @@ class Events(NamedTuple):
     extent: NDArray[np.int32]
 
 
-@compiled()
+@compiled(inline="always")
 def add_slips(total: NDArray[np.int64], node_slips: NDArray[np.int64]) -> int:
     """Add the slips of each node (n,) in one event to those of the record; returns how many nodes slipped."""
     extent = 0
