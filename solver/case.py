@@ -309,11 +309,7 @@ class Case:
         above=0.0,
     )
     max_spacings: float | None = parameter(
-        None,
-        table="limits",
-        word="spacings",
-        meaning="longest record, in node spacings",
-        above=0.0,
+        None, table="limits", word="spacings", meaning="longest record, in node spacings", above=0.0
     )
 
     def __post_init__(self) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Final, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
@@ -23,36 +23,36 @@ class Effect(Generic[Scene]):
     """How a campaign leaves it out."""
 
 
-TEETH = Effect[Drive](
-    "teeth", lambda drive: drive.profile != "mean", lambda drive: replace(drive, profile="mean"), 'profile = "mean"'
-)
-FINE_TEETH = Effect[Drive](
-    "fine_teeth",
-    lambda drive: drive.profile == "sawtooth",
-    lambda drive: replace(drive, profile="coarse"),
-    'profile = "coarse"',
+def _of_drive(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]:
+    """A field of a drive that has a value without the effect."""
+    return Effect(
+        name or key, lambda drive: getattr(drive, key) != off, lambda drive: replace(drive, **{key: off}), setting
+    )
+
+
+def _of_case(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
+    """The same of a part of a case."""
+    return Effect(
+        key,
+        lambda case: getattr(getattr(case, part), key) != off,
+        lambda case: replace(case, **{part: replace(getattr(case, part), **{key: off})}),
+        setting,
+    )
+
+
+TEETH = _of_drive("profile", "mean", 'profile = "mean"', "teeth")
+FINE_TEETH = replace(
+    _of_drive("profile", "coarse", 'profile = "coarse"', "fine_teeth"), there=lambda drive: drive.profile == "sawtooth"
 )
 OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
     TEETH,
     FINE_TEETH,
-    Effect(
-        "surface_compliance",
-        lambda drive: drive.surface_compliance and drive.integrator.rests,
-        lambda drive: replace(drive, surface_compliance=False),
-        "surface_compliance = false",
+    replace(
+        _of_drive("surface_compliance", False, "surface_compliance = false"),
+        there=lambda drive: drive.surface_compliance and drive.integrator.rests,
     ),
-    Effect(
-        "reverse_motion",
-        lambda drive: drive.reverse_motion,
-        lambda drive: replace(drive, reverse_motion=False),
-        "reverse_motion = false",
-    ),
-    Effect(
-        "damping",
-        lambda drive: drive.damping_ratio > 0.0,
-        lambda drive: replace(drive, damping_ratio=0.0),
-        "damping_ratio = 0",
-    ),
+    _of_drive("reverse_motion", False, "reverse_motion = false"),
+    _of_drive("damping_ratio", 0.0, "damping_ratio = 0", "damping"),
 )
 SPARED: Final = (TEETH, FINE_TEETH)
 """Those without which a drive costs a fraction: a target leaves out the first whose change it allows. The others save little."""
@@ -78,30 +78,10 @@ class LeftOut:
 
 
 OF_CASES: Final[tuple[Effect[Case], ...]] = (
-    Effect(
-        "coupling",
-        lambda case: case.effects.coupling,
-        lambda case: replace(case, effects=replace(case.effects, coupling=False)),
-        "effects.coupling = false",
-    ),
-    Effect(
-        "pin_translation",
-        lambda case: case.effects.pin_translation,
-        lambda case: replace(case, effects=replace(case.effects, pin_translation=False)),
-        "effects.pin_translation = false",
-    ),
-    Effect(
-        "roughness",
-        lambda case: bool(case.heterogeneity.roughness),
-        lambda case: replace(case, heterogeneity=replace(case.heterogeneity, roughness=())),
-        "no heterogeneity.roughness",
-    ),
-    Effect(
-        "spread",
-        lambda case: case.heterogeneity.spread > 0.0,
-        lambda case: replace(case, heterogeneity=replace(case.heterogeneity, spread=0.0)),
-        "heterogeneity.spread = 0",
-    ),
+    _of_case("effects", "coupling", False, "effects.coupling = false"),
+    _of_case("effects", "pin_translation", False, "effects.pin_translation = false"),
+    _of_case("heterogeneity", "roughness", (), "no heterogeneity.roughness"),
+    _of_case("heterogeneity", "spread", 0.0, "heterogeneity.spread = 0"),
     Effect(
         "finite_slab",
         lambda case: not case.slab.scheme.bottomless,

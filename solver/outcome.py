@@ -113,11 +113,7 @@ class Outcome:
 
 
 _USABLE = frozenset({Ending.COMPLETED, Ending.NO_PLATEAU, Ending.NO_SLIP})
-UNDONE = {
-    Ending.CRASHED: "crashed",
-    Ending.TIMED_OUT: "took too long",
-    Ending.OUT_OF_MEMORY: "ran out of memory",
-}
+UNDONE = {Ending.CRASHED: "crashed", Ending.TIMED_OUT: "took too long", Ending.OUT_OF_MEMORY: "ran out of memory"}
 """Endings that say nothing of the case and leave no result, in words."""
 COMPLETED = Outcome(Ending.COMPLETED)
 

@@ -63,7 +63,7 @@ class Quantity:
     dtype: DTypeLike = np.float64
     """Type of a column's values while they are gathered."""
     si: "Quantity | None" = None
-    """A second variable that gives the number in SI, or as a share of μ_i."""
+    """A second variable that gives the number in SI, or as a share of μ_i; called after it, with `_si`, without a name."""
 
     def __post_init__(self) -> None:
         if self.per not in SCALED:
@@ -102,14 +102,6 @@ def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> dic
 def as_metadata(declared: Quantity) -> dict[str, Any]:
     """Metadata of a field that has the declaration of another one."""
     return {_KEY: declared}
-
-
-def companion(meaning: str, units: str, per: str, name: str = "", **more: Any) -> Quantity:
-    """The twin of a quantity in other units; it is called after it, with `_si`, where it has no name of its own.
-
-    more: further fields of `Quantity`.
-    """
-    return Quantity(name, meaning, units, per, **more)
 
 
 @lru_cache(maxsize=64)

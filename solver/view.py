@@ -19,12 +19,7 @@ if TYPE_CHECKING:
 Labelled = tuple[Quantity, Any]
 """A number or a column of a result with its declaration."""
 
-OWN_UNITS: Final = {
-    "length": "L_x",
-    "stiffness": "G·L_y",
-    "time": "√(m/(G·L_y))",
-    "velocity": "L_x·√(G·L_y/m)",
-}
+OWN_UNITS: Final = {"length": "L_x", "stiffness": "G·L_y", "time": "√(m/(G·L_y))", "velocity": "L_x·√(G·L_y/m)"}
 """`Quantity.per` -> the unit of a number that nobody scales."""
 
 ROUNDING = 1e-12

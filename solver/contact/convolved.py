@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.normal import RESTING, Exchange, NormalContact
+from nanoslip.solver.contact.normal import INSIDE, RESTING, Exchange, NormalContact
 from nanoslip.solver.contact.pin import Pin, expected_half_width, pin_of, surface_from_pin
 from nanoslip.solver.elasticity.schemes.endless import Convolution
 
@@ -81,8 +81,6 @@ def _cut(values: Vector, free: NDArray[np.bool_]) -> Vector:
 
 Nodes = NDArray[np.bool_]
 
-WRONG = 1e-12
-"""Share of the load that a node in contact may pull, or, in L_x·G, what a free one may lie inside the pin."""
 FIRST, LAST = 1e-2, 1e-14
 """Precision of heights, over what the load displaces a node that bears it alone: of the first round, times the nodes, each of
 which bears the less the more they are; and of the contact found."""
@@ -131,7 +129,7 @@ def _beneath(pin: Pin, x: Vector, u: Vector) -> Nodes:
 
 def _wrong(case: Case, contact: Nodes, force: Vector, gap: Vector) -> Nodes:
     """Nodes (n,) in contact that pull, and free ones that lie inside the pin."""
-    return np.asarray(np.where(contact, force, gap) < -WRONG * case.normal_load)
+    return np.asarray(np.where(contact, force, gap) < -INSIDE * case.normal_load)
 
 
 def _sideways(case: Case, convolution: Convolution, force: Vector) -> Vector:

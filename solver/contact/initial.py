@@ -15,8 +15,8 @@ from nanoslip.solver.contact.compiled_contact import (
     answer_violations,
     beyond_window,
     compiled_contact,
-    contact_state,
     corrected_for_rounding,
+    state_of,
     within_reach,
 )
 from nanoslip.solver.contact.convolved import convolved_contact
@@ -158,13 +158,13 @@ def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
     everywhere = np.ones_like(contact)
     if not converged and math.isinf(case.intrinsic_friction):
         unfinished = compiled_contact(case, compliance, contact, u, height, everywhere)
-        return contact_state(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
+        return state_of(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
     # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
     expected = contact if converged else contact | (np.abs(surface_from_pin(case)) <= expected_half_width(case))
     for followed in (within_reach(case, expected, found.u, found.v), everywhere):
         compiled = compiled_contact(case, compliance, contact, u, height, followed)
         status = answer_violations(compiled)
-        state = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
+        state = state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
         if (converged or state.outcome.ok) and not beyond_window(compiled, state):
             break
     return state
@@ -182,7 +182,7 @@ def _load_gradually(case: Case, compliance: Compliance) -> ContactState:
     status = answer_violations(compiled, pin_rate=0.0)
     if status == Stop.DONE:
         status = raise_load(compiled.state, compiled.constants, case.normal_load)
-    return contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
+    return state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
 
 
 WAYS_DOWN: dict[InitialContact, Callable[[Case, Compliance], ContactState]] = {

@@ -43,14 +43,14 @@ class FrictionCoefficients(Labels):
         )
     )
     static_friction_excess: float = field(
-        metadata=quantity("μ_s beyond the record", comment=_BEYOND.format("static_friction")),
+        metadata=quantity("μ_s beyond the record", comment=_BEYOND.format("static_friction"))
     )
     every_static_friction: NDArray[np.float64]
     kinetic_friction: float = field(
         metadata=quantity("kinetic friction coefficient", symbol="μ_k", comment="from steady sliding", ensemble=True)
     )
     kinetic_friction_excess: float = field(
-        metadata=quantity("μ_k beyond the record", comment=_BEYOND.format("kinetic_friction")),
+        metadata=quantity("μ_k beyond the record", comment=_BEYOND.format("kinetic_friction"))
     )
     outcome: Outcome
 

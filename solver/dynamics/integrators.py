@@ -111,7 +111,7 @@ class Method(Integrator):
         """Integrate to the drive's end or its last slip, to its `step_limit`, or to where F would follow -F̃ unless it may."""
 
 
-def outcome_of(run: Run, motion: Motion, step_limit: int) -> Outcome:
+def _outcome_of_segments(run: Run, motion: Motion, step_limit: int) -> Outcome:
     """How a run of segments ended: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
     if run.reached >= motion.duration or slipped_enough(run, motion):
         return COMPLETED
@@ -140,25 +140,14 @@ def reversed_at(run: Run, motion: Motion) -> Outcome:
     return Outcome(Ending.REVERSED, message)
 
 
-# The event-driven method without surface compliance: Eq. 12 in closed form between crossings, as
-# nanoslip.solver.dynamics.kernels.steps.
-#
-# In the limit K → ∞ Eq. 13-14 lose their relaxation point, x_R = x, and with it their hysteresis: F is F̃(x) against the
-# motion, and the pin is at rest while |spring + damper| ≤ F̃(x). With a constant F̃ this is the motion of Eq. 16-19.
-
-
-def integrate_rigid(
-    teeth: Teeth, motion: Motion, samples: int, step_limit: int, reverse_motion: bool
-) -> tuple[Run, Outcome]:
-    """Integrate to the drive's end, to `step_limit` segments, or to where the pin would move back unless it may."""
-    run = integrate_rigidly(teeth, motion, samples, BINS, step_limit, None if reverse_motion else True)
-    return run, outcome_of(run, motion, step_limit)
-
-
 # The event-driven method: Eq. 12 in closed form between crossings (model of Eq. 13-14 as a ratchet on straight teeth).
 #
 # No step size and no tolerance: a segment ends where closed forms say that the friction law, the tooth or the direction
 # changes. Segments are short enough for velocity and position to be monotone, so the first crossing is the only one.
+#
+# Without surface compliance, in the limit K → ∞, Eq. 13-14 lose their relaxation point, x_R = x, and with it their hysteresis:
+# F is F̃(x) against the motion, and the pin is at rest while |spring + damper| ≤ F̃(x). With a constant F̃ this is the motion of
+# Eq. 16-19.
 
 
 @INTEGRATORS.register()
@@ -172,16 +161,12 @@ class Exact(Method):
         """Every drive fits."""
 
     def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
-        method = integrate_exact if drive.surface_compliance else integrate_rigid
-        return method(teeth, motion, drive.samples, drive.step_limit, drive.reverse_motion)
-
-
-def integrate_exact(
-    teeth: Teeth, motion: Motion, samples: int, step_limit: int, reverse_motion: bool
-) -> tuple[Run, Outcome]:
-    """Integrate to the drive's end, to `step_limit` segments, or to where F would follow -F̃ unless it may."""
-    run = integrate_exactly(teeth, motion, samples, BINS, step_limit, None if reverse_motion else True, True)
-    return run, outcome_of(run, motion, step_limit)
+        one_way = None if drive.reverse_motion else True
+        if drive.surface_compliance:
+            run = integrate_exactly(teeth, motion, drive.samples, BINS, drive.step_limit, one_way, True)
+        else:
+            run = integrate_rigidly(teeth, motion, drive.samples, BINS, drive.step_limit, one_way)
+        return run, _outcome_of_segments(run, motion, drive.step_limit)
 
 
 # The paper's method (§2.2.3): classical fourth-order Runge-Kutta steps of a given length.

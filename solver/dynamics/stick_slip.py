@@ -84,9 +84,7 @@ class Oscillator:
         return time
 
     def _velocity(self, time: float) -> float:
-        distance, speed = self._start()
-        h, rate = self._impulse_response(np.asarray(time) - self.time)
-        return float(self.stage_velocity + speed * rate - self.spring_stiffness * distance * h)
+        return float(self.motion(np.asarray(time))[1])
 
     def _acceleration(self, time: float) -> float:
         position, velocity = self.motion(np.asarray(time))
@@ -187,9 +185,7 @@ class StickSlipFit:
 
     static_friction: float = field(
         metadata=quantity(
-            "fitted static friction coefficient",
-            symbol="μ_s",
-            comment="for which Eq. 16-19 fit the spring force best",
+            "fitted static friction coefficient", symbol="μ_s", comment="for which Eq. 16-19 fit the spring force best"
         )
     )
     later_static_friction: float = field(
@@ -201,9 +197,7 @@ class StickSlipFit:
     )
     kinetic_friction: float = field(
         metadata=quantity(
-            "fitted kinetic friction coefficient",
-            symbol="μ_k",
-            comment="for which Eq. 16-19 fit the spring force best",
+            "fitted kinetic friction coefficient", symbol="μ_k", comment="for which Eq. 16-19 fit the spring force best"
         )
     )
     residual: float = field(
@@ -228,48 +222,34 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> 
     if not result.outcome.ok or not 0 < len(result.slip_force) < MOST_SLIPS:
         return _NO_FIT
     kept = slice(None, None, math.ceil((len(result.time) - 1) / MOST_SAMPLES))
-    target = _Target(result.time[kept], result.spring_force[kept], drive, normal_load)
-    first = target.force[-len(target.time) // 4 :].mean(), result.slip_force[0], result.slip_force[-1]
+    time, force = result.time[kept], result.spring_force[kept]
+
+    def model(coefficients: Floats) -> StickSlip:
+        """coefficients: (3,), of kinetic friction, of static friction, and of static friction in later slips."""
+        kinetic, static, later = (float(share) * normal_load for share in coefficients)
+        return stick_slip(time, drive, kinetic, static, later, MOST_SLIPS)
+
+    def misfit(coefficients: Floats) -> Floats:
+        return (model(coefficients).spring_force - force) / normal_load
+
+    first = force[-len(time) // 4 :].mean(), result.slip_force[0], result.slip_force[-1]
     laters = first[2], 0.5 * (first[0] + first[2])  # where a re-stick comes and goes the misfit has a kink
     starts = [np.array([first[0], first[1], later]) / normal_load for later in laters]
     fits = [
-        scipy.optimize.least_squares(
-            target.misfit, start, diff_step=np.full(3, 1e-5), x_scale=1e-2, max_nfev=_MOST_TRIALS
-        )
+        scipy.optimize.least_squares(misfit, start, diff_step=np.full(3, 1e-5), x_scale=1e-2, max_nfev=_MOST_TRIALS)
         for start in starts
-        if len(target.model(start).slip_time) < MOST_SLIPS
+        if len(model(start).slip_time) < MOST_SLIPS
     ]
-    return target.fitted(min(fits, key=lambda fit: float(fit.cost)).x) if fits else _NO_FIT
+    if not fits:
+        return _NO_FIT
+    found = min(fits, key=lambda fit: float(fit.cost)).x
+    kinetic, static, later = (float(max(share, found[0])) for share in found)  # static friction is no less than kinetic
+    best = model(np.array([kinetic, static, later]))
+    if len(best.slip_time) >= MOST_SLIPS:
+        return _NO_FIT
+    residual = float(np.sqrt(np.mean((best.spring_force - force) ** 2))) / normal_load
+    return StickSlipFit(static, later if len(best.slip_time) > 1 else math.nan, kinetic, residual, best)
 
 
 _NONE = np.empty(0)
 _NO_FIT = StickSlipFit(math.nan, math.nan, math.nan, math.nan, StickSlip(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Target:
-    """The spring force (n,) that a fit is to meet at given times (n,).
-
-    coefficients: (3,), of kinetic friction, of static friction, and of static friction in later slips.
-    """
-
-    time: Floats
-    force: Floats
-    drive: Drive
-    normal_load: float
-
-    def model(self, coefficients: Floats) -> StickSlip:
-        kinetic, static, later = (float(share) * self.normal_load for share in coefficients)
-        return stick_slip(self.time, self.drive, kinetic, static, later, MOST_SLIPS)
-
-    def misfit(self, coefficients: Floats) -> Floats:
-        return (self.model(coefficients).spring_force - self.force) / self.normal_load
-
-    def fitted(self, coefficients: Floats) -> StickSlipFit:
-        """What a fit ended at; static friction counts as the kinetic one where it is below."""
-        kinetic, static, later = (float(max(share, coefficients[0])) for share in coefficients)
-        best = self.model(np.array([kinetic, static, later]))
-        if len(best.slip_time) >= MOST_SLIPS:
-            return _NO_FIT
-        residual = float(np.sqrt(np.mean((best.spring_force - self.force) ** 2))) / self.normal_load
-        return StickSlipFit(static, later if len(best.slip_time) > 1 else math.nan, kinetic, residual, best)

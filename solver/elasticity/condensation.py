@@ -169,7 +169,7 @@ def _checked(reciprocal_condition: float) -> float:
 SMALLEST = 160
 """A piece of at most so many fields is eliminated at once: below, more time goes into calls than into arithmetic."""
 ROWS_AT_ONCE = 64
-"""Rows of a product that are added at once: they stay in the cache."""
+"""Rows of a product, or of the compliance, that are added at once: they stay in the cache."""
 
 
 class _Piece(NamedTuple):
@@ -374,8 +374,6 @@ OTHERWISE = 1.1
 COARSEST = 1e-5
 """Largest change of a compliance, over its largest entry, that rounding may cause. None of
 those slabs that pass was off by more than 1e-4."""
-CONDENSED_ROWS_AT_ONCE = 32
-"""Rows of the compliance that are added to at once: they stay in the cache."""
 
 
 def condensed(k: Stiffness) -> Dense:
@@ -422,8 +420,8 @@ def _inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: bool) -
 
 def _add(total: Dense, compliance: Dense, place: NDArray[np.int64], weight: Dense) -> None:
     """Add what a family contributes, a few rows at a time: weight and place among its fields of every displacement."""
-    for first in range(0, len(total), CONDENSED_ROWS_AT_ONCE):
-        some = slice(first, first + CONDENSED_ROWS_AT_ONCE)
+    for first in range(0, len(total), ROWS_AT_ONCE):
+        some = slice(first, first + ROWS_AT_ONCE)
         rows = compliance.take(place[some], 0).take(place, 1)
         rows *= weight[some, None]
         rows *= weight

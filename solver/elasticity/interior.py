@@ -48,13 +48,7 @@ def _solved(whole: Stiffness, poisson: float, nodal_force: NDArray[np.float64]) 
     x, z = whole.grid.coordinates().T
     volumetric = dilation * (u_x + w_z)
     return InteriorFields(
-        x=x - 0.5,
-        z=z,
-        u=u,
-        w=w,
-        stress_xx=volumetric + 2 * u_x,
-        stress_zz=volumetric + 2 * w_z,
-        stress_xz=u_z + w_x,
+        x=x - 0.5, z=z, u=u, w=w, stress_xx=volumetric + 2 * u_x, stress_zz=volumetric + 2 * w_z, stress_xz=u_z + w_x
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.solver.parameter import companion, quantity
+from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
@@ -38,11 +38,11 @@ class Plateau(Viewed):
             symbol="F/W",
             ensemble=True,
             comment="mean friction force over load on the steady part of the record, over displacement",
-            si=companion(
+            si=Quantity(
+                "plateau_ratio",
                 "plateau over μ_i",
                 "1",
                 "intrinsic_friction",
-                "plateau_ratio",
                 symbol="F/(μ_i·W)",
                 comment="plateau_mean over intrinsic_friction; NaN where that is 0 or infinite",
             ),
@@ -133,9 +133,10 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     """The steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
     events = len(record.displacement)
     begins = RUN_IN * record.presliding_length
-    slid = record.final_displacement / record.presliding_length if record.presliding_length > 0.0 else math.inf
     if not begins < record.final_displacement:
-        return _refused(f"the record ends after {slid:.2g} presliding lengths, run-in takes {RUN_IN:g}", record)
+        return _refused(
+            f"the record ends after {record.presliding_lengths:.2g} presliding lengths, run-in takes {RUN_IN:g}", record
+        )
     if events and (whole := math.floor((record.displacement[-1] - begins) / record.spacing)):
         begins = record.displacement[-1] - whole * record.spacing
     first, last = int(np.searchsorted(record.displacement, begins)), events - 1

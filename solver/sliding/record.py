@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import companion, quantities, quantity
+from nanoslip.solver.parameter import Quantity, quantities, quantity
 from nanoslip.solver.view import Curve, Picture, Viewed, in_words
 
 EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
@@ -118,7 +118,7 @@ class FrictionRecord(Viewed):
             "displacement at the end, in L_x",
             symbol="δ_p/L_x",
             comment="pin displacement where the record ends",
-            si=companion("displacement at the end", "m", "length"),
+            si=Quantity("", "displacement at the end", "m", "length"),
         )
     )
     """The last event, or the displacement limit."""
@@ -133,6 +133,17 @@ class FrictionRecord(Viewed):
     )
     outcome: Outcome
     """How the run ended."""
+
+    @property
+    def highest_force(self) -> float:
+        """The largest friction force, in G·L_x·L_y."""
+        largest = self.force_before.max(initial=self.initial_force)
+        return float(self.force_after.max(initial=max(largest, self.final_force)))
+
+    @property
+    def presliding_lengths(self) -> float:
+        """Its length in presliding lengths; infinite without friction."""
+        return self.final_displacement / self.presliding_length if self.presliding_length > 0.0 else math.inf
 
     def _facts(self) -> Iterator[str]:
         yield f"{len(self.displacement)} events"

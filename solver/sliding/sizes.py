@@ -296,7 +296,7 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
         "preferred_chance": (
             f"chance that decides {size}_preferred",
             {
-                "comment": "a probability: of a rival that its better fit is chance, of the power law that its next rival's is",
+                "comment": "a probability: of a rival that its better fit is chance, of the power law that its next rival's is"
             },
         ),
     }

@@ -13,13 +13,13 @@ from nanoslip.solver.contact.compiled_contact import (
     answer_violations,
     beyond_window,
     compiled_contact,
-    contact_state,
     corrected_for_rounding,
     following,
     in_lines,
     inverse,
     left_behind,
     slip_constants,
+    state_of,
     within_reach,
 )
 from nanoslip.solver.contact.coulomb import (
@@ -83,7 +83,7 @@ def reaching(node_slips: NDArray[np.int64], nodes: int) -> NDArray[np.int64]:
     return np.pad(node_slips, (0, max(nodes - len(node_slips), 0)))
 
 
-def friction_record(
+def record_of(
     case: Case,
     start: ContactState,
     initial_stiffness: float,
@@ -174,10 +174,10 @@ def _slide(
         compiled, windows = continued, windows if held % RESUMABLE else 0
         if status != Stop.DONE:
             break
-    end = contact_state(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
+    end = state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
     if beyond_window(compiled, end):
         return None
-    return friction_record(case, start, initial_stiffness, events, node_slips, held, end), end
+    return record_of(case, start, initial_stiffness, events, node_slips, held, end), end
 
 
 def _continued(
@@ -204,7 +204,7 @@ def _continued(
 
 def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | None:
     """The contact set up from its own state; None where a node beyond the window lies inside the pin."""
-    state = contact_state(compiled, COMPLETED)
+    state = state_of(compiled, COMPLETED)
     return None if beyond_window(compiled, state) else compiled_at(compiled.case, compiled.compliance, state, whole)
 
 
@@ -234,68 +234,43 @@ def _followed(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]
 def slide_with_constant_pressures(
     case: Case, start: ContactState, compliance: Compliance
 ) -> tuple[FrictionRecord, ContactState]:
-    """Slide from `start` to the limits of `case`: the record, and the contact where it ends."""
-    contact = TangentialContact(case, compliance, start)
-    most, end_at = case.max_events or MOST_EVENTS, farthest(case, contact.stiffness)
+    """Slide from `start` to the limits of `case`: the record, and the contact where it ends.
+
+    Raises SingularOperator where the tangential compliance of the contact cannot be inverted.
+    """
+    nodes = np.flatnonzero(start.contact)
+    state, constants = _tangential_state(case, compliance, start, nodes), slip_constants(case)
+    stiffness, slips = float(state.rate.sum()), np.zeros(len(nodes), np.int64)
+    most, end_at = case.max_events or MOST_EVENTS, farthest(case, stiffness)
     events, held = first_room(most), 0
     while True:
-        outcome, held = contact.slide(first_of(events, most), held, end_at)
-        if outcome is not None or held == most:
+        status, held = slide_tangentially(state, constants, first_of(events, most), slips, held, end_at)
+        # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
+        finite = bool(np.isfinite(state.shear).all())
+        if status != Stop.FULL or held == most or not finite:
             break
         events = grown(events)
-    end = contact.state(outcome or COMPLETED)
-    return friction_record(case, start, contact.stiffness, events, contact.node_slips(), held, end), end
+    end = _tangential_end(case, compliance, start, state, OUTCOME_OF_STOP[status] if finite else NOT_FINITE)
+    node_slips = np.zeros(case.slab.n_x, np.int64)
+    node_slips[nodes] = slips
+    return record_of(case, start, stiffness, events, node_slips, held, end), end
 
 
-class TangentialContact:
-    """A contact whose nodes slide under the pressures of `start`; nodes in contact need not be neighbours."""
-
-    def __init__(self, case: Case, compliance: Compliance, start: ContactState) -> None:
-        """Raises SingularOperator where the tangential compliance of the contact cannot be inverted."""
-        self._case, self._compliance, self._start = case, compliance, start
-        self._nodes = np.flatnonzero(start.contact)
-        self._state = _tangential_state(case, compliance, start, self._nodes)
-        self._constants = slip_constants(case)
-        self._node_slips = np.zeros(len(self._nodes), np.int64)
-
-    @property
-    def stiffness(self) -> float:
-        """dF/dδ_p while all nodes stick, in G·L_y."""
-        return float(self._state.rate.sum())
-
-    def node_slips(self) -> NDArray[np.int64]:
-        """Slips of each surface node in the record so far, (n_x,)."""
-        slips = np.zeros(self._case.slab.n_x, np.int64)
-        slips[self._nodes] = self._node_slips
-        return slips
-
-    def slide(self, events: Events, held: int, end_at: float) -> tuple[Outcome | None, int]:
-        """Fill `events` from number `held` on, up to δ_p = end_at: how it ended, None where they are full; and how many
-        there are now."""
-        status, held = slide_tangentially(self._state, self._constants, events, self._node_slips, held, end_at)
-        if not np.isfinite(self._state.shear).all():
-            # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
-            return NOT_FINITE, held
-        return None if status == Stop.FULL else OUTCOME_OF_STOP[status], held
-
-    def state(self, outcome: Outcome) -> ContactState:
-        """The contact as it is now; its normal fields are those of initial contact."""
-        start, compliance = self._start, self._compliance
-        force = start.nodal_force.copy()
-        force[0, self._nodes] = self._state.shear
-        u = compliance.displacements(force, self._case.effects.coupling)[0]
-        u[self._nodes] = self._state.u
-        displacement = float(self._state.scalars["displacement"])
-        values = {
-            "shear": force[0] / compliance.widths,
-            "slip": np.where(start.contact, u - displacement, 0.0),
-            "u": u,
-            "nodal_force": force,
-        }
-        for value in values.values():
-            value.setflags(write=False)
-        slips = int(self._state.scalars["slips"])
-        return replace(start, **values, displacement=displacement, slips=slips, outcome=outcome)
+def _tangential_end(
+    case: Case, compliance: Compliance, start: ContactState, state: TangentialState, outcome: Outcome
+) -> ContactState:
+    """The contact as it is now; its normal fields are those of initial contact."""
+    force = start.nodal_force.copy()
+    force[0, state.nodes] = state.shear
+    u = compliance.displacements(force, case.effects.coupling)[0]
+    u[state.nodes] = state.u
+    displacement = float(state.scalars["displacement"])
+    slip = np.where(start.contact, u - displacement, 0.0)
+    values = {"shear": force[0] / compliance.widths, "slip": slip, "u": u, "nodal_force": force}
+    for value in values.values():
+        value.setflags(write=False)
+    slips = int(state.scalars["slips"])
+    return replace(start, **values, displacement=displacement, slips=slips, outcome=outcome)
 
 
 def _tangential_state(
@@ -346,7 +321,7 @@ def slide_with_coulomb_friction(
     except CoulombError as error:
         outcome = OUTCOME_OF_ENDING[error.ending]
     end = coulomb_state(run.solved, outcome)
-    record = friction_record(case, start, run.initial_stiffness, run.events(), run.node_slips, len(run.rows), end)
+    record = record_of(case, start, run.initial_stiffness, run.events(), run.node_slips, len(run.rows), end)
     return record, end
 
 
@@ -442,21 +417,9 @@ def _refuse_flanks(solved: CoulombContact, dissipated: float) -> None:
 
 def _as_one(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, ...]:
     """Two events at one displacement as one: the first one's trigger and force before, the sums of what happened."""
-    displacement, before, _, _, dissipated, kind, node, slips, releases, touches, _, _ = first
-    _, _, after, stiffness, more_dissipated, _, _, *more, contact_size, extent = then
-    counts = (old + new for old, new in zip((slips, releases, touches), more, strict=True))
-    return (
-        displacement,
-        before,
-        after,
-        stiffness,
-        dissipated + more_dissipated,
-        kind,
-        node,
-        *counts,
-        contact_size,
-        extent,
-    )
+    old, new = Events(*first), Events(*then)  # type: ignore[arg-type]
+    more = {name: getattr(old, name) + getattr(new, name) for name in ("dissipated", "slips", "releases", "touches")}
+    return new._replace(force_before=old.force_before, kind=old.kind, node=old.node, **more)  # type: ignore[return-value]
 
 
 # Slide the pin quasistatically from event to event (§2.1.1, §3.2): slip, release, touch -> FrictionRecord.
@@ -498,7 +461,7 @@ def slide_to_state(
 
 def _no_record(case: Case, start: ContactState, end: ContactState) -> FrictionRecord:
     """The record of a run without events."""
-    return friction_record(case, start, math.nan, empty_events(0), np.zeros(case.slab.n_x, np.int64), 0, end)
+    return record_of(case, start, math.nan, empty_events(0), np.zeros(case.slab.n_x, np.int64), 0, end)
 
 
 def way_to_slide(case: Case) -> WayToSlide:

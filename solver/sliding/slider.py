@@ -259,9 +259,7 @@ def interface(case: Case, compliance: Compliance, places: Ensemble = ALONE) -> S
 def collective(record: FrictionRecord, plateau: Plateau, bound: float | None = None, lost: int = 0) -> Collective:
     """The same of a record. bound: of its highest force, in G·L_x·L_y, where it is not exact."""
     steady = plateau.mean * record.normal_load
-    highest = max(
-        record.initial_force, record.force_before.max(initial=record.final_force), record.force_after.max(initial=0.0)
-    )
+    highest = record.highest_force
     unseen = 0.0 if bound is None else max(bound - highest, 0.0)
     if not steady > 0.0:
         return Collective(math.nan, math.nan, math.nan, lost)

@@ -3,14 +3,13 @@
 The plateau of a friction record is found in nanoslip.solver.sliding.plateau.
 """
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
-from nanoslip.solver.parameter import companion, quantity
+from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.kernels.slide import cycle
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
 from nanoslip.solver.view import Labels
@@ -38,7 +37,7 @@ class EventStatistics(Labels):
             of_grid=True,
             symbol="K",
             comment="of the contact before it slides (Eq. 15)",
-            si=companion("lateral stiffness", "N m-1", "stiffness", symbol="K"),
+            si=Quantity("", "lateral stiffness", "N m-1", "stiffness", symbol="K"),
         )
     )
     events: int = field(metadata=quantity("events of the record"))
@@ -56,14 +55,12 @@ class EventStatistics(Labels):
     )
     cycle_events: int = field(
         metadata=quantity(
-            "events of the cycle at the end",
-            comment="after which the end of the record repeats itself; 0: it does not",
+            "events of the cycle at the end", comment="after which the end of the record repeats itself; 0: it does not"
         )
     )
     cycle_spacings: float = field(
         metadata=quantity(
-            "length of that cycle, in node spacings",
-            comment="how far the pin moves in a cycle of cycle_events",
+            "length of that cycle, in node spacings", comment="how far the pin moves in a cycle of cycle_events"
         )
     )
     """0 without one."""
@@ -78,7 +75,7 @@ class EventStatistics(Labels):
             "mean step per event, in L_x",
             ensemble=True,
             comment="pin displacement from one event to the next",
-            si=companion("mean step per event", "m", "length"),
+            si=Quantity("", "mean step per event", "m", "length"),
         )
     )
     mean_slips: float = field(metadata=quantity("mean number of node slips per event"))
@@ -114,23 +111,15 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         mean_step=float(record.displacement[-1]) * per_event if events else float("nan"),
         mean_slips=float(record.slips.sum()) * per_event,
         mean_drop=float(fallen.sum()) * per_event,
-        peak_friction=_peak(record) / record.normal_load if record.final_displacement > 0.0 else float("nan"),
+        peak_friction=record.highest_force / record.normal_load if record.final_displacement > 0.0 else float("nan"),
         dissipated=float(record.dissipated.sum()),
         spacings=record.final_displacement / record.spacing,
-        presliding_lengths=record.final_displacement / record.presliding_length
-        if record.presliding_length > 0.0
-        else math.inf,
+        presliding_lengths=record.presliding_lengths,
         cycle_events=period,
         cycle_spacings=float(record.displacement[-1] - record.displacement[-1 - period]) / record.spacing
         if period
         else 0.0,
     )
-
-
-def _peak(record: FrictionRecord) -> float:
-    """The largest friction force of a record."""
-    largest = record.force_before.max(initial=record.initial_force)
-    return float(record.force_after.max(initial=max(largest, record.final_force)))
 
 
 def cycle_of(record: FrictionRecord) -> int:

@@ -388,7 +388,9 @@ def test_a_root_leaves_nothing_but_rounding(quantity, seed):
     drive = motion(damping=float(rng.choice([0.0, 0.2, 5.0])))
     segment = segment_from(drive, Pin(rng.uniform(0.0, 5.0), 0.0, rng.uniform(0.0, 0.5), rng.uniform(-1.0, 1.0)), K)
     end = monotone_end(segment, drive, False, 10.0)
-    end = min(end, 0.1) if quantity == kernel.Passing.POSITION else end  # short enough for the velocity to keep its sign
+    end = (
+        min(end, 0.1) if quantity == kernel.Passing.POSITION else end
+    )  # short enough for the velocity to keep its sign
     first, last = (kernel.offset_from_level(segment, drive, quantity, 0.0, tau)[0] for tau in (0.0, end))
     for share in (1e-9, 1e-4, 0.01, 0.1, 0.3, 0.5, 0.8, 0.99, 1.0 - 1e-9):
         level = first + share * (last - first)

@@ -118,11 +118,7 @@ def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
     k_u, k_w, c_uw = (fields.T @ _assembled(cells, block) @ fields for block in zip(*blocks, strict=True))
     fixed_u, fixed_w = restrained(grid, support)
     return Stiffness(
-        grid=grid,
-        matrix=in_blocks(k_u, c_uw, c_uw.T, k_w),
-        fixed_u=fixed_u,
-        fixed_w=fixed_w,
-        symmetric=True,
+        grid=grid, matrix=in_blocks(k_u, c_uw, c_uw.T, k_w), fixed_u=fixed_u, fixed_w=fixed_w, symmetric=True
     )
 
 
