@@ -24,7 +24,7 @@ from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan import cost as rates
 from nanoslip.study.plan import outlook as memory
-from nanoslip.study.plan.cost import TASK, estimate, record_seconds, sizes_of
+from nanoslip.study.plan.cost import TASK, estimate, record_seconds, sizes_of, sliding_bytes
 from nanoslip.study.plan.kinds import (
     compliance_task,
     contact_task,
@@ -158,6 +158,17 @@ def test_seconds_come_true(measurements):
 def test_bytes_come_true(measurements):
     ratios = {name: estimate(task)[1] / measurements[name].bytes for name, task in TASKS.items()}
     assert not {name: ratio for name, ratio in ratios.items() if not 1 / FACTOR < ratio < FACTOR}
+
+
+def test_a_record_without_coupling_holds_the_compliance_once_more_where_that_is_a_matrix():
+    """A copy without two of its blocks; a surface without ends has n numbers for each, and constant pressures need no copy."""
+    without, frozen = Effects(coupling=False), Effects(coupling=False, pin_translation=False)
+    for scheme, copied in (("galerkin", True), ("half_plane", False)):
+        case = Case(slab=Slab(65, scheme=scheme))
+        more = sliding_bytes(replace(case, effects=without)) - sliding_bytes(case)
+        held = surface_compliance(case.slab).uncoupled().matrix.nbytes if copied else 0
+        assert 0.8 * held <= more <= held
+        assert sliding_bytes(replace(case, effects=frozen)) < sliding_bytes(case)
 
 
 RECORDS = {
