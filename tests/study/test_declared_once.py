@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.solver.parameter import companion, quantity
+from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.record import FrictionRecord, event
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
@@ -35,7 +35,7 @@ class LongestStep(EventStatistics):
         metadata=quantity(
             "longest way between two events, in L_x",
             ensemble=True,
-            si=companion("longest way between two events", "m", "length"),
+            si=Quantity("", "longest way between two events", "m", "length"),
         )
     )
 
