@@ -82,10 +82,6 @@ _SAID_APART: Final = {
 """What is no number of the case, or is said in its line."""
 
 
-_ASKED: Final = ("static_friction", "kinetic_friction", "regime", "plateau_mean", "plateau_ratio", "peak_friction")
-"""What people compute a case for, which comes first."""
-
-
 def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
     """Name, value with its unit, and meaning of each scalar that one case has; and why others are not among them -> their names.
 
@@ -94,7 +90,7 @@ def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
     rows: list[tuple[str, ...]] = []
     others: dict[str, list[str]] = {"0 here": [], "not known here": []}
     case = variables.in_short(case)
-    for name in sorted(map(str, case.data_vars), key=lambda name: (*_ASKED, name).index(name)):
+    for name in sorted(map(str, case.data_vars), key=lambda name: (*SHOWN, name).index(name)):
         if case[name].dims or name in _SAID_APART or name.endswith((UNCERTAINTY, "members")):
             continue  # ± and count of members are shown with their variable
         if (value := _text(case, name, 6)) == NOTHING:
@@ -197,7 +193,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     """
     dataset = variables.in_short(dataset)
     asked = [name for name in asked_of(dataset) if name in dataset]
-    columns = {name: _COLUMNS.get(name, symbol(name)) for name in (*asked, *_DRIVEN, *_COLUMNS) if name in dataset}
+    columns = {name: SHOWN.get(name, symbol(name)) for name in (*asked, *SHOWN) if name in dataset}
     numbers = {
         *columns,
         *(f"{name}{end}" for name in columns for end in (UNCERTAINTY, "_members")),
@@ -230,8 +226,11 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
 def asked_of(dataset: xr.Dataset) -> list[str]:
     """What a campaign was computed for: the numbers that decide how many members it has, and what its last stage is for."""
     named = _target(dataset)[1]
-    stage = _DRIVEN[:2] if "drive_outcome" in dataset else ("plateau_mean",) if "plateau_mean" in dataset else ()
-    return list(dict.fromkeys(filter(None, (*named, *stage))))
+    if "drive_outcome" in dataset:
+        named = (*named, "static_friction", "kinetic_friction")
+    elif "plateau_mean" in dataset:
+        named = (*named, "plateau_mean")
+    return list(dict.fromkeys(filter(None, named)))
 
 
 def _missed(dataset: xr.Dataset) -> xr.DataArray:
@@ -384,14 +383,14 @@ def _name(parameter: str) -> str:
     return SYMBOLS.get(parameter, parameter)
 
 
-_COLUMNS: Final = {
-    "plateau_mean": "plateau F/W",
+SHOWN: Final = {
     "static_friction": "μ_s",
     "kinetic_friction": "μ_k",
     "regime": "regime",
+    "plateau_mean": "plateau F/W",
+    "peak_friction": "peak F/W",
     "slips_exponent": "τ of slips",
     "slips_goodness": "goodness of τ",
-    "peak_friction": "peak F/W",
     "surface_stiffness": "K/(G·L_y)",
     "events": "events",
     "record_spacings": "spacings",
@@ -402,12 +401,10 @@ _COLUMNS: Final = {
     "maximum_pressure": "max p·L_x·L_y/W",
     "members": "members",
 }
-"""Variable -> title of its column. The first ones matter most: a narrow terminal leaves out the last ones.
-Numbers stand before the regime, whose words are long where members of an ensemble differ in it."""
+"""Variable -> title of its column in tables of cases, on the terminal and on a page; numbers of one case have this order, too.
+What cases are computed for comes first: a narrow terminal leaves out the last ones."""
 _COUNTS: Final = ("events",)
 """Numbers that are whole, and whose means over members are said so, too."""
-_DRIVEN: Final = ("static_friction", "kinetic_friction", "regime")
-"""What a drive is for: two numbers and a word, which may have to make room."""
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
 _LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()
