@@ -18,7 +18,6 @@ import jinja2
 import numpy as np
 import xarray as xr
 from markupsafe import Markup, escape
-from matplotlib.ticker import EngFormatter
 
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import Column, scales_of
@@ -28,6 +27,7 @@ from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image, spr
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
 from nanoslip.study.manifest.parameters import NAMED
+from nanoslip.study.manifest.units import compact
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
 from nanoslip.study.results import attempts as runs
@@ -236,7 +236,7 @@ def scales(dataset: xr.Dataset) -> Iterator[str]:
     if found is None:
         return
     width, depth, modulus = found.slab_width, found.slab_depth, found.shear_modulus
-    yield f"Slab width L_x = {_si(width, 'm')}, depth L_y = {_si(depth, 'm')}, shear modulus G = {_si(modulus, 'Pa')}"
+    yield f"Slab width L_x = {compact(width, 'm')}, depth L_y = {compact(depth, 'm')}, shear modulus G = {compact(modulus, 'Pa')}"
     for name, meaning, unit, scale in (
         ("normal_load", "normal load W", "N", found.force),
         ("radius", "radius R", "m", width),
@@ -248,12 +248,8 @@ def scales(dataset: xr.Dataset) -> Iterator[str]:
         values = np.empty(0) if idle or name not in dataset.variables else dataset[name].values.ravel() * scale
         values = values[np.isfinite(values)]
         if len(values):
-            low, high = _si(values.min(), unit), _si(values.max(), unit)
+            low, high = compact(values.min(), unit), compact(values.max(), unit)
             yield f"{_sentence(meaning)}: {low if low == high else f'{low} to {high}'}"
-
-
-def _si(value: float, unit: str) -> str:
-    return str(EngFormatter(unit=unit)(float(f"{value:.3g}")))
 
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:
