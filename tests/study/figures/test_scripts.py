@@ -60,7 +60,7 @@ CONSTANT = {
     "numerics": {"n_x": 33},
     "limits": {"spacings": 2},
     "ensemble": {"members": 1},
-    "drives": [{"name": "mean", "profile": "mean", "surface_compliance": False, "samples": 400}],
+    "drives": [{"name": "mean", "profile": "mean", "surface_compliance": False, "samples": 400, "duration": 0.2}],
 }
 
 
