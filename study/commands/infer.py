@@ -190,7 +190,7 @@ def _print(found: Fit) -> None:
     rows = []
     for axis, each in enumerate(found.ranges):
         best = in_text(float(f"{each.at(found.best)[axis]:.4g}"))
-        ends = [_interval(*found.interval(axis, level)) for level in LEVELS] if found.reached else ["none", "none"]
+        ends = [_interval(found.interval(axis, level)) for level in LEVELS]
         rows.append((each.name, best, *ends, f"{in_text(each.low)} to {in_text(each.high)}"))
     header = (
         "parameter",
@@ -198,9 +198,9 @@ def _print(found: Fit) -> None:
         *(f"{100 * level:.0f} %" for level in LEVELS),
         "looked at",
     )
-    print_table(Table(header, tuple(rows)))
+    print_table(Table(header, tuple(rows), asked=3))
     print_sentences(sentences(found))
 
 
-def _interval(low: float, high: float) -> str:
-    return f"{low:.3g} to {high:.3g}" if low < high else f"{low:.3g}"
+def _interval(ends: tuple[float, float] | None) -> str:
+    return " to ".join(dict.fromkeys(in_text(float(f"{end:.3g}")) for end in ends)) if ends else "none"

@@ -77,6 +77,8 @@ MOST: Final = 256
 """Computed points, unless said otherwise."""
 PRECISE: Final = 0.3
 """Error of the surrogate over that of a number from which it widens the set by less than 5 % (0.3²/2)."""
+SETTLED: Final = 0.05
+"""Share of the set that further points have changed, up to which it is settled."""
 WIDE: Final = 0.9
 """Share of a range from which a parameter is not determined."""
 TIED: Final = 0.8
@@ -159,10 +161,12 @@ class Fit:
         cloud, misfit = self.cloud
         return cloud[misfit <= self.limit(level)]
 
-    def interval(self, axis: int, level: float) -> tuple[float, float]:
-        """The range of a parameter over all points that agree; NaN where none do."""
-        inside = self.agreeing(level)[:, axis]
-        low, high = self.ranges[axis].at(np.array([inside.min(), inside.max()])) if len(inside) else (np.nan, np.nan)
+    def interval(self, axis: int, level: float) -> tuple[float, float] | None:
+        """The range of a parameter over all points that agree; None where none do."""
+        inside = np.vstack([self.agreeing(level), self.best])[:, axis]
+        if self.misfit(self.best[None])[0] > self.limit(level):
+            return None
+        low, high = self.ranges[axis].at(np.array([inside.min(), inside.max()]))
         return float(low), float(high)
 
     def undetermined(self) -> list[str]:
@@ -184,6 +188,13 @@ class Fit:
                 pair = (self.ranges[first], self.ranges[second])
                 places = zip(pair, (first, second), strict=True)
                 yield *pair, np.array([[each.at(end[place]) for end in ends] for each, place in places])
+
+    def differs(self, other: "Fit") -> float:
+        """Share of the set at 95 %, or of the surroundings of the nearest point, in which another fit differs."""
+        cloud, misfit = self.cloud
+        limit = self._open(misfit)
+        own, others = misfit <= limit, other.misfit(cloud) <= limit
+        return float((own ^ others).sum() / max((own | others).sum(), 1))
 
     def wanted(self, count: int) -> Floats:
         """Points to be computed next: spread over the set while the surrogate's error matters there; none when it does not."""
@@ -218,6 +229,8 @@ def sentences(found: Fit) -> Iterator[str]:
         ratio = f"; ratio {means[0] / means[1]:.3g}, measured {targets[0].value / targets[1].value:.3g}"
     if not found.reached:
         yield f"Not reached: {asked}. Nearest: {shown}{ratio}, at {place}."
+        if ends := [own.name for own, share in zip(ranges, found.best, strict=True) if abs(share - 0.5) > 0.5 - EDGE]:
+            yield f"At an end of its range: {', '.join(ends)}. A wider one may come nearer."
     else:
         yield f"Best: {shown}{ratio}, at {place}."
         if not len(found.agreeing(LEVELS[0])):
@@ -233,11 +246,13 @@ def sentences(found: Fit) -> Iterator[str]:
     yield f"{len(found.computed.x)} points are computed."
     if missing := int((~np.isfinite(found.computed.values).all(axis=1)).sum()):
         yield (
-            f"{missing} of them lack a number, or have a validity flag: around these nothing counts as agreeing. "
+            f"Without a number, or with a validity flag: {missing} of them. Around these nothing counts as agreeing; "
             "nanoslip describe validity_flags says what helps."
         )
 
 
+EDGE: Final = 0.02
+"""Share of a range that counts as its end."""
 SEED: Final = 1
 FEW: Final = 10
 """Points at each end of a set whose middle is that end."""
@@ -252,18 +267,20 @@ def fit(
 ) -> Fit:
     """Find the parameters that agree with measured numbers. Raises TooFewError where too few points have them.
 
-    simulate: called with points that fill the ranges, then with more where it is open which agree, until `most` are computed.
+    simulate: called with points that fill the ranges, then with more where it is open which agree, until these change little, or
+        `most` are computed.
     known: computed before.
     """
     filling = scipy.stats.qmc.Sobol(len(ranges), seed=SEED)
     x = filling.random_base2(math.ceil(math.log2(10 * len(ranges))))[:most]
     computed = known.with_these(simulate(x)) if known else simulate(x)
+    before = None
     while True:
         found = Fit(tuple(targets), tuple(ranges), computed, _surrogates(targets, computed))
         x = found.wanted(min(6 * len(ranges), most - len(computed.x)))
-        if not len(x):
+        if not len(x) or (before and found.differs(before) <= SETTLED):
             return found
-        computed = computed.with_these(simulate(x))
+        before, computed = found, computed.with_these(simulate(x))
 
 
 def _surrogates(targets: Sequence[Target], computed: Computed) -> tuple[Surrogate, ...]:

@@ -256,7 +256,7 @@ def caution(found: Sensitivity) -> str:
         f"From {cases}, a complete table" if found.complete else f"From {cases} by a Gaussian process, which predicts"
     ]
     if not found.complete:
-        told[0] += f" {100.0 * found.predictivity:.3g} % of the variance of each case left out"
+        told[0] += f" {100.0 * found.predictivity:.3g} % of the variance of cases left out, beyond their ±"
     if np.isfinite(found.noise):
         told.append(f"{100.0 * found.noise:.2g} % of the variance is that of the ±, and in no index")
     else:

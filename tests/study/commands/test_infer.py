@@ -10,6 +10,7 @@ import pytest
 
 import nanoslip
 from nanoslip.study.commands.infer import read_trace_numbers
+from nanoslip.study.report.page import page
 from tests.conftest import Main
 
 CONTACTS = """\
@@ -71,13 +72,26 @@ def test_a_fit_finds_what_was_put_in_and_computes_nothing_twice(main: Main, cont
     found = nanoslip.fit(
         contacts, {SIZE: (size, 0.002)}, ["radius"], {"normal_load": 1.5e-3}, "results/contacts", progress=True
     )
-    low, high = found.interval(0, 0.95)
+    low, high = found.interval(0, 0.95) or (0.0, 0.0)
     assert low < 33.0 < high < low + 10.0
     assert f"{low:.3g} to {high:.3g}" in out  # the same from any number of processes
     assert Path("agree.png").stat().st_size > 5000
     code, again, errors = main(*words)
     assert (code, again) == (0, out)
     assert "tasks of new points" not in errors
+
+
+def test_a_page_of_three_axes_shows_what_matters(contacts: Path):
+    """Bars with their numbers from three axes on, two have a map; and no bars, but the reason, where nothing is known."""
+    contacts.write_text(CONTACTS.replace("poisson = 0.3", "").replace("[axes]", "[axes]\npoisson = [0.0, 0.3]"))
+    data = nanoslip.run(contacts)
+    text = page(data, [])
+    assert "What matters" in text
+    assert 'download="sensitivity_contact_half_width.csv"' in text
+    assert "a complete table" in text
+    assert "What matters" not in page(data.isel(poisson=[0]), [])
+    few = data.assign({SIZE: data[SIZE].where(data.radius < 25.0)})  # of one radius, six cases
+    assert f"What {SIZE} depends on is not known from 6 of 18 cases" in page(few, [])
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,14 @@
 """Indices of given data against closed forms and exact sums: any design, holes, noise; not known where nothing predicts."""
 
+import tomllib
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+import nanoslip
+from nanoslip.study import shipped
 from nanoslip.study.inference.sensitivity import Sensitivity, indices
 
 Floats = NDArray[np.float64]
@@ -152,3 +156,34 @@ def test_axes_that_vary_together_are_not_told_apart():
     x = qmc.Sobol(2, seed=1).random(64)
     tied = np.column_stack([x, 2.0 * x[:, 0] + 0.01 * x[:, 1]])
     assert of_points(tied, x[:, 0]).unknown.startswith("x0 and x2 vary together")
+
+
+@pytest.mark.slow
+def test_the_map_of_friction_from_half_of_its_cases():
+    """The shipped map, smaller: what its full table says of plateau/μ_i, from every second case of it, within its intervals."""
+    content = tomllib.loads(shipped.campaigns()["maps/friction"].read_text("utf-8"))
+    loads, frictions, heights = [5e-4, 7.5e-4, 1e-3, 1.5e-3], [0.2, 0.35, 0.5, 0.8], [0.5, 1.0, 2.0]
+    content["axes"] = {
+        "intrinsic_friction": frictions,
+        "radius": [100.0],
+        "aspect_ratio": heights,
+        "normal_load": loads,
+    }
+    content |= {"stages": ["contact", "slip"], "drives": [], "ensemble": {"members": 4}}
+    data = nanoslip.run(content)
+    whole = nanoslip.sensitivity(data, "plateau/mu_i")
+    assert whole.complete
+    share = (data.plateau_mean / data.intrinsic_friction).squeeze()
+    assert set(share.dims) == set(whole.axes)
+    spread = float(share.var())
+    sums = [float(share.mean([other for other in share.dims if other != axis]).var()) / spread for axis in whole.axes]
+    assert whole.first[:, 0] == pytest.approx(sums, abs=0.03)  # which has the variance of the ± taken off
+    values, errors = (np.asarray(each.squeeze().values) for each in (data.plateau_mean, data.plateau_uncertainty))
+    places = np.indices(values.shape)
+    columns = {str(dim): data[dim].values[place.ravel()] for dim, place in zip(share.dims, places, strict=True)}
+    held_out = np.where(places.sum(axis=0) % 2 == 0, values, np.nan)
+    half = indices("plateau_mean", columns, held_out.ravel(), errors.ravel())
+    full = nanoslip.sensitivity(data, "plateau_mean")
+    assert half.holes == values.size // 2
+    order = [half.axes.index(axis) for axis in full.axes]
+    np.testing.assert_allclose(middles(half)[:, order], middles(full), rtol=0.0, atol=0.02)
