@@ -8,8 +8,9 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
-from nanoslip.study.figures.points import Columns, label, points_of, short, typeset
+from nanoslip.study.figures.points import Columns, in_text, label, points_of, short, typeset
 from nanoslip.study.figures.shared import COLORS, PAGE, WIDTH, Sort, View, column, legend
 from nanoslip.study.inference.fit import LEVELS, Fit
 from nanoslip.study.inference.sensitivity import Sensitivity, caution, sensitivity
@@ -94,7 +95,7 @@ SENSITIVITY: Final = Sort("sensitivity", "What matters", _views, _notes)
 
 FINE: Final = 48
 """Places along each axis of a panel."""
-BEHIND: Final = 48
+BEHIND: Final = 96
 """Points that a panel of two parameters tries for the others: the one that agrees best counts."""
 _SHADES: Final = ("#0b5394", "#9fc5e8")
 """Of the sets at 68 and 95 %."""
@@ -140,6 +141,11 @@ def _draw_pair(axes: Any, found: Fit, first: int, second: int) -> None:
     for name, own in zip("xy", ranges, strict=True):
         named = {"label": typeset(label(_name(own.name))), "scale": "log" if own.logarithmic else "linear"}
         axes.set(**{f"{name}{key}": value for key, value in named.items()}, **{f"{name}lim": (own.low, own.high)})
+        if own.logarithmic:
+            axis = getattr(axes, f"{name}axis")
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(lambda value, _: in_text(float(value)))
+            axis.set_minor_formatter(NullFormatter())
 
 
 def _along(found: Fit) -> Figure:

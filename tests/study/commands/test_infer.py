@@ -79,6 +79,9 @@ def test_a_fit_finds_what_was_put_in_and_computes_nothing_twice(main: Main, cont
     code, again, errors = main(*words)
     assert (code, again) == (0, out)
     assert "tasks of new points" not in errors
+    nanoslip.run(contacts, "results/contacts")  # whose own cases are taken as they are
+    more = nanoslip.fit(contacts, {SIZE: (size, 0.002)}, ["radius"], {"normal_load": 1.5e-3}, "results/contacts")
+    assert more.ranges[0].at(more.computed.x[:3, 0]) == pytest.approx([20.0, 30.0, 45.0])
 
 
 def test_a_page_of_three_axes_shows_what_matters(contacts: Path):
