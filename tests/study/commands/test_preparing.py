@@ -202,3 +202,11 @@ def test_a_few_tasks_are_measured_here_where_that_is_asked_for_and_nothing_is_ke
         assert factor > 0.0
         expected = factor * whole[kind]["core_seconds_left"]
         assert found["tasks"][kind]["core_seconds_left"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_plan_for_scripts_names_what_is_refused_and_why(main, tmp_path):
+    path, axes = tmp_path / "partly.toml", "[drive_axes]\ntime_step = [1e-6, 1e-3]\nduration = [1e-4, 1e-2]\n"
+    path.write_text(PARTLY_REFUSED.partition("[[drives]]")[0] + '[[drives]]\nname = "a"\nintegrator = "rk4"\n' + axes)
+    found = json.loads(main("plan", path, "--json")[1])
+    assert (len(found["refused"]), {bool(each["message"]) for each in found["refused"]}) == (4, {True})
+    assert ["time_step" in each["refused"] for each in found["drives"]] == [False, False, True, False]

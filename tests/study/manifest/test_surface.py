@@ -13,6 +13,7 @@ from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
+from tests.conftest import Main
 
 AFM = Path("afm.txt")
 IN_NANOMETRES = NamedSurface("afm.txt", "nm", "nm", "none")
@@ -114,3 +115,10 @@ def test_a_wrong_entry_is_one_message(entry: str, said: str) -> None:
         parse_manifest(
             Path("mine.toml"), f'title = "x"\nheterogeneity.roughness = {entry}', {"roughness": TEXTS["tabs"]}
         )
+
+
+def test_a_profile_is_shown_over_a_slab_of_any_width_above_0(main: Main, tmp_path: Path) -> None:
+    (tmp_path / "afm.csv").write_text(TEXTS["commas"])
+    for width, fits in (("20 um", True), ("0 m", False), ("-1 mm", False), ("inf", False), ("1 N", False)):
+        code, shown, errors = main("profile", tmp_path / "afm.csv", "--x", "nm", "--z", "nm", "--width", width)
+        assert (code == 0, "slope" in shown, "needs a length above 0" in errors) == (fits, fits, not fits)

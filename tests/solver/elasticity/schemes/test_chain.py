@@ -16,6 +16,7 @@ from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide_to_state
+from nanoslip.solver.sliding.validity import expected_flags
 from nanoslip.study.accuracy.elastic_operator import discretizations
 from nanoslip.study.plan.grids import load_front
 from tests.physics import stored_energy
@@ -83,6 +84,8 @@ def test_neither_height_nor_poisson_matters() -> None:
         surface_compliance(Slab(17, height, nu, scheme="chain")).matrix for height, nu in ((1, 0.0), (7, 0.4))
     )
     np.testing.assert_array_equal(one, other)
+    flat, tall = (expected_flags(Case(slab=Slab(129, height, scheme="chain"))) for height in (1e-4, 1.0))
+    assert flat == tall
 
 
 def automaton(threshold: Vector, leaf: float, coupling: float, events: int, together: bool) -> list[tuple[int, Vector]]:
