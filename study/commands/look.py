@@ -38,7 +38,8 @@ from nanoslip.study.figures.shared import (
 )
 from nanoslip.study.figures.sweep import view_of
 from nanoslip.study.manifest.cases import campaign_of, expand
-from nanoslip.study.manifest.checker import ManifestError, number_or_text, read_text
+from nanoslip.study.manifest.checker import ManifestError, number_or_text
+from nanoslip.study.manifest.columns import text_of
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import make_case, words
 from nanoslip.study.manifest.reader import load_manifest
@@ -208,7 +209,7 @@ def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: 
     if not 0.0 < slab_width < math.inf:
         raise Refusal(f'--width = {quoted(width)}: needs a length above 0, as "1 mm"')
     try:
-        found = read_surface(file, read_text(file)[1], NamedSurface(str(file), x, z, detrend))  # type: ignore[arg-type]
+        found = read_surface(file, text_of(file), NamedSurface(str(file), x, z, detrend))  # type: ignore[arg-type]
     except InvalidInput as error:
         raise Refusal(f"{file}: {error}") from None
     print_sentences(_surface_lines(found, slab_width))

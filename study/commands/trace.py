@@ -16,7 +16,7 @@ from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset.access import Accessor, one_case
 from nanoslip.study.figures.shared import COLORS, PAGE, column, format_of, image, legend
 from nanoslip.study.inference.trace import Trace, TraceNumbers, measure, read_trace
-from nanoslip.study.manifest.checker import read_text
+from nanoslip.study.manifest.columns import text_of
 from nanoslip.study.manifest.units import in_words, plain
 from nanoslip.study.report.console import Table, print_sentences, print_table, say, whole
 from nanoslip.study.results.store import write_files
@@ -52,8 +52,8 @@ class Reading(NamedTuple):
             raise Refusal("--time and --displacement exclude each other: the first column is one of the two")
         over, unit = ("displacement", self.displacement) if self.displacement else ("time", self.time or "s")
         try:
-            text = read_text(file)[1]
-            trace = read_trace(file, text, over, unit, self.force, (self.columns[0] - 1, self.columns[1] - 1))
+            columns = (self.columns[0] - 1, self.columns[1] - 1)
+            trace = read_trace(file, text_of(file), over, unit, self.force, columns)
         except InvalidInput as error:
             raise Refusal(f"{file}: {error}") from None
         load, velocity = _number("load", self.load, "N"), _number("velocity", self.velocity, "m s-1")

@@ -1,5 +1,6 @@
 """Columns of numbers in a text file of an instrument: a header or none, separators guessed, decimal points or commas."""
 
+import codecs
 import math
 import re
 from pathlib import Path
@@ -19,6 +20,26 @@ _SEPARATORS: Final = (
 _NUMBER: Final = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|nan|inf)", re.IGNORECASE)
 _LOOKED_AT: Final = 10_000
 """Lines that tell what separates numbers."""
+
+
+def text_of(path: Path) -> str:
+    """The text of an instrument's file. Raises InvalidInput where it cannot be read."""
+    if path.exists() and not path.is_file():
+        raise InvalidInput("not a regular file")  # a device may never end
+    try:
+        return decoded(path.read_bytes())
+    except OSError as error:
+        raise InvalidInput(f"cannot be read: {error.strerror}") from None
+
+
+def decoded(raw: bytes) -> str:
+    """UTF-8, UTF-16 with its mark, or the one-byte letters of Windows, in which all bytes mean something."""
+    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return raw.decode("utf-16", "replace")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", "replace")
 
 
 class Columns(NamedTuple):

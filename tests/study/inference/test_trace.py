@@ -15,6 +15,7 @@ from nanoslip.solver.dynamics.stick_slip import fit_stick_slip, stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.simulate import drive_result, friction_record
 from nanoslip.study.inference.trace import Trace, TraceNumbers, measure, read_trace
+from nanoslip.study.manifest.columns import decoded
 from tests.conftest import Main
 
 LOAD, MASS = 100.0, 0.5
@@ -179,6 +180,12 @@ def test_units_signs_and_columns_are_read() -> None:
     back = read_trace(LAB, "\n".join(f"{-number},{number % 9}" for number in range(40)), "displacement", "um", "1")
     np.testing.assert_allclose(back.at, np.arange(40) * 1e-6)
     assert back.unit == "1"
+
+
+@pytest.mark.parametrize("letters", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_letters_of_any_instrument_are_read(letters: str) -> None:
+    text = decoded("Weg in µm\tKraft\n1\t2\n".encode(letters))
+    assert text == "Weg in µm\tKraft\n1\t2\n"
 
 
 def test_the_command_prints_draws_and_gives_numbers_to_scripts(main: Main, tmp_path: Path) -> None:
