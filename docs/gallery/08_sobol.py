@@ -22,7 +22,7 @@ points = 32  # full: 512
 intrinsic_friction = {from = 0.1, to = 0.8}
 radius = {from = 10, to = 200, scale = "log"}
 normal_load = {from = 2e-4, to = 2e-3, scale = "log"}
-poisson = {from = 0.2, to = 0.49}
+poisson = {from = 0.2, to = 0.5}
 residual_shear = {from = 0.0, to = 0.6}
 
 [numerics]
@@ -50,6 +50,10 @@ for name, panel in zip(names, panels, strict=True):
     panel.plot(results[name], results.plateau_ratio, ".")
     panel.set(xlabel=name, xscale="log" if name in ("radius", "normal_load") else "linear")
 panels[0].set_ylabel("plateau over μ_i")
+
+# %%
+# The share of each parameter in the variance of the plateau:
+print(check_output("nanoslip sensitivity results/sobol --of plateau_ratio -o shares.png", shell=True, text=True))
 
 # %%
 # **What it means.** The one clear trend is what a slip leaves: plateau/μ_i is about (1 + r)/2. More ``points``

@@ -2,12 +2,12 @@
 A measured trace
 ================
 
-Which numbers are in the force that my stage recorded, and which μ_i gives them?
+Which numbers are in the force that my stage recorded?
 """
 
 # %%
-# A trace is two columns, time and force. This one is computed, with μ_i = 0.4 on a soft spring and noise of 20 mN,
-# so that what is found can be compared.
+# A trace is two columns, time and force. This one is computed, with μ_i = 0.4 on a soft spring and noise of 20
+# mN, so that what is found can be compared.
 from pathlib import Path
 from subprocess import check_output
 
@@ -46,15 +46,12 @@ command = 'nanoslip trace lab.csv --time s --force N --load "100 N" --velocity "
 print(check_output(command, shell=True, text=True))
 
 # %%
-# Which μ_i gives this? The same stage over an axis of μ_i, beside the measured μ_k:
-search = MANIFEST.replace("intrinsic_friction = 0.4\n", "").replace("A stage", "Which μ_i?")
-Path("which.toml").write_text(search + "\n[axes]\nintrinsic_friction = [0.2, 0.3, 0.4, 0.5, 0.6]\n")
-print(check_output("nanoslip run which.toml -j 2", shell=True, text=True))
-print(check_output("nanoslip figure which.toml --y mu_k --x mu_i -o which.png", shell=True, text=True))
+# Laid over the computed drive, slip on slip:
+command += " --over stage.toml"
+print(check_output(command.replace("trace.png", "over.png"), shell=True, text=True))
 
 # %%
 # **What it means.** A fit of Eq. 16-19 to each slip gives μ_s, μ_k, period and stiffness, their ± from what slips
-# scatter. Read μ_i off the curve where it passes the measured μ_k. Mass and damping must be those of your stage: they
-# decide how far the pin overshoots, and so how far below μ_s the force falls.
+# scatter. Which μ_i gives these numbers is the question of the next page.
 #
-# **What it costs.** Tens of milliseconds to read a trace, some seconds to search.
+# **What it costs.** Tens of milliseconds to read a trace.

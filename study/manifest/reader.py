@@ -22,7 +22,7 @@ from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, quoted
 from nanoslip.solver.parameter import MOST_WHOLE, as_float, declared, require
-from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
 from nanoslip.study.manifest.about import About
 from nanoslip.study.manifest.checker import (
     ONE_LINE,
@@ -516,7 +516,8 @@ def _wrong_range(name: str, low: Any, high: Any, scale: Any) -> str:
     """What a parameter's range needs instead; empty where it is right."""
     if isinstance(Case.of({}).flat[name], bool | int | str):
         return "takes no range: needs a list of values"
-    if wrong := need(make_case, {name: low}) or need(make_case, {name: high}):
+    other = {"scheme": "strip"} if name in LIMITED_BY_SCHEME else {}  # each case is tried with its own scheme later
+    if wrong := need(make_case, {name: low, **other}) or need(make_case, {name: high, **other}):
         return wrong
     if -math.inf < low < high < math.inf and (scale == "linear" or (scale == "log" and low > 0.0)):
         return ""

@@ -41,6 +41,11 @@ def test_more_points_compute_only_what_is_new() -> None:
     assert all(all_of[name][:20] == first[name] for name in first)
 
 
+def test_a_range_ends_where_the_scheme_does() -> None:
+    axes = 'axes.poisson = {from = 0.3, to = 0.5}\nnumerics.scheme = "strip"'
+    assert max(read("sobol", 8, axes=axes).axes["poisson"]) < 0.5
+
+
 @pytest.mark.parametrize(
     ("design", "points", "axes", "said"),
     [
