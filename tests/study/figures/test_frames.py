@@ -1,12 +1,10 @@
 """What a film or a strip shows of a record: its moments, each at the same scale."""
 
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 from PIL import Image
 
 from nanoslip.solver.case import Case, Effects
@@ -47,13 +45,6 @@ def test_marked_nodes_are_those_that_slip_in_the_event(shown: Moments) -> None:
     assert whole.sum() > 10
     np.testing.assert_array_equal(marked[whole], shown.record.extent[whole])
     assert not shown.moments[0].slipped.any()
-
-
-def test_what_the_record_does_not_reach_is_left_out() -> None:
-    short = Case(intrinsic_friction=0.5, radius=50.0, slab=Slab(n_x=17), max_events=None, max_displacement=3.3e-4)
-    found = moments_of(short, (0, 1, 100_000))
-    assert [moment.event for moment in found.moments] == [0, 1]
-    assert len(found.record.displacement) == 1
 
 
 def test_a_node_that_cannot_slip_has_no_limit() -> None:
@@ -100,15 +91,6 @@ def test_a_strip_shows_every_moment_and_where_in_the_record_it_is(film_shown: Mo
     points = record.lines[-1]
     np.testing.assert_array_equal(points.get_xdata(), [moment.displacement for moment in film_shown.moments])
     assert [text.get_text() for text in record.texts] == ["0", "10", "20"]
-
-
-def test_subscripts_are_lowered_in_every_text(film_shown: Moments) -> None:
-    film_of_one = Figure()
-    draw_frame(film_of_one, film_shown, film_shown.moments[0])
-    for figure in (strip(film_shown), film_of_one):
-        texts = [text.get_text() for text in figure.findobj(Text)]
-        assert any("μ_{i}" in text for text in texts)
-        assert [text for text in texts if "_" in re.sub(r"\$[^$]*\$", "", text)] == []
 
 
 def test_pictures_of_a_film_share_their_scales(film_shown: Moments) -> None:

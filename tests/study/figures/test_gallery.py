@@ -94,9 +94,3 @@ def test_a_script_that_is_none_is_named_with_what_is_wrong(tmp_path: Path, scrip
     (tmp_path / "mine.py").write_text(script)
     with pytest.raises(StoreError, match=f"mine.py: {said}"):
         figures_of(tmp_path / "mine.toml")
-
-
-def test_a_folder_that_cannot_be_is_named(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("", "utf-8")
-    with pytest.raises(StoreError, match="cannot be written"):
-        write(FIGURES["fig8"], small("figures/resolution"), tmp_path / "file", ("png",))

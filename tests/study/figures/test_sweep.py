@@ -1,6 +1,7 @@
 """Figures of a sweep: names are found, points hold every case, axes get roles, and what is drawn is what the points hold."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -32,7 +33,6 @@ from nanoslip.study.figures.sweep import (
     figure_of,
     held_at,
     is_logarithmic,
-    panels_of,
     roles_of,
     scattered,
     together,
@@ -126,16 +126,6 @@ def test_every_case_is_a_point_beside_its_axes() -> None:
     np.testing.assert_array_equal(points.values, 0.5 * points.axes["intrinsic_friction"])
     np.testing.assert_allclose(points.errors, 0.01 * points.values, rtol=1e-12)
     assert points.label == "F/W on the plateau"
-
-
-def test_some_of_the_points_are_these_in_every_array() -> None:
-    points = points_of(product(intrinsic_friction=[0.2, 0.4, 0.6], normal_load=LOADS), "plateau_mean")
-    some = points.at(np.array([4, 1]))
-    for name, values in points.columns().items():
-        assert some.columns()[name].tolist() == [values[4], values[1]]
-    for each in fields(points):
-        if isinstance(array := getattr(points, each.name), np.ndarray):
-            np.testing.assert_array_equal(getattr(some, each.name), array[[4, 1]])
 
 
 def test_a_ratio_has_the_uncertainties_of_both() -> None:
@@ -234,20 +224,27 @@ def over(**axes: list[object]) -> Points:
     return points_of(product(**axes), "plateau_mean")
 
 
-def test_roles_go_by_the_number_of_values() -> None:
-    roles = roles_of(over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0, 4.0], n_x=[17, 33, 65]))
-    assert (roles.x, roles.hue, roles.panels, dict(roles.held)) == ("radius", "n_x", ("intrinsic_friction",), {})
-
-
-def test_words_come_after_numbers() -> None:
-    roles = roles_of(over(support=["bonded", "right_side", "frictionless"], intrinsic_friction=[0.1, 0.2]))
-    assert (roles.x, roles.hue) == ("intrinsic_friction", "support")
-
-
-def test_what_is_chosen_keeps_its_place() -> None:
-    points = over(intrinsic_friction=[0.1, 0.2], radius=[1.0, 2.0, 3.0])
-    assert roles_of(points, x="intrinsic_friction").hue == "radius"
-    assert roles_of(points, hue="radius").x == "intrinsic_friction"
+@pytest.mark.parametrize(
+    ("axes", "chosen", "expected"),
+    [
+        ({"intrinsic_friction": 2, "radius": 4, "n_x": 3}, {}, ("radius", "n_x", ("intrinsic_friction",))),
+        ({"support": ["bonded", "right_side", "frictionless"], "radius": 2}, {}, ("radius", "support", ())),
+        ({"intrinsic_friction": 2, "radius": 3}, {"x": "intrinsic_friction"}, ("intrinsic_friction", "radius", ())),
+        ({"intrinsic_friction": 2, "radius": 3}, {"hue": "radius"}, ("intrinsic_friction", "radius", ())),
+    ],
+)
+def test_roles_go_by_the_number_of_values_words_are_last_and_what_is_chosen_keeps_its_place(
+    axes: dict[str, Any], chosen: dict[str, str], expected: tuple[object, ...]
+) -> None:
+    values = {
+        name: each if isinstance(each, list) else np.arange(1.0, each + 1.0).tolist() for name, each in axes.items()
+    }
+    data = product(
+        lambda **grids: np.arange(next(iter(grids.values())).size).reshape(*map(len, values.values())), **values
+    )
+    roles = roles_of(points_of(data, "plateau_mean"), **chosen)
+    assert (roles.x, roles.hue, roles.panels) == expected
+    assert not roles.held
 
 
 def test_an_axis_has_one_place() -> None:
@@ -316,6 +313,10 @@ def test_lines_hold_the_values_in_the_order_of_x() -> None:
         "0.4": ([1.0, 2.0, 3.0], [0.2] * 3),
     }
     assert crosses(axes.figure) == []
+    lines = [bars.lines[0].get_linestyle() for bars in axes.containers]
+    points = points_of(product(lambda support: np.arange(2.0), support=["bonded", "frictionless"]), "plateau_mean")
+    words = figure_of(points, roles_of(points)).axes[0].containers[0].lines[0]
+    assert (lines, words.get_linestyle()) == (["-", "--"], "None")  # which no line joins
 
 
 def test_a_line_breaks_where_a_value_is_missing_and_a_cross_is_on_the_lower_edge() -> None:
@@ -374,27 +375,6 @@ def test_a_scattered_design_has_a_panel_for_each_coordinate_with_a_short_label()
 )
 def test_a_scale_is_logarithmic_where_numbers_are_even_on_it(values: list[float], logarithmic: bool) -> None:
     assert is_logarithmic(np.array(values)) == logarithmic
-
-
-def test_panels_of_two_coordinates_stand_in_rows_and_columns_of_their_values() -> None:
-    data = product(
-        radius=[1.0, 2.0, 3.0, 4.0], n_x=[17, 33, 65], intrinsic_friction=[0.1, 0.2, 0.3], aspect_ratio=[1.0, 2.0]
-    )
-    points = points_of(data, "plateau_mean")
-    roles = roles_of(points)
-    assert roles.panels == ("intrinsic_friction", "aspect_ratio")
-    panels, columns = panels_of(points, roles)
-    assert columns == 3
-    assert [panel["intrinsic_friction"] for panel in panels] == [0.1, 0.2, 0.3] * 2
-    assert [panel["aspect_ratio"] for panel in panels] == [1.0] * 3 + [2.0] * 3
-
-
-@pytest.mark.parametrize(("values", "line"), [([1.0, 2.0], "-"), (["bonded", "frictionless"], "None")])
-def test_a_line_joins_numbers_and_no_words(values: list[float] | list[str], line: str) -> None:
-    data = product(lambda support: np.arange(2.0), support=values)
-    points = points_of(data, "plateau_mean")
-    axes = figure_of(points, roles_of(points)).axes[0]
-    assert axes.containers[0].lines[0].get_linestyle() == line
 
 
 def test_a_point_without_a_known_uncertainty_has_a_mark_and_no_bar() -> None:

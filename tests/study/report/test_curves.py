@@ -85,10 +85,6 @@ def test_a_case_with_one_drive_has_its_teeth_and_its_spring_force():
     assert [curve.y_label for curve in found] == ["friction force over load, F/W", "sample_spring_force"]
 
 
-def test_a_case_that_failed_or_has_several_drives_has_fewer():
-    assert list(curves(one_case(made_up(outcome="contact_lost"), {"intrinsic_friction": "0.5"}))) == []
-
-
 @pytest.fixture(scope="module")
 def contact() -> xr.Dataset:
     return nanoslip.run(CONTACT)
