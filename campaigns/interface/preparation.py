@@ -9,9 +9,8 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.ensemble import student
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, WITHOUT_PAPER, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, MARKERS, WITHOUT_PAPER, CampaignFigure, Claim, column
 
-MARKERS: Final = ("o", "s", "^", "D")
 PANELS: Final = {"static_excess": "excess F_max/F - 1", "fluctuation": "fluctuation of F"}
 """Variable -> its label."""
 

@@ -6,10 +6,10 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from preparation import MARKERS, exponent
+from preparation import exponent
 
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column
 
 LINES: Final = ("-", "--")
 """Of the spreads."""

@@ -9,9 +9,7 @@ from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
 from nanoslip.study.figures.points import in_text, typeset
-from nanoslip.study.figures.shared import COLORS, PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column
-
-MARKERS: Final = ("o", "s")
+from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column
 
 
 def load_of(dataset: xr.Dataset) -> Any:
