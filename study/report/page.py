@@ -30,6 +30,7 @@ from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.manifest.units import compact
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
+from nanoslip.study.report.errors import error_lines
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE
 from nanoslip.study.results.attempts import Run
@@ -390,6 +391,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         facts={
             "Cost": [cost(journal)],
             "Accuracy": list(accuracy(dataset)),
+            "Largest errors": list(error_lines(dataset)),
             "Scales": list(scales(dataset)),
             "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
         },
