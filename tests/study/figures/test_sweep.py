@@ -121,7 +121,9 @@ LOADS = [1e-4, 1e-3]
 
 
 def test_every_case_is_a_point_beside_its_axes() -> None:
-    points = points_of(product(intrinsic_friction=[0.2, 0.4, 0.6], normal_load=LOADS, n_x=[33]), "plateau_mean")
+    cases = product(intrinsic_friction=[0.2, 0.4, 0.6], normal_load=LOADS, n_x=[33])
+    points = points_of(cases, "plateau_mean")
+    assert not points_of(cases.drop_vars("validity_flags"), "plateau_mean").flagged.any()
     assert list(points.axes) == ["intrinsic_friction", "normal_load"]  # one n_x is no axis
     np.testing.assert_array_equal(points.values, 0.5 * points.axes["intrinsic_friction"])
     np.testing.assert_allclose(points.errors, 0.01 * points.values, rtol=1e-12)

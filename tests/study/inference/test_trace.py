@@ -69,6 +69,8 @@ def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty(seed: int
     trace = Trace(time[chosen], noisy, "time")
     for name, truth in (("static_friction", STATIC), ("fitted_kinetic_friction", KINETIC), ("damping_ratio", ZETA)):
         within(measure(trace, LOAD), name, truth, 4.0)
+    assert measure(trace, LOAD).numbers["static_friction"].uncertainty < 0.01 * (STATIC - KINETIC)
+    assert not measure(trace, LOAD).notes
     shifted = Trace(trace.at, trace.force + 3.0 + 2.0 * (trace.at - trace.at[0]), "time")
     notes = " ".join(measure(shifted, LOAD).notes)
     assert "the trace begins at 0.0" in notes
