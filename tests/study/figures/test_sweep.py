@@ -340,6 +340,9 @@ def test_each_value_has_its_tile() -> None:
     tiles = np.asarray(figure.axes[0].collections[0].get_array()).reshape(2, 3)
     np.testing.assert_array_equal(tiles, [[17.0, 34.0, 68.0], [65.0, np.nan, 260.0]])
     assert crosses(figure) == [(2.0, 65.0)]
+    across, up = np.asarray(figure.axes[0].collections[0].get_coordinates()).T
+    np.testing.assert_allclose(across[:, 0], [0.5, 1.5, 3.0, 5.0])
+    np.testing.assert_allclose(up[0], [17.0 - 24.0, 41.0, 65.0 + 24.0])
 
 
 @pytest.mark.parametrize("count", [6, 9])
