@@ -48,7 +48,9 @@ class Point(NamedTuple):
     pin_mass: float = 0.5
 
     def drive(self, **changed: object) -> Drive:
-        return NamedDrive.of("hard", **{**self._asdict(), "samples": 300, **changed}).dimensionless(SCALES)
+        return NamedDrive.of("hard", **{**self._asdict(), "duration": 0.2, "samples": 300, **changed}).dimensionless(
+            SCALES
+        )
 
 
 def points(everything: bool) -> list[Point]:

@@ -299,10 +299,9 @@ def test_without_mpi4py_processes_compute_and_ranks_are_refused_by_one_message(e
     ranks = [run(**{size: "3", "PMIX_RANK": rank, "SLURM_PROCID": rank}) for rank in "012"]
     assert [each.returncode for each in ranks] == [2, 2, 2]
     assert [each.stderr for each in ranks[1:]] == ["", ""]
-    assert ranks[0].stderr.startswith(
-        "Error: 3 processes were started, but none can use MPI: mpi4py is not installed: "
-    )
-    assert ranks[0].stderr.count("\n") == 1
+    message = " ".join(ranks[0].stderr.split())
+    assert message.startswith("Error: 3 processes were started, but none can use MPI: mpi4py is not installed: ")
+    assert message.count("Error") == 1
     assert not (tmp_path / "out").exists()
     assert run("-j", "2").returncode == 0
 
