@@ -146,7 +146,7 @@ fit = false
 
 @pytest.mark.slow
 def test_the_set_holds_computed_truths_as_often_as_it_states(tmp_path: Path):
-    """Two measurements each of 100 computed cases that the surrogate never saw; their ± is part of the measurement's."""
+    """Twenty measurements each of 100 computed cases that the surrogate never saw; their ± is part of the measurement's."""
     (tmp_path / "stage.toml").write_text('design = "sobol"\n' + STAGE)
     found = nanoslip.fit(tmp_path / "stage.toml", {"mu_s": (0.3, 0.006), "mu_k": (0.27, 0.003)}, jobs=2, points=64)
     (tmp_path / "truths.toml").write_text('design = "latin_hypercube"\npoints = 100\n' + STAGE)
@@ -158,12 +158,12 @@ def test_the_set_holds_computed_truths_as_often_as_it_states(tmp_path: Path):
     )
     x = np.column_stack([each.shares(data[each.name].values) for each in found.ranges])
     draw, held = np.random.default_rng(1), []
-    for place in np.tile(np.arange(data.sizes["case"]), 2):
+    for place in np.tile(np.arange(data.sizes["case"]), 20):
         targets = []
         for name, error in (("static_friction", 0.006), ("kinetic_friction", 0.003)):
             value, own = float(data[name][place]), float(data[f"{name}_uncertainty"][place])
             targets.append(Target(name, value + error * draw.standard_normal(), float(np.hypot(error, own))))
         held.append(replace(found, targets=tuple(targets)).misfit(x[place : place + 1])[0])
     shares = [np.mean(np.array(held) <= found.limit(level)) for level in (0.68, 0.95)]
-    assert len(held) > 150
-    assert shares == pytest.approx([0.68, 0.95], abs=0.07), shares
+    assert len(held) > 1500
+    assert shares == pytest.approx([0.68, 0.95], abs=0.07), shares  # 0.66 and 0.94 seen; two of each scatter by 0.04
