@@ -295,6 +295,8 @@ class Checker:
                 yield word, values
             else:
                 wrong = "needs a list of at least one value" if word in known else unknown(word, known)
+                if word in known and table == "axes" and isinstance(values, dict):
+                    wrong += ', or for a range design = "sobol" or "latin_hypercube"'
                 self.refuse(f"{table}.{key_shown(word)} = {shown(values)}", wrong)
 
     def one_place(self, axes: Columns, fixed: dict[str, Columns]) -> None:

@@ -82,7 +82,12 @@ def test_a_range_ends_where_the_scheme_does() -> None:
         ("sobol", 4, "axes.radus = {from = 1, to = 2}", "axes.radus = .*: unknown; did you mean radius?"),
         ("product", 4, "axes.radius = [1.0]", 'points: needs design = "sobol" or "latin_hypercube"'),
         ("halton", 4, "axes.radius = [1.0]", 'design = "halton": needs "product", "zip", "sobol" or "latin_hypercube"'),
-        ("product", 4, "axes.radius = {from = 1, to = 2}", "axes.radius = .*: needs a list of at least one value"),
+        (
+            "product",
+            4,
+            "axes.radius = {from = 1, to = 2}",
+            'axes.radius = .* for a range design = "sobol" or "latin_hyp',
+        ),
     ],
 )
 def test_a_wrong_design_is_one_clear_message(design: str, points: int, axes: str, said: str) -> None:
