@@ -23,7 +23,7 @@ from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.parameter import GRID_ERROR, Quantity, attributes, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
-from nanoslip.solver.sliding.validity import Validity
+from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import typed
@@ -252,6 +252,8 @@ def text_of(variable: Described) -> str:
         "comment": variable.comment,
         "part of": variable.group,
     }
+    if variable.name == "validity_flags":
+        facts |= {each.name: f"{each.meaning}; {each.advice}" for each in FLAGS}
     return "\n".join([variable.name, *(f"  {what}: {text}" for what, text in facts.items() if text)])
 
 

@@ -9,6 +9,7 @@ import netCDF4
 import numpy as np
 import pytest
 
+from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.commands import cli, look
 from nanoslip.study.commands.datasets import print_summary
 from nanoslip.study.dataset import file
@@ -171,6 +172,11 @@ def test_one_variable_is_explained_and_an_unknown_one_refused_with_similar_names
     assert (code, [word for word in words if word not in said]) == (0, [])
     assert main("describe", "mu_s")[1].startswith("static_friction\n")
     one_line(main("describe", "mean_stp"), "mean_step")
+
+
+def test_what_validity_flags_ask_for_is_described(main):
+    said = " ".join(main("describe", "validity_flags")[1].split())
+    assert [each.name for each in FLAGS if f"{each.name}: {each.meaning}; {each.advice}" not in said] == []
 
 
 def test_what_was_chosen_for_an_accuracy_is_said_below_the_table(capsys):
