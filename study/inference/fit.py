@@ -247,10 +247,11 @@ def sentences(found: Fit) -> Iterator[str]:
     if missing := int((~np.isfinite(found.computed.values).all(axis=1)).sum()):
         yield (
             f"Without a number, or with a validity flag: {missing} of them. Around these nothing counts as agreeing; "
-            "nanoslip describe validity_flags says what helps."
+            f"{FLAGS_HELP}."
         )
 
 
+FLAGS_HELP: Final = "nanoslip describe validity_flags says what helps"
 EDGE: Final = 0.02
 """Share of a range that counts as its end."""
 SEED: Final = 1
@@ -289,5 +290,7 @@ def _surrogates(targets: Sequence[Target], computed: Computed) -> tuple[Surrogat
         try:
             found.append(regress(computed.x, values, errors))
         except TooFewError as error:
-            raise TooFewError(f"{target.name}: {error}") from None
+            missing = int(np.isnan(values).sum())
+            why = f"; {missing} of {len(values)} points are without, or with a validity flag: {FLAGS_HELP}"
+            raise TooFewError(f"{target.name}: {error}{why if missing else ''}") from None
     return tuple(found)

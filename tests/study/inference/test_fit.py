@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 import nanoslip
 from nanoslip.study.inference.fit import Computed, Range, Target, fit, sentences
+from nanoslip.study.inference.surrogate import TooFewError
 
 Floats = NDArray[np.float64]
 RANGES = (Range("mu_i", 0.1, 0.8, False), Range("radius", 20.0, 400.0, True))
@@ -117,6 +118,15 @@ def test_a_region_without_numbers_does_not_agree():
     found = fit([Target("mu_k", 0.26, 0.01)], RANGES, simulate)
     assert found.agreeing(0.95)[:, 1].max() < 0.62  # half a distance of points beyond
     assert any(each.startswith("Without a number") for each in sentences(found))
+
+
+def test_where_too_few_points_have_a_number_it_is_said_how_many_and_what_helps():
+    def simulate(x: Floats) -> Computed:
+        values = np.where(x[:, 1:] > 0.1, np.nan, friction(x)[:, 1:])
+        return Computed(x, values, np.zeros_like(values))
+
+    with pytest.raises(TooFewError, match=r"mu_k: .*needs at least 8; 2[0-9] of 32 points .*describe validity_flags"):
+        fit([Target("mu_k", 0.26, 0.01)], RANGES, simulate)
 
 
 STAGE = """\
