@@ -391,7 +391,8 @@ def explain_case(
 
 def _of_finer(each: Influence) -> Error:
     change = f"twice as many nodes change it by {each.largest.change:+.1%} ± {each.largest.uncertainty:.1%}"
-    return Error("the grid", abs(each.largest.change), f"{change}, in {each.seconds:.2g} × the time")
+    cure = f"{change}, in {each.seconds:.2g} × the time (another surface for what slips)"
+    return Error("the grid", abs(each.largest.change), cure)
 
 
 def _errors(

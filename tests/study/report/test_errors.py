@@ -60,6 +60,7 @@ def test_explain_measures_what_the_grid_changes(main: Main, tmp_path: Path) -> N
     code, text, _ = main("explain", file, "--out", out, "--grid")
     (found,) = re.findall(r"twice as many nodes change it by (\S+)% ± (\S+)%", text)
     assert code == 0
+    assert "another surface for what slips" in " ".join(text.split())
     change = 100.0 * (finer - coarse) / coarse
     np.testing.assert_allclose(float(found[0]), change, atol=0.06)  # a digit behind the point is shown
     assert (
