@@ -182,9 +182,9 @@ def plan() -> None:
 def explain() -> None:
     """Explain the cost and the errors of one case of CAMPAIGN.
 
-    KEY=VALUE select the case, as in `nanoslip show`. Shown are its estimated time, the error of its grid where that
-    was measured, and what half of it would cost; with --effects what `nanoslip effects` shows, of this case. Of a computed
-    case each number asked for is shown with the largest part of its error, and what halves that.
+    KEY=VALUE select the case by its parameters, not by those of a drive. Shown are its estimated time, the error of its
+    grid where that was measured, and what half of it would cost; with --effects what `nanoslip effects` shows, of this
+    case. Of a computed case each number asked for is shown with the largest part of its error, and what halves that.
 
     Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5 --effects
     """
@@ -521,7 +521,9 @@ def fit() -> None:
 @click.option("--crate", "form", flag_value="crate", help="As RO-Crate: dataset, manifest and page, a folder or .zip.")
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
-@click.option("-o", "--output", type=NEW_FILE, help="Write this file [default: standard output, or the folder crate].")
+@click.option(
+    "-o", "--output", type=NEW_FILE, help="Write this file [default: standard output; the crate beside the dataset]."
+)
 def export() -> None:
     """Write CAMPAIGN's numbers as a table, or all as a crate.
 
