@@ -191,7 +191,6 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
 
     why: behind an outcome its message, too. scales: to have lengths and loads of the axes in SI beside them.
     """
-    dataset = variables.in_short(dataset)
     asked = [name for name in asked_of(dataset) if name in dataset]
     columns = {name: SHOWN.get(name, symbol(name)) for name in (*asked, *SHOWN) if name in dataset}
     numbers = {
@@ -212,7 +211,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     header = (*labels, *titles, "outcome")
     rows: list[tuple[str, ...]] = []
     failed = set()
-    for case in each_case(dataset, of, most):
+    for case in map(variables.in_short, each_case(dataset, of, most)):
         ending, flags, message = _ending(case)
         if ending not in _UNHURT and bool(_missed(case)):
             failed.add(len(rows))
