@@ -231,13 +231,18 @@ def described(name: str) -> Described:
 
     name: its own, or its symbol, in Greek or Latin letters. Raises KeyError that names the nearest ones where there is none.
     """
-    found = next((each for each in _all(beside=True) if each.name == name), None)
-    if found is None:
-        if called := next((each for each in rows() if name in typed(each.symbol)[0]), None):
-            return called
-        near = difflib.get_close_matches(name, {each.name: each for each in rows()}, n=3, cutoff=0.5)
-        raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
-    return found
+    if found := _by_name().get(name):
+        return found
+    if called := next((each for each in rows() if name in typed(each.symbol)[0]), None):
+        return called
+    near = difflib.get_close_matches(name, {each.name: each for each in rows()}, n=3, cutoff=0.5)
+    raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
+
+
+@cache
+def _by_name() -> dict[str, Described]:
+    """Every variable, those beside means included; of one in several groups the first."""
+    return {each.name: each for each in reversed(list(_all(beside=True)))}
 
 
 def text_of(variable: Described) -> str:
@@ -398,13 +403,6 @@ def shortened(text: str) -> str:
     if len(parts) < 2:
         return text
     return f"{parts[0][0]} {parts[0][1]}; {sum(number for number, _ in parts[1:])} others"
-
-
-def in_short(dataset: xr.Dataset) -> xr.Dataset:
-    """A dataset whose counted texts are short, for a table."""
-    short = np.vectorize(lambda value: shortened(value) if isinstance(value, str) else value, otypes=[object])
-    texts = {str(name): each for name, each in dataset.data_vars.items() if each.dtype.kind == "O"}
-    return dataset.assign({name: each.copy(data=short(each.values)) for name, each in texts.items()})
 
 
 NAME_LENGTH: Final = 12

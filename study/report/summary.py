@@ -89,7 +89,6 @@ def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
     """
     rows: list[tuple[str, ...]] = []
     others: dict[str, list[str]] = {"0 here": [], "not known here": []}
-    case = variables.in_short(case)
     for name in sorted(map(str, case.data_vars), key=lambda name: (*SHOWN, name).index(name)):
         if case[name].dims or name in _SAID_APART or name.endswith((UNCERTAINTY, "members")):
             continue  # ± and count of members are shown with their variable
@@ -126,7 +125,9 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
         return NOTHING
     if error in values:
         return with_error(value, float(values[error]))
-    return str(value) if isinstance(value, str | bool) else plain(value, digits)
+    if isinstance(value, str | bool):
+        return variables.shortened(str(value))
+    return plain(value, digits)
 
 
 def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
@@ -211,7 +212,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     header = (*labels, *titles, "outcome")
     rows: list[tuple[str, ...]] = []
     failed = set()
-    for case in map(variables.in_short, each_case(dataset, of, most)):
+    for case in each_case(dataset, of, most):
         ending, flags, message = _ending(case)
         if ending not in _UNHURT and bool(_missed(case)):
             failed.add(len(rows))
@@ -434,7 +435,7 @@ def _ending(values: xr.Dataset) -> tuple[str, str, str]:
     ending, message = COMPLETED, ""
     for found, why in (("outcome", "message"), ("drive_outcome", "drive_message")):
         if found in values and (values[found] != COMPLETED or values[why] != ""):
-            ending, message = str(values[found].item()), str(values[why].item())
+            ending, message = (variables.shortened(str(values[each].item())) for each in (found, why))
             break
     flags = flags_in(int(values[variables.VALIDITY.name])) if variables.VALIDITY.name in values else ()
     named = f" [{', '.join(flag.name for flag in flags)}]" if flags else ""

@@ -2,7 +2,6 @@
 
 from dataclasses import fields
 
-import numpy as np
 import pytest
 import xarray as xr
 
@@ -16,7 +15,6 @@ from nanoslip.study.dataset.variables import (
     commonest,
     counted,
     described,
-    in_short,
     is_counted,
     joined,
     rows,
@@ -91,16 +89,6 @@ def test_sentences_of_members_that_hold_semicolons_lose_none() -> None:
     sentence = "the force still rises; raise limits.events"
     short = shortened(counted([sentence] * 3 + ["needs 3; or 4"] * 2 + ["stop", "too small"]))
     assert short == f"3 {sentence}; 4 others"
-
-
-def test_texts_of_a_dataset_are_short_and_its_numbers_as_they_were() -> None:
-    long = "13 stick_slip; 2 sticks; 1 slides"
-    other = "one; two; three and some more words than a cell"
-    data = xr.Dataset({"regime": ("case", np.array([long, other], dtype=object)), "events": ("case", [1.0, 2.0])})
-    found = in_short(data)
-    assert found["regime"].values.tolist() == ["13 stick_slip; 3 others", other]
-    assert data["regime"].values.tolist() == [long, other]
-    xr.testing.assert_identical(found["events"], data["events"])
 
 
 def test_texts_that_differ_in_numbers_alone_are_told_once_with_the_members_of_all() -> None:
