@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import fields
 from pathlib import Path
 from typing import Final
 
@@ -16,12 +17,12 @@ from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import one_case, scales_of
 from nanoslip.study.dataset.collect import collect, is_made_of, made_of, note
+from nanoslip.study.dataset.table import coordinates, layout_of
 from nanoslip.study.dataset.variables import MEMBERS, OUTCOMES, means_of
 from nanoslip.study.figures.shared import column, format_of, image
-from nanoslip.study.manifest.cases import CampaignCase, value_of
-from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
-from nanoslip.study.manifest.parameters import STANDARD, Value, in_words, of_symbol, words
+from nanoslip.study.manifest.parameters import STANDARD, of_symbol
 from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.plan import PENDING, Plan
 from nanoslip.study.report import summary
@@ -151,9 +152,6 @@ def is_of(dataset: xr.Dataset, manifest: Manifest) -> bool:
 
 # KEY=VALUE on the command line, and the one case of a campaign that they single out: `radius=200 n_x=65`.
 
-FEW: Final = 4
-"""Values of a parameter that a refusal names."""
-
 
 def assignments(given: Sequence[str]) -> dict[str, str]:
     """Words of a command line, `key=value` each, as a mapping; a key may be a parameter's symbol. Raises Refusal."""
@@ -169,43 +167,20 @@ def assignments(given: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def chosen(cases: Sequence[CampaignCase], given: Mapping[str, str], scales: Scales | None = None) -> CampaignCase:
-    """The one case that has all of these values, keys as in a manifest, values with a unit or without.
-
-    Raises ManifestError where none or several have.
-    """
-    points = [case.parameters for case in cases]
-    found = list(range(len(points)))
-    for key, value in given.items():
-        name = words().get(key, key)
-        there = list(dict.fromkeys(point[name] for point in points if name in point))
-        if not there:
-            known = in_words(", ".join(dict.fromkeys(name for point in points for name in point)))
-            raise ManifestError([f"{key}={value}: these cases are told apart by {known}"])
-        try:
-            wanted = value_of(key, value, scales)
-        except ValueError as error:
-            raise ManifestError([str(error)]) from None
-        found = [number for number in found if points[number].get(name) == wanted]
-        if wanted not in there:
-            raise ManifestError([f"{key}={value}: no such case; there are {', '.join(map(str, there))}"])
-    said = " ".join(f"{key}={value}" for key, value in given.items()) or "no selection"
-    if not found:
-        raise ManifestError([f"{said}: no case is all of that"])
-    if len(found) > 1:
-        differing = _differing([points[number] for number in found])
-        raise ManifestError([f"{said}: {len(found)} cases are like that; {differing}"])
-    return cases[found[0]]
+def chosen(manifest: Manifest, cases: Sequence[CampaignCase], given: Mapping[str, str]) -> CampaignCase:
+    """The one case of a campaign that parameters single out. Raises Refusal."""
+    scales = {item.name: getattr(manifest.scales, item.name) for item in fields(Scales)}
+    layout = coordinates(manifest, cases, layout_of(manifest))
+    name = single(xr.Dataset(coords=layout, attrs=scales), given)["case_id"].item()
+    return next(case for case in cases if case.case_id == name)
 
 
-def _differing(points: Sequence[Mapping[str, Value]]) -> str:
-    """What tells cases apart, as advice."""
-    told = []
-    for name in points[0]:
-        values = list(dict.fromkeys(str(point.get(name)) for point in points))
-        if len(values) > 1:
-            told.append(f"{name} = {' or '.join([*values[:FEW], *(['…'] if len(values) > FEW else [])])}")
-    return in_words(f"say {', '.join(told)}")
+def single(dataset: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
+    """The part of a dataset that is the one case that parameters single out. Raises Refusal."""
+    try:
+        return one_case(dataset, given)
+    except (KeyError, ValueError) as error:
+        raise Refusal(str(error.args[0])) from None
 
 
 # One case of a dataset on the terminal: how it ended, its numbers, its lines in text; or its lines as a picture.
@@ -216,10 +191,7 @@ _NAMES: Final = ("case_id", "case")
 
 def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | None) -> None:
     """Print the case that parameters single out, or write its picture besides. Raises Refusal where it is not one case."""
-    try:
-        case = one_case(dataset, given)
-    except (KeyError, ValueError) as error:
-        raise Refusal(str(error.args[0])) from None
+    case = single(dataset, given)
     _print_numbers(case, dataset)
     lines = list(curves(case))
     if lines and MEMBERS.name in case and int(case[MEMBERS.name].max()) > 1:

@@ -17,11 +17,10 @@ from nanoslip.solver.parameter import Parameter
 from nanoslip.solver.sliding.validity import MISSED
 from nanoslip.study import api, shipped
 from nanoslip.study.accuracy.effects import FINER, Influence, Scenes, influences, scenes_of
-from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, show_case
+from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, show_case, single
 from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.access import one_case
 from nanoslip.study.figures.frames import events_of, frames
 from nanoslip.study.figures.gallery import figures_of, shipped_figures, write, write_indexes
 from nanoslip.study.figures.points import axis_named, points_named, selected
@@ -278,7 +277,7 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str, output
     with refusals(SolverError):
         wanted = events_of(events)
         plan = planned(campaign)
-        case = chosen(plan.cases, assignments(parameters), plan.manifest.scales)
+        case = chosen(plan.manifest, plan.cases, assignments(parameters))
         if case.case is None:
             raise ManifestError([f"{case.point}: {case.outcome.message}"])
         shown = frames(case.case, wanted, output)
@@ -371,7 +370,7 @@ def explain_case(
 ) -> None:
     """Print cost and errors, and perhaps what grid and effects change, of the case of a campaign that has these parameters."""
     manifest = settled(load_manifest(campaign))
-    case = chosen(expand(manifest), assignments(parameters), manifest.scales)
+    case = chosen(manifest, expand(manifest), assignments(parameters))
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
@@ -402,7 +401,7 @@ def _errors(
     if path.is_file():
         with file.reading(path) as found:
             if is_of(found, manifest):
-                return list(error_lines(one_case(found, assignments(parameters)), cost, measured, SHOWN))
+                return list(error_lines(single(found, assignments(parameters)), cost, measured, SHOWN))
     lines = [f"{name}: {each.cure}" for name, each in measured.items()]
     return [*lines, "not computed yet: afterwards explain names the largest error of each number"]
 

@@ -156,14 +156,14 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     found = places(root, _ending(root), {words().get(word, word): text for word, text in given.items()})
     left = {dim: np.unique(column) for dim, column in zip(found.dims, found.positions.T, strict=True)}
     part = root.isel({dim: where if len(where) > 1 else where[0] for dim, where in left.items()})
-    if several := [str(dim) for dim in root[OUTCOMES[""][0].name].dims if len(left[str(dim)]) > 1]:
+    if several := [str(dim) for dim in root["case_id"].dims if len(left[str(dim)]) > 1]:
         raise ValueError(f"needs to be one case: give also {'; '.join(_choices(part, several))}")
     return part
 
 
 def _ending(root: xr.Dataset) -> str:
-    """The variable that says how drives ended, or cases where there are none."""
-    return next(name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root)
+    """The variable that says how drives ended, or cases where there are none; of cases without results their name."""
+    return next((name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root), "case_id")
 
 
 def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:

@@ -125,7 +125,9 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
                         table.put(each.group.id.name, place, name, each.add(parts, by[name], case.case_id, name))
         heard(number)
     counts = census(origins.values())  # a result counts once, however many cases share it
-    root = xr.Dataset(table.variables(), coordinates(plan, layout), _attributes(manifest, front, counts))
+    root = xr.Dataset(
+        table.variables(), coordinates(manifest, plan.cases, layout), _attributes(manifest, front, counts)
+    )
     return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: software(counts)})
 
 

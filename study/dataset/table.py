@@ -39,7 +39,7 @@ from nanoslip.study.manifest.parameters import STANDARD, Value
 from nanoslip.study.origin import NOBODY, Origins, stemming
 from nanoslip.study.plan.kinds import KINDS, left_out, needed_kinds
 from nanoslip.study.plan.outlook import flags_of
-from nanoslip.study.plan.plan import PENDING, Plan
+from nanoslip.study.plan.plan import PENDING
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, Exclusion, TaskResult, without_effect
 
 # Where each case and drive of a campaign lies in its dataset: the dimensions, and the settings of drives along theirs.
@@ -129,19 +129,19 @@ def array_of(values: Sequence[Any]) -> NDArray[Any]:
 # The coordinates of a dataset: every parameter that matters, and the cases' names.
 
 
-def coordinates(plan: Plan, layout: Layout) -> dict[str, Any]:
+def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layout) -> dict[str, Any]:
     """Parameters along their dimension, over the cases where they vary, else once; none that changes no result."""
-    manifest, dims, places = plan.manifest, tuple(layout.axes), layout.places
+    dims, places = tuple(layout.axes), layout.places
     found: dict[str, Any] = {
         name: (name, array_of(values), attributes(_parameter(name))) for name, values in layout.axes.items()
     }
-    ids = _at(places, [case.case_id for case in plan.cases])
+    ids = _at(places, [case.case_id for case in cases])
     found["case_id"] = (dims, ids.reshape(layout.shape), attributes(CASE_ID))
     exclusions = OF_ALL if "record" in needed_kinds(manifest) else OF_CONTACT
     names = [name for name in parameters() if name not in layout.axes]
-    able = sum(case.case is not None for case in plan.cases)
+    able = sum(case.case is not None for case in cases)
     along = {*manifest.axes, *STANDARD} if "case" in dims else ()
-    rows = [_values(case, names, exclusions) for case in plan.cases]
+    rows = [_values(case, names, exclusions) for case in cases]
     for name, values in zip(names, zip(*rows, strict=True), strict=True):
         there = [value for value in values if value is not None]
         if there:

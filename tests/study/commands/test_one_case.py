@@ -5,12 +5,10 @@ import tempfile
 
 import pytest
 
-from nanoslip.solver.drive import Scales
 from nanoslip.study import api
 from nanoslip.study.commands.datasets import assignments, chosen
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.cases import campaign_of, expand, tables
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.results.store import Store
 from tests.conftest import ROOT, SMALL
@@ -19,46 +17,28 @@ from tests.study.commands.test_datasets import write_regimes
 ONE = ("intrinsic_friction=0.5", "radius=50")
 
 
-def cases(axes):
-    return expand(parse_manifest(ROOT / "toy.toml", f'title = "a toy"\nensemble.members = 8\n[axes]\n{axes}\n', {}))
+def case(axes, words, design=""):
+    manifest = parse_manifest(ROOT / "toy.toml", f'title = "a toy"\n{design}\n[axes]\n{axes}\n', {})
+    return chosen(manifest, expand(manifest), assignments(words.split())).parameters
 
 
-CASES = cases('radius = [50.0, 100.0]\nevents = [5, 10]\nslip_order = ["worst_first", "simultaneous"]')
+AXES = 'radius = [50.0, 100.0]\nevents = [5, 10]\nslip_order = ["worst_first", "simultaneous"]'
 
 
 def test_a_case_is_found_by_the_words_of_its_campaign():
-    found = chosen(CASES, {"events": "5", "radius": "1e2", "slip_order": "simultaneous"}).parameters
-    assert [found[name] for name in ("radius", "max_events", "slip_order")] == [100.0, 5, "simultaneous"]
-    assert chosen(CASES[:1], {}) is CASES[0]
-    assert chosen(CASES[::4], {"radius": "10 cm"}, Scales()).parameters["radius"] == 100.0
-    with pytest.raises(ManifestError, match='radius = "10 N": needs a number, or one with a unit as "10 m"'):
-        chosen(CASES, {"radius": "10 N"}, Scales())
+    for words in ("events=5 radius=1e2 slip_order=simultaneous", "events=5 R=0.1m slip_order=simultaneous"):
+        found = case(AXES, words)
+        assert [found[name] for name in ("radius", "max_events", "slip_order")] == [100.0, 5, "simultaneous"]
+    assert (
+        case('radius = [50.0, 100.0]\nslip_order = ["worst_first", "simultaneous"]', "radius=100", 'design = "zip"')[
+            "slip_order"
+        ]
+        == "simultaneous"
+    )
     for word in ("true", "True"):  # of a campaign, and of a table
-        assert chosen(cases("coupling = [false, true]"), {"coupling": word}).parameters["coupling"] is True
-
-
-ZIPPED = [case for case in CASES if (case.parameters["radius"] == 50.0) == (case.parameters["max_events"] == 5)]
-
-
-@pytest.mark.parametrize(
-    ("there", "selection", "said"),
-    [
-        (CASES, "poisson=0.3", "poisson=0.3: these cases are told apart by "
-         "intrinsic_friction, radius, aspect_ratio, n_x, events, slip_order"),
-        (CASES, "radius=60", "radius=60: no such case; there are 50.0, 100.0"),
-        (CASES, "radius=wide", "radius=wide: no such case"),
-        (CASES, "radius=50", "radius=50: 4 cases are like that; say events = 5 or 10, "
-         "slip_order = worst_first or simultaneous"),
-        (CASES, "radius=50 events=7", "events=7: no such case; there are 5, 10"),
-        (ZIPPED, "radius=50 events=10", "radius=50 events=10: no case is all of that"),
-        (cases("radius = [50, 100]"), "", "no selection: 2 cases are like that; say radius = 50.0 or 100.0"),
-        (cases("radius = [10, 20, 30, 40, 50]"), "", "say radius = 10.0 or 20.0 or 30.0 or 40.0 or …"),
-    ],
-)  # fmt: skip
-def test_anything_else_says_what_there_is(there, selection, said):
-    with pytest.raises(ManifestError) as refused:
-        chosen(there, assignments(selection.split()))
-    assert said in str(refused.value)
+        assert case("coupling = [false, true]", f"coupling={word}")["coupling"] is True
+    with pytest.raises(Refusal, match=r"give also max_events = 5, 10; slip_order = worst_first, simultaneous$"):
+        case(AXES, "radius=50")
 
 
 @pytest.mark.parametrize("word", ["radius", "radius=", "=50", ""])
