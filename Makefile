@@ -29,6 +29,7 @@ figures: .venv/installed  ## the paper's figures and further ones, with tables: 
 		$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $$campaign --out results/$${name%.toml} || exit; \
 	done
 	$(BIN)/nanoslip figure --all --into $(FIGURES)
+	$(BIN)/python campaigns/gallery.py $(FIGURES)
 
 kernels: .venv/installed  ## compile what tests run; else each of their processes does
 	$(BIN)/python -m tests.kernels

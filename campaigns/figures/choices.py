@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy import stats
 
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Stated, column
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 # How well combinations of unstated choices reproduce the paper's numbers: misses in standard deviations, and their ranking.
 
@@ -21,7 +21,7 @@ NEAR: Final = 2.0
 """Standard deviations up to which a number counts as reproduced."""
 CAP: Final = 10.0
 """Standard deviations beyond which a miss counts no more: one number alone does not decide."""
-NUMBERS: Final[tuple[tuple[Stated, str, float, float], ...]] = (
+NUMBERS: Final[tuple[tuple[paper.Stated, str, float, float], ...]] = (
     (paper.PLATEAU_SHARE, "plateau_mean", 0.5, 2.0),
     (paper.PLATEAU_SHARE, "plateau_mean", 0.25, 4.0),
     (paper.SLIPS, "slips", 0.5, 1.0),
@@ -77,7 +77,7 @@ def ranking(dataset: xr.Dataset) -> list[Scored]:
     return sorted(found, key=lambda each: (-each.reproduced, each.score, str(each.choices)))
 
 
-def _misses(dataset: xr.Dataset, stated: Stated, name: str, friction: float, scale: float) -> Floats:
+def _misses(dataset: xr.Dataset, stated: paper.Stated, name: str, friction: float, scale: float) -> Floats:
     """|paper - mean over starts| over the scatter between starts and the doubt of the paper's number, over the choices."""
     mean, variance = _over_starts(of_starts(dataset, name, friction, scale))
     scatter = np.sqrt(np.where(np.isfinite(variance), variance, 0.0) + stated.doubt**2)

@@ -19,7 +19,6 @@ from nanoslip.study.figures.shared import (
     Claim,
     ClosedForm,
     column,
-    compared,
     over_starts,
     scales_in,
 )
@@ -74,15 +73,17 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         (paper.KINETIC, "kinetic_friction", "μ_k, measured", _KINETIC),
         (paper.KINETIC, "fitted_kinetic_friction", "μ_k, fitted", _KINETIC),
     ):
-        yield compared(stated, every_start(dataset, name), why, meaning)
+        yield paper.compared(stated, every_start(dataset, name), why, meaning)
     missed = over_starts(every_start(dataset, "fit_residual"), 2)
     yield Claim("misfit of Eq. 16-19, rms, over W", "agrees remarkably well (§3.3)", missed)
     first, second = slip_times(dataset)
-    yield compared(paper.FIRST_SLIP, first, digits=3, scale=1e3)
-    yield compared(paper.LATER_SLIP, second, _SECOND, digits=3, scale=1e3)
+    yield paper.compared(paper.FIRST_SLIP, first, digits=3, scale=1e3)
+    yield paper.compared(paper.LATER_SLIP, second, _SECOND, digits=3, scale=1e3)
     for stated, friction in ((paper.STICK_PHASES, 0.5), (paper.STICK_PHASES_QUARTER, 0.25)):
-        yield compared(stated, every_start(dataset, "macroscopic_slips", friction), "each ends in a macroscopic slip")
-    yield compared(paper.DAMPER, np.array([damper_force(dataset) * load_of(dataset)]), "c·V_o", digits=3)
+        yield paper.compared(
+            stated, every_start(dataset, "macroscopic_slips", friction), "each ends in a macroscopic slip"
+        )
+    yield paper.compared(paper.DAMPER, np.array([damper_force(dataset) * load_of(dataset)]), "c·V_o", digits=3)
 
 
 _STATIC = "one peak of one record: the paper's is one draw of this distribution"
@@ -234,13 +235,13 @@ def _mark(axes: Any, stick: Stick) -> None:
 def claims_of_motion(dataset: xr.Dataset) -> Iterator[Claim]:
     """Claims of §3.3 on position and velocity."""
     first, _ = slip_times(dataset)
-    yield compared(paper.FIRST_SLIP, first, digits=3, scale=1e3)
-    yield compared(paper.RESTICKS, every_start(dataset, "resticks"), _RESTICKS)
+    yield paper.compared(paper.FIRST_SLIP, first, digits=3, scale=1e3)
+    yield paper.compared(paper.RESTICKS, every_start(dataset, "resticks"), _RESTICKS)
     last = [
         float(run_of(dataset, 0.5, float(begin))["sample_velocity"].values[-200:].mean())
         for begin in dataset["start"].values
     ]
-    yield compared(paper.FINAL_VELOCITY, np.array(last), "that of the stage", scale=1e3)
+    yield paper.compared(paper.FINAL_VELOCITY, np.array(last), "that of the stage", scale=1e3)
     micro = over_starts(every_start(dataset, "micro_slips"), 3)
     yield Claim("finding 1: slips while the pin is stuck", "many (§4)", micro, "that end before the presliding length")
 
@@ -255,7 +256,7 @@ def claims_of_friction(dataset: xr.Dataset) -> Iterator[Claim]:
     expected = 1e3 * float(np.sqrt(mass / float(dataset["spring_stiffness"]))) / damping
     why = f"time to 1/e; the damper alone gives 2m/c = {expected:.3g}"
     decay = np.array([stick.decay_time for stick in sticks])
-    yield compared(paper.RINGING, decay, why, digits=3, scale=1e3)
+    yield paper.compared(paper.RINGING, decay, why, digits=3, scale=1e3)
     bursts = np.array([float(len(stick.bursts)) for stick in sticks])
     remark = f"falls of F/W by {LEAST_DROP:g} or more at once"
     yield Claim("bursts during the first stick phase", "intermittent (§3.3)", over_starts(bursts, 3), remark)

@@ -1,8 +1,29 @@
 """The numbers that Streator (2022) states, each with its section: what figures and choices are compared with."""
 
+from dataclasses import dataclass
 from typing import Final
 
-from nanoslip.study.figures.shared import Stated
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.study.figures.shared import Claim, over_starts
+
+
+@dataclass(frozen=True, slots=True)
+class Stated:
+    """A number of the paper, in the unit of `meaning`."""
+
+    meaning: str
+    value: float
+    section: str
+    doubt: float
+    """Half a unit of the last digit, or how exactly its words are meant."""
+    text: str = ""
+    """As the paper writes it, where that is not the number alone."""
+
+    def __str__(self) -> str:
+        return f"{self.text or f'{self.value:g}'} (§{self.section})"
+
 
 PLATEAU_SHARE: Final = Stated("plateau F/W over μ_i", 0.56, "3.2.1", 0.01, "about 56 %")
 PLATEAU: Final = Stated("plateau F/W", 0.28, "3.2.1", 0.005, "around 0.28")
@@ -23,3 +44,25 @@ RESTICKS: Final = Stated("re-sticks in the velocity, μ_i = 0.5", 2, "3.3", 0.0,
 RINGING: Final = Stated("first vibration dies out, ms", 15, "3.3", 2.5, "about 15")
 DAMPER: Final = Stated("damper's force on a pin at rest, N", 0.13, "3.3", 0.005)
 FINAL_VELOCITY: Final = Stated("velocity in the end, mm/s", 2, "3.3", 0.0)
+
+
+def compared(
+    stated: Stated, values: NDArray[np.float64], why: str = "", meaning: str = "", digits: int = 4, scale: float = 1.0
+) -> Claim:
+    """The claim that a number of the paper is what starts give: its remark begins with whether it lies in their range.
+
+    values: (m,) one for each start; scale: into the unit of the paper's number.
+    """
+    found = scale * values[np.isfinite(values)]
+    remark = "; ".join(part for part in (_verdict(stated, found), why) if part)
+    return Claim(meaning or stated.meaning, str(stated), over_starts(found, digits), remark)
+
+
+def _verdict(stated: Stated, found: NDArray[np.float64]) -> str:
+    """Whether a number lies within the range of starts, else how far from their mean."""
+    if not len(found):
+        return ""
+    if found.min() - stated.doubt <= stated.value <= found.max() + stated.doubt:
+        return "within the range of starts" if len(found) > 1 else "agrees"
+    deviation = found.std(ddof=1) if len(found) > 1 else 0.0
+    return f"{abs(stated.value - found.mean()) / deviation:.2g} standard deviations off" if deviation else "differs"

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, compared, over_starts
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, over_starts
 
 Floats = NDArray[np.float64]
 _FRICTIONS = (0.25, 0.5)
@@ -48,16 +48,16 @@ def claims_of_records(dataset: xr.Dataset) -> Iterator[Claim]:
     """Every number of §3.2.1 and §3.2.2, over starts."""
     for friction in reversed(_FRICTIONS):
         share = every_start(dataset, "plateau_mean", friction) / friction
-        yield compared(paper.PLATEAU_SHARE, share, _SHARE, f"plateau/μ_i, μ_i = {friction:g}")
-    yield compared(paper.PLATEAU, every_start(dataset, "plateau_mean", 0.5), _PLATEAU, "plateau, μ_i = 0.5")
+        yield paper.compared(paper.PLATEAU_SHARE, share, _SHARE, f"plateau/μ_i, μ_i = {friction:g}")
+    yield paper.compared(paper.PLATEAU, every_start(dataset, "plateau_mean", 0.5), _PLATEAU, "plateau, μ_i = 0.5")
     for stated, name, why in (
         (paper.SLIPS, "slips", _SLIPS),
         (paper.RELEASES, "releases", _RELEASES),
         (paper.TOUCHES, "touches", ""),
     ):
-        yield compared(stated, every_start(dataset, name, 0.5), why, f"{stated.meaning}, μ_i = 0.5")
+        yield paper.compared(stated, every_start(dataset, name, 0.5), why, f"{stated.meaning}, μ_i = 0.5")
     for stated, friction in ((paper.DISPLACEMENT_HALF, 0.5), (paper.DISPLACEMENT_QUARTER, 0.25)):
-        yield compared(stated, every_start(dataset, "final_displacement", friction), _DISPLACEMENT, digits=3)
+        yield paper.compared(stated, every_start(dataset, "final_displacement", friction), _DISPLACEMENT, digits=3)
     for friction in reversed(_FRICTIONS):
         spans = over_starts(every_start(dataset, "record_spacings", friction), 2)
         yield Claim(f"node spacings of a record, μ_i = {friction:g}", "", spans, _SPANS)

@@ -312,7 +312,7 @@ def report() -> None:
 
 @command("look:draw_figure")
 @click.argument("names", nargs=-1, metavar="[CAMPAIGN [KEY=VALUE]... | NAME...]")
-@flag("--all", "everything", help="Draw every shipped figure, and write pages of them.")
+@flag("--all", "everything", help="Draw every shipped figure.")
 @click.option(
     "--format",
     "formats",
@@ -352,7 +352,7 @@ def figure() -> None:
     Example: nanoslip figure campaigns/mine.toml --y plateau/mu_i -o mine.pdf
 
     Without --y, NAMEs are shipped figures. Each is drawn with a table that compares the paper's numbers with those found. Cases
-    that are not computed yet are computed in this process. Each folder gets a page of its figures. Without names they are listed.
+    that are not computed yet are computed in this process. Without names they are listed.
     """
 
 

@@ -22,7 +22,7 @@ from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.figures.frames import events_of, frames
-from nanoslip.study.figures.gallery import figures_of, shipped_figures, write, write_indexes
+from nanoslip.study.figures.gallery import figures_of, shipped_figures, write
 from nanoslip.study.figures.points import axis_named, points_named, selected
 from nanoslip.study.figures.shared import (
     FORMATS,
@@ -188,7 +188,6 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
                 say(figure.title)
                 print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3))
                 _say_written(written)
-    _say_written(write_indexes(into))
 
 
 def _say_written(files: Iterable[Path]) -> None:

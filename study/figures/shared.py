@@ -25,23 +25,6 @@ from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import scales_of
 from nanoslip.study.figures.points import Columns, ordered, words
 
-
-@dataclass(frozen=True, slots=True)
-class Stated:
-    """A number of the paper, in the unit of `meaning`."""
-
-    meaning: str
-    value: float
-    section: str
-    doubt: float
-    """Half a unit of the last digit, or how exactly its words are meant."""
-    text: str = ""
-    """As the paper writes it, where that is not the number alone."""
-
-    def __str__(self) -> str:
-        return f"{self.text or f'{self.value:g}'} (§{self.section})"
-
-
 # A table of claims: the paper's statement, the dataset's number, and why the two differ.
 
 
@@ -74,7 +57,7 @@ def as_row(claim: Claim) -> tuple[str, str, str, str]:
 
 def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0) -> str:
     """Mean, standard deviation and range of a number over the starts (any shape) of an ensemble; NaN do not count."""
-    found = _known(values, scale)
+    found = scale * values[np.isfinite(values)]
     if not len(found):
         return "none"
     low, high = found.min(), found.max()
@@ -82,33 +65,6 @@ def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0
         return f"{low:.{digits}g} from every start" if len(found) > 1 else f"{low:.{digits}g}"
     mean, _, deviation = with_error(found.mean(), found.std(ddof=1)).partition(" ± ")
     return f"{mean} (s.d. {deviation}, {low:.{digits}g} to {high:.{digits}g})"
-
-
-def compared(
-    stated: Stated, values: NDArray[np.float64], why: str = "", meaning: str = "", digits: int = 4, scale: float = 1.0
-) -> Claim:
-    """The claim that a number of the paper is what starts give: its remark begins with whether it lies in their range.
-
-    values: (m,) one for each start; scale: into the unit of the paper's number.
-    """
-    found = _known(values, scale)
-    remark = "; ".join(part for part in (_verdict(stated, found), why) if part)
-    return Claim(meaning or stated.meaning, str(stated), over_starts(found, digits), remark)
-
-
-def _known(values: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
-    found = scale * np.asarray(values, dtype=float).ravel()
-    return np.asarray(found[np.isfinite(found)])
-
-
-def _verdict(stated: Stated, found: NDArray[np.float64]) -> str:
-    """Whether a number lies within the range of starts, else how far from their mean."""
-    if not len(found):
-        return ""
-    if found.min() - stated.doubt <= stated.value <= found.max() + stated.doubt:
-        return "within the range of starts" if len(found) > 1 else "agrees"
-    deviation = found.std(ddof=1) if len(found) > 1 else 0.0
-    return f"{abs(stated.value - found.mean()) / deviation:.2g} standard deviations off" if deviation else "differs"
 
 
 # A drawing surface at the width of a journal's column, and its files: the same dataset gives the same bytes.

@@ -268,7 +268,7 @@ def test_named_figures_are_drawn_and_their_tables_shown(tmp_path, capsys, monkey
     monkeypatch.setattr(look.api, "run", computed)
     look.draw_figure(("fig8",), False, ("svg",), into, tmp_path / "out", "", "", "", None, False, None, "")
     assert asked == [("resolution.toml", tmp_path / "out" / "figures" / "resolution", True)]
-    assert sorted(path.name for path in (into / "figures").iterdir()) == ["README.md", "fig8.md", "fig8.svg"]
+    assert sorted(path.name for path in (into / "figures").iterdir()) == ["fig8.md", "fig8.svg"]
     assert "exponent of mean step" in capsys.readouterr().out
 
 

@@ -13,6 +13,7 @@ from matplotlib import style
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from paper import Stated, compared
 
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.figures import shared as canvas
@@ -21,9 +22,7 @@ from nanoslip.study.figures.shared import (
     FORMATS,
     REGIME_COLORS,
     Claim,
-    Stated,
     column,
-    compared,
     edges,
     format_of,
     image,
