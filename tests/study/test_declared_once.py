@@ -17,6 +17,7 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.variables import described, rows
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import KINDS
@@ -66,6 +67,7 @@ def declare(patch: pytest.MonkeyPatch, old: type, new: type) -> None:
     kind = KINDS["record"]
     parts = tuple(part._replace(type=new) if part.type is old else part for part in kind.parts)
     patch.setitem(KINDS, "record", replace(kind, parts=parts))
+    patch.setattr(variables, "_by_name", variables._by_name.__wrapped__)  # which remembers what was declared
 
 
 def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
