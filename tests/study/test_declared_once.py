@@ -13,11 +13,10 @@ from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.record import FrictionRecord, event
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
-from nanoslip.study.dataset import file
+from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
-from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.variables import described, rows
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import KINDS
