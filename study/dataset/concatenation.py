@@ -2,130 +2,89 @@
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.file import FORMAT, carrying, groups_of
 from nanoslip.study.dataset.variables import OUTCOMES, SOFTWARE, VALIDITY, Group, all_groups, parameters, windows
 from nanoslip.study.plan.plan import PENDING
 
-# Positions of the cases of several datasets in their union: its axes, and each variable over them.
+# The variables of several datasets over the union of their axes.
 
 
 class NotJoinableError(NanoslipError, ValueError):
     """Datasets that are not parts of one; the message says what differs."""
 
 
-@dataclass(frozen=True, slots=True)
-class Axes:
-    """The dimensions of several datasets together: name -> its labels."""
-
-    labels: dict[str, list[Any]]
-    added: tuple[str, ...]
-    """Parameters that each dataset has one value of, and that become an axis."""
-
-    def dims(self, name: str, roots: Sequence[xr.Dataset]) -> tuple[str, ...]:
-        """What a variable lies along: the most that it does anywhere, and the axes that are added."""
-        own = max((tuple(map(str, root[name].dims)) for root in roots if name in root.variables), key=len)
-        if (
-            not own and name not in self.added and len(_values(name, roots)) > 1
-        ):  # of all cases of a dataset, but not of all
-            return self.dims("case_id", roots)
-        return (*(each for each in self.added if each not in own), *own)
-
-    def place(self, root: xr.Dataset, dims: Iterable[str]) -> Any:
-        """Index of the cases of one of the datasets in an array over these dimensions."""
-        each = [[self.labels[dim].index(label) for label in _labels(root, dim)] for dim in dims]
-        return np.ix_(*each) if each else ...
-
-    def shape(self, dims: Iterable[str]) -> tuple[int, ...]:
-        """Sizes of these dimensions."""
-        return tuple(len(self.labels[dim]) for dim in dims)
-
-
-def axes_of(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> Axes:
-    """The axes by which the cases of all datasets are distinct: their dimensions, and as few further parameters as possible."""
-    dims = list(dict.fromkeys(str(dim) for root in roots for dim in root.dims))
-    candidates = [name for name in parameters() if name not in dims and _differs(name, roots)]
-    for count in range(len(candidates) + 1):
-        added = tuple(candidates[:count])
-        axes = Axes({name: _union(name, roots) for name in (*added, *dims)}, added)
+def added_axes(dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequence[str]) -> list[str]:
+    """Parameters that each dataset has one value of, as few as tell the cases of all datasets apart beside their dimensions."""
+    single = [name for name in parameters() if all(name in root.coords and not root[name].dims for root in roots)]
+    candidates = [name for name in single if name not in dims and len(_values(name, roots)) > 1]
+    for count in range(len(candidates)):
         with suppress(NotJoinableError):  # two cases in one place
-            placed("case_id", axes, roots, sources)
-            break
-    return axes
+            _merged(["case_id"], candidates[:count], dims, roots, sources)
+            return candidates[:count]
+    return candidates
 
 
-def placed(
-    name: str, axes: Axes, roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = True
-) -> xr.Variable:
-    """One variable of all datasets. Raises NotJoinableError where two say different things of one place, or none does.
-
-    holes: whether numbers of places that no dataset has may be missing, as parameters may.
-    """
-    dims = axes.dims(name, roots)
-    having = [(root, source) for root, source in zip(roots, sources, strict=True) if name in root.variables]
-    kind = np.result_type(*(root[name].dtype for root, _ in having))
-    values: NDArray[Any] = np.empty(axes.shape(dims), kind)
-    held = np.zeros(values.shape, np.bool_)
-    for root, source in having:
-        place = axes.place(root, dims)
-        block = _block(root[name], dims)
-        before = held[place]
-        mine = np.broadcast_to(block, before.shape)[before]
-        if not np.array_equal(values[place][before], mine, equal_nan=kind.kind == "f"):
-            raise NotJoinableError(f"{source}: says something else of {name} than {sources[0]} does of the same cases")
-        values[place] = block
-        held[place] = True
-    if not held.all():
-        if not holes and name not in roots[0].coords:
-            along = " x ".join(f"{dim} ({len(axes.labels[dim])})" for dim in dims)
-            raise NotJoinableError(
-                f"{', '.join(sources)}: {name} is known at {int(held.sum())} of {held.size} places of {along}: "
-                'needs cases that make up a full product, lists of cases (design = "zip" or a table), or join="outer"'
+def _merged(
+    names: Iterable[str], added: Sequence[str], dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequence[str]
+) -> xr.Dataset:
+    """Variables of all datasets; NaN where no dataset has a place. Raises NotJoinableError where two differ at one place."""
+    along = {name: _along(name, added, roots) for name in names}
+    found = xr.Dataset()
+    for root, source in zip(roots, sources, strict=True):
+        labels = {dim: xr.Variable(dim, np.atleast_1d(root[dim].values), root[dim].attrs) for dim in (*added, *dims)}
+        variables = {
+            name: root[name].variable.set_dims({dim: labels[dim].size for dim in own})  # type: ignore[no-untyped-call]
+            for name, own in along.items()
+            if name in root.variables
+        }
+        try:
+            found = xr.merge(
+                [found, xr.Dataset(variables, labels)], compat="no_conflicts", join="outer", combine_attrs="override"
             )
-        values = np.where(held, values, _missing(name, kind))
-    return xr.Variable(dims, values, having[0][0][name].attrs)
+        except xr.MergeError as error:
+            odd = str(error).split("'")[1]
+            raise NotJoinableError(
+                f"{source}: says something else of {odd} than {sources[0]} does of the same cases"
+            ) from None
+    return found.sel({dim: _union(dim, roots) for dim in (*added, *dims)})
 
 
-def _missing(name: str, kind: np.dtype[Any]) -> Any:
-    """What stands for a value that is not there, as in the dataset of a campaign of which something is not computed."""
+def _along(name: str, added: Sequence[str], roots: Sequence[xr.Dataset]) -> tuple[str, ...]:
+    """What a variable lies along: the most that it does anywhere, and the axes that are added.
+
+    One value in each dataset stays one if it is the same in all; else it lies along the cases.
+    """
+    own = max((tuple(map(str, root[name].dims)) for root in roots if name in root.variables), key=len)
+    if not own and name != "case_id":
+        return _along("case_id", added, roots) if len(_values(name, roots)) > 1 else ()
+    return (*(each for each in added if each not in own), *own)
+
+
+def _filled(name: str, values: xr.DataArray, kind: np.dtype[Any]) -> xr.DataArray:
+    """A merged variable of this type again, with what stands for a value that is not there, as if it were not computed."""
     if kind.kind == "O":
-        return PENDING if name in {ending.name for ending, _ in OUTCOMES.values()} else ""
-    return kind.type(0) if name == VALIDITY.name else np.nan
-
-
-def _labels(root: xr.Dataset, dim: str) -> list[Any]:
-    found: list[Any] = np.atleast_1d(root[dim].values).tolist()
-    return found
+        return values.fillna(PENDING if name in {ending.name for ending, _ in OUTCOMES.values()} else "")
+    if name == VALIDITY.name:
+        values = values.fillna(0)
+    return values if bool(values.isnull().any()) else values.astype(kind)
 
 
 def _union(name: str, roots: Sequence[xr.Dataset]) -> list[Any]:
     """All labels of a dimension, in their order where each dataset has them in order."""
-    each = [_labels(root, name) for root in roots]
+    each: list[list[Any]] = [np.atleast_1d(root[name].values).tolist() for root in roots]
     found = list(dict.fromkeys(label for labels in each for label in labels))
     return sorted(found) if all(labels == sorted(labels) for labels in each) else found
-
-
-def _differs(name: str, roots: Sequence[xr.Dataset]) -> bool:
-    """Whether each dataset has one value of a parameter, not all the same."""
-    return all(name in root.coords and not root[name].dims for root in roots) and len(_values(name, roots)) > 1
 
 
 def _values(name: str, roots: Sequence[xr.Dataset]) -> set[Any]:
     """The different values of a variable that each dataset has one of; None stands for none."""
     return {root[name].item() if name in root.variables else None for root in roots}
-
-
-def _block(values: xr.DataArray, dims: tuple[str, ...]) -> NDArray[Any]:
-    """The values of one dataset with all dimensions in this order; those that it lacks have one place."""
-    own = values.transpose(*(dim for dim in dims if dim in values.dims)).values
-    return np.asarray(own).reshape([values.sizes.get(dim, 1) for dim in dims])
 
 
 _TITLE: Final = "title"
@@ -142,12 +101,21 @@ def joined(roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = Fa
     """
     _refuse_strangers(roots, sources)
     roots = _numbered(roots)
-    axes = axes_of(roots, sources)
-    names = list(dict.fromkeys(str(name) for root in roots for name in root.variables if name not in axes.labels))
-    found = {name: placed(name, axes, roots, sources, holes) for name in names}
-    found |= {name: xr.Variable(name, np.asarray(values), roots[0][name].attrs) for name, values in axes.labels.items()}
-    coordinates = dict.fromkeys(str(name) for root in roots for name in root.coords)
-    root = xr.Dataset(found, attrs=_attributes(roots)).set_coords([*axes.labels, *coordinates])
+    dims = list(dict.fromkeys(str(dim) for root in roots for dim in root.dims))
+    added = added_axes(dims, roots, sources)
+    names = list(dict.fromkeys(str(name) for root in roots for name in root.variables if name not in (*added, *dims)))
+    found = _merged(names, added, dims, roots, sources)
+    if not holes and (missing := int(found["case_id"].isnull().sum())):
+        along = " x ".join(f"{dim} ({size})" for dim, size in found["case_id"].sizes.items())
+        raise NotJoinableError(
+            f"{', '.join(sources)}: {found['case_id'].size - missing} of {found['case_id'].size} cases of {along} are there: "
+            'needs cases that make up a full product, lists of cases (design = "zip" or a table), or join="outer"'
+        )
+    kinds = {name: np.result_type(*(root[name].dtype for root in roots if name in root.variables)) for name in names}
+    found = found.assign({name: _filled(name, found[name], kind) for name, kind in kinds.items()})
+    root = found.assign_attrs(_attributes(roots)).set_coords(
+        list(dict.fromkeys(n for root in roots for n in root.coords))
+    )
     groups = {name: _group(roots, group) for name, group in all_groups().items() if name in groups_of(roots[0])}
     software = SOFTWARE[0].name
     return carrying(root, groups | {software: _software([groups_of(each)[software] for each in roots])})

@@ -96,7 +96,7 @@ REFUSED = {
     "no full product": (
         {"axes": {"radius": [50.0, 60.0], "normal_load": [1e-3, 2e-3]}},
         {"axes": {"radius": [70.0], "normal_load": [3e-3]}},
-        r"is known at 5 of 9 places of .*radius \(3\).*needs cases that make up a full product",
+        r"5 of 9 cases of .*radius \(3\).* are there: needs cases that make up a full product",
     ),
 }
 
