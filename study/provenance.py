@@ -2,7 +2,6 @@
 
 import json
 import os
-import platform
 import subprocess
 import tomllib
 from collections.abc import Iterable
@@ -16,17 +15,6 @@ LIBRARIES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 UNKNOWN = "unknown"
 BUILT_FROM = "source_commit"
 """File beside the copies of `nanoslip.study.shipped` that names the commit a wheel was built from."""
-
-
-def attributes() -> dict[str, str]:
-    """The software that computes here, as names and values for a dataset's attributes."""
-    versions = {f"{name}_version": installed(name) for name in LIBRARIES}
-    return {
-        f"{DISTRIBUTION}_version": version(),
-        "source_commit": source_commit(),
-        "python_version": platform.python_version(),
-        **versions,
-    }
 
 
 def version(root: Path | None = None) -> str:

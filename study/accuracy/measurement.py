@@ -1,6 +1,5 @@
 """What accuracy costs in time: work-precision diagrams as table and picture (`nanoslip accuracy`)."""
 
-import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,8 +8,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
@@ -27,6 +24,7 @@ from nanoslip.solver.sliding.statistics import event_statistics
 from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.elastic_operator import measure_elastic_operator
 from nanoslip.study.accuracy.setup import QUICK, Diagram, Effort, Row, Setup, contacts, machine, on, timed
+from nanoslip.study.figures.shared import COLUMN, MARKERS, column, image
 from nanoslip.study.manifest.parameters import Value, words_of
 from nanoslip.study.plan.grids import Measured, as_text
 from nanoslip.study.report.console import Table
@@ -201,18 +199,13 @@ def _cell(value: Value, uncertainty: Value | None) -> str:
 
 # Work-precision measurement: error against processor time, one panel a diagram, the Pareto front as a line.
 
-MARKERS: Final = "osD^vP"
-
 
 def draw(diagrams: Sequence[Diagram]) -> bytes:
     """All diagrams side by side, as PNG."""
-    figure = Figure(figsize=(5.2 * len(diagrams), 4.4), layout="constrained")
-    canvas = FigureCanvasAgg(figure)
-    for axes, diagram in zip(np.atleast_1d(figure.subplots(1, len(diagrams))), diagrams, strict=True):
-        _draw(axes, diagram)
-    buffer = io.BytesIO()
-    canvas.print_figure(buffer, dpi=110, format="png", metadata={"Software": None})
-    return buffer.getvalue()
+    with column(2.8, COLUMN * len(diagrams)) as figure:
+        for axes, diagram in zip(np.atleast_1d(figure.subplots(1, len(diagrams))), diagrams, strict=True):
+            _draw(axes, diagram)
+        return image(figure, "png")
 
 
 def _draw(axes: Any, diagram: Diagram) -> None:
@@ -223,7 +216,7 @@ def _draw(axes: Any, diagram: Diagram) -> None:
     shown = np.where(error == 0.0, floor, error)
     for marker, name in zip(MARKERS, dict.fromkeys(series.tolist()), strict=False):
         mine = series == name
-        axes.loglog(time[mine], shown[mine], marker, label=str(name), markersize=5, alpha=0.8)
+        axes.loglog(time[mine], shown[mine], marker, label=str(name), markersize=3, alpha=0.8)
     for number, rivals in enumerate(diagram.groups):
         best = np.flatnonzero(diagram.on_front & rivals)
         best = best[np.argsort(time[best])]
@@ -234,8 +227,7 @@ def _draw(axes: Any, diagram: Diagram) -> None:
     axes.set(
         title=diagram.title, xlabel="processor time (s)", ylabel=f"relative error: {diagram.error.replace('_', ' ')}"
     )
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
+    axes.legend()
 
 
 TITLE: Final = "What accuracy costs in time"

@@ -3,7 +3,7 @@
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Final, TypeVar
 
 import numpy as np
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.slab import Slab
-from nanoslip.study import provenance
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError, shown
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.parameters import Value
-from nanoslip.study.origin import model
+from nanoslip.study.origin import here, model
 from nanoslip.study.plan.grids import discretized, pareto_front
+from nanoslip.study.provenance import UNKNOWN
 
 # Processor time, and the machine that it was measured on.
 
@@ -37,7 +37,8 @@ def timed(run: Callable[[], T], repeats: int = 1) -> tuple[T, float]:
 
 def machine() -> dict[str, str]:
     """The processor and the software that times are measured with."""
-    return {"processor": model(), "system": platform.system(), **provenance.attributes()}
+    software = {name: value for name, value in asdict(here()).items() if value != UNKNOWN}
+    return {"processor": model(), "system": platform.system(), **software}
 
 
 @dataclass(frozen=True, slots=True)

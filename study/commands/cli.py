@@ -116,11 +116,13 @@ PATH: Final = click.Path(path_type=Path)
 CAMPAIGN_PATH: Final = CampaignPath(path_type=Path)
 NEW_FILE: Final = NewFile(path_type=Path)
 POSITIVE: Final = click.IntRange(min=1)
+DETREND: Final = click.Choice(("none", "mean", "line", "parabola"))
 
 CAMPAIGN = click.argument("campaign", type=CAMPAIGN_PATH)
 PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
 JSON = flag("--json", "as_json", help="Print JSON for scripts (keys: docs/commands.md).")
 OUT = click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
+FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 PICTURE = click.option(
     "-o", "--picture", type=NEW_FILE, help="Draw a picture into this file (.png, .pdf, .svg) instead."
 )
@@ -358,17 +360,11 @@ def figure() -> None:
 
 @command(
     "look:show_profile",
-    click.argument("file", type=click.Path(path_type=Path, dir_okay=False)),
-    click.option("--x", default="m", show_default=True, metavar="UNIT", help="Unit of the first column, as nm."),
-    click.option("--z", default="m", show_default=True, metavar="UNIT", help="Unit of the second column."),
-    click.option(
-        "--detrend",
-        type=click.Choice(("none", "mean", "line", "parabola")),
-        default="line",
-        show_default=True,
-        help="What is taken off the heights.",
-    ),
-    click.option("--width", default="1 mm", show_default=True, metavar="LENGTH", help="Slab width L_x, for the nodes."),
+    FILE,
+    defaulted("--x", default="m", metavar="UNIT", help="Unit of the first column, as nm."),
+    defaulted("--z", default="m", metavar="UNIT", help="Unit of the second column."),
+    defaulted("--detrend", type=DETREND, default="line", help="What is taken off the heights."),
+    defaulted("--width", default="1 mm", metavar="LENGTH", help="Slab width L_x, for the nodes."),
     PICTURE,
 )
 def profile() -> None:
@@ -401,7 +397,7 @@ def traced(described: Declared) -> Declared:
 
 @command(
     "trace:show_trace",
-    click.argument("file", type=click.Path(path_type=Path, dir_okay=False)),
+    FILE,
     PARAMETERS,
     traced,
     click.option("--over", type=CAMPAIGN_PATH, help="Lay it over the drive of this CAMPAIGN, and compare numbers."),

@@ -1,7 +1,7 @@
 """Datasets behind commands: a campaign's own, written and printed; one that is named; one case of it."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields
 from pathlib import Path
@@ -197,9 +197,20 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
     if lines and MEMBERS.name in case and int(case[MEMBERS.name].max()) > 1:
         say("lines are those of the first member")
     if picture:
-        write_files({picture: _drawn(lines, format_of(picture))})
-        say(whole(f"written: {picture}"))
-        return
+        write({picture: _drawn(lines, format_of(picture))})
+    else:
+        print_lines(lines)
+
+
+def write(files: Mapping[Path, bytes]) -> None:
+    """Write files, and say where. Raises StoreError."""
+    write_files(files)
+    for path in files:
+        say(whole(f"written: {path}"))
+
+
+def print_lines(lines: Iterable[Curve]) -> None:
+    """Plot lines in text, as wide as there is room."""
     width = min(WIDTH, console().width - MARGIN)
     for line in lines:
         click.echo(text_plot(line.x, line.y, (line.x_label, line.y_label), width))

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -17,12 +17,21 @@ from nanoslip.solver.parameter import Parameter
 from nanoslip.solver.sliding.validity import MISSED
 from nanoslip.study import api, shipped
 from nanoslip.study.accuracy.effects import FINER, Influence, Scenes, influences, scenes_of
-from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, show_case, single
+from nanoslip.study.commands.datasets import (
+    assignments,
+    chosen,
+    dataset_of,
+    is_of,
+    print_lines,
+    show_case,
+    single,
+    write,
+)
 from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.figures.frames import events_of, frames
-from nanoslip.study.figures.gallery import figures_of, shipped_figures, write
+from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
 from nanoslip.study.figures.points import axis_named, points_named, selected
 from nanoslip.study.figures.shared import (
     FORMATS,
@@ -52,16 +61,15 @@ from nanoslip.study.report import page
 from nanoslip.study.report.console import (
     FAILED,
     Table,
-    console,
     print_entries,
     print_sentences,
     print_table,
     say,
     whole,
 )
-from nanoslip.study.report.curves import MARGIN, WIDTH, text_plot
+from nanoslip.study.report.curves import Curve
 from nanoslip.study.report.errors import Error, error_lines
-from nanoslip.study.results.store import StoreError, write_files
+from nanoslip.study.results.store import StoreError
 from nanoslip.study.run.progress import roughly
 
 
@@ -118,16 +126,11 @@ def draw_figure(
             _draw_over_axes(Path(names[0]), out, (y, x, hue), where, output, table, size)
         elif x or hue or output or table or size:
             raise Refusal("--x, --hue, --output, --csv and --size: need --y, the number that is drawn")
+        elif names or everything:
+            _draw_named(names, everything, formats, into, out or Path("results"))
         else:
-            _draw_or_list(names, everything, formats, into, out or Path("results"))
-
-
-def _draw_or_list(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
-    if names or everything:
-        _draw_named(names, everything, formats, into, out)
-    else:
-        print_entries({name: figure.title for name, figure in shipped_figures().items()})
-        say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
+            print_entries({name: figure.title for name, figure in shipped_figures().items()})
+            say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
 def _draw_over_axes(
@@ -154,9 +157,8 @@ def _draw_over_axes(
         files = {target: image(resized(view.draw(), size or ()), form)}
         if table:
             files[target.with_suffix(".csv")] = csv_of(view.columns()).encode()
-        write_files(files)
+        write(files)
     say(view.caption + (f" Of {', '.join(f'{key} = {value}' for key, value in where.items())}." if where else ""))
-    _say_written(files)
 
 
 @contextmanager
@@ -184,15 +186,9 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
     for source, figures in chosen.items():
         with api.run(source, out / figures[0].campaign, progress=True) as dataset:
             for figure in figures:
-                written = write(figure, dataset, into, formats)
                 say(figure.title)
                 print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3))
-                _say_written(written)
-
-
-def _say_written(files: Iterable[Path]) -> None:
-    for path in files:
-        say(whole(f"written: {path}"))
+                write(files_of(figure, dataset, into, formats))
 
 
 # `nanoslip profile`: the measured profile of a surface, what is known of its roughness, and the nodes that resolve it.
@@ -212,11 +208,9 @@ def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: 
         raise Refusal(f"{file}: {error}") from None
     print_sentences(_surface_lines(found, slab_width))
     if picture:
-        write_files({picture: _surface_drawn(found, format_of(picture))})
-        say(whole(f"written: {picture}"))
-        return
-    width_of_text = min(WIDTH, console().width - MARGIN)
-    click.echo(text_plot(1e6 * found.x, 1e9 * found.height, ("x, in μm", "height, in nm"), width_of_text))
+        write({picture: _surface_drawn(found, format_of(picture))})
+    else:
+        print_lines([Curve(1e6 * found.x, 1e9 * found.height, "x, in μm", "height, in nm")])
 
 
 def pin_of(found: Surface, slab_width: float) -> Pin:

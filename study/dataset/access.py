@@ -16,7 +16,16 @@ from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset.file import LostGroupsError, are_texts, groups_of, tree_of
-from nanoslip.study.dataset.variables import DRIVE_NAME, EVENT_DROP, OUTCOMES, SOFTWARE, all_groups, parameters, windows
+from nanoslip.study.dataset.variables import (
+    DRIVE_NAME,
+    EVENT_DROP,
+    OUTCOMES,
+    SOFTWARE,
+    all_groups,
+    parameters,
+    run_names,
+    windows,
+)
 from nanoslip.study.manifest.cases import value_of
 from nanoslip.study.manifest.parameters import words
 
@@ -346,8 +355,9 @@ def _dropping(run: xr.Dataset) -> xr.Dataset:
 
 def _with(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:
     """A run with its case's parameters as coordinates, its scalars as variables."""
-    ids = {group.id.name for group in all_groups().values()}
-    scalars = {name: each.variable for name, each in case.data_vars.items() if name not in run and name not in ids}
+    scalars = {
+        name: each.variable for name, each in case.data_vars.items() if name not in run and name not in run_names()
+    }
     labels = {name: each.variable for name, each in case.coords.items() if name not in run}
     found = run.assign(scalars).assign_coords(labels)
     found.encoding = {}
@@ -375,9 +385,8 @@ class Column:
 def case_columns(root: xr.Dataset) -> list[Column]:
     """Every parameter and scalar of a dataset over its cases, or over its cases and drives where it has drives."""
     ending = root[_ending(root)]
-    ids = {group.id.name for group in all_groups().values()}
     names = [name for name in (*ending.dims, *root.coords, *root.data_vars) if set(root[name].dims) <= set(ending.dims)]
-    return [_column(root[name], ending) for name in dict.fromkeys(names) if name not in ids]
+    return [_column(root[name], ending) for name in dict.fromkeys(names) if name not in run_names()]
 
 
 def event_columns(root: xr.Dataset) -> list[Column]:

@@ -21,10 +21,10 @@ from nanoslip.study.dataset.variables import (
     DRIVE_NAME,
     MEMBERS,
     OUTCOMES,
-    all_groups,
     is_counted,
     of_drives,
     parameters,
+    run_names,
 )
 from nanoslip.study.manifest.checker import shown
 from nanoslip.study.manifest.parameters import HASHED, TABLES, Value, words_of
@@ -221,7 +221,7 @@ def _names(pair: Pair, kind: str) -> list[str]:
     """The variables of cases or drives that both have; not those that are said of another, or say who computed it."""
     driven = of_drives() | {each.name for each in OUTCOMES[DRIVE]}
     apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
-    apart |= {group.id.name for group in all_groups().values()} | {"advice", GRID_ERROR}
+    apart |= run_names() | {"advice", GRID_ERROR}
     both = [str(name) for name in pair[0].data_vars if name in pair[1].data_vars and name not in apart]
     told = ("_uncertainty", "members")
     return [name for name in both if (name in driven) == bool(kind) and not name.endswith(told)]

@@ -35,6 +35,7 @@ from nanoslip.study.dataset.variables import (
     Group,
     all_groups,
     companions,
+    run_names,
     scalars,
     windows,
 )
@@ -271,7 +272,7 @@ class Recomputed:
         declared = [group for name, group in all_groups().items() if all(name in each for each in groups)]
         self._groups = [_Runs(group, [each[group.name] for each in groups]) for group in declared]
         self._along = set(again["case_id"].dims)
-        apart = {group.id.name for group in all_groups().values()} | self._of_front | _SOFTWARE
+        apart = run_names() | self._of_front | _SOFTWARE
         self._names = [
             str(name)
             for name, values in again.data_vars.items()

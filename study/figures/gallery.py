@@ -12,7 +12,7 @@ from typing import Any
 import xarray as xr
 
 from nanoslip.study.figures.shared import CampaignFigure, image, table
-from nanoslip.study.results.store import StoreError, write_files
+from nanoslip.study.results.store import StoreError
 from nanoslip.study.shipped import campaigns
 
 SCRIPTS = "FIGURES"
@@ -67,16 +67,14 @@ def place(figure: CampaignFigure, root: Path) -> Path:
     return (root / figure.campaign).parent
 
 
-def write(figure: CampaignFigure, dataset: xr.Dataset, root: Path, formats: Sequence[str]) -> list[Path]:
-    """Draw a figure of its campaign's dataset into its place below a root; returns the files, the page last.
+def files_of(figure: CampaignFigure, dataset: xr.Dataset, root: Path, formats: Sequence[str]) -> dict[Path, bytes]:
+    """The files of a figure of its campaign's dataset, in its place below a root: pictures, then its page.
 
-    formats: of nanoslip.study.figures.shared.FORMATS. Raises StoreError.
+    formats: of nanoslip.study.figures.shared.FORMATS.
     """
     folder, drawn = place(figure, root), figure.draw(dataset)
     files = {folder / f"{figure.name}.{form}": image(drawn, form) for form in formats}
-    files[folder / f"{figure.name}.md"] = _page(figure, dataset).encode()
-    write_files(files)
-    return list(files)
+    return files | {folder / f"{figure.name}.md": _page(figure, dataset).encode()}
 
 
 def _page(figure: CampaignFigure, dataset: xr.Dataset) -> str:

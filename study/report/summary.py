@@ -73,7 +73,7 @@ UNCERTAINTY: Final = "_uncertainty"
 """Behind a number's name: that of its ±."""
 _SAID_APART: Final = {
     *(each.name for both in variables.OUTCOMES.values() for each in both),
-    *(group.id.name for group in variables.all_groups().values()),
+    *variables.run_names(),
     variables.VALIDITY.name,
     "advice",
     "computed_by",

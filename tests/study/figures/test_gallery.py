@@ -6,7 +6,7 @@ import pytest
 from gallery import INDEX, write_indexes
 
 from nanoslip.study import shipped
-from nanoslip.study.figures.gallery import figures_of, place, shipped_figures, write
+from nanoslip.study.figures.gallery import figures_of, files_of, place, shipped_figures
 from nanoslip.study.results.store import StoreError
 from tests.study.figures.shipped_small import small
 
@@ -17,10 +17,10 @@ FOLDERS = ("figures", "interface", "maps")
 
 def test_a_figure_is_its_pictures_and_its_table(tmp_path: Path) -> None:
     figure = FIGURES["fig8"]
-    written = write(figure, small(figure.campaign), tmp_path / "new", ("svg", "png"))
+    written = files_of(figure, small(figure.campaign), tmp_path / "new", ("svg", "png"))
     names = ["fig8.svg", "fig8.png", "fig8.md"]
     assert [path.relative_to(tmp_path).as_posix() for path in written] == [f"new/figures/{name}" for name in names]
-    text = written[-1].read_text("utf-8")
+    text = written[tmp_path / "new" / "figures" / "fig8.md"].decode()
     assert text.startswith(f"# {figure.title}\n")
     assert "(fig8.png)" in text
     assert "figures/resolution" in text
