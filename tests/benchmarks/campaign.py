@@ -69,7 +69,7 @@ def _trivial(folder: Path) -> list[Row]:
     alone = _run("written", folder / "alone", TRIVIAL // 4, 0) / (TRIVIAL // 4)
     written = min(_run("written", folder / f"pair{attempt}", TRIVIAL, 2) for attempt in range(2)) / TRIVIAL
     what = f"{TRIVIAL} trivial tasks, 2 ranks, each"
-    files, name = f"{what}, result file written and synced", "one process, files alike (most of it fsync)"
+    files, name = f"{what}, result file written and synced", "one process, mostly fsync"
     return [
         Row(f"{what}, no files", seconds(bare), "0.5 ms", f"{bare / 5e-4:.2g}", verdict(target, bare <= 5e-4)),
         versus(files, written, alone, name, verdict(target, written <= 5e-4)),
@@ -87,14 +87,14 @@ def _shared(folder: Path) -> list[Row]:
     peer = _run("futures", folder, "peer", 2)
     (alone, _, used_alone), (ours, share, used_by_both) = min(serial), min(pair)
     wall, undisturbed = alone / ours, 2 * share * used_alone / used_by_both
-    both = f"both ranks compute {share:.1%} of the wall clock; what else is lost, the tasks themselves take more"
+    both = f"ranks compute {share:.1%} of the wall clock; tasks are slower"
     rows = (
         (
-            "n_x = 129, 2 ranks, kernels loaded, wall clock (what else runs on the 2 cores counts against us)",
+            "n_x = 129, 2 ranks, wall clock",
             ours,
             alone,
         ),
-        (f"n_x = 129, in processor time: {both} where two cores share caches and memory", used_by_both, used_alone),
+        (f"n_x = 129, in processor time: {both} on shared caches", used_by_both, used_alone),
     )
     return [
         *(
@@ -135,7 +135,7 @@ def _replay_row(tasks: list[Timed], ranks: int, cost: Cost) -> Row:
     seen = replay(tasks, ranks, cost)
     bound = max(sum(task.seconds for task in tasks) / ranks, *(task.seconds for task in tasks))
     return versus(
-        f"replay: {len(tasks)} tasks on {ranks} ranks; coordinator at work {seen.coordinating / seen.makespan:.0%}, "
+        f"replay: {len(tasks)} tasks on {ranks} ranks; coordinator busy {seen.coordinating / seen.makespan:.0%}, "
         f"{len(tasks) / seen.makespan:.2g} result files per s",
         *(seen.makespan, bound, "max(total/ranks, longest)"),
     )
@@ -149,13 +149,13 @@ def _limits(tasks: list[Timed], cost: Cost, alone: Mapping[str, float]) -> list[
     share = 1.0 - RANKS[-1] * 2.0 * cost.message / (lookahead(RANKS[-1]) / 2.0)
     return [
         Row(
-            f"what breaks first, during the run: the coordinator, {seconds(cost.task)} a task and {seconds(cost.message)} "
+            f"limit during a run: the coordinator, {seconds(cost.task)} a task and {seconds(cost.message)} "
             f"a message; {RANKS[-1]} ranks need tasks of {seconds(RANKS[-1] * cost.task / share)}",
             f"feeds {mean * share / cost.task:.0f} ranks",
-            f"tasks of {seconds(mean)} on average, as measured",
+            f"tasks of {seconds(mean)} on average",
         ),
         Row(
-            f"what breaks first, around it: the root alone plans ({seconds(alone['plan'])} a task), checks what is there "
+            f"limit around it: the root plans ({seconds(alone['plan'])} a task), checks results "
             f"({seconds(alone['check'])} a file of 134 kB) and collects ({seconds(alone['collect'])})",
             f"{seconds(root * len(tasks))} for {len(tasks)} tasks",
             "the tasks themselves",

@@ -49,7 +49,7 @@ def rows() -> list[Row]:
         what = f"compliance, {scheme}, n_x = {n_x}"
         off, near = f"{error:.1e} of the largest entry", verdict("≤ 1e-9", error <= 1e-9)
         table += [
-            versus(what, ours, peer, "scipy splu, same right sides", at_most(ours, limit)),
+            versus(what, ours, peer, "scipy splu", at_most(ours, limit)),
             Row(f"{what}: largest difference", off, "scipy splu", target=near),
         ]
     return [*table, *_finest_rows()]
@@ -59,9 +59,7 @@ def _finest_rows() -> list[Row]:
     """The finest slab in a process of its own, whose peak memory is then its alone."""
     duration, gigabytes, operations, rate, touching = alone(_measure, FINEST)
     arithmetic, limit = operations / rate, FINEST_GIGABYTES
-    name = (
-        f"at the rate of a matrix product, {rate / 1e9:.0f} Gflop/s; its memory touched once: {seconds(touching)} more"
-    )
+    name = f"matrix product, {rate / 1e9:.0f} Gflop/s; touching its memory: {seconds(touching)} more"
     target = verdict(f"≤ {NEAR:g} × arithmetic", duration <= NEAR * arithmetic)
     what, whole = f"compliance, n_x = {FINEST}", f"the matrix alone: {(2 * FINEST) ** 2 * 8 / 1e9:.2f} GB"
     least = verdict(f"≤ {limit:g} GB", gigabytes <= limit)

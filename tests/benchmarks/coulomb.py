@@ -135,12 +135,10 @@ def rows() -> list[Row]:
     here, there = record.final_force / case.normal_load, slab.friction(moved)
     paper = Case(slab=case.slab, max_events=2000)
     event = best(lambda: friction_record(paper, compliance), repeats=3) / 2000
-    name = f"scikit-fem, 129 × 129 bilinear quadrilaterals, {moved.rounds} rounds of an active set by splu"
-    what = (
-        f"a Coulomb increment of {INCREMENT:g} L_x from initial contact, n_x = 129: {len(record.kind)} changes of role"
-    )
+    name = f"scikit-fem, 129 × 129 bilinear quadrilaterals, {moved.rounds} active-set rounds"
+    what = f"Coulomb increment of {INCREMENT:g} L_x, n_x = 129: {len(record.kind)} changes between stick and slip"
     near, event_ratio = verdict(f"F/W within {SAME:.0%}", abs(here - there) <= SAME * there), f"1/{peer / event:.0f}"
     return [
         versus(f"{what}, F/W = {here:.4f} against {there:.4f}", ours, peer, name, near, ratio=f"1/{peer / ours:.0f}"),
-        versus("an event of the stress-drop rule, n_x = 129", event, peer, name, ratio=event_ratio),
+        versus("event of the stress-drop rule, n_x = 129", event, peer, name, ratio=event_ratio),
     ]

@@ -48,14 +48,14 @@ def rows() -> list[Row]:
     drives = [replace(PAPER, stage_velocity=velocity) for velocity in VELOCITIES]
     alone = sum(best(partial(integrate, profile, drive, contact), repeats=3) for drive in drives)
     what, same = "0.2 s of the paper's drive, exact", f"({segments} segments, {seconds(exact / segments)} each)"
-    scipys = f"scipy solve_ivp, RK45 to 1e-8, scaled up from {share:.1%} of the segments; jumps are clipped only, "
+    scipys = f"scipy solve_ivp, RK45 to 1e-8, from {share:.1%} of the segments, "
     by_steps = f"compiled RK4 at 100 ns, {seconds(rk4 / steps)} per step"
     aims = verdict("≥ 8 × faster", rk4 >= 8.0 * exact), verdict("read once: ≤ 1.1", several <= 1.1 * alone)
-    several_what = f"{len(drives)} drives of a record in memory, its profile made once"
+    several_what = f"{len(drives)} drives of one record in memory"
     return [
         versus(f"{what} {same}", exact, rk4, by_steps, aims[0], ratio=f"1/{rk4 / exact:.1f}"),
-        versus(what, exact, adaptive, f"{scipys}velocity {off:.0e} off", ratio=f"1/{adaptive / exact:.0f}"),
-        versus(several_what, several, alone, "the same integrations alone", aims[1]),
+        versus(what, exact, adaptive, f"{scipys}velocity error {off:.0e}", ratio=f"1/{adaptive / exact:.0f}"),
+        versus(several_what, several, alone, "integrations alone", aims[1]),
         _error_row(),
     ]
 
@@ -111,6 +111,6 @@ def _error_row() -> Row:
         error = np.abs(course[:, -1] - reference(problem, problem.duration))
         errors[name] = float((error / np.abs(course).max(axis=1)).max())
     worst = max(errors, key=errors.__getitem__)
-    what = f"error at the end of {len(errors)} hand-made drives, largest in: {worst}"
+    what = f"largest error at the end of {len(errors)} drives: {worst}"
     target, peer = verdict("≤ 1e-9", errors[worst] <= 1e-9), "DOP853 with event location, to 1e-12"
     return Row(what, f"{errors[worst]:.1e} of the amplitude", peer, target=target)

@@ -68,7 +68,7 @@ def _sliding(compliance: SurfaceCompliance) -> list[Row]:
     spread = each_slip(replace(CASE, heterogeneity=Heterogeneity(spread=0.2)))
     reduced = {
         "without coupling": Effects(coupling=False),
-        "with frozen pressures (pin_translation off)": Effects(pin_translation=False),
+        "without pin_translation": Effects(pin_translation=False),
         "without both": Effects(coupling=False, pin_translation=False),
     }
     rough = each_slip(replace(CASE, heterogeneity=_roughness(1e-5)))
@@ -78,8 +78,8 @@ def _sliding(compliance: SurfaceCompliance) -> list[Row]:
             _against(f"a slip {name}", each_slip(replace(CASE, effects=effects)), whole, aims[name], 0.5)
             for name, effects in reduced.items()
         ),
-        _against("a slip with one μ_i for all nodes", whole, spread),
-        _against("a slip (events and touches included) of a smooth pin, for one of 1001 points", whole, rough),
+        _against("a slip without spread of μ_i", whole, spread),
+        _against("a slip (with events) of a smooth pin, not rough (1001 points)", whole, rough),
         _fine(),
     ]
 
@@ -89,7 +89,7 @@ def _fine() -> Row:
     case = replace(CASE, slab=Slab(n_x=513), radius=10.0)
     compliance = surface_compliance(case.slab)
     smooth, rough = (_each_slip(compliance, each) for each in (case, replace(case, heterogeneity=_roughness(1e-7))))
-    row = _against("a slip of a smooth pin, for a slightly rough one, n_x = 513", smooth, rough)
+    row = _against("a slip of a smooth pin, not slightly rough, n_x = 513", smooth, rough)
     return replace(row, target=verdict("≥ 1/5", smooth[0] >= 0.2 * rough[0]))
 
 
@@ -109,7 +109,7 @@ def _operators() -> Row:
     """The compliance of the slab and of the half-plane."""
     slabs = (Slab(), Slab(scheme="half_plane"))
     finite, infinite = (_time_and_memory(partial(surface_compliance, slab), 5) for slab in slabs)
-    return _against("compliance of a half-plane, for that of the finite slab", infinite, finite)
+    return _against("compliance of a half-plane, not of the finite slab", infinite, finite)
 
 
 def _stages(compliance: SurfaceCompliance, record: FrictionRecord) -> Row:
@@ -120,7 +120,7 @@ def _stages(compliance: SurfaceCompliance, record: FrictionRecord) -> Row:
     plateau = _time_and_memory(lambda: plateau_of(friction_record(CASE, compliance)), 5)
     motion = _time_and_memory(lambda: integrate(profile, slow, record.initial_stiffness), 2)
     both = (plateau[0] + motion[0], max(plateau[1], motion[1]))
-    return _against("a plateau alone, without 2 s of a slow drive by RK4 at 100 ns", plateau, both, "≤ 1/5", 0.2)
+    return _against("plateau without 2 s of a slow drive by RK4 at 100 ns", plateau, both, "≤ 1/5", 0.2)
 
 
 def _outputs(compliance: SurfaceCompliance) -> list[Row]:
@@ -130,7 +130,7 @@ def _outputs(compliance: SurfaceCompliance) -> list[Row]:
     inside = _time_and_memory(partial(interior_fields, CASE.slab, force), 5)
     return [
         _against("2000 events, without tractions kept at 0, 1000 and 2000", record, at),
-        Row("inside of the slab, once (nothing when off)", "0 s, 0 MB", _shown(inside), "0"),
+        Row("inside of the slab, once", "0 s, 0 MB", _shown(inside), "0"),
         *_files(),
     ]
 
@@ -156,7 +156,7 @@ def _files() -> list[Row]:
 
 def _against(what: str, off: Sequence[float], on: Sequence[float], target: str = "", most: float = float("inf")) -> Row:
     ratio = off[0] / on[0]
-    return Row(what, _shown(off), f"{_shown(on)} (with it)", f"{ratio:.2f}", target and verdict(target, ratio <= most))
+    return Row(what, _shown(off), f"{_shown(on)} (on)", f"{ratio:.2f}", target and verdict(target, ratio <= most))
 
 
 def _shown(cost: Sequence[float]) -> str:
@@ -170,8 +170,8 @@ def _time_and_memory(run: Callable[[], object], repeats: int) -> tuple[float, fl
 
 def _row(record: FrictionRecord, drive: Drive, name: str, effect: dict[str, object]) -> Row:
     (on, on_steps), (off, off_steps) = (_cost(record, each) for each in (drive, replace(drive, **effect)))
-    steps = f"({off_steps} for {on_steps} segments or steps)"
-    return _against(f"0.2 s of the paper's drive without {name} {steps}", off, on)
+    steps = f"({off_steps} for {on_steps} steps)"
+    return _against(f"0.2 s of a drive without {name} {steps}", off, on)
 
 
 def _cost(record: FrictionRecord, drive: Drive) -> tuple[tuple[float, float], int]:

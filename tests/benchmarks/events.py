@@ -35,8 +35,8 @@ def rows() -> list[Row]:
     """An event of 30 nodes in contact, and a task of the campaigns of very many cases."""
     event, slip = _event_and_slip()
     task = _task()
-    small = "a record of 50 events as a task, n_x = 33, scalars only: contact, record, plateau, statistics"
-    what, ratio = "an event without its slips, 30 nodes in contact", f"{event / slip:.1f}"
+    small = "task of 50 events, n_x = 33, scalars only"
+    what, ratio = "an event without its slips, 30 contact nodes", f"{event / slip:.1f}"
     return [
         versus(what, event, slip, "a slip", at_most(event, LONG_EVENT), ratio=ratio),
         Row(small, seconds(task), target=at_most(task, LONG_TASK)),
@@ -74,7 +74,7 @@ def _member(n_x: int, events: int) -> Row:
     beside = 1.0 - events_alone / whole
     little = verdict(f"≤ {BESIDE:.0%} beside it", beside <= BESIDE)
     target = little if events == EVENTS else at_most(whole, MEMBER)
-    what = f"a member of a case of 8, n_x = {n_x}, {events} events, scalars only"
+    what = f"one of 8 members, n_x = {n_x}, {events} events, scalars only"
     return versus(what, whole, events_alone, "its loop over events", target, ratio=f"{beside:.1%} beside it")
 
 

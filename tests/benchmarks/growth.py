@@ -103,10 +103,10 @@ def _row(series: Series, before: Cost | None, now: Cost) -> Row:
     times = ", ".join(f"{stage.replace('_', ' ')} {seconds(getattr(now, stage))}" for stage in STAGES)
     memory = ", ".join(f"{getattr(now, f'{stage}_memory') / 1e9:.2g}" for stage in STAGES)
     return Row(
-        f"{series.scheme}, n_x = {now.n_x}, to δ_p = {series.displacement:g} L_x: {now.contact} nodes in contact, "
-        f"{now.events} events, {now.slips} slips, {now.changes} changes of the contact",
-        f"{times} ({seconds(now.sliding / max(now.slips, 1))} per slip); peak of memory after each: {memory} GB",
-        f"{seconds(before.sliding)} of sliding at n_x = {before.n_x}" if before else "",
+        f"{series.scheme}, n_x = {now.n_x}, δ_p = {series.displacement:g} L_x: {now.contact} contact nodes, "
+        f"{now.events} events, {now.slips} slips, {now.changes} changes",
+        f"{times} ({seconds(now.sliding / max(now.slips, 1))} per slip); peaks {memory} GB",
+        f"{seconds(before.sliding)} at n_x = {before.n_x}" if before else "",
         f"{now.sliding / before.sliding:.1f}" if before else "",
     )
 
@@ -127,7 +127,7 @@ def _breaks(series: Series, costs: Sequence[Cost]) -> Row:
     longer = {stage: getattr(largest, stage) * grown ** _exponent(costs, stage) for stage in STAGES}
     times = (f"{stage.replace('_', ' ')} {seconds(value)}" for stage, value in longer.items())
     return Row(
-        f"{series.scheme}: what breaks first is memory, at n_x = {n_x}; by the exponents it would take {', '.join(times)} there",
+        f"{series.scheme}: memory limits at n_x = {n_x}; extrapolated: {', '.join(times)}",
         f"{largest.sliding_memory * grown**power / 1e9:.0f} GB",
         f"{memory / 1e9:.0f} GB: this machine",
     )

@@ -38,7 +38,7 @@ def _beside_the_matrix(effects: str) -> Row:
     convolved = surface_compliance(case.slab)
     dense = SurfaceCompliance(convolved.matrix, case.slab)
     ours, peer = (best(partial(initial_contact, case, each)) for each in (convolved, dense))
-    return versus(f"contact on a half-plane {effects}, n_x = {DENSE}", ours, peer, "from its matrix, at hand")
+    return versus(f"contact on a half-plane {effects}, n_x = {DENSE}", ours, peer, "from its matrix")
 
 
 def _beside_tamaas(effects: str) -> Row:
@@ -65,5 +65,5 @@ def _finest() -> list[Row]:
     return [
         Row(f"the same without coupling, n_x = {FINEST}", time),
         Row(f"memory of its arrays, n_x = {FINEST}", f"{peak / 1e6:.3g} MB", matrix_takes, target=few),
-        Row(f"largest pressure, n_x = {FINEST}: how far from Hertz", f"{error:.1e}", "second order: 1e-8 at most"),
+        Row(f"largest pressure, n_x = {FINEST}: difference from Hertz", f"{error:.1e}", "second order: 1e-8 at most"),
     ]

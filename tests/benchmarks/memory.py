@@ -52,7 +52,7 @@ def _shared(folder: Path) -> list[Row]:
     for ranks in (1, 4):
         each = _ranks(ranks, folder, task.key)
         mapped = sum(rank["mapped"] for rank in each)
-        what = f"{ranks} of a node's ranks with one mapped compliance of n_x = 1025: its pages in all of them"
+        what = f"{ranks} ranks of a node sharing a compliance, n_x = 1025"
         resident, proportional = (sum(rank[name] for rank in each) / ranks for name in ("Rss", "Pss"))
         ours = f"{mapped:.1f} MB; a rank: {resident:.0f} MB resident, {proportional:.0f} MB proportional"
         target = verdict("one copy", mapped <= 1.01 * size)  # a page more at either end
@@ -65,7 +65,7 @@ def _computed_once(folder: Path) -> Row:
     path.write_text(ONE_SLAB, "utf-8")
     plan = make_plan(load_manifest(path))
     count = sum(task.kind == "compliance" for task in plan.tasks)
-    what = f"compliances computed for {len(plan.cases)} cases (4 μ_i, 3 R) of one slab, {len(plan.tasks)} tasks"
+    what = f"compliances for {len(plan.cases)} cases (4 μ_i, 3 R) of one slab"
     return Row(what, str(count), "1", f"{count:g}", verdict("1", count == 1))
 
 

@@ -66,7 +66,7 @@ def _imports() -> Row:
     loaded = subprocess.run([sys.executable, "-c", RANK], capture_output=True, text=True, check=True).stdout.split()
     took = best(_quiet([sys.executable, "-c", RANK]), repeats=3, clock=time.perf_counter)
     solver = best(_quiet([sys.executable, "-c", "import numpy, numba, scipy.optimize"]), 3, time.perf_counter)
-    what = f"a rank ready to compute; of {', '.join(HEAVY)} it has loaded: {', '.join(loaded) or 'none'}"
+    what = f"start of a rank; {', '.join(HEAVY)} loaded: {', '.join(loaded) or 'none'}"
     return versus(what, took, solver, "numpy, numba and scipy.optimize alone", verdict("none", not loaded))
 
 
@@ -83,7 +83,7 @@ def _kernels() -> list[Row]:
     four = "4 ranks, empty cache"
     return [
         Row(
-            f"second run, {len(cold.kernels)} kernels in the cache: how many it compiled",
+            f"second run, {len(cold.kernels)} kernels in the cache: compiled",
             *(
                 f"{second}, in {seconds(warm.wall)}",
                 f"{seconds(cold.wall)} (first run)",
@@ -92,11 +92,11 @@ def _kernels() -> list[Row]:
             ),
         ),
         versus(
-            f"{four}: processor time for compiling",
+            f"{four}: time for compiling",
             *(times * compiling, compiling, "one process", verdict("once, not four times", times < 1.5)),
         ),
         Row(
-            f"{four}: kernels they leave, and how many the next run compiles",
+            f"{four}: kernels cached, compiled by the next run",
             *(left, f"{len(cold.kernels)}, {second} (one process)", "", verdict("the same", same)),
         ),
     ]
