@@ -328,7 +328,7 @@ def table(found: list[Trial]) -> list[str]:
             row = (target, sent.name, len(mine), f"{min(kept)} to {max(kept)}", codes, f"{ended:.1f}", f"{went_on:.1f}")
             rows.append((*map(str, row), broken))
     late, broken = sum(not each.killed for each in found), sum(bool(each.broken) for each in found)
-    said = f"{len(found)} trials, {broken} broken; {late} runs had ended before what was to be killed was there."
+    said = f"{len(found)} trials, {broken} broken; {late} runs ended before the signal."
     return [said, "", *(f"| {' | '.join(row)} |" for row in rows)]
 
 

@@ -147,7 +147,7 @@ def compared(case: Case) -> dict[tuple[str, str], NDArray[np.float64]] | None:
 
 def table(found: list[dict[tuple[str, str], NDArray[np.float64]]]) -> Iterator[str]:
     """Lines of the table: of how many cases the branch is another, and how far its numbers then are from the code's own."""
-    yield "| set of nodes | its use | another branch | a/L_x | first peak | plateau |"
+    yield "| set of nodes | use | another branch | a/L_x | first peak | plateau |"
     yield "|---|---|---|---|---|---|"
     for use, name in found[0]:
         rows = np.array([each[use, name] for each in found])
