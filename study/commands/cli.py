@@ -1,8 +1,10 @@
 """The command line: every command with its arguments and help, in the order of `nanoslip --help`."""
 
 import atexit
+import errno
 import gc
 import io
+import math
 import os
 import sys
 from collections.abc import Callable
@@ -110,6 +112,16 @@ class NewFile(click.Path):
         if not path.parent.is_dir():
             raise Refusal(f"{path}: cannot be written: there is no folder {path.parent}")
         return path
+
+
+class Number(click.FloatRange):
+    """A number in a range; NaN, which no comparison refuses, is none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        found = super().convert(value, param, ctx)
+        if math.isnan(found):
+            self.fail(f"{value} is not a number", param, ctx)
+        return found
 
 
 PATH: Final = click.Path(path_type=Path)
@@ -223,7 +235,7 @@ def _shard(_context: click.Context, _option: click.Parameter, text: str | None) 
 @click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
 @defaulted(
     "--grace",
-    type=click.FloatRange(min=0.0),
+    type=Number(min=0.0),
     default=GRACE,
     help="Seconds that running tasks get to finish after a signal.",
 )
@@ -388,7 +400,7 @@ def traced(described: Declared) -> Declared:
         defaulted("--columns", nargs=2, type=POSITIVE, default=(1, 2), help="The two columns, counted from 1."),
         click.option("--offset", metavar="FORCE", help="What the force cell shows where nothing pulls; taken off."),
         click.option("--drift", metavar="RATE", help='What it drifts by, as "1 mN/s" or in N/m; taken off.'),
-        click.option("--damping", type=click.FloatRange(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
+        click.option("--damping", type=Number(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
     )
     for each in reversed(options):
         described = each(described)
@@ -597,9 +609,10 @@ def main() -> None:
     except click.Abort:
         code = aborted()
     except OSError as error:
-        if error.filename is None:
+        if error.filename is None and error.errno != errno.ENOSPC:
             raise
-        show(Refusal(f"{error.filename}: {error.strerror}"))  # a name too long, a folder that is not ours to read
+        # a disk that is full, a name too long, a folder that is not ours to read
+        show(Refusal(f"{error.filename or 'output'}: {error.strerror}"))
         code = WRONG_INPUT
     sys.exit(code or 0)
 

@@ -47,15 +47,12 @@ class Reading(NamedTuple):
     damping: float | None
 
     def trace(self, file: Path) -> tuple[Trace, float, float]:
-        """The trace, its load and the velocity of its stage; NaN where they are not given. Raises Refusal."""
+        """The trace, its load and the velocity of its stage; NaN where they are not given. Raises Refusal, InvalidInput."""
         if self.time and self.displacement:
             raise Refusal("--time and --displacement exclude each other: the first column is one of the two")
         over, unit = ("displacement", self.displacement) if self.displacement else ("time", self.time or "s")
-        try:
-            columns = (self.columns[0] - 1, self.columns[1] - 1)
-            trace = read_trace(file, text_of(file), over, unit, self.force, columns)
-        except InvalidInput as error:
-            raise Refusal(f"{file}: {error}") from None
+        columns = (self.columns[0] - 1, self.columns[1] - 1)
+        trace = read_trace(file, text_of(file), over, unit, self.force, columns)
         load, velocity = _number("load", self.load, "N"), _number("velocity", self.velocity, "m s-1")
         offset = _number("offset", self.offset, trace.unit)
         drift = _number("drift", self.drift, "N s-1" if over == "time" else "N m-1")
@@ -67,8 +64,11 @@ class Reading(NamedTuple):
 
     def numbers(self, file: Path) -> tuple[Trace, float, TraceNumbers]:
         """The trace, its load and what it tells. Raises Refusal."""
-        trace, load, velocity = self.trace(file)
-        return trace, load, measure(trace, load, velocity, self.damping)
+        try:
+            trace, load, velocity = self.trace(file)
+            return trace, load, measure(trace, load, velocity, self.damping)
+        except InvalidInput as error:
+            raise Refusal(f"{file}: {error}") from None
 
 
 def _number(name: str, text: str | None, unit: str) -> float:
@@ -77,7 +77,7 @@ def _number(name: str, text: str | None, unit: str) -> float:
         value = math.nan if text is None else float(plain(text, Parameter(name, unit=unit)))
     except ValueError:
         value = math.inf
-    if math.isinf(value):
+    if text is not None and not math.isfinite(value):
         raise Refusal(f'--{name} = {quoted(text)}: needs a number, or one with a unit as "1 {in_words(unit)}"')
     return value
 

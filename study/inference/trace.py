@@ -36,6 +36,10 @@ RESOLVED: Final = 8
 """Samples of a slip, from which on its shape tells the damping."""
 MOST_CYCLES: Final = 64
 """That are fitted, evenly chosen: more tell little."""
+SMALLEST, LARGEST = 1e-50, 1e50
+"""Differences and sizes of forces and times: squares of their ratios, and products of two of these, are floats."""
+FASTER: Final = 1e3
+"""Times that a slip's own frequency may be above or below what its length says."""
 POOR_FIT: Final = 0.1
 """Residual over the amplitude, from which on Eq. 16-19 do not describe a trace."""
 
@@ -53,6 +57,15 @@ class Trace:
     """Lines before the numbers."""
     unit: str = "N"
     """Of the force; 1 for a friction coefficient."""
+
+    def __post_init__(self) -> None:
+        for name, values, least in (
+            (self.over, self.at, np.diff(self.at).min()),
+            ("force", self.force, np.ptp(self.force)),
+        ):
+            if not (least >= SMALLEST and np.abs(values).max() <= LARGEST):
+                needs = f"needs numbers up to {LARGEST:g} that differ, by {SMALLEST:g} or more"
+                raise InvalidInput(f"{name} = {values.min():.4g} to {values.max():.4g}: {needs}")
 
     def without(self, offset: float, drift: float) -> "Trace":
         """The trace less a constant force, and less one that grows from its start on."""
@@ -78,10 +91,6 @@ def read_trace(path: Path, text: str, over: str, unit: str, force: str, columns:
             needed = f"needs {over} that {'goes on' if over == 'time' else 'goes one way: one stroke'}"
             raise InvalidInput(f"line {number}: {over} = {now:g} after {before:g}: {needed}")
     at, values = np.array([row for _, row in found.rows]).T
-    if not np.ptp(values):
-        raise InvalidInput(
-            f"force = {values[0]:g} in all lines: needs a force that rises and falls or stays behind a rise"
-        )
     sign = math.copysign(1.0, float(values.mean()))  # of a cell that counts the other way
     return Trace(way * (at - at[0]) * scale, sign * values * up, over, found.separator, found.skipped, own)
 
@@ -142,7 +151,7 @@ def measure(
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     newtons = load if math.isfinite(load) else 1.0
     unit = "1" if math.isfinite(load) else trace.unit
-    at, force = trace.at, trace.force / per
+    at, force = trace.at, replace(trace, force=trace.force / per).force
     noise = 1.4826 * float(np.median(np.abs(np.diff(force, 2)))) / math.sqrt(6.0)
     drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
     slips = [slip for slip in _slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
@@ -158,7 +167,7 @@ def measure(
     cycles = tuple(_cycle(at, force, slips, number, rates[number], zeta) for number in chosen)
     numbers, notes = {}, _notes(trace, force, unit, cycles, noise, drop)
     if cycles:
-        numbers = _of_cycles(cycles, known, unit, "s" if trace.over == "time" else "m")
+        numbers = _of_cycles(cycles, chosen, known, unit, "s" if trace.over == "time" else "m")
         numbers |= _mean_force(at, force, [cycle.start for cycle in cycles], unit)
     if turned:
         notes.append("the force falls more slowly than it rises, which is no stick-slip: has it the other sign?")
@@ -212,7 +221,7 @@ def _rate(at: Floats, force: Floats, low: int, high: int) -> float:
     """By how much the force rises, in the middle of its way up from one sample to another; at first a stage may be at rest."""
     if low == 0:
         smooth = np.maximum.accumulate(force[:high])
-        low = int(np.searchsorted(smooth, 0.9 * force[0] + 0.1 * force[high]))
+        low = min(int(np.searchsorted(smooth, 0.9 * force[0] + 0.1 * force[high])), high - 1)
     middle = slice(low + (high - low) // 5, high - (high - low) // 5 + 1)
     return float(np.polyfit(at[middle] - at[low], force[middle], 1)[0])
 
@@ -247,9 +256,10 @@ def _cycle(at: Floats, force: Floats, slips: Sequence[_Slip], number: int, rate:
     length, drop = float(at[slip.trough] - at[slip.peak]), float(force[slip.peak] - force[slip.trough])
 
     def motion(unknown: Floats) -> _Motion:
+        omega = math.exp(np.clip(unknown[3], -math.log(FASTER), math.log(FASTER))) / length
         start, static, kinetic = at[slip.peak] + unknown[0] * length, unknown[1] * drop, unknown[2] * drop
         zeta = unknown[4] if damping is None else damping
-        return _motion(time, float(start), float(static), float(kinetic), rate, math.exp(unknown[3]) / length, zeta)
+        return _motion(time, float(start), float(static), float(kinetic), rate, omega, zeta)
 
     first = [0.0, force[slip.peak] / drop, 0.5 * (force[slip.peak] + force[slip.trough]) / drop, math.log(math.pi)]
     first, ends = (
@@ -300,9 +310,11 @@ def _motion(
     return _Motion(np.where(slides, moving, stuck), pin, trough)
 
 
-def _of_cycles(cycles: Sequence[Cycle], damping: Measured, unit: str, time: str) -> dict[str, Measured]:
-    """Numbers of the fitted cycles. The time to the second slip is none of the others': the first starts from rest."""
-    periods = np.diff([cycle.start for cycle in cycles])
+def _of_cycles(
+    cycles: Sequence[Cycle], chosen: Sequence[int], damping: Measured, unit: str, time: str
+) -> dict[str, Measured]:
+    """Numbers of the chosen cycles. The time to the second slip is none of the others': the first starts from rest."""
+    periods = np.diff([cycle.start for cycle in cycles]) / np.diff(chosen)
     kinetic, static = (_mean([getattr(cycle, name) for cycle in cycles], unit) for name in ("kinetic", "driving"))
     amplitude = _mean([cycle.static - cycle.trough for cycle in cycles], unit)
     if damping.of > 1:  # all cycles have the same: what is not known of it shifts them together

@@ -151,6 +151,39 @@ def test_one_cycle_has_no_uncertainty() -> None:
     assert "one cycle only: no ±" in found.notes
 
 
+def test_the_period_of_many_cycles_is_that_of_one() -> None:
+    time = np.arange(0.0, 100.0, 0.01)
+    force = np.interp(time % 1.0, [0.0, 0.95, 1.0], [0.2, 0.3, 0.2])
+    period = measure(Trace(time, force, "time")).numbers["stick_slip_period"]  # of cycles that are chosen from all
+    assert period.value == pytest.approx(1.0, rel=1e-3)
+
+
+SPIKE = np.zeros(100)
+SPIKE[40] = 1.0
+TEETH = np.interp(np.arange(1000) % 100, [0, 95, 100], [0.2, 0.3, 0.2])
+
+
+@pytest.mark.parametrize("force", [SPIKE, TEETH + 1e12], ids=["one sample", "rounded"])
+def test_steps_of_a_sample_are_no_error(force: NDArray[np.float64]) -> None:
+    found = measure(Trace(0.01 * np.arange(len(force)), force, "time"))
+    assert found.numbers["static_friction"].value == pytest.approx(force.max(), abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("at", "force", "load", "said"),
+    [
+        (1e300, 1.0, math.nan, "time = 0 to 9.99e.302: needs numbers up to 1e.50"),
+        (1e-300, 1.0, math.nan, "time = 0 to 9.99e-298: needs"),
+        (0.01, 1e300, math.nan, "force = 2e.299 to 3e.299: needs"),
+        (0.01, 1.0, 1e-300, "force = 2e.299 to"),
+        (0.01, 0.0, math.nan, "force = 0 to 0: needs"),
+    ],
+)
+def test_sizes_that_no_laboratory_measures_are_one_message(at: float, force: float, load: float, said: str) -> None:
+    with pytest.raises(InvalidInput, match=said):
+        measure(Trace(at * np.arange(1000), force * TEETH, "time"), load)
+
+
 def rows(count: int = 40, force: str = "") -> str:
     return "\n".join(f"{number} {force or number % 5}" for number in range(count))
 
@@ -160,7 +193,7 @@ def rows(count: int = 40, force: str = "") -> str:
     [
         ("1\n2\n3\n", ("time", "s", "N"), "needs at least 2 lines of two numbers"),
         (rows(9), ("time", "s", "N"), "number of points = 9: needs at least 16"),
-        (rows(force="7"), ("time", "s", "N"), "force = 7 in all lines"),
+        (rows(force="7"), ("time", "s", "N"), "force = 7 to 7: needs numbers"),
         (rows() + "\n3 1", ("time", "s", "N"), "line 41: time = 3 after 39: needs time that goes on"),
         (rows() + "\n3 1", ("displacement", "um", "N"), "goes one way: one stroke"),
         (rows() + "\n40 nan", ("time", "s", "N"), "line 41: needs two finite numbers"),
@@ -206,6 +239,9 @@ def test_the_command_prints_draws_and_gives_numbers_to_scripts(main: Main, tmp_p
     for words, said in (
         (("--load", "3 m"), "--load = '3 m': needs a number, or one with a unit as \"1 N\""),
         (("--load", "-1"), "--load = '-1': needs a value above 0"),
+        (("--load", "nan"), "--load = 'nan': needs a number"),
+        (("--offset", "1e300 N"), "lab.csv: force = -1e+300 to -1e+300: needs"),
+        (("--damping", "nan"), "nan is not a number"),
         (("--time", "s", "--displacement", "m"), "--time and --displacement exclude each other"),
         (("--force", "s"), "needs a unit of force"),
     ):
