@@ -343,6 +343,8 @@ def reading(path: Path) -> Iterator[xr.Dataset]:
         try:
             yield found
         except _REFUSALS as error:
+            if getattr(error, "errno", None) in (errno.EPIPE, errno.ENOSPC):
+                raise  # of what the values are written to
             raise StoreError(f"{path}: cannot be read: {error}: damaged? nanoslip collect writes it anew") from error
 
 

@@ -41,6 +41,14 @@ def test_a_wrong_command_line_is_its_usage_and_one_error(main, arguments):
     assert [line for line in said.splitlines() if "Error" in line] == [said.splitlines()[-1]]
 
 
+def test_a_full_disk_behind_the_output_is_one_error(environment):
+    words = [sys.executable, "-m", "nanoslip", "campaigns"]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(words, env=environment, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert "Error: output: No space left on device" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_no_command_is_the_whole_help_in_which_each_command_has_a_whole_line(main, nanoslip):
     _, everything, _ = main("--help")
     assert main() == (2, "", everything)

@@ -1,6 +1,8 @@
 """A file gives back what was written, as xarray itself would write it; what it cannot give is one clear message."""
 
 import copy
+import errno
+import os
 import pickle
 import subprocess
 import sys
@@ -344,6 +346,13 @@ def test_damage_to_a_file_too_large_to_be_checked_is_refused_when_it_is_read(tmp
     path = damaged(carrying(xr.Dataset({"word": ("case", words)}, attrs=HERE), {}), tmp_path / "two.nc")
     with pytest.raises(StoreError, match=r"two\.nc: no dataset"):
         file.read(path)
+
+
+@pytest.mark.parametrize("kind", [errno.EPIPE, errno.ENOSPC])
+def test_a_pipe_that_is_closed_or_a_full_disk_is_no_damage_to_what_is_read(tmp_path, kind):
+    file.write(grouped(), tmp_path / "one.nc")
+    with pytest.raises(OSError, match=os.strerror(kind)), file.reading(tmp_path / "one.nc"):
+        raise OSError(kind, os.strerror(kind))
 
 
 def test_a_file_may_be_open_several_times_and_closed_in_any_order(tmp_path):
