@@ -120,13 +120,13 @@ def read_numbers(given: Sequence[str]) -> tuple[list[Target], dict[str, Any]]:
                 target = Target(found[1], float(found[2]), float(found[3]))
             except ValueError:
                 raise Refusal(f"{word}: needs two numbers, as mu_s=0.3±0.01") from None
-            if not 0.0 < target.error < float("inf"):
-                raise Refusal(f"{word}: needs a ± above 0")
             targets.append(target)
         elif not (sign and key and text):
             raise Refusal(f"{word}: needs NUMBER=VALUE±ERROR, as mu_s=0.3±0.01, or KEY=VALUE, as radius=200")
         elif key != "drive" and of_symbol(key, _KEYS) not in _WORDS:
             raise Refusal(f"{word}: no parameter; a measured number needs its ±, as {key}=0.3±0.01 (or 0.3+-0.01)")
+        elif key in fixed:
+            raise Refusal(f"{word}: {key} is given twice")
         else:
             fixed[key] = number_or_text(text)
     return targets, fixed
@@ -169,6 +169,8 @@ def read_ranges(given: Sequence[str]) -> dict[str, Ends | None]:
         low, colon, high = text.partition(":")
         if sign and not (low and colon and high):
             raise Refusal(f"--vary {word}: needs KEY=FROM:TO, as mu_i=0.1:0.8")
+        if key in found:
+            raise Refusal(f"--vary {word}: {key} is given twice")
         found[key] = (number_or_text(low), number_or_text(high)) if sign else None
     return found
 

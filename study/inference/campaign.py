@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from nanoslip.solver.case import Case, parameters_of_a_case
+from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.exit_codes import INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import Points, points_named
@@ -35,6 +37,8 @@ TABLE: Final = "points of the fit"
 """What messages call the table of the points."""
 DECADE: Final = 10.0
 """Ratio of the ends of a range from which it is searched in logarithms, where a campaign does not say."""
+LARGEST: Final = 1e100
+"""Of measured numbers: their squares, and those of their ratios, are floats."""
 _DESIGN: Final = ("design", "points", "design_seed", "table", "axes")
 DRIVE: Final = "drive"
 """Word that chooses one drive of several by its name."""
@@ -110,6 +114,8 @@ class Question:
     def _numbers(self, plan: Plan, store: Store) -> tuple[Floats, Floats]:
         dataset = collect(plan, store)
         found = [points_named(dataset, target.name) for target in self.targets]
+        if len({points.name for points in found}) < len(found):
+            raise ManifestError([f"{', '.join(target.name for target in self.targets)}: needs each number once"])
         for target, points in zip(self.targets, found, strict=True):
             if points.text:
                 raise ManifestError([f"{target.name}: needs a number, and is words"])
@@ -134,12 +140,16 @@ def question_of(
     vary: parameter -> the ends of its range, None for those of the campaign; without any all axes of several numbers.
     fixed: parameter, or setting of a drive -> its value, instead of the campaign's; `drive` -> the name of one drive.
     """
+    for name, value, error in targets:
+        if not (abs(value) <= LARGEST and 1.0 / LARGEST <= error <= LARGEST):
+            needs = f"needs a ± above 0, and finite numbers up to {LARGEST:g}"
+            raise ManifestError([f"{name} = {value:g} ± {error:g}: {needs}"])
     stated = parameters_of_a_case()
     given = from_toml(manifest.text)
     axes = {_word(name): values for name, values in manifest.axes.items()}
-    fixed = {of_symbol(key, {**stated, **drive_parameters()}): value for key, value in fixed.items()}
+    fixed = _by_word(fixed, {**stated, **drive_parameters()})
     usual = [word for word, values in axes.items() if len(set(values)) > 1 and word not in fixed and _number(values[0])]
-    asked = {of_symbol(key, stated): ends for key, ends in vary.items()} or dict.fromkeys(usual)
+    asked = _by_word(vary, stated) or dict.fromkeys(usual)
     if not asked:
         raise ManifestError([f"{manifest.path}: no axis of several numbers: needs --vary, as --vary mu_i=0.1:0.8"])
     document = {key: value for key, value in given.items() if key not in _DESIGN}
@@ -158,6 +168,14 @@ def question_of(
     document = {key: value for key, value in document.items() if value or key not in (*TABLES, "drives", "drive_axes")}
     ranges = [_range(manifest, document, word, ends, axes.get(word), given) for word, ends in asked.items()]
     return Question(manifest, document, tuple(ranges), tuple(targets))
+
+
+def _by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[str, Any]:
+    """What is given by words or symbols, by words. Raises ManifestError where it is given twice."""
+    found = {of_symbol(key, stated): value for key, value in given.items()}
+    if len(found) < len(given):
+        raise ManifestError([f"{', '.join(given)}: needs each parameter once, by its name or its symbol"])
+    return found
 
 
 def _word(name: str) -> str:
@@ -199,8 +217,10 @@ def _range(
     spanned = {**document, "design": "zip", "axes": {word: [low, high]}}
     checked = parse_manifest(manifest.path, as_toml(spanned), manifest.files).axes[words()[word]]
     low, high = (float(each) for each in checked)
-    if not low < high:
-        raise ManifestError([f"--vary {word}={low:g}:{high:g}: needs a range from a smaller to a larger number"])
+    if not low < high < math.inf:
+        raise ManifestError(
+            [f"--vary {word}={low:g}:{high:g}: needs a range from a smaller to a larger number, both finite"]
+        )
     in_decades = high > DECADE * low
     if own:
         in_decades = own.get("scale") == "log"
