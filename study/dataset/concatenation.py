@@ -56,11 +56,12 @@ def _merged(
 
 
 def _along(name: str, added: Sequence[str], roots: Sequence[xr.Dataset]) -> tuple[str, ...]:
-    """What a variable lies along: the most that it does anywhere, and the axes that are added.
+    """Dimensions of a variable: all that it has in any dataset, and the axes that are added.
 
     One value in each dataset stays one if it is the same in all; else it lies along the cases.
     """
-    own = max((tuple(map(str, root[name].dims)) for root in roots if name in root.variables), key=len)
+    each = [tuple(map(str, root[name].dims)) for root in roots if name in root.variables]
+    own = tuple(dict.fromkeys(dim for dims in sorted(each, key=len, reverse=True) for dim in dims))
     if not own and name != "case_id":
         return _along("case_id", added, roots) if len(_values(name, roots)) > 1 else ()
     return (*(each for each in added if each not in own), *own)

@@ -127,6 +127,19 @@ def test_cases_of_an_outer_join_that_nobody_has_are_pending():
         concat(parts, join="inner")  # type: ignore[arg-type]
 
 
+def test_each_dataset_may_have_an_axis_that_the_other_has_not():
+    parts = [
+        run(BASE | {"axes": {"radius": [50.0], **axis}})
+        for axis in ({"normal_load": [2e-3, 3e-3]}, {"scheme": ["biquadratic", "strip"]})
+    ]
+    joined = concat(parts, join="outer")
+    assert (joined["outcome"].values != "pending").sum() == 4
+    for part in parts:
+        for case in part["case_id"].values.ravel():
+            mine, theirs = (each["final_displacement"].where(each["case_id"] == case).max() for each in (joined, part))
+            assert mine.item() == theirs.item()
+
+
 def test_results_that_contradict_each_other_are_refused():
     one = run(BASE)
     other = one.assign(plateau_mean=one["plateau_mean"] + 0.1, peak_friction=one["peak_friction"] + 0.1)
