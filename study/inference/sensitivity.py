@@ -87,6 +87,8 @@ ROUGH: Final = 0.005
 ENDS: Final = (2.5, 97.5)
 """Percentiles of an interval."""
 SEED: Final = 1
+ALIKE: Final = 1e-12
+"""Differences over size that are rounding, as of a regression."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,12 +126,15 @@ def indices(
     """
     axes = [axis_of(name, each) for name, each in columns.items()]
     there = np.isfinite(values)
-    noise = np.nanmean(errors[there] ** 2) / np.var(values[there]) if np.isfinite(errors[there]).any() else np.nan
+    some = np.isfinite(errors[there]).any() and np.ptp(values[there]) > 0.0
+    noise = np.nanmean(errors[there] ** 2) / np.var(values[there]) if some else np.nan
     none, counts = np.full((len(axes), 3), np.nan), (int(there.sum()), int((~there).sum()))
     found = Sensitivity(of, tuple(columns), none, none, float(noise), np.nan, np.nan, *counts, complete=False)
     if (tied := _tied(axes, columns)) or len(axes) < 2:
         return replace(found, unknown=tied or "only one parameter differs from case to case")
     table = _table(axes, columns, values, errors)
+    if table is not None and (noise >= 1.0 or np.ptp(values) <= ALIKE * np.abs(values).max()):
+        return replace(found, unknown="its values are alike, within their ± or rounding")
     if table is not None:
         first, total = _of_tables(*table)
         return replace(found, first=first, total=total, scatter=0.0, predictivity=1.0, complete=True)
@@ -212,7 +217,7 @@ def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
     whole = max(variance(table), 1e-300)
     first = [variance(table.mean(axis=tuple(each for each in every if each != axis))) / whole for axis in every]
     total = [1.0 - variance(table.mean(axis=axis)) / whole for axis in every]
-    return np.array(first), np.array(total)
+    return np.clip(first, 0.0, 1.0), np.clip(total, 0.0, 1.0)
 
 
 def _interval(drawn: Floats) -> Floats:

@@ -153,6 +153,20 @@ def test_what_nothing_predicts_is_not_known():
     assert np.isnan(middles(found)).all()
 
 
+def test_of_values_that_are_alike_nothing_is_known():
+    """A complete table of them has no variance to share; where ± makes up most of it, shares stay between 0 and 1."""
+    x = np.stack(np.meshgrid(np.arange(4.0), np.arange(5.0), indexing="ij"), axis=-1).reshape(-1, 2)
+    noise = np.random.default_rng(0).standard_normal(20)
+    for values, error in ((np.full(20, 3.0), np.nan), (np.zeros(20), np.nan), (np.full(20, 3.0), 0.1), (noise, 1.0)):
+        assert "values are alike" in of_points(x, values, error).unknown
+    assert "1 of them different" in of_points(x, np.where(x[:, 0] + x[:, 1] > 0.0, 3.0, np.nan), 0.1).unknown
+    doubtful = of_points(x, noise, 0.8 * float(noise.std()))
+    assert not doubtful.unknown
+    shares = np.concatenate([doubtful.first, doubtful.total])
+    assert (shares >= 0.0).all()
+    assert (shares <= 1.0).all()
+
+
 def test_axes_that_vary_together_are_not_told_apart():
     x = qmc.Sobol(2, seed=1).random(64)
     tied = np.column_stack([x, 2.0 * x[:, 0] + 0.01 * x[:, 1]])
