@@ -54,7 +54,7 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
     """Move the results of all shards into the campaign's, and write and print its dataset. Ends the process."""
     into = folder(campaign, out)
     plan, store = planned(campaign), Store(into)
-    if plan.tasks and not (folders(into) or store.finished() or store.failures()):
+    if plan.distinct and not (folders(into) or store.finished() or store.failures()):
         raise StoreError(
             f"{into}: no shards and no results of {campaign} there, nothing to merge: "
             f"{advised('run', campaign, into)} computes all of it; results of runs with another --out are found with it"

@@ -87,7 +87,7 @@ class Standing:
     stores: tuple[Store, ...]
     """The campaign's own, and those of shards that are not merged."""
     kinds: Mapping[str, KindCount]
-    """Kind of task -> count and costs, in the order in which they begin."""
+    """Kind of task -> count and costs, in the order of stages."""
     remaining: tuple[Task, ...]
     """Tasks that the next run would try."""
     given_up: tuple[Task, ...]
@@ -101,12 +101,17 @@ class Standing:
 
 
 def standing(
-    campaign: Path, out: Path | None, measure: Callable[[Plan], Measured] | None = None, before: Standing | None = None
+    campaign: Path,
+    out: Path | None,
+    measure: Callable[[Plan], Measured] | None = None,
+    before: Standing | None = None,
+    *,
+    sized: bool = False,
 ) -> Standing:
     """How far a campaign is. Raises ManifestError.
 
     out: folder of the results, None for the campaign's own. measure: what tasks take; None: as the journals there say.
-    before: how far it was; what has not changed is not looked at again.
+    before: how far it was; what has not changed is not looked at again. sized: whether bytes of all tasks are estimated.
     """
     into, plan = folder(campaign, out), before.plan if before else planned(campaign)
     opened = {store.folder.parent: store for store in (before.stores if before else ())}
@@ -118,7 +123,7 @@ def standing(
     measured = measure(plan) if measure else measured_in(into, *folders(into))
     kinds = {
         kind: replace(count, core_seconds_left=measured.factor(kind) * count.core_seconds_left)
-        for kind, count in kind_counts(plan.tasks, work.tasks, work.given_up).items()
+        for kind, count in kind_counts(plan.tasks if sized else plan.distinct, work.tasks, work.given_up).items()
     }
     outcomes = plan.outcomes(
         {key: meta.outcome for key, meta in metas.items()}, {key: each.outcome for key, each in failures.items()}

@@ -101,7 +101,7 @@ def _counted(campaign: Path, plan: Plan) -> str:
     cases = len(plan.cases), "case", sum(not case.outcome.ok for case in plan.cases)
     drives = len(plan.manifest.drives), "drive", sum(drive.drive is None for drive in plan.manifest.drives)
     said = []
-    for number, what, refused in (cases, drives, (len(plan.tasks), "task", 0)):
+    for number, what, refused in (cases, drives, (len(plan.distinct), "task", 0)):
         why = f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""
         said.append(f"{plans.counted(number, what)}{why}")
     return f"{whole(campaign)}: fine: {', '.join(said)}"
@@ -118,7 +118,7 @@ def show_plan(
     ranks: number for which the time is estimated beside that of one, None for the cores here. measure: whether tasks are
     measured here.
     """
-    found = plans.standing(campaign, out, plans.measured_here if measure else None)
+    found = plans.standing(campaign, out, plans.measured_here if measure else None, sized=True)
     if as_json:
         plans.print_json(_data(found, ranks or cores()))
     else:
@@ -270,7 +270,7 @@ def show_status(campaign: Path, out: Path | None, watch: bool, as_json: bool) ->
     """Print how many of a campaign's tasks are finished and how its cases ended; with `watch` until all are finished."""
     if watch and as_json:
         raise click.UsageError("--watch and --json exclude each other")
-    found = plans.standing(campaign, out)
+    found = plans.standing(campaign, out, sized=as_json)
     if as_json:
         plans.print_json(_status_data(found))
     elif watch:
@@ -329,7 +329,7 @@ def _tables(found: plans.Standing) -> tuple[Table, Table]:
 def _line(found: plans.Standing) -> str:
     """The state in one line."""
     cases, drives = ended(found.plan, found.outcomes)
-    count = len(found.plan.tasks)
+    count = len(found.plan.distinct)
     parts = [f"{count - len(found.remaining) - len(found.given_up)} of {count} tasks", f"cases: {_words(cases)}"]
     return "; ".join([*parts, *([f"drives: {_words(drives)}"] if drives else [])])
 

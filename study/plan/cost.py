@@ -25,7 +25,6 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import PIECES, batches
 from nanoslip.solver.sliding.kernels.slide import STRETCHES
 from nanoslip.solver.sliding.record import FIRST_CAPACITY, farthest, off_the_slab
-from nanoslip.study.plan.kinds import compliance_needs
 from nanoslip.study.plan.task import Task, case_of, drive_of
 
 # Rates: seconds on one core.
@@ -277,7 +276,7 @@ def _disk(numbers: float) -> float:
 def estimate(task: Task) -> tuple[float, float, float]:
     """What a task costs, roughly, handing out, reading and writing included: seconds, bytes of memory, bytes of its result."""
     seconds, memory, numbers = ESTIMATES[task.kind](task)
-    return min(TASK + seconds, LONGEST), memory, _disk(0.0 if task.scalars_only else numbers)
+    return 0.0 if task.free else min(TASK + seconds, LONGEST), memory, _disk(0.0 if task.scalars_only else numbers)
 
 
 def _compliance(task: Task) -> Estimate:
@@ -305,7 +304,7 @@ def _record(task: Task) -> Estimate:
         numbers = members * _PER_EVENT * PIECES
         inputs = members * len(batches(case.interface.contacts)) * _PORTION
         return Estimate(0.0, _FLOAT * (inputs + numbers), numbers)
-    if task.needs[:1] != compliance_needs(case.slab):  # another record's scalars
+    if task.free:
         return Estimate(0.0, 0.0)
     numbers = members * (_PER_EVENT * sizes_of(case).events + 2.0 * case.slab.n_x)
     return Estimate(members * record_seconds(case), sliding_bytes(case) + members * record_bytes(case), numbers)

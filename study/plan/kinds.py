@@ -68,8 +68,6 @@ class Wanted(NamedTuple):
     task: Task
     drive: str = ""
     """Label of its drive, where it has one."""
-    free: bool = False
-    """Whether it only reads off another task's result."""
     part: bool = False
     """Whether it is a part of another task of the case, which has its result in it."""
 
@@ -304,7 +302,7 @@ def _record_ensemble(ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
 
 def record_scalars_task(record: Task) -> Task:
     """The scalars of a friction record that another task computes; the same result as sliding for them alone."""
-    return replace(record_task(case_of(record), record.ensemble, scalars_only=True), needs=(record.key,))
+    return replace(record_task(case_of(record), record.ensemble, scalars_only=True), needs=(record.key,), free=True)
 
 
 def _kept(manifest: Manifest) -> bool:
@@ -317,7 +315,7 @@ def _record_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
         record = record_task(case, manifest.ensemble, scalars_only=not _kept(manifest))
         return (Wanted(replace(record, shared=True) if shared else record),)
     record = replace(record_task(case, manifest.ensemble), intermediate=True, shared=True)
-    return Wanted(record), Wanted(record_scalars_task(record), free=True)
+    return Wanted(record), Wanted(record_scalars_task(record))
 
 
 RECORD: Final = Kind(

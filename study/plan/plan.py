@@ -4,6 +4,7 @@ import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Final
 
 from nanoslip.solver.drive import DURATIONS
@@ -67,29 +68,51 @@ LEAST_LIMIT: Final = 600.0
 """Seconds that every task may take."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Plan:
-    """The whole work of a campaign, finished or not."""
+    """The whole work of a campaign, finished or not. Tasks are estimated where somebody asks for them."""
 
     manifest: Manifest
     cases: tuple[CampaignCase, ...]
-    tasks: tuple[Task, ...]
-    """Each distinct task once: needs first, then the longest chain of work first."""
+    distinct: tuple[Task, ...]
+    """Each distinct task once, needs first, not estimated."""
     case_tasks: Mapping[str, CaseTasks]
     """case_id -> its tasks."""
 
+    @cached_property
+    def tasks(self) -> tuple[Task, ...]:
+        """All tasks, estimated: needs first, then the longest chain of work first."""
+        return longest_chain_first(map(self._estimated, self.distinct))
+
     def remaining(self, finished: Collection[str]) -> tuple[Task, ...]:
-        """Tasks still to do, in order, given the keys that are finished.
+        """Tasks still to do, estimated and in order, given the keys that are finished.
 
         Intermediate results are recomputed only if an unfinished task needs them.
         """
+        left = self._left(finished)
+        return longest_chain_first(map(self._estimated, left)) if len(left) < len(self.distinct) else self.tasks
+
+    @cached_property
+    def _estimates(self) -> dict[str, Task]:
+        return {}
+
+    def _estimated(self, task: Task) -> Task:
+        found = self._estimates.get(task.key)
+        if found is None:
+            cost, memory, disk = estimate(task)
+            limit = self.manifest.task_seconds
+            limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
+            found = self._estimates[task.key] = task.planned(cost, memory, disk, limit, (task.names, task.values))
+        return found
+
+    def _left(self, finished: Collection[str]) -> list[Task]:
         needed: set[str] = set()
         left = []
-        for task in reversed(self.tasks):  # from the ends of the chains to their beginnings
+        for task in reversed(self.distinct):  # from the ends of the chains to their beginnings
             if task.key not in finished and (not task.intermediate or task.key in needed):
                 needed.update(task.needs)
                 left.append(task)
-        return tuple(reversed(left)) if len(left) < len(self.tasks) else self.tasks
+        return left[::-1]
 
     def possible(
         self, left: Sequence[Task], given_up: Collection[str], failed: Collection[str] = ()
@@ -109,8 +132,8 @@ class Plan:
         finished: of the results that are there, which count more than failures. failed: of attempts.
         """
         found = {key: outcome for key, outcome in failed.items() if key not in finished}
-        tasks = {task.key: task for task in self.tasks} if found else {}
-        for task in in_stages(self.tasks) if found else ():
+        tasks = {task.key: task for task in self.distinct} if found else {}
+        for task in self.distinct if found else ():
             lost = next((need for need in task.needs if need in found), None)
             if lost is None or task.key in finished or task.key in found:
                 continue
@@ -122,12 +145,12 @@ class Plan:
 
     def foreign(self, finished: Mapping[str, Origins]) -> dict[str, Origins]:
         """The plan's results that other software than this had a hand in, given all that are finished."""
-        return foreign_among({task.key: finished[task.key] for task in self.tasks if task.key in finished})
+        return foreign_among({task.key: finished[task.key] for task in self.distinct if task.key in finished})
 
     def obsolete(self, finished: Collection[str]) -> tuple[str, ...]:
         """Intermediate results that no task needs any more, given the keys that are finished."""
-        ended = [task.key for task in self.tasks if task.passing and task.key in finished]
-        wanted = {need for task in self.remaining(finished) for need in task.needs} if ended else set()
+        ended = [task.key for task in self.distinct if task.passing and task.key in finished]
+        wanted = {need for task in self._left(finished) for need in task.needs} if ended else set()
         return tuple(key for key in ended if key not in wanted)
 
 
@@ -150,20 +173,12 @@ def plan_of(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = la
         wanted = [each for kind in kinds for each in kind.tasks(case.case, manifest)] if case.case else []
         for each in wanted:
             if each.task.key not in tasks:
-                tasks[each.task.key] = _planned(each, case, manifest.task_seconds)
+                tasks[each.task.key] = each.task.labelled(_label(each, case))
         case_tasks[case.case_id] = CaseTasks(
             {(each.task.kind, each.drive): each.task.key for each in wanted if not each.part}
         )
         heard(number)
-    return Plan(manifest, tuple(cases), longest_chain_first(tasks.values()), case_tasks)
-
-
-def _planned(wanted: Wanted, case: CampaignCase, limit: float | None) -> Task:
-    """A task, estimated and labelled. limit: seconds that it may take; None: as estimated."""
-    seconds, memory, disk = estimate(wanted.task)
-    cost = 0.0 if wanted.free else seconds
-    limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
-    return wanted.task.planned(cost, memory, disk, limit, _label(wanted, case))
+    return Plan(manifest, tuple(cases), tuple(in_stages(tasks.values())), case_tasks)
 
 
 def _label(wanted: Wanted, campaign_case: CampaignCase) -> Label:
@@ -263,7 +278,7 @@ class KindCount:
 
 
 def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[Task]) -> dict[str, KindCount]:
-    """Kind of task -> count and costs, in the order in which they begin, where tasks are at hand themselves."""
+    """Kind of task -> count and costs, in the order of stages; without bytes where `tasks` are not estimated."""
     lost, tried = Counter(task.kind for task in given_up), Counter[str]()
     seconds: defaultdict[str, float] = defaultdict(float)
     for task in left:
@@ -273,7 +288,8 @@ def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[
     for task in tasks:
         every[task.kind].append(task)
     found = {}
-    for kind, its in every.items():
+    for kind in filter(every.get, KINDS):
+        its = every[kind]
         rest, memory, disk = tried[kind] + lost[kind], max(task.memory for task in its), sum(task.disk for task in its)
         found[kind] = KindCount(len(its), len(its) - rest, tried[kind], lost[kind], seconds[kind], memory, disk)
     return found

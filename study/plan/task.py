@@ -55,6 +55,8 @@ class Task:
     """Whether other tasks read the result."""
     needs: tuple[str, ...] = ()
     """Keys of the tasks whose results this one reads."""
+    free: bool = field(default=False, compare=False)
+    """Whether it only reads off another task's result."""
     cost: float = 0.0
     """Estimated seconds on one core."""
     memory: float = field(default=0.0, compare=False)
@@ -66,6 +68,10 @@ class Task:
     names: tuple[str, ...] = field(default=(), compare=False)
     """Of its label, and `values`."""
     values: tuple[Value | None, ...] = field(default=(), compare=False)
+
+    def labelled(self, label: Label) -> "Task":
+        """The task with the label that a plan gives it, not estimated."""
+        return self.planned(0.0, 0.0, 0.0, math.inf, label)
 
     def planned(self, cost: float, memory: float, disk: float, limit: float, label: Label) -> "Task":
         """The task with the fields that a plan adds."""

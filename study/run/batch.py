@@ -40,8 +40,8 @@ def part(plan: Plan, shard: Shard) -> Plan:
     cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
     keys = {key for case in cases for key in needed[case.case_id]}
     case_tasks = {case.case_id: plan.case_tasks[case.case_id] for case in cases}
-    tasks = tuple(task for task in plan.tasks if task.key in keys)
-    return replace(plan, cases=cases, tasks=tasks, case_tasks=case_tasks)
+    distinct = tuple(task for task in plan.distinct if task.key in keys)
+    return replace(plan, cases=cases, distinct=distinct, case_tasks=case_tasks)
 
 
 def blocks_of(weights: Sequence[float], count: int) -> list[int]:
@@ -80,7 +80,7 @@ def _read(plan: Plan, finished: Collection[str], given_up: Collection[str]) -> s
 
 def _needed(plan: Plan) -> dict[str, set[str]]:
     """case_id -> keys of its tasks, and of all that they need."""
-    needs = {task.key: task.needs for task in plan.tasks}
+    needs = {task.key: task.needs for task in plan.distinct}
     found = {}
     for case in plan.cases:
         keys: set[str] = set()

@@ -72,7 +72,7 @@ def _read(store: Store, key: str) -> TaskResult:
 
 def drop_intermediates(plan: Plan, store: Store) -> None:
     """Remove results that only other tasks needed and that no unfinished task still needs. Raises StoreError."""
-    if any(task.passing for task in plan.tasks):
+    if any(task.passing for task in plan.distinct):
         for key in plan.obsolete(store.finished()):
             store.drop(key)
 

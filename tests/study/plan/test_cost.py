@@ -1,6 +1,7 @@
 """A task's cost is estimated before it runs; what does not fit a machine's memory is refused there, by name."""
 
 import functools
+import json
 import math
 import statistics
 import time
@@ -212,17 +213,27 @@ def test_a_tower_whose_pin_lets_go_is_not_taken_for_days_of_slips(height, poisso
 
 def test_predictions_are_in_no_key_and_no_dataset(main, campaign, monkeypatch):
     """Another order of tasks, and the same bytes."""
-    plans = [make_plan(load_manifest(campaign))]
+    costs = {task.key: task.cost for task in make_plan(load_manifest(campaign)).tasks}
     assert main("run", campaign, "--out", campaign.parent / "usual", "--serial")[0] == 0
     for name, factor in {"SLIP": 1e4, "NODE": 0.0, "STEP": 1e-3}.items():
         monkeypatch.setattr(rates, name, factor * getattr(rates, name))
-    plans.append(make_plan(load_manifest(campaign)))
+    others = {task.key: task.cost for task in make_plan(load_manifest(campaign)).tasks}
     assert main("run", campaign, "--out", campaign.parent / "other", "--serial")[0] == 0
-    costs, others = ({task.key: task.cost for task in plan.tasks} for plan in plans)
     assert costs.keys() == others.keys()
     assert all(costs[key] != others[key] for key in costs)
     usual, other = ((campaign.parent / name / "results.nc").read_bytes() for name in ("usual", "other"))
     assert usual == other
+
+
+def test_only_what_is_left_is_estimated(main, campaign, monkeypatch):
+    """Estimates take a third of the time in which many finished cases are counted."""
+    here = campaign, "--out", campaign.parent / "results"
+    assert main("run", *here, "--serial")[0] == 0
+    with monkeypatch.context() as none:
+        none.setattr("nanoslip.study.plan.plan.estimate", lambda task: pytest.fail(f"{task.label} is estimated"))
+        assert main("status", *here)[0] == main("run", *here, "--serial")[0] == 0
+    data = json.loads(main("status", *here, "--json")[1])["tasks"]
+    assert all(kind["disk_bytes"] > 0.0 for kind in data.values())
 
 
 # What does not fit a machine's memory is refused there, by name and before anything is computed; elsewhere it may run.
