@@ -19,6 +19,8 @@ from nanoslip.study.toml_text import from_toml
 
 MANIFEST: Final = "campaign.toml"
 PAGE: Final = "report.html"
+METADATA: Final = "ro-crate-metadata.json"
+"""What makes a folder a crate."""
 _FORMATS: Final = {".nc": "application/x-netcdf", ".toml": "application/toml", ".html": "text/html", ".csv": "text/csv"}
 
 
@@ -30,6 +32,8 @@ def write(dataset: xr.Dataset, page: str, out: Path) -> None:
     about = About(**document.get("about", {}))
     if not about.licence:
         raise StoreError('about.licence: missing in the manifest: needs one for an RO-Crate, as licence = "CC-BY-4.0"')
+    if out.is_dir() and any(out.iterdir()) and not (out / METADATA).is_file():  # may be results of another campaign
+        raise StoreError(f"{out}: has files that are of no crate: needs a new folder, an empty one, or that of a crate")
     with TemporaryDirectory() as scratch:
         contents = {file.FILE: "dataset: the numbers of all cases", MANIFEST: "campaign that the dataset is of"}
         _write_dataset(dataset, Path(scratch) / file.FILE)

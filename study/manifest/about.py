@@ -7,8 +7,8 @@ from typing import Any, Final
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import require
 
-_ORCID: Final = re.compile(r"(?:https?://orcid\.org/)?(\d{4}-\d{4}-\d{4}-\d{3}[\dX])")
-_DOI: Final = re.compile(r"(?:https?://(?:dx\.)?doi\.org/|doi:)?(10\.\d{4,9}(?:\.\d+)*/[!-~]+)")
+_ORCID: Final = re.compile(r"(?:https?://orcid\.org/)?([0-9]{4}-[0-9]{4}-[0-9]{4}-[0-9]{3}[0-9X])")
+_DOI: Final = re.compile(r"(?:https?://(?:dx\.)?doi\.org/|doi:)?(10\.[0-9]{4,9}(?:\.[0-9]+)*/[!-~]+)")
 _LICENCE: Final = re.compile(r"https?://[!-~]+|[A-Za-z0-9]+(?:[-.+][A-Za-z0-9]+)*\+?")
 
 

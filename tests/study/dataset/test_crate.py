@@ -97,3 +97,15 @@ def test_what_makes_no_crate_is_one_message(
     monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
     code, _, errors = main("export", folder / "out", "--crate", "-o", tmp_path / "c")
     assert (code, 'pip install "nanoslip[crate]"' in errors, (tmp_path / "c").exists()) == (2, True, False)
+
+
+def test_a_crate_replaces_a_crate_and_no_other_files(main: Main, folder: Path, tmp_path: Path) -> None:
+    """Results of another campaign have the same names."""
+    (tmp_path / "results.nc").write_text("of another campaign")
+    code, _, errors = main("export", folder / "out", "--crate", "-o", tmp_path)
+    assert code == 2
+    assert "files that are of no crate" in " ".join(errors.split())
+    assert [path.name for path in tmp_path.iterdir()] == ["results.nc"]
+    assert (tmp_path / "results.nc").read_text() == "of another campaign"
+    for _ in range(2):
+        assert main("export", folder / "out", "--crate", "-o", tmp_path / "crate")[0] == 0

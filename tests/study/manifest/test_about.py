@@ -55,7 +55,7 @@ def test_an_orcid_is_known_by_its_checksum():
     digits = right.replace("-", "")
     swapped = [digits[:place] + digits[place + 1] + digits[place] + digits[place + 2 :] for place in range(15)]
     wrong += ["-".join(each[at : at + 4] for at in range(0, 16, 4)) for each in swapped if each != digits]
-    for text in wrong:
+    for text in (*wrong, right.replace("0", "٠")):  # digits that addresses have not
         with pytest.raises(InvalidInput, match="needs an ORCID"):
             About(orcid=text)
 
