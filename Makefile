@@ -43,7 +43,7 @@ test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler,
 
 test-all: test test-slow
 
-mutants: kernels  ## small changes of the code, and which test notices each: hours; MUTANTS="--count 12 --of solver/contact"
+mutants: kernels  ## small changes of the code, and which test notices each: an hour; MUTANTS="--count 12 --of solver/contact"
 	$(BIN)/python -m tests.mutants $(MUTANTS)
 
 benchmarks: .venv/installed  ## figures beside their peers and limits: tests/benchmarks/table.md

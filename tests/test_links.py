@@ -1,4 +1,5 @@
-"""Every relative link and picture in a Markdown file leads to a file, and to a heading of it where it names one."""
+"""Every relative link and picture in a Markdown file leads to a file, and to a heading of it where it names one; no merge is
+half done."""
 
 import re
 from collections.abc import Iterator
@@ -19,15 +20,18 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-def test_a_heading_is_found_by_its_words(tmp_path: Path) -> None:
+def test_a_heading_is_found_by_its_words_and_a_conflict_by_its_marker(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
-    page.write_text("# `[axes]`, and ± what?\n")
+    page.write_text("# `[axes]`, and ± what?\n<<<<<<< HEAD\n[here](#axes-and--what)\n")
     assert anchors(page) == {"axes-and--what"}
+    assert list(broken(page)) == [f"{page}: <<<<<<< HEAD"]
 
 
 def broken(page: Path) -> Iterator[str]:
-    """Links of a page that lead nowhere."""
-    for link in LINK.findall(CODE.sub("", page.read_text("utf-8"))):
+    """Links of a page that lead nowhere, and markers of a conflict."""
+    text = page.read_text("utf-8")
+    yield from (f"{page}: {marker}" for marker in re.findall(r"^(?:<{7}|>{7}) .*", text, re.MULTILINE))
+    for link in LINK.findall(CODE.sub("", text)):
         if re.match(r"[a-z]+:", link):
             continue
         path, _, anchor = link.partition("#")

@@ -164,6 +164,14 @@ def test_too_few_slips_allowed_is_an_outcome_with_advice():
     assert "cascade_limit" in outcome.message
 
 
+def test_a_contact_that_grows_with_its_load_is_not_advised_to_grow():
+    """At μ_i of a million no choice of roles is consistent, however the pin comes down."""
+    case = Case(1e6, slab=Slab(33), slip_rule=SlipRule(residual_shear=1.0), initial_contact="gradual")
+    outcome = initial_contact(case, surface_compliance(case.slab)).outcome
+    assert outcome.ending is Ending.SLIP_UNBOUNDED
+    assert "lower intrinsic_friction" in outcome.message
+
+
 def test_without_friction_the_contact_laws_hold_and_nothing_is_dragged():
     assert not lawful(FRICTIONLESS).nodal_force[0].any()
 
