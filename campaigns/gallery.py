@@ -38,7 +38,7 @@ def _head(folder: Path) -> str:
     shipped = shipped_figures()
     known = {INDEX, *(f"{name}.md" for name in shipped)}
     first = [f"[{_title(path)}]({path.name})" for path in sorted(folder.glob("*.md")) if path.name not in known]
-    begin = f"\n\nWhat they mean together: {', '.join(first)}." if first else ""
+    begin = f"\n\nSummary: {', '.join(first)}." if first else ""
     places = {place(figure, Path()): f"{figure.name}.md" for figure in shipped.values()}
     pages = [
         (where / (INDEX if where.name else alone)).as_posix()
@@ -48,11 +48,8 @@ def _head(folder: Path) -> str:
     others = ", ".join(f"[{page}](../{page})" for page in pages)
     return f"""# {folder.name.capitalize()}{begin}
 
-Behind each title are the numbers: what the paper says, what is found and why the two differ. In brackets: the standard
-deviation (s.d.) and range over starts, if nothing else is named. `nanoslip figure NAME` draws one of these figures, as PDF,
-SVG and PNG; `make figures FIGURES=campaigns` wrote this page.
-
-Beside these: {others}."""
+Each title links to the numbers. Brackets: standard deviation (s.d.) and range over starts. `nanoslip figure NAME` draws a figure,
+`make figures FIGURES=campaigns` writes this page. See also {others}."""
 
 
 def _title(page: Path) -> str:

@@ -20,7 +20,7 @@ from nanoslip.solver.sliding.sizes import (
 )
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, WITHOUT_PAPER, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 
 def names(dataset: xr.Dataset) -> dict[int, str]:
@@ -167,8 +167,8 @@ def _fit(found: xr.Dataset, size: str) -> tuple[str, str]:
     preferred = str(found[f"{size}_preferred"].item())
     return (
         with_error(exponent, uncertainty) if _fits(found, size) else "no power law",
-        f"from {_size(cutoff)} on, goodness {goodness:.2g}, {100.0 * tail / float(found['bin_events'].sum()):.3g} % of the "
-        f"events; preferred: {LAW_WORDS.get(preferred, preferred)}",
+        f"from {_size(cutoff)}, goodness {goodness:.2g}, {100.0 * tail / float(found['bin_events'].sum()):.3g} %; "
+        f"{LAW_WORDS.get(preferred, preferred)}",
     )
 
 
@@ -181,12 +181,12 @@ def _share(chosen: NDArray[np.bool_]) -> float:
 
 
 SHARES: Final[dict[str, Callable[[xr.Dataset], float]]] = {
-    "events in which one node slips": lambda run: _share(run["event_extent"].values == 1),
-    "events in which half of the contact slips": lambda run: _share(
+    "events of one node": lambda run: _share(run["event_extent"].values == 1),
+    "events with half of the contact slipping": lambda run: _share(
         2 * run["event_extent"].values >= run["event_contact_size"].values
     ),
-    "slips that are in those": lambda run: 100.0 * _of_half(run, "event_slips"),
-    "energy that is lost in those": lambda run: 100.0 * _of_half(run, "event_dissipated"),
+    "share of slips in those": lambda run: 100.0 * _of_half(run, "event_slips"),
+    "share of energy in those": lambda run: 100.0 * _of_half(run, "event_dissipated"),
 }
 """Percentages that tell a slab from blocks."""
 
@@ -200,12 +200,12 @@ def _of_half(run: xr.Dataset, name: str) -> float:
 SIZES: Final = CampaignFigure(
     "sizes",
     "Sizes of events: slab against chain of blocks",
-    "Densities of the sizes of events on the plateaus of all starts together, in bins of equal ratio, of an elastic slab "
-    "and of blocks on springs that hand on more and more of their force. Broad: power laws of the largest sizes, where "
-    "their goodness of fit is 0.1 or more. Dotted: mean-field avalanches, and Gutenberg and Richter's law.",
+    "Densities of event sizes on the plateaus of all starts, in logarithmic bins, of an elastic slab and of blocks on springs "
+    "with increasing coupling. Broad: power laws of the largest sizes with a goodness of fit of at least 0.1. Dotted: mean-field "
+    "avalanches, and Gutenberg and Richter's law.",
     draw,
     claims,
-    ("", "reference", "exponent", "remark"),
+    ("", "reference", "exponent", "cut-off, goodness, share of events, preferred law"),
 )
 
 
@@ -222,7 +222,7 @@ PAIRS: Final = {
     "slips_correlation": ("slips", "slips", "slips and slips"),
     "drop_correlation": ("drop", "drop", "drop and drop"),
     "step_correlation": ("step", "step", "step and step"),
-    "drop_step_correlation": ("drop", "step", "drop and step that follows"),
+    "drop_step_correlation": ("drop", "step", "drop and next step"),
 }
 """Variable of the dataset, which is the one at lag 1 -> sizes of the earlier and the later event, and what they are called."""
 BAND: Final = 1.96
@@ -295,14 +295,13 @@ def spacing_apart(displacement: Floats, size: Floats, spacing: float) -> float:
 
 CORRELATIONS: Final = CampaignFigure(
     "correlations",
-    "What events know of those before them",
-    "Rank correlations (Spearman) of the sizes of events so many events apart, of an elastic slab and of chains of blocks: "
-    "slips, falls of F/W, displacements to the next event, and of the fall with the displacement that follows. Grey: 95 % of "
-    "the coefficients of independent events. Drawn is one start of each; the table has the means over all for successive "
-    "events. What lasts for hundreds of events is that sizes change slowly as the pin moves on.",
+    "Correlation of successive events",
+    "Rank correlations (Spearman) of event sizes over the number of events between them: slips, drops of F/W, displacements to "
+    "the next event, and drop with the following displacement. Grey: 95 % interval for independent events. Drawn for one start; "
+    "the table has means over all starts for successive events. Correlations over hundreds of events come from slow changes "
+    "along the surface.",
     draw_of_correlations,
     claims_of_correlations,
-    WITHOUT_PAPER,
 )
 
 
@@ -339,7 +338,6 @@ NODES: Final = CampaignFigure(
     "Share of all slips of a record at each surface node, of an elastic slab and of chains of blocks.",
     draw_of_nodes,
     claims_of_nodes,
-    WITHOUT_PAPER,
 )
 FIGURES: Final = (
     SIZES,

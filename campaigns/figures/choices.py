@@ -163,7 +163,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     yield from _by_value(dataset, found)
     for number, (stated, name, friction, _) in enumerate(NUMBERS):
         nearest = min(each.misses[number] for each in found)
-        best = f"{found[0].misses[number]:.2g} in the best combination"
+        best = f"{found[0].misses[number]:.2g} in the best"
         yield Claim(f"{stated.meaning} ({name}, μ_i = {friction:g})", str(stated), f"{nearest:.2g}", best)
 
 
@@ -172,7 +172,7 @@ def _independence(dataset: xr.Dataset) -> Claim:
     over_choices, over_starts = independent_numbers(dataset)
     words = "n²/Σr² of the numbers' rank correlations r, over combinations"
     remark = f"over starts of one combination {over_starts:.2g}"
-    return Claim(f"how many of the {len(NUMBERS)} numbers are independent", words, f"{over_choices:.2g}", remark)
+    return Claim(f"independent numbers of the {len(NUMBERS)}", words, f"{over_choices:.2g}", remark)
 
 
 def _by_value(dataset: xr.Dataset, found: list[Scored]) -> Iterator[Claim]:
@@ -181,7 +181,7 @@ def _by_value(dataset: xr.Dataset, found: list[Scored]) -> Iterator[Claim]:
         for value in dataset[axis].values:
             best = next(each for each in found if each.choices[axis] == value)
             near = sum(each.reproduced == found[0].reproduced for each in found if each.choices[axis] == value)
-            remark = f"{best.reproduced} of {len(best.misses)}; {near} combinations as good as the first"
+            remark = f"{best.reproduced} of {len(best.misses)}; {near} as good as the first"
             yield Claim("best with", f"{axis} = {value}", f"{best.score:.3g}", remark)
 
 
@@ -204,9 +204,9 @@ def _is_default(choices: dict[str, Any]) -> bool:
 CHOICES: Final = CampaignFigure(
     "choices",
     "Which choices did the paper make?",
-    "Every combination of the choices that the paper leaves open, against 13 of its numbers: root mean square of the "
-    "distance from the mean over starts, in standard deviations, at most 10 each. Points: the best with each value. The "
-    "table ranks combinations by how many numbers lie within 2 (are reproduced), then by that distance, which is its score.",
+    "Combinations of the choices that the paper leaves open, compared with 13 of its numbers. Score: root mean square distance "
+    "from the mean over starts in standard deviations, at most 10 each. Points: the best with each value. The table ranks by "
+    "numbers within 2 standard deviations, then by score.",
     draw,
     claims,
     ("rank, or number", "choices, or the paper", "score, or nearest of all", "remark"),

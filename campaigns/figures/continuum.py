@@ -10,7 +10,7 @@ from power_law import PowerLaw, fit_power_law
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, WITHOUT_PAPER, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 STEP, SCATTER, EXCESS = "mean step (L_x)", "standard deviation over mean of F", "peak over plateau, less 1"
 QUANTITIES: Final[dict[str, Callable[[xr.Dataset], xr.DataArray]]] = {
@@ -112,6 +112,5 @@ CONTINUUM: Final = CampaignFigure(
     "law's misfit; exponents with 95 % intervals.",
     draw,
     claims,
-    WITHOUT_PAPER,
 )
 FIGURES: Final = (CONTINUUM,)

@@ -86,8 +86,8 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     yield paper.compared(paper.DAMPER, np.array([damper_force(dataset) * load_of(dataset)]), "c·V_o", digits=3)
 
 
-_STATIC = "one peak of one record: the paper's is one draw of this distribution"
-_LATER = "the peak that the pin meets after it has stuck again; lower than the first, as in the paper"
+_STATIC = "the paper's value is one sample of this distribution"
+_LATER = "a later peak, lower than the first, as in the paper"
 _KINETIC = "the mean of the plateau"
 _SECOND = "follows from μ_s of both slips"
 

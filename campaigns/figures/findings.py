@@ -100,10 +100,10 @@ def claims_of_findings(dataset: xr.Dataset) -> Iterator[Claim]:
     highest = _each(groups, lambda group: (group.static / group.intrinsic_friction).max(), ".3g")
     yield Claim("3. largest μ_s/μ_i of all starts", "much less than 1", highest, where)
     met = _each(groups, lambda group: np.corrcoef(group.static, group.peak_met)[0, 1], ".2f")
-    yield Claim("4. correlation of μ_s with the highest peak met until it runs off", "a major peak", met, where)
+    yield Claim("4. correlation of μ_s with the highest peak before the first slip", "a major peak", met, where)
     whole = _each(groups, lambda group: np.corrcoef(group.static, group.peak)[0, 1], ".2f")
     yield Claim(
-        "   with the highest peak of the whole record", "", whole, "a higher one may lie beyond where the pin runs off"
+        "   with the highest peak of the whole record", "", whole, "a higher peak may come after the first slip"
     )
     beyond = _each(groups, lambda group: 1e3 * (group.static - group.peak_met).mean())
     remark = f"{where}; the damper adds {1e3 * damper_force(dataset):.2g}, the pin's inertia more"
@@ -162,8 +162,8 @@ def claims_of_static(dataset: xr.Dataset) -> Iterator[Claim]:
 FINDINGS: Final = CampaignFigure(
     "findings",
     "The paper's five findings",
-    "Above: static friction of a start against the highest peak that the pin has met when it runs off, both less the "
-    "plateau. Below: kinetic friction against the plateau's mean. Dotted: equal. 32 starts for each μ_i.",
+    "Above: static friction against the highest peak before the first slip, both minus the plateau. Below: kinetic friction "
+    "against the plateau's mean. Dotted: equal. 32 starts for each μ_i.",
     draw_findings,
     claims_of_findings,
 )

@@ -16,7 +16,7 @@ from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import contact_half_width
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, WITHOUT_PAPER, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 HALF_WIDTH: Final = 0.2
 """Of every contact without friction, in L_x."""
@@ -104,9 +104,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         yield Claim(f"K/G at ν = {poisson:g}, thinnest → thickest", "", f"{stiffness[0]:.3g} → {stiffness[-1]:.3g}", "")
     for name in OBSERVABLES:
         change = [_beside_grid(dataset, name, poisson) for poisson in POISSON["galerkin"]]
-        remark = (
-            f"ν up to {POISSON['galerkin'][-1]:g}, L_z/a up to {RATIOS[3]:g}: a slab five half-widths wide has sides"
-        )
+        remark = f"ν up to {POISSON['galerkin'][-1]:g}, L_z/a up to {RATIOS[3]:g}: galerkin has sides"
         yield Claim(f"{OBSERVABLES[name]}, galerkin over strip, less 1", "", f"at most {max(change):.1%}", remark)
 
 
@@ -123,11 +121,10 @@ LAYERS: Final = CampaignFigure(
     "layers",
     "From incompressible films to half-spaces",
     "Plateau, half-width and stiffness of a contact on an elastic layer of height L_z, over L_z/a, for Poisson's ratios up to "
-    "0.5: means over starts and their ±. Lines: scheme strip; circles: galerkin, a slab with sides. Without friction every "
-    "contact would be 0.2 L_x to each side.",
+    "0.5: means over starts and their ±. Lines: scheme strip; circles: galerkin, a slab with sides. Half-width "
+    "without friction: 0.2 L_x.",
     draw,
     claims,
-    WITHOUT_PAPER,
 )
 FIGURES: Final = (LAYERS,)
 

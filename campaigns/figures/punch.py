@@ -58,9 +58,8 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
             inner = np.abs(x) <= INNER
             exact = np.interp(x[inner], *pressure(dataset, float(half_width), finest, "galerkin"))
             plane, slab = (100.0 * _miss(p[inner], other) for other in (closed_form(x[inner]), exact))
-            found = f"{plane:.2g} % from the half-plane, {slab:.2g} % from the slab"
-            remark = f"rms on |x| ≤ {INNER:g}a at n_x = {coarse}; the slab is galerkin at {finest}"
-            yield Claim(f"a/L_x = {half_width:g}, {scheme}", "close (§3.1; no number)", found, remark)
+            found = f"{plane:.2g} %, {slab:.2g} %"
+            yield Claim(f"a/L_x = {half_width:g}, {scheme}", "close (§3.1)", found)
 
 
 def _miss(found: Floats, other: Floats) -> float:
@@ -70,8 +69,9 @@ def _miss(found: Floats, other: Floats) -> float:
 FIG5: Final = CampaignFigure(
     "fig5",
     "Figure 5: pressure under a flat punch",
-    "Frictionless flat punch, a = L_x/4, on a slab whose bottom rests without friction. A slab of finite height is no "
-    "half-plane: that, not the grid, is most of the difference. The paper does not say how wide its punch is.",
+    "Frictionless flat punch, a = L_x/4, on a slab with a frictionless base. Found: rms difference at n_x = 129, |x| ≤ 0.8a, "
+    "from the half-plane and from galerkin at n_x = 1025. Most of the former is the slab's finite height. The paper gives no "
+    "width.",
     draw,
     claims,
 )

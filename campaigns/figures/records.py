@@ -64,11 +64,11 @@ def claims_of_records(dataset: xr.Dataset) -> Iterator[Claim]:
 
 
 _SHARE = "the paper's own μ_k = 0.267 is 0.534 μ_i"
-_PLATEAU = "the paper's is read off where the plateau begins, at its first peak"
-_SLIPS = "what is not a slip is a touch"
-_RELEASES = "none can trigger an event where |shear| is limited: it reaches μ_i p before p reaches 0"
-_DISPLACEMENT = "it depends on how the slab is held, and varies from start to start"
-_SPANS = "the surface pattern repeats every spacing: a record of 2000 events is one draw"
+_PLATEAU = "the paper's value is at its first peak"
+_SLIPS = "the rest are touches"
+_RELEASES = "impossible if |shear| is limited: it reaches μ_i p before p reaches 0"
+_DISPLACEMENT = "depends on the support and the start"
+_SPANS = "the surface pattern repeats every spacing"
 
 
 def draw_steps(dataset: xr.Dataset) -> Figure:

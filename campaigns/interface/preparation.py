@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.ensemble import student
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, MARKERS, WITHOUT_PAPER, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, MARKERS, CampaignFigure, Claim, column
 
 PANELS: Final = {"static_excess": "excess F_max/F - 1", "fluctuation": "fluctuation of F"}
 """Variable -> its label."""
@@ -76,10 +76,9 @@ PREPARATION: Final = CampaignFigure(
     "preparation",
     "Static friction of many contacts",
     "Highest force over plateau, less 1, and standard deviation of the force on the plateau, of a rigid slider with N contacts: "
-    "means over 8 interfaces and their ±. A column for each way to bring contacts down, a line for each spread of the nodes' μ_i "
-    "(standard deviation over mean). Dotted: what independent contacts average to.",
+    "means over 8 interfaces and their ±. Columns: initial contact. Lines: spread of the nodes' μ_i. Dotted: average of "
+    "independent contacts.",
     draw,
     claims,
-    WITHOUT_PAPER,
 )
 FIGURES: Final = (PREPARATION,)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from preparation import exponent
 
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, CampaignFigure, Claim, column
 
 LINES: Final = ("-", "--")
 """Of the spreads."""
@@ -75,17 +75,16 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         falls = (left.isel(residual_shear=-1) / left.isel(residual_shear=0)).values
         last = float(found["residual_shear"][-1])
         share = ", ".join(f"{each:.2g}" for each in falls)
-        yield Claim(f"   excess at r = {last:g} over that at r = 0", "", share, "by μ_i, from the lowest on")
+        yield Claim(f"   excess at r = {last:g} over that at r = 0", "", share, "for each μ_i, lowest first")
 
 
 SHEAR: Final = CampaignFigure(
     "shear",
-    "Many contacts, and the shear that slips leave",
-    "Left: plateau of a slider over μ_i, less the mean of what a node carries before and after a slip, over the share of shear "
-    "that a slip leaves. Middle: highest force over plateau, less 1. Right: the same over the number of contacts. Contacts came "
-    "down sticking; solid: equal nodes, dashed: nodes whose μ_i differ by 10 %.",
+    "Many contacts, and residual shear",
+    "Left: plateau/μ_i of a slider minus (1 + r)/2, the mean of a node's shear before and after a slip, over r = residual_shear. "
+    "Middle: highest force over plateau, minus 1. Right: the same over the number of contacts. Initial contact: stick; solid: "
+    "equal nodes, dashed: spread 10 %.",
     draw,
     claims,
-    WITHOUT_PAPER,
 )
 FIGURES: Final = (SHEAR,)

@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
-from nanoslip.study.figures.shared import PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column, edges, over_starts
+from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, edges, over_starts
 
 SHARES: Final = {"plateau_mean": "plateau", "static_friction": "μ_s", "kinetic_friction": "μ_k"}
 """Variable -> its symbol; it is looked at as a share of μ_i."""
@@ -69,7 +69,7 @@ def claims_of_share(dataset: xr.Dataset, name: str) -> Iterator[Claim]:
     for axis in AXES:
         along = share.mean([other for other in AXES if other != axis])
         first, last = along[axis].values[[0, -1]]
-        part = f"{100.0 * float(along.var() / share.var()):.2g} % of the variance lies between the means along it"
+        part = f"{100.0 * float(along.var() / share.var()):.2g} % of the variance"
         means = f"{float(along[0]):.3g} → {float(along[-1]):.3g}"
         yield Claim(f"   mean, {axis} = {first:g} → {last:g}", "", means, part)
 
@@ -85,7 +85,7 @@ def _claims_of_plateau(dataset: xr.Dataset) -> Iterator[Claim]:
 def _claims_of_drive(dataset: xr.Dataset) -> Iterator[Claim]:
     regime = dataset["regime"].squeeze()
     without = int((regime == "").sum())
-    yield Claim("all drives", "", counted(regime), f"{without} without")
+    yield Claim("all drives", "", counted(regime), f"{without} without regime")
     for axis in AXES:
         for value in dataset[axis].values:
             here = regime.sel({axis: value})
@@ -93,7 +93,7 @@ def _claims_of_drive(dataset: xr.Dataset) -> Iterator[Claim]:
 
 
 _WHERE: Final = "over load and μ_i, for every slab height (rows) and radius (columns)"
-_GREY: Final = "Grey: not measured, or a contact that says little (validity_flags)."
+_GREY: Final = "Grey: no value, or a contact with validity flags."
 
 FRICTION: Final = CampaignFigure(
     "friction",
@@ -101,7 +101,6 @@ FRICTION: Final = CampaignFigure(
     f"Plateau as a share of μ_i {_WHERE}. {_GREY}",
     lambda dataset: draw_share(dataset, "plateau_mean", "plateau$/\\mu_i$"),
     _claims_of_plateau,
-    WITHOUT_PAPER,
 )
 FRICTION_STATIC: Final = CampaignFigure(
     "friction_static",
@@ -109,16 +108,14 @@ FRICTION_STATIC: Final = CampaignFigure(
     f"μ_s of the paper's drive as a share of μ_i {_WHERE}. {_GREY}",
     lambda dataset: draw_share(dataset, "static_friction", "$\\mu_s/\\mu_i$"),
     lambda dataset: claims_of_share(dataset, "static_friction"),
-    WITHOUT_PAPER,
 )
 FRICTION_DRIVE: Final = CampaignFigure(
     "friction_drive",
-    "Map of what the paper's drive does",
-    f"Regime of the paper's drive {_WHERE}. White: none, the record has no plateau or the drive ended early. "
-    "Contacts that say little (grey in the other maps) are drawn too.",
+    "Map of regimes of the paper's drive",
+    f"Regime of the paper's drive {_WHERE}. White: no plateau, or the drive ended early. "
+    "Flagged contacts are included.",
     draw_drive,
     _claims_of_drive,
-    WITHOUT_PAPER,
 )
 FIGURES: Final = (
     FRICTION,

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
 from nanoslip.study.figures.points import in_text, typeset
-from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, CampaignFigure, Claim, column
 
 
 def load_of(dataset: xr.Dataset) -> Any:
@@ -86,7 +86,6 @@ DROP: Final = CampaignFigure(
     "at the lowest velocity. Their nodes' μ_i differ by 10 %.",
     draw_drop,
     claims_of_drop,
-    WITHOUT_PAPER,
 )
 
 
@@ -116,10 +115,10 @@ def claims_of_regimes(dataset: xr.Dataset) -> Iterator[Claim]:
 REGIMES: Final = CampaignFigure(
     "slider_regimes",
     "Map of stick-slip over load, stiffness and velocity",
-    "What a slider does whose contacts carry 100 N each, by its spring's stiffness (columns) and how contacts share the load "
-    "(rows). White: the drive ended early, or its sliders differ. Where a soft spring's travel does not load it, it sticks.",
+    "Regime of a slider with 100 N on each contact, by stiffness of the spring (columns) and distribution of loads (rows). "
+    "White: the drive ended early, or sliders differ. With a soft spring the travel is too short to load the slider, so it "
+    "sticks.",
     draw_regimes,
     claims_of_regimes,
-    WITHOUT_PAPER,
 )
 FIGURES: Final = (DROP, REGIMES)

@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
-from nanoslip.study.figures.shared import PAGE, WITHOUT_PAPER, CampaignFigure, Claim, column, scales_in
+from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, scales_in
 
 PARTS: Final = {"damping_ratio": ("ζ", ""), "pin_mass": ("m", " kg")}
 """Parameter of the panels -> its symbol and unit in the table."""
@@ -58,7 +58,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         for value in dataset[name].values:
             here = {name: value}
             share = 100.0 * float(right.where(decided).sel(here).mean())
-            said = f"V_c tells stick-slip from sliding in {share:.3g} % of {int(decided.sel(here).sum())}"
+            said = f"V_c predicts the regime in {share:.3g} % of {int(decided.sel(here).sum())}"
             yield Claim(f"{symbol} = {value:g}{unit}", "", counted(regime.sel(here)), said)
     yield Claim(
         "μ_s - μ_k, median of all drives", "", f"{_excess(dataset):.3g}", "in V_c = (μ_s - μ_k)W/√((e^(4πζ) - 1)km)"
@@ -73,10 +73,9 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
 REGIMES: Final = CampaignFigure(
     "regimes",
     "Map of stick-slip over stiffness, velocity, damping and mass",
-    "What a pin does over one friction record, by mass (rows) and damping ratio (columns). Dashed: the velocity "
-    "above which a pin with constant μ_s and μ_k would slide on after its first slip.",
+    "Regime of a pin over one friction record, by mass (rows) and damping ratio (columns). Dashed: the velocity "
+    "above which a pin with constant μ_s and μ_k slides on after its first slip.",
     draw,
     claims,
-    WITHOUT_PAPER,
 )
 FIGURES: Final = (REGIMES,)

@@ -55,7 +55,8 @@ def regime_legend(figure: Figure) -> None:
 
 def counted(regime: xr.DataArray) -> str:
     """How many drives there are of each regime, in words."""
-    return ", ".join(f"{int((regime == name).sum())} {_spoken(name)}" for name in REGIMES)
+    found = {name: int((regime == name).sum()) for name in REGIMES}
+    return ", ".join(f"{count} {_spoken(name)}" for name, count in found.items() if count)
 
 
 def _spoken(regime: str) -> str:

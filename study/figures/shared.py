@@ -40,13 +40,14 @@ class Claim:
 
 
 HEADER: Final = ("", "paper", "found", "remark")
-WITHOUT_PAPER: Final = ("", "", "found", "remark")
-"""Of a table whose claims have no number of the paper to compare with."""
 
 
 def table(claims: Iterable[Claim], header: Sequence[str] = HEADER) -> str:
-    """Claims as a Markdown table."""
-    lines = [header, ("---",) * len(header), *map(as_row, claims)]
+    """Claims as a Markdown table, without columns that are empty."""
+    columns = zip(header, *map(as_row, claims), strict=True)
+    kept = (column for number, column in enumerate(columns) if number == 0 or any(column[1:]))
+    head, *body = zip(*kept, strict=True)
+    lines = [head, ("---",) * len(head), *body]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
 
 
