@@ -202,7 +202,7 @@ def _cell(value: Value, uncertainty: Value | None) -> str:
 
 def draw(diagrams: Sequence[Diagram]) -> bytes:
     """All diagrams side by side, as PNG."""
-    with column(2.8, COLUMN * len(diagrams)) as figure:
+    with column(3.4, 1.4 * COLUMN * len(diagrams)) as figure:
         for axes, diagram in zip(np.atleast_1d(figure.subplots(1, len(diagrams))), diagrams, strict=True):
             _draw(axes, diagram)
         return image(figure, "png")

@@ -21,9 +21,9 @@ from chain import (
 )
 from chain import claims as claims_of_sizes
 from chain import draw as draw_of_sizes
-from choices import CAP, NEAR, NUMBERS, Scored, effective_number, independent_numbers, ranking
+from choices import CAP, NEAR, Scored, effective_number, ranking
 from continuum import EXCESS, STEP, followed, law, verdict
-from drive import closed_form, damper_force, decay_time, load_of, stick_of
+from drive import closed_form, decay_time, stick_of
 from findings import Starts, all_starts, slope_of_kinetic
 from friction import claims_of_share, share_of
 from layers import COLUMNS, POISSON, of_scheme
@@ -41,14 +41,14 @@ from slider import drop_of
 from slider import load_of as load_of_slider
 from stick_slip import claims as claims_of_regimes
 from stick_slip import critical_velocity
-from tiles import codes, counted, panels, regime_legend, regime_tiles
+from tiles import codes, counted, regime_legend, regime_tiles
 
 import nanoslip
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.sliding.power_law import SIGNIFICANT
 from nanoslip.solver.sliding.sizes import DISCRETE, EventSizes
 from nanoslip.study import shipped
-from nanoslip.study.figures.shared import PAGE, column
+from nanoslip.study.figures.shared import column
 from tests.study.figures.shipped_small import small
 
 # The closed form of Eq. 16-19 is what the exact integrator gives where friction is constant and the contact is rigid.
@@ -73,14 +73,6 @@ def test_constant_friction_moves_the_pin_as_the_closed_form_says() -> None:
     assert model.time == pytest.approx(run["time"].values, rel=1e-12)
     assert model.position == pytest.approx(run["sample_position"].values, abs=1e-12)
     assert model.spring_force == pytest.approx(run["sample_spring_force"].values, abs=1e-9)
-
-
-def test_the_paper_s_load_and_damper() -> None:
-    """§3.3: 100 N, and 0.13 N of the damper at rest."""
-    data = nanoslip.run({**CONSTANT, "drives": [{"name": "paper", "samples": 10}]})
-    assert load_of(data) == pytest.approx(100.0)
-    assert damper_force(data) * load_of(data) == pytest.approx(0.13, abs=0.005)
-    assert np.isfinite(damper_force(data))
 
 
 # Pressures under a punch are shares of W/a: they come near the closed form where the slab is wide beside the punch.
@@ -111,26 +103,22 @@ def like_the_paper(support: str) -> xr.Dataset:
     """The small campaign with one support whose starts scatter closely about all of the paper's numbers."""
     data = small("figures/choices").copy(deep=True)
     noise = np.array([-1e-6, 1e-6])
-    for name, half, quarter in (
-        ("plateau_mean", 0.28, 0.14),
-        ("slips", 1952, np.nan),
-        ("releases", 44, np.nan),
-        ("touches", 4, np.nan),
-        ("final_displacement", 0.9e-3, 1.3e-3),
-        ("fitted_static_friction", 0.282, np.nan),
-        ("fitted_later_static_friction", 0.272, np.nan),
-        ("fitted_kinetic_friction", 0.267, np.nan),
-        ("macroscopic_slips", 2, 1),
-        ("resticks", 2, 1),
-    ):
-        for friction, value in ((0.5, half), (0.25, quarter)):
-            place = {
-                "intrinsic_friction": friction,
-                "support": support,
-                "slip_order": "simultaneous",
-                "residual_shear": 0.0,
-            }
-            data[name].loc[place] = value + noise
+    paper = {
+        "plateau_mean": (0.28, 0.14),
+        "slips": (1952, np.nan),
+        "releases": (44, np.nan),
+        "touches": (4, np.nan),
+        "final_displacement": (0.9e-3, 1.3e-3),
+        "fitted_static_friction": (0.282, np.nan),
+        "fitted_later_static_friction": (0.272, np.nan),
+        "fitted_kinetic_friction": (0.267, np.nan),
+        "macroscopic_slips": (2, 1),
+        "resticks": (2, 1),
+    }
+    here = {"support": support, "slip_order": "simultaneous", "residual_shear": 0.0}
+    for name, values in paper.items():
+        for friction, value in zip((0.5, 0.25), values, strict=True):
+            data[name].loc[{"intrinsic_friction": friction, **here}] = value + noise
     return data
 
 
@@ -150,13 +138,6 @@ def test_every_combination_is_ranked_once_and_one_wild_miss_does_not_decide() ->
     assert keys == sorted(keys)
     assert Scored({}, (0.0, 1e9)).score == pytest.approx(CAP / np.sqrt(2.0))
     assert Scored({}, (NEAR, 1e9)).reproduced == 1
-
-
-def test_numbers_of_the_paper_are_worth_fewer_than_they_are() -> None:
-    """μ_k is the plateau's mean: one of the numbers at least says nothing new."""
-    over_choices, over_starts = independent_numbers(small("figures/choices"))
-    assert 1.0 <= over_choices < len(NUMBERS) - 1
-    assert 1.0 <= over_starts < len(NUMBERS) - 1
 
 
 # The decay of a vibration is found, and bursts begin where the friction force of a stuck pin falls at once.
@@ -390,17 +371,6 @@ def test_a_broad_line_is_the_density_of_the_largest_sizes() -> None:
         assert (first, last) == (float(scalars["step_cutoff"]), float(bins["bin_middle"][-1]))
 
 
-def test_shares_are_percentages_of_the_slab_and_each_chain() -> None:
-    rows = {claim.meaning: claim for claim in claims_of_sizes(small(CAMPAIGN))}
-    for meaning in SHARES:
-        texts = [rows[meaning].found, *rows[meaning].remark.split("; ")]
-        shares = [float(text.rpartition(": ")[2].removesuffix(" %")) for text in texts]
-        assert len(shares) == 5
-        assert all(0.0 <= share <= 100.0 for share in shares)
-    few, many = (float(rows[meaning].found.split()[1]) for meaning in list(SHARES)[1:3])
-    assert many > few  # events of half of the contact hold more than their share of slips
-
-
 # The velocity below which a pin of constant coefficients sticks again is that of energy lost to the damper.
 
 
@@ -463,21 +433,6 @@ def test_without_errors_it_is_ordinary_least_squares() -> None:
     assert law.exponent_error == pytest.approx(ordinary.stderr, rel=1e-9)
 
 
-def test_with_errors_beyond_the_scatter_each_point_has_the_weight_of_its_own() -> None:
-    """What is left is zero, so only the stated errors count: 1/√Σ w (ln x - mean)²."""
-    errors = np.linspace(0.02, 0.2, len(X))
-    law, (slope, covariance) = fit_power_law(X, X**-0.5, errors * X**-0.5), _polyfit(errors)
-    assert law.exponent == pytest.approx(slope, rel=1e-9)
-    assert law.exponent_error == pytest.approx(covariance, rel=1e-6)
-    assert law.misfit < 1e-9
-
-
-def _polyfit(errors: np.ndarray) -> tuple[float, float]:
-    """Slope and its standard error as numpy's weighted fit has them."""
-    line, covariance = np.polyfit(np.log(X), -0.5 * np.log(X), 1, w=1.0 / errors, cov="unscaled")
-    return float(line[0]), float(covariance[0, 0] ** 0.5)
-
-
 @pytest.mark.parametrize(("between", "misfit", "most"), [(0.0, 0.1, HELD[1]), (0.2, 0.1, HELD[1]), (0.2, 0.0, 0.995)])
 def test_nineteen_of_twenty_intervals_hold_the_exponent(between: float, misfit: float, most: float) -> None:
     """Scatter of the law, of eight members and of the law, of members alone; there intervals are wider than they need to be."""
@@ -493,26 +448,9 @@ def _tried(seed: int, between: float, misfit: float) -> PowerLaw:
     return fit_power_law(X, members.mean(axis=0), stats.sem(members))
 
 
-def test_confidence_of_a_fall_is_that_of_one_side() -> None:
-    law = PowerLaw(-0.1, 0.1 / stats.t.ppf(0.975, 5), 5, 1.0, 0.0)
-    assert law.exponent_interval == pytest.approx(0.1)
-    assert law.confidence_of_fall() == pytest.approx(0.975)
-    assert PowerLaw(0.0, 0.1, 5, 1.0, 0.0).confidence_of_fall() == pytest.approx(0.5)
-
-
 # Panels stand at the values that they show, and every regime has its own number, colour and count.
 
 WORDS = xr.DataArray([[*REGIMES], [REGIMES[1], REGIMES[1], "", REGIMES[0]]], dims=("velocity", "stiffness"))
-
-
-def test_there_is_a_panel_for_each_pair_of_values() -> None:
-    rows = xr.DataArray([0.5, 1.0, 2.0], dims="height", name="height")
-    columns = xr.DataArray([50.0, 200.0], dims="radius", name="radius")
-    with column(4.0, PAGE) as figure:
-        seen = [here for _, here in panels(figure, rows, columns, ("h = {:g}", "R = {:g}"))]
-    assert seen == [{"height": height, "radius": radius} for height in (0.5, 1.0, 2.0) for radius in (50.0, 200.0)]
-    assert [axes.get_title() for axes in figure.axes[:2]] == ["R = 50", "R = 200"]
-    assert [figure.axes[place].texts[0].get_text() for place in (1, 3, 5)] == ["h = 0.5", "h = 1", "h = 2"]
 
 
 def test_tiles_lie_at_their_coordinates_whatever_the_order_of_dimensions() -> None:
