@@ -40,6 +40,10 @@ def test_pairs_of_axes_are_mixed() -> None:
     assert len({(place["aspect"], place["support"]) for place in chosen}) == 4
 
 
+def test_places_without_coordinates_lie_in_their_order() -> None:
+    assert spread([{}] * 9, 3) == [1, 4, 7]
+
+
 # A number that differs has a figure; one that does not is said in a sentence, with the cases that have it.
 
 NAN = np.nan
