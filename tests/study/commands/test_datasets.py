@@ -225,10 +225,6 @@ def test_what_cannot_be_exported_is_one_clear_message(main, campaign, tmp_path):
 # Reported: the page needs a dataset, whole, and its place is said.
 
 
-def test_a_report_without_a_dataset_says_what_makes_one(ask):
-    one_line(ask("report"), "run or collect the campaign first")
-
-
 def test_a_report_repeats_no_table_that_its_run_has_printed(run, ask, out):
     """One after the other, as `make run` calls them, they print it once."""
     assert "plateau" in run()[1]

@@ -208,16 +208,6 @@ def test_results_that_appear_later_are_waited_for(run, monkeypatch):
     assert len(looks) > 2
 
 
-def test_a_result_that_comes_back_under_another_key_has_failed(run, monkeypatch):
-    def swapped(task, inputs):
-        result = run_task(task, inputs)
-        return replace(result, key=task.key[::-1]) if task.drive else result
-
-    monkeypatch.setattr(executor, "run_task", swapped)
-    code, said, _ = run()
-    assert (code, "pending" in said) == (3, False)
-
-
 def test_a_dataset_in_which_a_case_is_pending_is_not_exit_code_0(run, monkeypatch):
     """Whatever has become of its result."""
     find = Store.find

@@ -17,7 +17,7 @@ from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.collect import NOTE, collect, is_made_of, made_of, note
 from nanoslip.study.dataset.file import groups_of
-from nanoslip.study.dataset.variables import EXPLAINED, Samples, all_groups, fewer, means_of, members_of, scalars
+from nanoslip.study.dataset.variables import EXPLAINED, all_groups, fewer, means_of, members_of, scalars
 from nanoslip.study.origin import Origin, computing, here
 from nanoslip.study.plan.grids import load_front
 from nanoslip.study.plan.kinds import column
@@ -523,21 +523,6 @@ def test_cases_that_share_a_result_share_its_record(build):
     found = collect(*build(changed(radius="half_width = [0.1, 0.2]")))  # of a flat punch: the parabola ignores it
     first, second = groups_of(found)["record"]["record"].values.tolist()
     assert found["record_id"].values.ravel().tolist() == [first, first, second, second]
-
-
-@pytest.mark.parametrize("held", [0, 100, 1 << 26])
-def test_long_columns_lie_on_disk_meanwhile_and_are_the_same(tmp_path, monkeypatch, held):
-    """Without a name: nothing is left of them, whatever happens."""
-    monkeypatch.setattr(variables, "HELD", held)
-    samples = Samples(tmp_path)
-    runs = [np.arange(number, dtype=np.int8) for number in (0, 7, 70, 0, 3)]
-    for run in runs:
-        samples.add(run)
-    values = samples.values(np.float64)
-    np.testing.assert_array_equal(values, np.concatenate(runs))
-    assert (values.dtype, isinstance(values, np.memmap)) == (np.int8, held < 100)
-    assert Samples(tmp_path).values(np.int32).dtype == np.int32
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_dataset_of_long_columns_is_the_same(small, monkeypatch, tmp_path):

@@ -23,7 +23,6 @@ from nanoslip.study.dataset.file import (
     flattened,
     groups_of,
     loaded,
-    longest,
     opened,
     read_texts,
     tree_of,
@@ -162,6 +161,10 @@ def test_a_file_says_and_holds_what_xarray_would_have_it(tmp_path, shape):
         assert declared(here) == declared(other)
     with xr.open_datatree(tmp_path / "here.nc") as here, xr.open_datatree(tmp_path / "xarray.nc") as other:
         xr.testing.assert_identical(here.load(), other.load())
+        root, groups = opened(tmp_path / "here.nc")
+        for name, given in {"/": root, **groups}.items():
+            xr.testing.assert_identical(given.load(), other[name].to_dataset(inherit=False).load())
+        root.close()
 
 
 def test_the_characters_of_texts_are_never_all_in_memory(tmp_path):
@@ -174,17 +177,6 @@ def test_the_characters_of_texts_are_never_all_in_memory(tmp_path):
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert most < 40e6  # a chunk, netCDF4's copy of it, and a little
-
-
-@pytest.mark.parametrize("shape", [(1,), (7,), (3, 4, 5)])
-@pytest.mark.parametrize("chunk", [None, 2])
-def test_what_is_read_is_what_was_written_chunk_by_chunk(tmp_path, shape, chunk):
-    texts = np.array([("", "μ_i", "0123456789")[number % 3] for number in range(np.prod(shape))], object).reshape(shape)
-    dims = [f"d{number}" for number in range(len(shape))]
-    chunks = {"chunksizes": [min(chunk, size) for size in (*shape, longest(texts))]} if chunk else {}
-    xr.Dataset({"word": (dims, texts)}).to_netcdf(tmp_path / "texts.nc", encoding={"word": {"dtype": "S1", **chunks}})
-    with xr.open_dataset(tmp_path / "texts.nc") as found:
-        assert read_texts(found["word"].variable).tolist() == texts.tolist()
 
 
 def grouped() -> xr.Dataset:

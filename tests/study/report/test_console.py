@@ -13,13 +13,11 @@ from nanoslip.study.report import console
 from nanoslip.study.report.console import (
     WIDE,
     Table,
-    print_entries,
     print_error,
     print_sentences,
     print_table,
     say,
     whole,
-    wrapped,
 )
 
 PROSE = "The drives of four cases did not slip, as the spring that pulls them is too soft for the time they have. " * 2
@@ -69,13 +67,6 @@ def test_each_problem_of_an_error_begins_a_line(printed: Printed) -> None:
     lines = printed(60, print_error, f"a.toml: {PROSE}\nb.toml: {PROSE}")
     assert [line[:7] for line in lines if not line.startswith("    ")] == ["Error: ", "b.toml:"]
     assert max(map(cell_len, lines)) <= 60
-
-
-def test_what_names_stand_for_is_in_one_column(printed: Printed) -> None:
-    *lines, last = printed(60, print_entries, {"sweep": PROSE, "friction_map": "short"})
-    assert last == "friction_map  short"
-    assert lines[0].startswith("sweep" + " " * 9 + "The")
-    assert all(line.startswith(" " * 14) for line in lines[1:])
 
 
 @pytest.mark.parametrize(
@@ -166,13 +157,6 @@ def test_a_table_without_rows_is_its_header() -> None:
     assert texts(Table(("case", "outcome"), ()), 80) == ["case  outcome", "─" * 13]
 
 
-def test_sentences_break_between_words_and_never_inside_a_number() -> None:
-    lines = wrapped("first μ_i = 0.25, 0.3240 ± 0.008 of W " * 4, 20, first="")
-    assert all(cell_len(line) <= 20 for line in lines)
-    for number in ("μ_i = 0.25", "0.3240 ± 0.008"):
-        assert sum(number in line for line in lines) == 4
-
-
 @pytest.mark.parametrize("width", [None, *WIDTHS])
 def test_a_pipe_is_as_wide_as_columns_says_and_has_no_colours(printed: Printed, width: int | None) -> None:
     lines = printed(width, print_table, cases()) + printed(width, print_sentences, [ADVICE * 3])
@@ -209,12 +193,6 @@ def test_a_sentence_is_wrapped_in_its_column_and_stands_below_its_row_where_that
     assert header.split() == ["quantity", "value", *(["meaning"] if place == 28 else [])]
     assert " ".join(" ".join(lines).split()) == f"plateau_spacings 0.386843 {meaning} events 2000 events of the record"
     assert all(line.startswith(" " * place) for line in lines if line.startswith(" "))
-
-
-def test_a_sentence_that_begins_like_infinity_is_no_number() -> None:
-    rows = (("a", "influence not known"), ("b", "matters"))
-    lines = texts(Table(("effect", "why"), rows), 40)
-    assert lines[2].index("inf") == lines[3].index("mat")
 
 
 def test_outcomes_stand_below_their_rows_before_what_was_asked_for_is_left_out() -> None:

@@ -14,7 +14,7 @@ from nanoslip.study.figures.shared import COLORS, column, image
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report import summary
-from nanoslip.study.report.page import DARK, accuracy, endings, left_out, regimes, scales, themed
+from nanoslip.study.report.page import DARK, accuracy, endings, left_out, scales, themed
 from nanoslip.study.results.store import StoreError
 
 
@@ -181,12 +181,6 @@ def test_records_that_are_not_kept_are_named() -> None:
     (said,) = left_out(kept)
     assert said == "Distributions of event sizes are not computed: [outputs] statistics of the campaign."
     assert list(left_out(kept.assign(slips_exponent=("case", [1.5])))) == []
-
-
-def test_what_all_pins_do_alike_needs_no_count() -> None:
-    mixed = texts("slides", "stick_slip", "slides", "")
-    assert regimes(xr.Dataset({"regime": mixed})) == "2 slides, 1 stick-slip"
-    assert regimes(xr.Dataset({"regime": texts("slides", "slides", "")})) == regimes(xr.Dataset()) == ""
 
 
 def drawn() -> object:

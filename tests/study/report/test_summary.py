@@ -4,7 +4,6 @@ import csv
 import io
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -27,7 +26,6 @@ from nanoslip.study.report.summary import (
     said_once,
     scalar_table,
     short_summary,
-    words,
 )
 from nanoslip.study.results.attempts import RUNS_FILE, Run
 from tests.study.figures.cases import product
@@ -94,23 +92,6 @@ def test_numbers_are_still_there_where_members_differ_in_their_regime_and_a_term
     assert said.getvalue().endswith("not shown, for lack of width: regime\n")
 
 
-def test_contacts_alone_show_what_contacts_are(tmp_path: Path) -> None:
-    found = api.run({**CONTACTS, "ensemble": {"members": 1}}, tmp_path)
-    table = scalar_table(found)
-    assert table.header == (
-        "W/(G·L_x·L_y)",
-        "a/L_x",
-        "approach/L_x",
-        "mean p·L_x·L_y/W",
-        "max p·L_x·L_y/W",
-        "members",
-        "outcome",
-    )
-    numbers = np.array([[float(cell) for cell in (each.split(" ±")[0] for each in row[:-2])] for row in table.rows])
-    names = ("normal_load", "contact_half_width", "approach", "mean_pressure", "maximum_pressure")
-    np.testing.assert_allclose(numbers, np.stack([found[name].values.ravel() for name in names], 1), rtol=5e-3)
-
-
 def ensembles(errors: list[float], asked: str = "[target]\nwithin = 0.02") -> xr.Dataset:
     """Cases over the load, whose plateaus are -0.5 and known so well."""
     load = ("normal_load",)
@@ -143,10 +124,6 @@ def test_what_a_campaign_asks_for_stands_before_other_numbers() -> None:
     driven.attrs["manifest"] = '[target]\nwithin = 0.02\nof = ["kinetic_friction"]\n'
     table = scalar_table(driven)
     assert (table.header[2:5], table.asked) == (("μ_k", "μ_s", "plateau F/W"), 2)
-
-
-def test_settings_that_a_case_has_not_are_no_part_of_its_label() -> None:
-    assert words({"radius": 50.0, "first_spacing": "", "rows": float("nan")}) == "R/L_x = 50"
 
 
 def test_the_half_width_of_a_punch_and_that_of_its_contact_have_titles_of_their_own() -> None:
@@ -347,13 +324,6 @@ def test_json_is_strict_and_says_units_and_meanings() -> None:
     assert [row["radius"] for row in found["rows"]] == [0.1 + 0.2, 1e-300, "inf"]
     assert [row["stage_velocity"] for row in found["rows"]] == [None, 1.0, 2.0]
     assert found["rows"][1]["message"] == COLUMNS[4].values[1]
-
-
-def test_a_table_without_rows_is_a_table() -> None:
-    empty = [Column("radius", "1", "", [])]
-    assert as_csv(empty) == "radius\n# 1\n"
-    assert json.loads(as_json(empty, ""))["rows"] == []
-    assert run_table([])[0].rows == ()
 
 
 ONE = Run(
