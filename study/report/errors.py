@@ -33,7 +33,7 @@ def errors_of(case: xr.Dataset, name: str, cost: str = "", measured: Mapping[str
     """
     found = [measured[name]] if measured and name in measured else []
     attributes, value = case[name].attrs.get("ancillary_variables", ""), abs(float(case[name]))
-    if f"{name}{summary.UNCERTAINTY}" in case and value:
+    if f"{name}{summary.UNCERTAINTY}" in case and value > 0.0:
         members = int(case.get(f"{name}_members", case[variables.MEMBERS.name]))
         share = float(case[f"{name}{summary.UNCERTAINTY}"]) / value
         found.append(Error("starts", share, f"{4 * members} members halve it{cost and f': {cost} more'}"))

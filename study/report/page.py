@@ -9,7 +9,6 @@ import io
 import json
 import math
 import re
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -156,44 +155,10 @@ def _time(seconds: float) -> str:
     return f"{seconds:.3g} s"
 
 
-# The text of a page before its figures: outcomes of cases, accuracy, and units.
+# What is behind the numbers of a page: accuracy, and units.
 
 UNCERTAIN: Final = ("plateau_mean", "static_friction", "kinetic_friction", "mean_step")
 """Variables whose uncertainties a page sums up."""
-MOST_ADVICE: Final = 5
-"""Different messages of one outcome that a page shows."""
-
-
-class Ending(NamedTuple):
-    """Cases or drives that ended alike: their number, in words, and what their messages say."""
-
-    words: str
-    failed: bool
-    """Whether something asks for a change."""
-    advice: list[tuple[str, int]]
-    """Messages, and how many more there are of each that differ from it in numbers alone."""
-
-
-def endings(dataset: xr.Dataset) -> list[Ending]:
-    """How cases, then drives ended: failures first, the most frequent first.
-
-    What a drive inherits from its case is said once, of the case.
-    """
-    found = []
-    for what, outcomes, messages, groups in summary.reasons(dataset):
-        for word, count in Counter(outcomes.values.ravel().tolist()).most_common():
-            own = [numbers for (ending, kind), numbers in groups.items() if ending == word and kind]
-            advice = [(messages[numbers[0]], len(numbers) - 1) for numbers in own]
-            words = f"{count} {what}{'s' if count > 1 else ''}: {word.replace('_', ' ')}"
-            if word:
-                found.append(Ending(words, word != summary.COMPLETED, advice))
-    return sorted(found, key=lambda ending: not ending.failed)
-
-
-def regimes(dataset: xr.Dataset) -> str:
-    """Number of drives in each regime, of an ensemble that of most members; empty where all have the same regime."""
-    counts = summary.commonest(dataset["regime"]) if "regime" in dataset else []
-    return ", ".join(f"{count} {word.replace('_', '-')}" for word, count in counts) if len(counts) > 1 else ""
 
 
 def accuracy(dataset: xr.Dataset) -> Iterator[str]:
@@ -384,9 +349,9 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         long=LONG,
         manifest=dataset.attrs.get("manifest", ""),
         attributes={name: value for name, value in dataset.attrs.items() if name not in _ELSEWHERE},
-        endings=endings(dataset),
-        most_advice=MOST_ADVICE,
-        regimes=regimes(dataset),
+        endings=summary.endings(dataset),
+        failures=summary.failure_summary(dataset),
+        drives=summary.drive_summary(dataset),
         flags=summary.cautions(dataset),
         facts={
             "Cost": [cost(journal)],

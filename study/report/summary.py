@@ -299,7 +299,7 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
 Alike: TypeAlias = dict[tuple[str, str | None], list[int]]
 
 
-def reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str], Alike]]:
+def _reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str], Alike]]:
     """`case`, then `drive`: their outcomes, messages, and those that ended alike: positions by outcome and message.
 
     Messages that differ in numbers alone are one; that of a drive is None where its case has it. The most frequent come first.
@@ -318,6 +318,18 @@ def reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str],
             of_cases = {kind for kind in kinds if kind}
 
 
+def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
+    """How many cases, then drives ended how, and whether they failed: failures first, the most frequent first."""
+    found = [
+        (f"{count} {kind or 'case'}{'s' if count > 1 else ''}: {word.replace('_', ' ')}", word != COMPLETED)
+        for kind, (ending, _) in variables.OUTCOMES.items()
+        if ending.name in dataset
+        for word, count in Counter(dataset[ending.name].values.ravel().tolist()).most_common()
+        if word
+    ]
+    return sorted(found, key=lambda each: not each[1])
+
+
 def cautions(dataset: xr.Dataset) -> list[str]:
     """What is to be known before numbers are used: effects left out, errors beyond what was asked for, validity flags."""
     others = failure_summary(dataset, asked=False)
@@ -330,7 +342,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
     asked: of those that miss a number that was asked for, else of the others.
     """
     lines, missed = [], _missed(dataset)
-    for what, outcomes, messages, groups in reasons(dataset):
+    for what, outcomes, messages, groups in _reasons(dataset):
         failed = missed if set(missed.dims) <= set(outcomes.dims) else xr.DataArray(True)
         hurt = np.broadcast_to(
             xr.broadcast(failed, outcomes)[0].transpose(*outcomes.dims).values, outcomes.shape
@@ -357,7 +369,7 @@ def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
     return words({name: here[name].item() for name in _varying(dataset, of)})
 
 
-def commonest(outcomes: xr.DataArray) -> list[tuple[str, int]]:
+def _commonest(outcomes: xr.DataArray) -> list[tuple[str, int]]:
     """How many drives have each outcome or regime, of an ensemble that of most members; the most frequent first."""
     return Counter(variables.commonest(text)[0] for text in outcomes.values.ravel().tolist() if text).most_common()
 
@@ -365,7 +377,7 @@ def commonest(outcomes: xr.DataArray) -> list[tuple[str, int]]:
 def drive_summary(dataset: xr.Dataset) -> list[str]:
     """Number of drives by outcome and by regime; nothing of few, as the table shows them."""
     many = [dataset[name] for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
-    counted = [(each, ", ".join(f"{count} {word}" for word, count in commonest(each))) for each in many]
+    counted = [(each, ", ".join(f"{count} {word}" for word, count in _commonest(each))) for each in many]
     return [f"{each.name} of {each.size} drives: {said}" for each, said in counted if said]
 
 

@@ -50,6 +50,12 @@ def test_one_start_has_none_and_a_contact_that_of_its_grid() -> None:
     assert float(data["discretization_error"]) in [each.share for each in found]
 
 
+def test_a_number_that_no_member_has_is_not_known() -> None:
+    """Of a case that the physics refuses nobody has even counted members."""
+    refused = {**SMALL, "slip": {"residual_shear": 1.0}, "effects": {"pin_translation": False}}
+    assert next(error_lines(api.run(refused, progress=False))) == "plateau_mean: not known"
+
+
 def test_explain_measures_what_the_grid_changes(main: Main, tmp_path: Path) -> None:
     own = {**SMALL, "ensemble": {"members": 4}}
     file, out = tmp_path / "mine.toml", tmp_path / "out"

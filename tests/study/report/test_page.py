@@ -14,7 +14,7 @@ from nanoslip.study.figures.shared import COLORS, column, image
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report import summary
-from nanoslip.study.report.page import DARK, accuracy, endings, left_out, scales, themed
+from nanoslip.study.report.page import DARK, accuracy, left_out, scales, themed
 from nanoslip.study.results.store import StoreError
 
 
@@ -108,7 +108,7 @@ def test_the_page_holds_all_of_it_and_needs_no_other_file(failing):
 
 def test_failures_come_first_each_with_its_advice_and_the_answer_before_what_is_behind_it(failing):
     assert failing.index('<span class="bad">1 case: invalid') < failing.index('<span class="good">1 case: completed')
-    assert "<li>do &lt; this &gt; instead</li>" in failing
+    assert ": do &lt; this &gt; instead</li>" in failing
     assert '<tr class="bad"><td>0.5</td>' in failing
     titles = ("Answer", "Friction records", "Cases", "About these numbers")
     places = [failing.index(f"<h2>{title}</h2>") for title in titles]
@@ -135,21 +135,6 @@ def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(StoreError, match=r"report\.html: cannot be written"):
         report_page.write(only, tmp_path / "file")
-
-
-def ended(words: list[str], messages: list[str]) -> xr.Dataset:
-    return xr.Dataset({"outcome": texts(*words), "message": texts(*messages)})
-
-
-def test_messages_that_differ_in_numbers_alone_are_said_once_and_more_than_are_shown_are_counted(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    messages = [f"still rises by {number}.5%; raise limits.events" for number in range(6)] + ["another"]
-    (found,) = endings(ended(["no_plateau"] * 7, messages))
-    assert found.words == "7 cases: no plateau"
-    assert found.advice == [(messages[0], 5), ("another", 0)]
-    monkeypatch.setattr(report_page, "MOST_ADVICE", 0)
-    assert "<li>and 1 more, each in the dataset</li>" in report_page.page(made_up(outcome="invalid"), [])
 
 
 def test_accuracy_names_what_is_not_known() -> None:
