@@ -1,22 +1,16 @@
 """Pages that follow from declarations: every key of a campaign, every variable of a dataset, every name of the Python API."""
 
 import inspect
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any, get_type_hints
 
 import nanoslip
-from nanoslip.solver.case import PARTS, Case
-from nanoslip.solver.drive import INTEGRATORS, Drive, Scales
-from nanoslip.solver.parameter import MOST_WHOLE, Parameter, choices_of, declared
-from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.variables import Described, rows
-from nanoslip.study.manifest.manifest import NamedDrive
-from nanoslip.study.manifest.parameters import LIMITS, TABLES
+from nanoslip.study.manifest.keys import KINDS, Key, keys
 
 Row = tuple[str, ...]
 
@@ -30,59 +24,21 @@ def table(head: Row, body: Iterable[Row]) -> str:
 # Keys of a campaign.
 
 HEAD = ("key", "meaning", "unit", "allowed", "default")
-FAMILIES = {"scheme": SCHEMES, "integrator": INTEGRATORS}
-
-
-def keys(kinds: Iterable[type], within: str | None = None) -> Iterator[Row]:
-    """The rows of all parameters that these types declare, of one table of a campaign or of all."""
-    for kind in kinds:
-        types = get_type_hints(kind)
-        defaults = {each.name: each.default for each in fields(kind)}
-        for name, stated in declared(kind).items():
-            if within in (None, stated.table):
-                key, text, *rest, default = _key(name, stated, types[name], defaults[name])
-                member = next((word for family in FAMILIES.values() for word, own in family.items() if own is kind), "")
-                if member in SCHEMES and default == "none":
-                    default = f"`{Slab(scheme=member).flat[name]}` at n_x = 129"
-                if stated.table == "limits":
-                    default = f"`{LIMITS[name]:g}` without any limit" if name in LIMITS else "none"
-                yield key, f"`{member}`: {text}" if member else text, *rest, default
-
-
-def _key(name: str, stated: Parameter, kind: Any, default: Any) -> Row:
-    word = stated.word or name
-    meaning = stated.meaning + (f" ({stated.symbol})" if stated.symbol else "")
-    text = f"{meaning}; {stated.comment}" if stated.comment else meaning
-    allowed = stated.allowed(word, kind is int or int in getattr(kind, "__args__", ())).replace(name, word)
-    allowed = allowed.replace(str(MOST_WHOLE), "2^63 - 1").removeprefix(f"{word} ≥ -inf")
-    words = FAMILIES[name].keys() if name in FAMILIES else choices_of(kind)
-    if words:
-        allowed = ", ".join(f'`"{each}"`' for each in words)
-    elif stated.columns:
-        allowed = f"a CSV file with the columns {', '.join(stated.columns)}"
-    elif kind is bool:
-        allowed = "`true`, `false`"
-    return f"`{word}`", text, "" if stated.unit == "1" else stated.unit, allowed, _default(stated, default)
-
-
-def _default(stated: Parameter, default: Any) -> str:
-    value = stated.si if default is MISSING else default
-    match value:
-        case None | () | float("inf"):
-            return "none"
-        case bool():
-            return f"`{str(value).lower()}`"
-        case str():
-            return f'`"{value}"`'
-    return f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
 
 
 def tables_of_keys() -> Iterator[tuple[str, str]]:
     """Name of a table of a campaign -> its keys, as Markdown."""
-    for name in TABLES:
-        yield name, table(HEAD, keys((Case, Slab, *SCHEMES.values(), *PARTS.values()), name))
-    yield "scales", table(HEAD, keys((Scales,)))
-    yield "drives", table(HEAD, keys((NamedDrive, Drive, *INTEGRATORS.values())))
+    for name in KINDS:
+        yield name, table(HEAD, (_key(key) for key in keys() if key.table == name))
+
+
+def _key(key: Key) -> Row:
+    stated = key.stated
+    meaning = f"`{key.only}`: {stated.meaning}" if key.only else stated.meaning
+    meaning += f" ({stated.symbol})" * bool(stated.symbol) + f"; {stated.comment}" * bool(stated.comment)
+    unit = "" if stated.unit == "1" else stated.unit
+    default = key.default if key.default == "none" else f"`{key.default}`"
+    return f"`{key.word}`", meaning, unit, re.sub(r'"\w+"|\btrue\b|\bfalse\b', r"`\g<0>`", key.allowed), default
 
 
 # Variables of a dataset.

@@ -145,7 +145,11 @@ class Heterogeneity:
         "lognormal", table="heterogeneity", meaning="distribution of μ_i over the nodes", unit=""
     )
     spread: float = parameter(
-        0.0, table="heterogeneity", meaning="spread of μ_i over the nodes", comment="standard deviation over mean"
+        0.0,
+        table="heterogeneity",
+        meaning="spread of μ_i over the nodes",
+        comment="standard deviation over mean",
+        need="0 to 100 (lognormal), 0.577 (uniform) or 0.25 (normal)",
     )
     seed: int = parameter(1, table="heterogeneity", meaning="seed of the nodes' μ_i", least=0, most=MOST_WHOLE)
     roughness: Roughness = parameter(

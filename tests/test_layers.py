@@ -28,7 +28,7 @@ ORDER = {
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.study": "shipped toml_text exit_codes xarray_accessor canonical provenance origin "
     "manifest plan results dataset run figures inference report accuracy api commands",
-    "nanoslip.study.manifest": "parameters units columns surface about checker manifest reader cases",
+    "nanoslip.study.manifest": "parameters units columns surface about checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan outlook",
     "nanoslip.study.results": "entry log attempts shard store",
     "nanoslip.study.dataset": "file crate variables table collect access concatenation compare verify",

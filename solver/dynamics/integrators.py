@@ -182,7 +182,9 @@ class RK4(Method):
 
     name = "rk4"
     rests = False
-    time_step: float | None = parameter(None, meaning="step of the integrator", unit="s", scale="time")
+    time_step: float | None = parameter(
+        None, meaning="step of the integrator", unit="s", scale="time", need="0 < time_step ≤ duration"
+    )
 
     def __post_init__(self) -> None:
         check(self)

@@ -574,9 +574,9 @@ def verify() -> None:
 @command("judge:describe_variables", JSON)
 @click.argument("name", required=False)
 def describe() -> None:
-    """Explain the variables of a dataset, or one of them.
+    """Explain a variable of a dataset, or a key of a campaign.
 
-    NAME is a variable of a file results.nc; without a name a table of all variables is printed.
+    NAME is a variable, a key or a symbol, such as plateau_mean, radius or mu_k; without it a table of all variables.
     """
 
 

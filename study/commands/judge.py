@@ -23,6 +23,7 @@ from nanoslip.study.dataset.compare import Verdict
 from nanoslip.study.dataset.variables import OUTCOMES, described, rows, shortened, text_of
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
+from nanoslip.study.manifest import keys
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task
 from nanoslip.study.report import page
@@ -256,22 +257,28 @@ def _print_findings(findings: list[Finding]) -> None:
             say(f"{verdict}: {len(found) - MOST_ROWS} more")
 
 
-# `nanoslip describe`: names, units and meanings of the variables of a dataset.
+# `nanoslip describe`: variables of a dataset, keys of a campaign.
 
 
 def describe_variables(name: str | None, as_json: bool) -> None:
-    """Print what one variable of a dataset is, or a table of all."""
+    """Print one variable or key in full, or a table of all variables."""
+    key = keys.key_of(name) if name else None
     try:
         found = [described(name)] if name else rows()
     except KeyError as error:
-        raise Refusal(error.args[0]) from None
+        if key is None:
+            raise Refusal(error.args[0]) from None
+        found = []
     if as_json:
-        print_json([asdict(one) for one in found])
+        more = {"key": key.place, "allowed": key.allowed, "default": key.default, "example": key.example} if key else {}
+        print_json([{**asdict(one), **more} for one in found] or [{"name": name, **more}])
     elif name is None:
         cells = tuple((one.name, one.units, one.meaning) for one in found)
         print_table(Table(("variable", "unit", "meaning"), cells, labels=2))
     else:
-        print_sentences(text_of(found[0]).splitlines())
+        texts = [text_of(one) for one in found if key is None or one.name != key.name]
+        texts += [keys.text_of(key)] if key else []
+        print_sentences("\n".join(texts).splitlines())
 
 
 # `nanoslip accuracy`: error against processor time for every numerical setting.

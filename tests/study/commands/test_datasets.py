@@ -165,7 +165,12 @@ def test_all_variables_are_listed_with_unit_and_meaning(main):
 
 @pytest.mark.parametrize(
     "words",
-    [("mean_step", "in L_x", "mean_step_uncertainty"), ("radius", "R/L_x"), ("outcome",)],
+    [
+        ("mean_step", "in L_x", "mean_step_uncertainty"),
+        ("radius", "R/L_x", "≤ radius ≤", "default: 200", 'radius = "200 mm"'),
+        ("outcome",),
+        ("presliding", "[limits]"),
+    ],
 )
 def test_one_variable_is_explained_and_an_unknown_one_refused_with_similar_names(main, words):
     code, said, _ = main("describe", words[0])

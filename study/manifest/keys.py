@@ -1,0 +1,138 @@
+"""Every key of a campaign that a parameter declares: meaning, unit, allowed values, default and an example."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass, fields
+from functools import cache
+from typing import Any, Final, get_type_hints
+
+from nanoslip.solver.case import PARTS, Case
+from nanoslip.solver.drive import AUTO, INTEGRATORS, Drive, Scales
+from nanoslip.solver.parameter import MOST_WHOLE, Parameter, choices_of, declared
+from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.study.manifest.manifest import NamedDrive
+from nanoslip.study.manifest.parameters import LIMITS, TABLES, typed
+from nanoslip.study.manifest.units import UNITS, compact
+
+CASES: Final = (Case, Slab, *SCHEMES.values(), *PARTS.values())
+KINDS: Final = {
+    **dict.fromkeys(TABLES, CASES),
+    "scales": (Scales,),
+    "drives": (NamedDrive, Drive, *INTEGRATORS.values()),
+}
+"""Table of a campaign -> types that declare its keys."""
+FAMILIES: Final[Mapping[str, Mapping[str, Any]]] = {"scheme": SCHEMES, "integrator": INTEGRATORS}
+_POWER: Final = re.compile(r"-\d")
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One key of a campaign, in words."""
+
+    word: str
+    name: str
+    """Field of the parameter, and variable of a dataset."""
+    table: str
+    only: str
+    """The scheme or integrator that it belongs to; empty for all."""
+    stated: Parameter
+    allowed: str
+    default: str
+
+    @property
+    def place(self) -> str:
+        """Table and word in a campaign."""
+        table = f"[[{self.table}]]" if self.table == "drives" else f"[{self.table}]"
+        return f"{table} {self.word}" + (f", with {self.only}" if self.only else "")
+
+    @property
+    def example(self) -> str:
+        """The default as a line of a campaign, and with a unit; empty without a default."""
+        if self.stated.columns:
+            return f'{self.word} = "mine.csv"'
+        value, unit = self.default.partition(" ")[0], _unit(self)
+        if value == "none" or not unit or value.startswith('"'):
+            return "" if value == "none" else f"{self.word} = {value}"
+        scale = 1.0 if self.stated.unit != "1" else getattr(Scales(), self.stated.scale)
+        return f'{self.word} = {value}, or {self.word} = "{compact(float(value) * scale, unit)}"'
+
+
+def _unit(key: Key) -> str:
+    stated = key.stated
+    return _POWER.sub(r"^\g<0>", stated.unit).replace(" ", "*") if stated.unit != "1" else UNITS.get(stated.scale, "")
+
+
+def key_of(name: str) -> Key | None:
+    """The key of this word, name or symbol, in Greek or Latin letters; None without one."""
+    for place in (0, 1):
+        for key in keys():
+            if name in (key.word, key.name, *typed(key.stated.symbol)[place]):
+                return key
+    return None
+
+
+def text_of(key: Key) -> str:
+    """A key in full, line by line."""
+    stated = key.stated
+    facts = {
+        "meaning": stated.meaning,
+        "symbol": stated.symbol,
+        "unit": stated.unit,
+        "key": key.place,
+        "allowed": key.allowed,
+        "default": key.default,
+        "example": key.example,
+        "comment": stated.comment,
+    }
+    return "\n".join([key.word, *(f"  {fact}: {text}" for fact, text in facts.items() if text)])
+
+
+@cache
+def keys() -> tuple[Key, ...]:
+    """All keys, table by table, in the order of declaration."""
+    return tuple(_keys())
+
+
+def _keys() -> Iterator[Key]:
+    for table, kinds in KINDS.items():
+        for kind in kinds:
+            types, defaults = get_type_hints(kind), {each.name: each.default for each in fields(kind)}
+            for name, stated in declared(kind).items():
+                if table in ("scales", "drives") or stated.table == table:
+                    yield _key(kind, name, table, stated, types[name], defaults[name])
+
+
+def _key(kind: type, name: str, table: str, stated: Parameter, hint: Any, value: Any) -> Key:
+    word, value = stated.word or name, stated.si if value is MISSING else value
+    only = next((member for family in FAMILIES.values() for member, own in family.items() if own is kind), "")
+    default = f'"{AUTO}"' if name == "duration" else _text(value)
+    if only in SCHEMES and default == "none":
+        default = f"{_text(Slab(scheme=only).flat[name])} at n_x = 129"
+    if table == "limits":
+        default = f"{LIMITS[name]:g} without any limit" if name in LIMITS else "none"
+    return Key(word, name, table, only, stated, _allowed(name, word, stated, hint), default)
+
+
+def _allowed(name: str, word: str, stated: Parameter, hint: Any) -> str:
+    words = FAMILIES[name].keys() if name in FAMILIES else choices_of(hint)
+    if words:
+        return ", ".join(f'"{each}"' for each in words)
+    if stated.columns:
+        return f"a CSV file with the columns {', '.join(stated.columns)}"
+    if hint is bool:
+        return "true, false"
+    found = stated.allowed(word, hint is int or int in getattr(hint, "__args__", ())).replace(name, word)
+    return found.replace(str(MOST_WHOLE), "2^63 - 1")
+
+
+def _text(value: Any) -> str:
+    match value:
+        case None | () | float("inf"):
+            return "none"
+        case bool():
+            return str(value).lower()
+        case str():
+            return f'"{value}"'
+        case float():
+            return f"{value:g}"
+    return str(value)

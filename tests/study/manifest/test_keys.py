@@ -1,0 +1,45 @@
+"""Every key in full: its example is a line that a campaign takes, and stands for the default."""
+
+import tomllib
+from typing import Any
+
+import pytest
+
+from nanoslip.solver.drive import Scales
+from nanoslip.study.manifest.keys import Key, key_of, keys, text_of
+from nanoslip.study.manifest.units import plain
+
+
+def values(key: Key) -> list[Any]:
+    """What each line of an example gives, in the unit of its key."""
+    lines = [tomllib.loads(line) for line in key.example.split(", or ")]
+    scales = None if key.stated.unit != "1" else Scales()
+    return [plain(line[key.word], key.stated, scales) for line in lines]
+
+
+@pytest.mark.parametrize(
+    "key", [key for key in keys() if key.default != "none"], ids=lambda key: f"{key.table}-{key.word}"
+)
+def test_an_example_is_the_default_with_and_without_a_unit(key: Key) -> None:
+    default = tomllib.loads(f"value = {key.default.partition(' ')[0]}")["value"]
+    for value in values(key):
+        assert value == (default if isinstance(default, str) else pytest.approx(default, rel=1e-6))
+
+
+def test_a_number_in_si_has_an_example_with_a_unit() -> None:
+    without = {key.word for key in keys() if key.stated.unit not in ("", "1") and len(key.example.split(", or ")) < 2}
+    assert without == {"stage_travel", "duration", "time_step"}  # which have no number as default
+
+
+@pytest.mark.parametrize(("name", "word"), [("R", "radius"), ("mu_i", "intrinsic_friction"), ("k", "spring_stiffness")])
+def test_a_key_is_found_by_its_symbol(name: str, word: str) -> None:
+    found = key_of(name)
+    assert found is not None
+    assert found.word == word
+
+
+def test_all_of_a_key_fits_a_terminal_of_80_columns_or_is_a_sentence() -> None:
+    for key in keys():
+        facts = dict(line.strip().split(": ", 1) for line in text_of(key).splitlines()[1:])
+        assert {"meaning", "key", "allowed", "default"} <= facts.keys(), key.word
+        assert len(f"  allowed: {facts['allowed']}") <= 80, key.word
