@@ -24,7 +24,7 @@ ORDER = {
     "nanoslip.solver.contact.kernels": "state events",
     "nanoslip.solver.sliding": "kernels record plateau validity slide statistics interface slider power_law sizes",
     "nanoslip.solver.sliding.kernels": "slide",
-    "nanoslip.solver.dynamics": "friction_limit duration kernels result coefficients regime integrators stick_slip",
+    "nanoslip.solver.dynamics": "friction_limit kernels result coefficients duration regime integrators stick_slip",
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.study": "shipped toml_text exit_codes xarray_accessor canonical provenance origin "
     "manifest plan results dataset run figures inference report accuracy api commands",

@@ -16,7 +16,7 @@ import numpy as np
 
 from nanoslip.solver.drive import INTEGRATORS, Drive, Integrator
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
-from nanoslip.solver.dynamics.duration import DOUBLINGS, expected_duration
+from nanoslip.solver.dynamics.duration import DOUBLINGS, expected_duration, lag_time, settling_time
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.dynamics.kernels.steps import integrate_by_steps, integrate_exactly, integrate_rigidly
@@ -260,10 +260,13 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
         raise InvalidInput(f"surface_stiffness = {surface_stiffness!r}: needs surface_stiffness > 0")
     k, stage = drive.spring_stiffness, drive.stage_velocity
     damping = 2.0 * drive.damping_ratio * math.sqrt(k)
-    duration = drive.duration
-    if duration is None:
-        peak = friction_limit.force + np.maximum(friction_limit.slope, 0.0) * np.diff(friction_limit.edges)
-        duration = expected_duration(drive, float(peak.max()), friction_limit.steady_force, surface_stiffness)
+    rises = np.maximum(friction_limit.slope, 0.0) * np.diff(friction_limit.edges)
+    peak, mean, way = (
+        float((friction_limit.force + rises).max()),
+        friction_limit.steady_force,
+        float(friction_limit.edges[-1]),
+    )
+    duration = drive.duration or expected_duration(drive, peak, mean, surface_stiffness, way)
     compliant = drive.surface_compliance
     stiffest = surface_stiffness if compliant else float(np.abs(friction_limit.slope).max())
     motion = Motion(
@@ -303,7 +306,7 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
         friction_work=run.friction_work,
         stick_velocity=motion.stick_velocity,
         presliding_length=motion.presliding,
-        settling_time=max(2.0 * math.pi / math.sqrt(k), damping / k),
+        settling_time=settling_time(drive, peak, mean),
         steps=run.steps,
         end_time=float(time[-1]),
         spring_force_range=spring_range if math.isfinite(spring_range) else math.nan,
@@ -331,7 +334,7 @@ def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[Dy
     motion = integrate(limit, drive, record.initial_stiffness)
     found = friction_coefficients(motion, record, plateau, ended_by(motion, drive))
     for _ in range(DOUBLINGS if drive.duration is None else 0):
-        if _known(motion, found, drive):
+        if _known(motion, found, drive) or ended_by(motion, drive) == "step_limit":
             break
         motion = integrate(limit, replace(drive, duration=2.0 * motion.end_time), record.initial_stiffness)
         found = friction_coefficients(motion, record, plateau, ended_by(motion, drive))
@@ -339,8 +342,12 @@ def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[Dy
 
 
 def _known(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> bool:
-    """Whether a longer drive would tell no more: it has its numbers, was not to go on, or slips too little for any."""
+    """Whether a longer drive would tell no more: it has its numbers, was not to go on, or slips too little for any.
+
+    A pin that its damper drags has its friction long before its spring force has settled.
+    """
     if not motion.outcome.ok or ended_by(motion, drive) == "max_slips" or drive.stage_velocity == 0.0:
         return True
     count = count_sticks(motion, drive)
-    return not count.unsettled and (found.outcome.ok or count.regime == "micro_slip")
+    settled = not count.unsettled or motion.settling_time < lag_time(drive)
+    return settled and (found.outcome.ok or count.regime == "micro_slip")

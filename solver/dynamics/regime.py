@@ -12,6 +12,7 @@ shows no whole cycle, and where the start reaches into it: the loading ramp is n
 contact holds, no cycle of the others.
 """
 
+import math
 from dataclasses import dataclass, field
 from typing import Final, Literal, get_args
 
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.duration import lag_time
 from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by
 from nanoslip.solver.parameter import quantity
 
@@ -116,7 +118,7 @@ def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_]) ->
     """Why the second half of the time does not show what repeats, with advice; empty where it does. late: (s,) slips in it."""
     if late[:1].any():
         what = "the first slip"
-    elif not len(late) and _ramp_left(result) > RISING * result.spring_force_range:
+    elif _ramp_left(result, drive, slips=len(late)) > RISING * result.spring_force_range:
         what = "the end of the loading ramp"
     else:
         return ""
@@ -124,10 +126,16 @@ def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_]) ->
     return f"{what} is in the second half of the time, so {missing}: raise {ended_by(result, drive)}"
 
 
-def _ramp_left(result: DynamicsResult) -> float:
-    """By how much the mean driving force of the second half is above all that was before: nothing once the ramp is over."""
+def _ramp_left(result: DynamicsResult, drive: Drive, slips: int) -> float:
+    """By how much the spring force still rises in the second half: nothing once the ramp is over.
+
+    Before any slip the driving force shows it. A pin that its damper drags stretches the spring within c/k.
+    """
     before, after = np.split(result.binned_force, [BINS // 2])
-    return float(after.mean() - before.max())
+    lag, end = lag_time(drive), result.end_time
+    if result.settling_time < lag:
+        return float(after.mean()) * (math.exp(-0.5 * end / lag) - math.exp(-end / lag))
+    return 0.0 if slips else float(after.mean() - before.max())
 
 
 def _stuck_rise(result: DynamicsResult, drive: Drive) -> float:

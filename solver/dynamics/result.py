@@ -107,7 +107,8 @@ class DynamicsResult(OneLine):
             "",
             "s",
             per="time",
-            comment="natural period of the pin on its spring, or c/k where that is longer",
+            comment="natural period of the pin on its spring, or c/k where that is longer; of a pin that its damper drags "
+            "over all friction, until inertia is 1 % of friction",
         )
     )
     presliding_length: float = field(
@@ -134,6 +135,8 @@ class DynamicsResult(OneLine):
 
 
 def ended_by(result: DynamicsResult, drive: Drive) -> str:
-    """What of a drive ended its motion: `max_slips` or `duration`."""
+    """What of a drive ended its motion: `max_slips`, `duration`, or `step_limit` where it has none and twice as long is more."""
     ended = int(np.count_nonzero(np.isfinite(result.restick_time)))
-    return "max_slips" if drive.max_slips is not None and ended >= drive.max_slips else "duration"
+    if drive.max_slips is not None and ended >= drive.max_slips:
+        return "max_slips"
+    return "step_limit" if drive.duration is None and 2 * result.steps > drive.step_limit else "duration"

@@ -191,7 +191,7 @@ def drive_duration(drive: Drive, case: Case) -> float:
     if drive.duration is not None:
         return drive.duration
     force = min(least_plateau(case), 1e6) * case.total_load
-    return min(expected_duration(drive, force, force, sizes_of(case).stiffness), 1e30)
+    return min(expected_duration(drive, force, force, sizes_of(case).stiffness, expected_displacement(case)), 1e30)
 
 
 def drive_seconds(drive: Drive, case: Case) -> float:

@@ -17,7 +17,7 @@ from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics import integrators
 from nanoslip.solver.dynamics.coefficients import friction_coefficients
 from nanoslip.solver.dynamics.friction_limit import sawtooth
-from nanoslip.solver.dynamics.integrators import LEAST_TRAVEL, RK4, STIFFEST, Exact, disproportion, integrate
+from nanoslip.solver.dynamics.integrators import LEAST_TRAVEL, RK4, STIFFEST, Exact, disproportion, integrate, measured
 from nanoslip.solver.dynamics.regime import count_sticks
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import Ending, Outcome
@@ -103,6 +103,49 @@ def test_a_pin_too_heavy_to_swing_twice_has_no_mean_driving_force():
     assert found.outcome.ending is Ending.NO_PLATEAU
     assert "periods" in found.outcome.message
     assert math.isnan(found.kinetic_friction)
+
+
+@pytest.mark.parametrize("damping_ratio", [50.0, 1000.0])
+def test_a_pin_that_its_damper_drags_is_pulled_over_its_record_not_until_its_lag_has_relaxed(damping_ratio):
+    """c·V is above all friction: it never sticks, and its friction is what it is while the spring still stretches, for c/k."""
+    drive = replace(PAPER, damping_ratio=damping_ratio, duration=None)
+    motion, found = measured(RECORD, PLATEAU, drive)
+    assert motion.end_time == pytest.approx(
+        4.0 * (motion.settling_time + RECORD.final_displacement / drive.stage_velocity), rel=0.01
+    )
+    assert motion.steps < 20 * len(RECORD.displacement)
+    assert found.outcome.ok
+    assert found.kinetic_friction == pytest.approx(PLATEAU.mean, rel=2e-3)  # to the part of a period that is missing
+    assert count_sticks(motion, drive).regime == "slides"
+
+
+def test_the_ramp_of_a_pin_that_its_damper_drags_is_no_amplitude():
+    drive = Drive(1.0, 50.0, 0.1, duration=400.0)  # c/k = 100: e^-2 of the ramp is left in the second half, or e^-12
+    short, long = (
+        count_sticks(integrate(BACKWARD.profile, replace(drive, duration=time), 5.0), drive) for time in (400.0, 2400.0)
+    )
+    assert short.unsettled.startswith("the end of the loading ramp is in the second half of the time")
+    assert math.isnan(short.spring_force_amplitude)
+    assert not long.unsettled
+    assert 0.0 < long.spring_force_amplitude < 0.02  # f/(cV) of a period of 1/2: 0.05·0.5/10, and the first tooth's
+
+
+def test_inertia_of_a_pin_that_its_damper_drags_is_a_hundredth_of_friction_when_it_has_settled():
+    drive = replace(PAPER, damping_ratio=30.0, stage_velocity=100.0 * PAPER.stage_velocity, profile="mean")
+    motion = integrate(constant_profile(0.27 * LOAD), replace(drive, duration=50.0, samples=500_000), STIFFNESS)
+    inertia = np.abs(np.gradient(motion.velocity, motion.time)) / (0.27 * LOAD)
+    last = motion.time[np.flatnonzero(inertia > 0.01)[-1]]
+    assert motion.settling_time == pytest.approx(last, rel=0.02)
+
+
+def test_a_drive_without_duration_is_not_pulled_longer_than_its_segments_allow():
+    """Its last motion and numbers stay, where twice as long would only meet the limit; what is missing names that."""
+    drive = Drive(0.08913349, 0.1, 4.4306687e-6)  # its first slip is in the second half of its first time
+    whole, first = (measured(RECORD, PLATEAU, replace(drive, step_limit=limit)) for limit in (20_000_000, 10_000))
+    assert whole[0].end_time == pytest.approx(2.0 * first[0].end_time)
+    assert first[0].steps < 10_000 < 2 * first[0].steps
+    assert first[1].outcome.ok
+    assert count_sticks(first[0], replace(drive, step_limit=10_000)).unsettled.endswith("raise step_limit")
 
 
 def test_what_is_said_of_a_drive_a_little_too_short_is_never_rounded_up():
