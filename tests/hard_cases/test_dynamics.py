@@ -53,10 +53,8 @@ class Point(NamedTuple):
         )
 
 
-def points(everything: bool) -> list[Point]:
-    """All combinations, or: the paper's with one value changed, and the corners."""
-    if everything:
-        return [Point(*values) for values in itertools.product(DAMPING, SPRING, STAGE, MASS)]
+def points() -> list[Point]:
+    """The paper's with one value changed, and the corners."""
     one_changed = [
         Point()._replace(**{name: value})
         for name, values in zip(Point._fields, (DAMPING, SPRING, STAGE, MASS), strict=True)
@@ -113,10 +111,10 @@ class Family(NamedTuple):
     worst: dict[str, float]
 
 
-def survey(everything: bool, **effects: object) -> Family:
+def survey(**effects: object) -> Family:
     endings: Counter[str] = Counter()
     worst = dict.fromkeys(LIMITS, 0.0)
-    for point in points(everything):
+    for point in points():
         drive = point.drive(step_limit=STEPS, **effects)
         result = integrate(PROFILES[drive.profile], drive, STIFFNESS)
         endings[result.outcome.ending.value] += 1
@@ -135,16 +133,9 @@ EFFECTS = [
 
 @pytest.mark.parametrize("effects", EFFECTS, ids=str)
 def test_every_drive_obeys_the_laws_or_ends_by_name(effects):
-    family = survey(everything=False, **effects)
+    family = survey(**effects)
     assert set(family.endings) <= {"completed", "step_limit"}
     assert family.endings["completed"] > 10
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("effects", EFFECTS, ids=str)
-def test_every_combination_obeys_the_laws_or_ends_by_name(effects):
-    family = survey(everything=True, **effects)
-    assert family.endings["completed"] > 200  # of 480
 
 
 @pytest.mark.parametrize("mass", [1e-3, 1e-5, 1e-6, 1e-7])
@@ -163,7 +154,7 @@ def test_rounding_does_not_hold_a_light_pin_at_an_extremum_of_its_velocity(mass)
 # --- Runge-Kutta: never garbage -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("point", points(everything=False), ids=str)
+@pytest.mark.parametrize("point", points(), ids=str)
 @pytest.mark.parametrize("step", [1e-3, 1e-5, 1e-9])
 def test_steps_are_stable_or_refused_with_a_step_that_is(point, step):
     drive = point.drive(integrator="rk4", time_step=step, duration=0.02, step_limit=100_000)
@@ -268,13 +259,6 @@ def test_steady_sliding_shows_the_friction_force_or_is_refused():
     assert set(endings) <= {"completed", "rounding", "step_limit"}
     assert min(endings["completed"], endings["rounding"]) > 10
     assert worst < 3.0 * LARGEST  # three roundings: of the stage's position, of the pin's, of their product with time
-
-
-@pytest.mark.parametrize("compliant", [True, False])
-def test_a_friction_force_below_the_rounding_of_the_springs_is_named(compliant):
-    tiny = profile_through([0.0, 0.3], [1e-300], [2e-300])
-    drive = Drive(1.0, 0.1, 0.3, 5.0, samples=300, surface_compliance=compliant)
-    assert integrate(tiny, drive, 5.0).outcome.ending is Ending.ROUNDING
 
 
 # --- long drives ----------------------------------------------------------------------------------------------------

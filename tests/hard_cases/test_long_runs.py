@@ -9,7 +9,6 @@ from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.solver.sliding import slide as full_contact
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide_to_state
 from tests.hard_cases.following import compliance_of
@@ -50,18 +49,6 @@ def _assert_same(whole: FrictionRecord, pieces: list[FrictionRecord]) -> None:
     for name in COLUMNS:
         joined = np.concatenate([getattr(piece, name) for piece in pieces])
         np.testing.assert_array_equal(joined, getattr(whole, name), err_msg=name)
-
-
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_a_run_in_ten_pieces_has_the_bits_of_one(scheme: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pieces of RESUMABLE events (here fewer): the whole run starts afresh from its own state there, too."""
-    monkeypatch.setattr(full_contact, "RESUMABLE", 50)
-    for radius in (200.0, 20.0):
-        case = Case(slab=Slab(33, scheme=scheme), radius=radius, max_events=500)
-        whole, end = slide_to_state(case, compliance_of(case.slab))
-        pieces, last = _in_pieces(case, 10)
-        _assert_same(whole, pieces)
-        np.testing.assert_array_equal(last.nodal_force, end.nodal_force)
 
 
 def _million(scheme: str) -> tuple[FrictionRecord, ContactState, dict[str, float]]:

@@ -109,20 +109,6 @@ def test_energy_is_balanced_and_never_created(
     assert created < 1e-12
 
 
-@pytest.mark.parametrize("scheme", SIDEWAYS)
-@pytest.mark.parametrize("seed", range(3))
-def test_rounding_does_not_decide_ties_of_mirror_nodes(seed: int, scheme: str) -> None:
-    """A symmetric initial contact is all ties: the node further right goes first, so that a compliance wrong by a few
-    roundings leads through the same slips (PLACE in nanoslip.solver.contact.kernels.events)."""
-    slab = Slab(65, scheme=scheme)
-    case = Case(slab=slab, intrinsic_friction=0.1)
-    exact = compliance_of(slab)
-    noise = 1.0 + 4e-16 * np.random.default_rng(seed).standard_normal(exact.matrix.shape)
-    first, second = (initial_contact(case, one) for one in (exact, SurfaceCompliance(exact.matrix * noise, slab)))
-    assert first.slips == second.slips > 100
-    np.testing.assert_allclose(second.slip, first.slip, atol=1e-9 * np.abs(first.slip).max())
-
-
 @pytest.mark.parametrize(
     ("support", "scheme"),
     [*(("bonded", scheme) for scheme in SCHEMES), ("frictionless", "biquadratic"), ("frictionless", "galerkin")],
@@ -264,31 +250,6 @@ def test_the_friction_law_holds_before_every_event(name: str) -> None:
     assert len(record.kind) == 2000
     assert record.force_before.max() <= case.intrinsic_friction * case.normal_load * (1 + 1e-4)
     assert np.diff(record.displacement, prepend=0.0).min() > 0.0
-
-
-def test_with_constant_pressures_the_load_is_but_a_unit() -> None:
-    """With W·R kept and no coupling, by which nodes move under the pin at initial contact, nothing else has a length once the
-    event floor is one of elastic stretch: the same record at W = 2^-20 and 2^-50, to the bit, powers of two leave digits be."""
-    effects = Effects(coupling=False, pin_translation=False)
-    one, other = (
-        slide(
-            Case(
-                normal_load=normal_load,
-                radius=0.2 / normal_load,
-                slab=Slab(65),
-                effects=effects,
-                slip_rule=SlipRule(event_floor=2e-6),
-            ),
-            compliance_of(Slab(65)),
-        )
-        for normal_load in (2.0**-20, 2.0**-50)
-    )
-    assert one.outcome.ok
-    assert len(one.kind) == 2000
-    for name in ("displacement", "force_before", "force_after"):
-        np.testing.assert_array_equal(getattr(one, name), 2.0**30 * getattr(other, name), err_msg=name)
-    for name in ("node", "slips", "kind"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
 
 
 @pytest.mark.parametrize("normal_load", [1e-3, 1e-7, 1e-12, 1e-20])

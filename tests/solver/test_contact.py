@@ -52,13 +52,6 @@ def test_the_contact_laws_hold(way, radius, normal_load, friction):
     assert state.contact.all() or radius < 2000.0  # full contact takes the corners
 
 
-@pytest.mark.parametrize("friction", [0.2, 0.5, math.inf])
-@pytest.mark.parametrize("way", WAYS)
-def test_a_flat_punch_keeps_its_width(way, friction):
-    case = Case(slab=SLAB, pin="flat_punch", half_width=0.25, initial_contact=way, intrinsic_friction=friction)
-    np.testing.assert_array_equal(lawful(case).contact, np.abs(COMPLIANCE.x) <= 0.25)
-
-
 @pytest.mark.parametrize("pin", get_args(PinShape))
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -89,29 +82,8 @@ def test_a_punch_stands_over_the_nodes_under_it(start, first):
     assert np.flatnonzero(under).tolist() == list(range(first, first + 9))
 
 
-@pytest.mark.parametrize("start", [0.1, 0.37, 0.5])
-def test_starts_on_either_side_of_a_node_are_mirror_images_at_first_touch(start):
-    """Pressed down without friction, s right of a node and s left of the next one: the pressures of one turned round and one
-    node on. The order of sums is turned round too, which the contact's condition (some 1e3) amplifies."""
-    case = Case(radius=20.0, slab=Slab(129, scheme="half_plane", poisson=0.3), initial_contact="frictionless")
-    compliance = surface_compliance(case.slab)
-    right, left = (initial_contact(replace(case, start=one), compliance).nodal_force[1] for one in (start, 1.0 - start))
-    np.testing.assert_allclose(right[1:], left[::-1][:-1], atol=1e-11 * case.normal_load)
-    assert right[0] == 0.0
-
-
 def test_the_paper_case_touches_with_70_to_75_of_129_nodes():
     assert 68 <= initial_contact(Case(), surface_compliance(Case().slab)).contact.sum() <= 76
-
-
-@pytest.mark.parametrize("way", WAYS)
-def test_pressure_and_gap_are_mirror_symmetric_before_the_pin_moves(way):
-    case = Case(slab=SLAB, initial_contact=way, intrinsic_friction=math.inf)
-    state = initial_contact(case, COMPLIANCE)
-    # Without slips nothing breaks the mirror but rounding times the condition number.
-    np.testing.assert_allclose(state.pressure, state.pressure[::-1], atol=1e-10 * state.pressure.max())
-    np.testing.assert_allclose(state.gap, state.gap[::-1], atol=1e-10 * case.normal_load)
-    assert abs(state.friction_force) <= 1e-10 * case.normal_load
 
 
 def test_sticking_needs_slips_and_frictionless_touch_none():
@@ -156,12 +128,6 @@ def test_without_friction_every_way_leads_to_the_same_pressure():
 def test_the_compliance_of_another_slab_is_refused():
     with pytest.raises(ValueError, match="another slab"):
         initial_contact(Case(slab=Slab(n_x=33)), COMPLIANCE)
-
-
-def test_too_few_slips_allowed_is_an_outcome_with_advice():
-    outcome = initial_contact(Case(0.1, slab=SLAB, slip_rule=SlipRule(cascade_limit=1)), COMPLIANCE).outcome
-    assert outcome.ending is Ending.CASCADE_LIMIT
-    assert "cascade_limit" in outcome.message
 
 
 def test_a_contact_that_grows_with_its_load_is_not_advised_to_grow():

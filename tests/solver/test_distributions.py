@@ -276,13 +276,6 @@ def test_without_a_better_rival_the_power_law_stays():
     assert power_law.preferred(better) == ("truncated_power_law", 1e-4)
 
 
-def test_vuong_of_a_few_differences():
-    """1, 1 and -1: their sum is 1, their squared deviations from 1/3 sum up to 8/3."""
-    found = power_law.vuong(np.array([1.0, -1.0]), np.array([2, 1]))
-    assert found == pytest.approx((1.0, math.erfc(1.0 / math.sqrt(16.0 / 3.0))))
-    assert power_law.vuong(np.zeros(3), np.ones(3, int)) == (0.0, 1.0)
-
-
 def branching(rng, offspring):
     """Nodes of a family tree in which each node has a Poisson number of children: a mean-field avalanche."""
     size, alive = 0, 1

@@ -561,20 +561,6 @@ def test_what_rounding_cannot_hurt_is_not_refused(profile, drive):
 
 PAPERS = 0.4, 1.5e-4
 """Stiffness and friction force of the paper's contact."""
-MACHINES = {
-    "the paper's": (2e5, 2e-3, 0.2),
-    "a soft one": (1e4, 1e-4, 10.0),
-    "a stiff one": (1e8, 1e-2, 0.05),
-    "a force microscope": (1.0, 1e-6, 1e-2),
-}
-"""Spring (N/m), velocity (m/s), duration (s)."""
-
-
-@pytest.mark.parametrize(("spring", "velocity", "duration"), MACHINES.values(), ids=MACHINES)
-def test_values_in_si_are_told_by_their_size(spring, velocity, duration):
-    said = disproportion(Drive(spring, 0.1, velocity, duration), *PAPERS)
-    assert f"spring_stiffness={spring:g}, stage_velocity={velocity:g}, duration={duration:g})" in said
-    assert "Drive.from_si(Scales(" in said
 
 
 def test_drives_of_shipped_campaigns_are_in_proportion():

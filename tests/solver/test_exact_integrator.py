@@ -317,11 +317,6 @@ def test_a_rigid_contact_costs_no_more_segments_than_teeth_and_turns():
     assert problem.driven(1e4).steps > 100
 
 
-def test_steps_cannot_hold_a_rigid_contact_at_rest():
-    with pytest.raises(InvalidInput, match='surface_compliance = false: needs integrator = "exact"'):
-        Drive(1.0, 0.1, 0.3, 1.0, integrator=RK4(1e-3), surface_compliance=False)
-
-
 def test_slips_of_a_rigid_contact_are_told_by_the_velocity_of_a_compliant_one():
     """So that both limits count alike; a contact of K → ∞ has the velocity of a rigid pin that sticks, 0."""
     problem = Problem(constant_profile(4.0), 0.1, 0.3, 25.0)

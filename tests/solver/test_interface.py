@@ -19,7 +19,6 @@ from nanoslip import (
     plateau_of,
 )
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
@@ -237,13 +236,6 @@ def test_springs_follow_the_master_equation() -> None:
     np.testing.assert_allclose(expected[once], redrawn[once], rtol=1e-3)
     together = collective(record, plateau_of(record), found.bound)
     assert 1.0 < 1.0 + together.static_excess < 2.0  # a slider of equal springs would reach twice its mean
-
-
-def test_nodes_of_contacts_are_their_own() -> None:
-    case = interface_of(3, SPRINGS)
-    nodes = [node_friction(contact_of(case, number), 0) for number in range(3)]
-    assert not np.array_equal(nodes[0], nodes[1])
-    assert not np.array_equal(nodes[1], nodes[2])
 
 
 def test_fluctuations_of_independent_contacts_fall_as_the_root_of_their_number() -> None:

@@ -101,15 +101,6 @@ def test_releases_trigger_events_only_where_shear_against_the_drag_is_free(limit
     assert np.any(slide(case, COMPLIANCE).kind == EVENT_KINDS.index("release")) == there
 
 
-@pytest.mark.parametrize("support", ["frictionless", "right_side"])
-def test_other_supports_slide_as_well(support):
-    case = case_with(slab=replace(SLAB, support=support))
-    compliance = surface_compliance(case.slab)
-    record, state = slide_to_state(case, compliance)
-    assert (record.outcome.ok, len(record.kind)) == (True, 300)
-    assert_contact_laws(state, case, compliance)
-
-
 def test_between_events_the_force_rises_with_the_recorded_stiffness():
     record = slide(CASE, COMPLIANCE)
     after = np.concatenate(([record.initial_force], record.force_after[:-1]))
@@ -150,22 +141,17 @@ def test_following_a_window_of_nodes_changes_nothing(far, monkeypatch):
     assert next(late) == pytest.approx(next(late), rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("case", "pieces"),
-    [(case_with(max_events=40), 4), (case_with(effects=Effects(pin_translation=False, coupling=False)), 2)],
-    ids=["whole", "Goodman"],
-)
-def test_a_run_in_pieces_is_the_run_in_one(case, pieces):
-    """To rounding: every piece starts from fresh sums and, of the whole, a freshly inverted operator."""
-    whole, state, found = slide(case, COMPLIANCE), initial_contact(case, COMPLIANCE), []
-    for _ in range(pieces):
-        record, state = slide_to_state(replace(case, max_events=case.max_events // pieces), COMPLIANCE, state)
+def test_with_constant_pressures_a_run_in_pieces_is_the_run_in_one():
+    """To rounding: every piece starts from fresh sums. (With moving ones it has the same bits: see test_long_records.py.)"""
+    case, found = case_with(effects=Effects(pin_translation=False, coupling=False)), []
+    whole, state = slide(case, COMPLIANCE), initial_contact(case, COMPLIANCE)
+    for _ in range(2):
+        record, state = slide_to_state(replace(case, max_events=150), COMPLIANCE, state)
         found.append(record)
-    for name in ("node", "slips"):
-        np.testing.assert_array_equal(np.concatenate([getattr(each, name) for each in found]), getattr(whole, name))
-    np.testing.assert_allclose(np.concatenate([each.displacement for each in found]), whole.displacement, rtol=1e-9)
-    forces = np.concatenate([each.force_after for each in found])
-    np.testing.assert_allclose(forces, whole.force_after, atol=1e-9 * case.normal_load)
+    for name in ("node", "slips", "displacement", "force_after"):
+        np.testing.assert_allclose(
+            np.concatenate([getattr(each, name) for each in found]), getattr(whole, name), rtol=1e-9
+        )
 
 
 def test_every_event_has_a_trigger_and_a_cascade_that_answers_it():
@@ -483,17 +469,6 @@ def test_classical_friction_ends_at_the_intrinsic_friction(friction):
     assert np.all(np.abs(state.slip[state.contact]) > 0.0)
 
 
-@pytest.mark.parametrize("residual_shear", [0.9, 0.99])
-def test_classical_friction_is_the_limit_of_small_slips(residual_shear):
-    """With a residual of 1 - ε the shears of slipping nodes lie ε below their limits at most, so does the force."""
-    whole = slide(CLASSICAL, COMPLIANCE)
-    slipping = slide(case_with(residual_shear, max_events=None, max_displacement=1.5e-3), COMPLIANCE)
-    force = np.interp(slipping.displacement, whole.displacement, whole.force_after)
-    lag = (force - slipping.force_before) / force
-    assert lag.min() > -0.02
-    assert lag.max() < 1.0 - residual_shear + 0.02  # the record of few events is interpolated
-
-
 def test_a_long_classical_slide_has_a_plateau_at_the_intrinsic_friction():
     """The pin walks over the slab: nodes are released behind it and touched in front, F/W stays μ_i."""
     case = replace(CLASSICAL, slab=WIDE, radius=20.0, intrinsic_friction=0.2, max_displacement=0.25)
@@ -547,13 +522,6 @@ def test_a_pin_that_slides_on_and_on_leaves_the_slab(monkeypatch):
 def worst(shear, pressure, limits, opposite=-1.0):
     node, tension = worst_violation(shear, -pressure, limits, np.isfinite(limits), 1e-15, opposite)
     return int(node), float(tension)
-
-
-def test_shear_against_the_drag_counts_only_where_both_ways_are_limited():
-    shear, rest = np.array([-9.0, 1.0, 3.0, -2.0]), (np.ones(4), np.full(4, 0.5))
-    assert worst(shear, *rest)[0] == 0
-    assert worst(shear, *rest, opposite=0.0)[0] == 2
-    assert worst(-np.abs(shear), *rest, opposite=0.0)[0] == -1
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -85,12 +85,6 @@ def test_a_wrong_number_or_sharing_is_a_problem_of_the_file() -> None:
     assert 'interface.loads = "gaussian": needs one of equal, exponential, heights' in str(caught.value)
 
 
-def test_a_slider_whose_contacts_have_no_records_is_an_outcome() -> None:
-    found = computed(interface={"contacts": 4}, limits={"presliding": 4.0, "events": 5})
-    assert found.outcome.item() == "invalid"
-    assert "raise limits.events" in found.message.item()
-
-
 def test_a_look_at_a_slider_is_one_at_its_first_contact(tmp_path: Path) -> None:
     """Tractions, states after events and frames: the same as of the contact by itself, over the load that it carries."""
     outputs = {"tractions": True, "tractions_at": [0, 3]}

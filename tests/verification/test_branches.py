@@ -10,11 +10,8 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from nanoslip.solver.case import Case, Effects, Heterogeneity, InitialContact, SlipRule
-from nanoslip.solver.contact import compiled_contact
+from nanoslip.solver.case import Case, Effects, InitialContact, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.pin import node_friction
-from nanoslip.solver.contact.state import mirrored
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
@@ -134,36 +131,3 @@ def test_the_mirror_image_of_a_contact_is_the_contact_of_the_mirror_image(start,
     assert state.slips == image.slips
     # Nodes 0 to n-2 of the one are 1 to n-1 of the other.
     np.testing.assert_allclose(back[:, :-1], state.nodal_force[:, 1:], atol=1e-12 * case.normal_load)
-
-
-@pytest.mark.parametrize("seed", [7, 8])
-@pytest.mark.parametrize("scheme", CONTINUA)  # pressing a chain slips nothing
-def test_the_mirror_image_slides_to_the_left_as_the_slab_does_to_the_right(scheme, seed, monkeypatch):
-    """With other μ_i at every node, so that no rule about ties is asked.
-
-    Touched stuck, both slip hundreds of nodes to rest; then the pin slides to the right over the one and to the left over the
-    other (the mirror image of which is again the one): the same nodes, slips and forces. The two touches differ by the order of
-    their sums: 1e-14 of u, 1e-14 of the forces were seen. 1000 events of nodes that stick and slip pass that on to forces 3e-11
-    apart at most; 1e-9 leaves room for another machine's sums.
-    """
-    drawn = Heterogeneity(spread=0.3, seed=seed)
-    case = Case(slab=Slab(n_x=65, scheme=scheme), intrinsic_friction=0.1, heterogeneity=drawn, max_events=1000)
-    compliance = surface_compliance(case.slab)
-    state = initial_contact(case, compliance)
-    with monkeypatch.context() as patch:  # every node has the μ_i of its mirror node
-        patch.setattr(compiled_contact, "node_friction", lambda case, first: node_friction(case)[::-1].copy())
-        image = initial_contact(case, compliance)
-    assert state.slips == image.slips > 100
-    # Its nodes are the case's own again: only the state is turned.
-    back = mirrored(replace(case, heterogeneity=Heterogeneity()), image)
-    touched = float(np.abs(back.nodal_force - state.nodal_force).max()) / case.normal_load
-    record, other = slide(case, compliance, state), slide(case, compliance, back)
-    assert record.outcome.ok
-    off = float(np.abs(other.force_before - record.force_before).max()) / case.normal_load
-    law = f"mirror image without ties, {scheme}, seed {seed}"
-    figures = f"{state.slips} slips at initial contact, forces then {touched:.0e} W apart, over 1000 events {off:.0e} W"
-    line = seen(law, "symmetry", figures)
-    np.testing.assert_array_equal(other.node, record.node, err_msg=line)
-    np.testing.assert_array_equal(other.slips, record.slips, err_msg=line)
-    assert touched < 1e-12, line
-    assert off < 1e-9, line

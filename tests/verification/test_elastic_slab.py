@@ -94,22 +94,6 @@ def test_the_grading_alone_converges(poisson):
     assert np.abs(errors[1][[0, 1], [0, 1]]).max() <= 0.002, line
 
 
-def test_what_the_default_grading_leaves_and_the_paper_stencil():
-    """Printed for the record: with the rows per level fixed, refining n_x leaves the grading's error; the stencil's errors
-    stay whatever is refined, and grow as the slab gets flatter."""
-    for aspect_ratio in (0.25, 1.0):
-        exact = wave_compliance(2 * np.pi, aspect_ratio, 1 / 3, "bonded")
-        galerkin, stencil = (
-            np.abs(worked(Slab(129, aspect_ratio, scheme=scheme), 1) / exact - 1)
-            for scheme in ("galerkin", "biquadratic")
-        )
-        off = (f"{name} {listed([galerkin[at]])}, {listed([stencil[at]])}" for name, at in ENTRIES.items())
-        law = f"1 wave, slab of height {aspect_ratio}, n_x = 129, galerkin and biquadratic"
-        line = seen(law, FOURIER, f"off by: {'; '.join(off)}")
-        assert galerkin.max() <= 0.004, line
-        assert stencil.max() > 0.03, line
-
-
 FINITE = "quadratic finite elements, scikit-fem"
 PAST_A_THIRD = 0.49
 

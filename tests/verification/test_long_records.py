@@ -55,9 +55,6 @@ def test_the_energy_of_every_event_is_balanced(residual_shear, support, radius):
     assert worst <= 1e-10 * work, line
 
 
-EVENTS = 20_000
-
-
 @pytest.mark.parametrize("n_x", [33, 65])
 def test_the_plateau_does_not_know_how_the_pin_came_down(n_x):
     """Means over starts differ by no more than twice their ± together, as independent means do."""
@@ -74,26 +71,6 @@ def test_the_plateau_does_not_know_how_the_pin_came_down(n_x):
     for one, other in product(found.values(), repeat=2):
         assert abs(one.mean - other.mean) <= 2.0 * math.hypot(one.uncertainty, other.uncertainty), line
         assert one.uncertainty < 5e-3 * one.mean, line  # the comparison means something
-
-
-@pytest.mark.parametrize("residual_shear", [0.0, 0.5])
-@pytest.mark.parametrize("n_x", [33, 65])
-def test_no_energy_is_lost_in_a_long_record(n_x, residual_shear):
-    """Work of the pin = stored + dissipated. 20 000 sums rounded at random are off by √20 000 ε = 3e-14 of the work; the
-    tolerance is ten times that, and a fourteenth of what they could be off if all were rounded one way."""
-    case = Case(slab=Slab(n_x=n_x), max_events=EVENTS, slip_rule=SlipRule(residual_shear=residual_shear))
-    compliance = surface_compliance(case.slab)
-    start = initial_contact(case, compliance)
-    record, end = slide_to_state(case, compliance, start)
-    assert len(record.node) == EVENTS
-    forces = np.concatenate(([record.initial_force], record.force_after[:-1])) + record.force_before
-    work = float(forces / 2 @ np.diff(record.displacement, prepend=0.0))
-    off = work - (total_energy(case, end) - total_energy(case, start)) - float(record.dissipated.sum())
-    share = record.dissipated.sum() / work
-    law = f"energy of a long record, n_x = {n_x}, residual {residual_shear}"
-    line = seen(law, "definition", f"{EVENTS} events, {share:.1%} of the work dissipated, off by {abs(off) / work:.0e}")
-    assert abs(off) <= 10.0 * math.sqrt(EVENTS) * np.finfo(float).eps * work, line
-    assert np.all(record.dissipated >= -1e-12 * work), line
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

@@ -6,33 +6,21 @@ from typing import get_args
 
 import numpy as np
 import pytest
-import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
 from nanoslip.solver.elasticity.compliance import surface_compliance
-from nanoslip.solver.elasticity.grid_scheme import stiffness
 from nanoslip.solver.elasticity.schemes import Galerkin
 from nanoslip.solver.elasticity.schemes.column import TALL, bar_forces, lengthening, resultants, trunk
 from nanoslip.solver.slab import Slab, Support
+from tests.benchmarks.compliance import sparse_compliance
 
 SUPPORTS: tuple[Support, ...] = get_args(Support)
 POISSON = (-0.9, 0.0, 1 / 3, 0.49, 0.4999)
 every_support = pytest.mark.parametrize("support", SUPPORTS)
 
 
-def gridded(slab: Slab) -> NDArray[np.float64]:
-    """The compliance of a grid from top to bottom, by one sparse factorization, (2n, 2n)."""
-    k = stiffness(slab)
-    free = np.flatnonzero(~k.fixed)
-    surface = np.concatenate((np.arange(slab.n_x), k.grid.nodes + np.arange(slab.n_x)))
-    forces = np.zeros((len(free), 2 * slab.n_x))
-    forces[np.searchsorted(free, surface), np.arange(2 * slab.n_x)] = 1.0
-    return np.asarray(spla.splu(k.matrix[free][:, free].tocsc()).solve(forces)[np.searchsorted(free, surface)])
-
-
 def off(slab: Slab) -> float:
     """How far the closed form and the whole grid are apart, tangential and normal displacements each beside their largest."""
-    whole, n = gridded(slab), slab.n_x
+    whole, n = sparse_compliance(slab), slab.n_x
     apart = np.abs(surface_compliance(slab).matrix - whole)
     return max(float(apart[rows].max() / np.abs(whole[rows]).max()) for rows in (slice(0, n), slice(n, None)))
 
@@ -139,7 +127,7 @@ def test_up_to_ten_widths_a_slab_is_its_own_trunk(support: Support) -> None:
     slab = Slab(17, TALL, support=support)
     assert trunk(slab) == slab
     assert trunk(Slab(17, 1.0, support=support)).aspect_ratio == 1.0
-    np.testing.assert_allclose(surface_compliance(slab).matrix, gridded(slab), rtol=0, atol=1e-9 * 4e3)
+    np.testing.assert_allclose(surface_compliance(slab).matrix, sparse_compliance(slab), rtol=0, atol=1e-9 * 4e3)
     matrix = surface_compliance(slab).matrix
     beyond = surface_compliance(replace(slab, aspect_ratio=TALL * (1 + 1e-12))).matrix
     np.testing.assert_allclose(beyond, matrix, rtol=0, atol=1e-11 * np.abs(matrix).max())

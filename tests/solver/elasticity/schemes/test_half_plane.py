@@ -4,9 +4,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from nanoslip.solver.case import Case
-from nanoslip.solver.contact.closed_forms import hertz
-from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.grid_scheme import stiffness
 from nanoslip.solver.outcome import InvalidInput
@@ -118,43 +115,3 @@ def test_the_datum_shifts_all_displacements_along_the_force_alike() -> None:
     shift = 0.75 / np.pi * np.log(5.0)
     expected = np.kron(np.eye(2), np.full((17, 17), shift))
     np.testing.assert_allclose(far - near, expected, atol=1e-15 * np.abs(far).max())
-
-
-@pytest.mark.parametrize("radius", [200.0, 2000.0])
-def test_hertz_without_a_finite_slab_in_the_way(radius: float) -> None:
-    """A contact 0.7 as wide as the slab, with strains too small to matter (Hertz knows none): only the edge nodes' hats
-    are no part of an ellipse."""
-    poisson, half_width = 1 / 3, 0.35
-    normal_load = np.pi * half_width**2 / (2 * radius * (1 - poisson))
-    theory = hertz(normal_load, radius, poisson)
-    slab = Slab(n_x=257, poisson=poisson, scheme="half_plane")
-    compliance = surface_compliance(slab)
-    state = initial_contact(
-        Case(slab=slab, radius=radius, normal_load=normal_load, initial_contact="frictionless"), compliance
-    )
-    assert state.outcome.ok
-    moment = float((-state.nodal_force[1] * compliance.x**2).sum()) / normal_load
-    assert 2 * np.sqrt(moment) == pytest.approx(theory.half_width, rel=2e-3)
-    inside = np.abs(compliance.x) <= 0.9 * half_width
-    error = np.abs(state.pressure - theory.pressure(compliance.x))[inside].max() / theory.peak_pressure
-    assert error <= 2e-3
-
-
-def test_a_contact_that_shrinks_beside_its_slab_sees_a_half_plane() -> None:
-    """What a slab adds under a patch of force is smooth: relative to the patch's middle it vanishes as the patch's size
-    across the force (a uniform strain, a tilt), and as its square along it."""
-    n, poisson = 513, 0.3
-    finite, infinite = (
-        surface_compliance(Slab(n, 2.0, poisson, scheme=scheme)).matrix.reshape(2, n, 2, n)
-        for scheme in ("galerkin", "half_plane")
-    )
-    added = []
-    for reach in (64, 32):
-        patch = np.arange(n // 2 - reach, n // 2 + reach + 1)
-        force = np.sqrt(1 - np.linspace(-1, 1, len(patch)) ** 2)
-        change = (finite - infinite)[:, patch][:, :, :, patch] @ (force / force.sum())
-        added.append(np.abs(change - change[:, [reach]]).max(axis=1))
-    orders = np.log2(added[0] / added[1])
-    assert np.diag(orders).min() > 1.5, orders  # 1.96 and 1.57 seen
-    assert min(orders[0, 1], orders[1, 0]) > 0.9, orders  # 0.97 and 1.01 seen
-    assert np.diag(added[1]).max() < 0.03 * (1 - poisson) / np.pi

@@ -10,15 +10,12 @@ from numpy.typing import NDArray
 from skfem import ElementQuadP
 
 from nanoslip.solver.case import Case, Effects
-from nanoslip.solver.contact.closed_forms import film_half_width, hertz
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab, Support
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.solver.sliding.validity import contact_half_width
 from tests.physics import assert_contact_laws
 from tests.verification.finite_slab import elliptic_energies
 from tests.verification.layer import through_layer, wave_compliance
@@ -111,30 +108,6 @@ def test_reciprocal_and_positive_definite_to_many_nodes(height: float, poisson: 
     matrix = surface_compliance(Slab(1025, height, poisson, scheme="strip")).matrix
     np.testing.assert_array_equal(matrix, matrix.T)
     np.linalg.cholesky(matrix)
-
-
-def pressed(slab: Slab, normal_load: float, radius: float = 1e6) -> ContactState:
-    case = Case(slab=slab, radius=radius, normal_load=normal_load, effects=Effects(friction=False))
-    state = initial_contact(case, surface_compliance(slab))
-    assert state.outcome.ok
-    return state
-
-
-def test_thin_films_are_winklers_and_where_nothing_gives_way_they_flow() -> None:
-    """The load goes as a³ on a thin bonded film, as a⁵ at ν = 1/2 (Johnson, Contact Mechanics, §5.8)."""
-    for poisson, power, height, radius in ((0.3, 3.0, 2e-3, 1e4), (0.5, 5.0, 5e-3, 1e6)):
-        slab, wide = Slab(513, height, poisson, scheme="strip"), []
-        for normal_load in (1e-3, 2e-3):
-            wide.append(contact_half_width(pressed(slab, normal_load, radius)))
-            assert wide[-1] == pytest.approx(film_half_width(normal_load, radius, poisson, height), rel=0.04)
-        assert 1.0 / np.log2(wide[1] / wide[0]) == pytest.approx(power, rel=0.05)  # edges are a height wide: 3 % seen
-
-
-def test_a_contact_on_a_tall_layer_is_hertzs() -> None:
-    theory = hertz(1e-7, 1e6, 0.5)
-    assert contact_half_width(pressed(Slab(257, 20.0, 0.5, scheme="strip"), 1e-7)) == pytest.approx(
-        theory.half_width, rel=5e-3
-    )
 
 
 def elliptic(half_width: float, slab: Slab) -> Dense:
