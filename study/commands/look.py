@@ -32,7 +32,6 @@ from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.figures.frames import events_of, frames
 from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
-from nanoslip.study.figures.points import axis_named, points_named, selected
 from nanoslip.study.figures.shared import (
     FORMATS,
     CampaignFigure,
@@ -44,7 +43,7 @@ from nanoslip.study.figures.shared import (
     resized,
     styled,
 )
-from nanoslip.study.figures.sweep import view_of
+from nanoslip.study.figures.sweep import view_named
 from nanoslip.study.manifest.cases import campaign_of, expand
 from nanoslip.study.manifest.checker import ManifestError, number_or_text
 from nanoslip.study.manifest.columns import text_of
@@ -143,32 +142,14 @@ def _draw_over_axes(
     size: tuple[float, float] | None,
 ) -> None:
     form = format_of(output) if output else FORMATS[0]
-    y, x, hue = words
     with refusals(ValueError), dataset_of(shipped.campaign_file(source), out) as dataset:
-        with _named("--y", y):
-            points = points_named(dataset, y)
-        points = selected(points, dataset, where)
-        chosen = []
-        for option, word in (("--x", x), ("--hue", hue)):
-            with _named(option, word):
-                chosen.append(axis_named(points, dataset, word) if word else "")
-        view = view_of(points, *chosen)
+        view = view_named(dataset, *words, where)
         target = output or Path(f"{view.name}.{form}")
         files = {target: image(resized(view.draw(), size or ()), form)}
         if table:
             files[target.with_suffix(".csv")] = csv_of(view.columns()).encode()
         write(files)
     say(view.caption + (f" Of {', '.join(f'{key} = {value}' for key, value in where.items())}." if where else ""))
-
-
-@contextmanager
-def _named(option: str, word: str) -> Iterator[None]:
-    """Say in which option a word stands that means nothing. Raises Refusal."""
-    try:
-        yield
-    except ValueError as error:
-        said = str(error)
-        raise Refusal(f"{option} {said}" if said.startswith(f"{word}: ") else f"{option} {word}: {said}") from None
 
 
 def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:

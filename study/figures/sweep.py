@@ -608,7 +608,11 @@ def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any
     """
     from matplotlib import pyplot  # noqa: PLC0415  a page is drawn without windows
 
-    points = selected(points_named(dataset, y), dataset, where)
-    view = view_of(points, *(axis_named(points, dataset, word) if word else "" for word in (x, hue)))
-    first: Axes = resized(view.draw(make=pyplot.figure)).axes[0]
+    first: Axes = resized(view_named(dataset, y, x, hue, where).draw(make=pyplot.figure)).axes[0]
     return first
+
+
+def view_named(dataset: xr.Dataset, y: str, x: str, hue: str, where: Mapping[str, Any]) -> View:
+    """The view of a number over axes, by the words that people have for them. Raises UnknownNameError, ValueError."""
+    points = selected(points_named(dataset, y), dataset, where)
+    return view_of(points, *(axis_named(points, dataset, word) if word else "" for word in (x, hue)))

@@ -14,19 +14,21 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import jinja2
-import numpy as np
 import xarray as xr
 from markupsafe import Markup, escape
 
+from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import Column, scales_of
+from nanoslip.study.dataset.compare import values
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
-from nanoslip.study.figures.points import SYMBOL, label
+from nanoslip.study.figures.points import SYMBOL, readable
 from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image, spread
+from nanoslip.study.figures.sweep import sentence
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
 from nanoslip.study.manifest.parameters import NAMED
-from nanoslip.study.manifest.units import compact
+from nanoslip.study.manifest.units import compact, si_line
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
 from nanoslip.study.report.errors import error_lines
@@ -155,67 +157,24 @@ def _time(seconds: float) -> str:
     return f"{seconds:.3g} s"
 
 
-# What is behind the numbers of a page: accuracy, and units.
-
-UNCERTAIN: Final = ("plateau_mean", "static_friction", "kinetic_friction", "mean_step")
-"""Variables whose uncertainties a page sums up."""
+# What is behind the numbers of a page: sizes in SI, and what was left out.
 
 
-def accuracy(dataset: xr.Dataset) -> Iterator[str]:
-    """What the slab's grid costs, and how uncertain the numbers are, a line each."""
-    if variables.DISCRETIZATION_ERROR.name in dataset:
-        errors = dataset[variables.DISCRETIZATION_ERROR.name].values.ravel()
-        yield f"Grid (discretization_error of stiffness, approach, half-width, pressure): {_shares(errors, 'measured')}"
-    for name in UNCERTAIN:
-        uncertainty = f"{name}_uncertainty"
-        if {name, uncertainty} <= set(dataset.data_vars) and np.isfinite(dataset[name].values).any():
-            share = np.abs(dataset[uncertainty].values.ravel() / dataset[name].values.ravel())
-            yield f"{_sentence(label(name))}: ± {_shares(share, 'known')[:-1]}{_of_mean(dataset, name)}."
-
-
-def _of_mean(dataset: xr.Dataset, name: str) -> str:
-    """Of how many members a number's means are, where they are of several."""
-    counts = variables.members_of(dataset, name)
-    if counts is None or not bool((counts[0] > 1.0).any()):
-        return ""
-    having, used = (each.where(counts[0] > 0.0) for each in counts)
-    of = "" if having.equals(used) else f" of {variables.ends_of(used)}"
-    return f", over {variables.ends_of(having)}{of} members"
-
-
-def _sentence(text: str) -> str:
-    return text[0].upper() + text[1:]
-
-
-def _shares(values: Any, word: str) -> str:
-    known = values[np.isfinite(values)]
-    if not len(known):
-        return f"not {word}."
-    ends = " to ".join(dict.fromkeys(f"{100 * end:.2g} %" for end in (known.min(), known.max())))
-    missing = len(values) - len(known)
-    return f"{ends}{f'; not {word} of {missing} of {len(values)} cases' if missing else ''}."
-
-
-def scales(dataset: xr.Dataset) -> Iterator[str]:
-    """The scales of the dimensionless numbers, a line each; none where a dataset does not state them."""
+def in_si(dataset: xr.Dataset) -> Iterator[str]:
+    """The sizes of cases and of what they give in SI, a line each; none where a dataset does not state its scales."""
     found = scales_of(dataset.attrs)
     if found is None:
         return
-    width, depth, modulus = found.slab_width, found.slab_depth, found.shear_modulus
-    yield f"Slab width L_x = {compact(width, 'm')}, depth L_y = {compact(depth, 'm')}, shear modulus G = {compact(modulus, 'Pa')}"
-    for name, meaning, unit, scale in (
-        ("normal_load", "normal load W", "N", found.force),
-        ("radius", "radius R", "m", width),
-        ("final_displacement", "pin displacement", "m", width),
-        ("mean_step", "mean step per event", "m", width),
-        ("surface_stiffness", "lateral stiffness K", "N/m", found.stiffness),
-    ):
-        idle = name == "radius" and np.all(dataset.get("pin", "") == "flat_punch")
-        values = np.empty(0) if idle or name not in dataset.variables else dataset[name].values.ravel() * scale
-        values = values[np.isfinite(values)]
-        if len(values):
-            low, high = compact(values.min(), unit), compact(values.max(), unit)
-            yield f"{_sentence(meaning)}: {low if low == high else f'{low} to {high}'}"
+    given = {name: values(dataset, name) for name in parameters_of_a_case()}
+    yield si_line(found, {}, {name: each for name, each in given.items() if each}).removeprefix("in SI: ")
+    for name in ("final_displacement_si", "mean_step_si", "surface_stiffness_si"):
+        if name in dataset and bool(dataset[name].notnull().any()):
+            ends, unit = (
+                (float(dataset[name].min()), float(dataset[name].max())),
+                readable(dataset[name].attrs["units"]),
+            )
+            span = " to ".join(dict.fromkeys(compact(end, unit) for end in ends))
+            yield f"{sentence(dataset[name].attrs['long_name'])}: {span}"
 
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:
@@ -355,9 +314,8 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         flags=summary.cautions(dataset),
         facts={
             "Cost": [cost(journal)],
-            "Accuracy": list(accuracy(dataset)),
             "Largest errors": list(error_lines(dataset)),
-            "Scales": list(scales(dataset)),
+            "In SI": list(in_si(dataset)),
             "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
         },
         sections=placed(sections),

@@ -313,8 +313,8 @@ def test_cases_are_chosen_by_their_values_and_a_picture_has_the_size_and_style_t
         ("{} --y plateau radius=50 mu_i=0.5", "plateau_mean: all cases are alike: there is nothing to draw it against"),
         ("{} --y plateau --size 3", "3: needs width x height in inches"),
         ("{} --y plateau --style no.mplstyle", "no.mplstyle: no style sheet: needs a file, or one of "),
-        ("{} --y plateau/foo", "--y plateau/foo: foo: no variable of this dataset"),
-        ("{} --y plateau --x outcome", "--x outcome: cases do not differ in it; they differ in intrinsic_friction (μ_i), "
+        ("{} --y plateau/foo", "foo: no variable of this dataset"),
+        ("{} --y plateau --x outcome", "outcome: cases do not differ in it; they differ in intrinsic_friction (μ_i), "
          "radius (R/L_x)"),
         ("{} --y plateau -o fig.jpg", "fig.jpg: needs a name that ends in .pdf, .svg, .png"),
         ("{} other --y plateau", "other: needs key=value, as radius=50"),

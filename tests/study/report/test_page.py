@@ -14,7 +14,7 @@ from nanoslip.study.figures.shared import COLORS, column, image
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report import summary
-from nanoslip.study.report.page import DARK, accuracy, left_out, scales, themed
+from nanoslip.study.report.page import DARK, in_si, left_out, themed
 from nanoslip.study.results.store import StoreError
 
 
@@ -137,23 +137,12 @@ def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):
         report_page.write(only, tmp_path / "file")
 
 
-def test_accuracy_names_what_is_not_known() -> None:
-    errors = {
-        "discretization_error": [0.001, 0.02, np.nan],
-        "plateau_mean": [0.5, 0.25, np.nan],
-        "plateau_mean_uncertainty": [0.005, 0.0025, np.nan],
-    }
-    grid, plateau = accuracy(xr.Dataset({name: ("case", values) for name, values in errors.items()}))
-    assert grid.endswith(": 0.1 % to 2 %; not measured of 1 of 3 cases.")
-    assert plateau == "F/W on the plateau: ± 1 %; not known of 1 of 3 cases."
-
-
-def test_scales_are_said_in_si_and_left_out_where_a_dataset_does_not_say() -> None:
-    data = xr.Dataset({"mean_step": ("case", [1e-6, 2e-6])}, {"normal_load": 1e-3})
-    assert list(scales(data)) == []
-    assert list(scales(data.assign_attrs(slab_width=1e-3, slab_depth=1e-2, shear_modulus=1e10))) == [
-        "Slab width L_x = 1 mm, depth L_y = 10 mm, shear modulus G = 10 GPa",
-        "Normal load W: 100 N",
+def test_sizes_are_said_in_si_and_left_out_where_a_dataset_does_not_say() -> None:
+    step = {"long_name": "mean step per event", "units": "m"}
+    data = xr.Dataset({"mean_step_si": ("radius", [1e-9, np.nan, 2e-9], step)}, {"radius": [50.0, 100.0, 200.0]})
+    assert list(in_si(data)) == []
+    assert list(in_si(data.assign_attrs(slab_width=1e-3, slab_depth=1e-2, shear_modulus=1e10))) == [
+        "L_x = 1 mm, R = 50 mm to 200 mm, W = 100 N, L_z = 1 mm, nodes 7.812 μm apart",
         "Mean step per event: 1 nm to 2 nm",
     ]
 
