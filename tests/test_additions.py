@@ -19,6 +19,7 @@ from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.parameter import check, parameter
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.variables import described
 from nanoslip.study.manifest.checker import ManifestError
@@ -43,8 +44,9 @@ samples = 5
 
 
 @pytest.fixture
-def campaign(tmp_path: Path) -> Campaign:
+def campaign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Campaign:
     """A campaign with these lines, computed."""
+    monkeypatch.setattr(variables, "_by_name", variables._by_name.__wrapped__)  # which remembers what was declared
 
     def computed(lines: str) -> tuple[Plan, xr.Dataset]:
         path = tmp_path / "toy.toml"
