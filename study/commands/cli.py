@@ -157,8 +157,8 @@ def campaigns() -> None:
 def new() -> None:
     """Write a commented campaign to start from.
 
-    STARTER is its name; without a name the starters are listed. It is written to FILE [default: STARTER.toml], which must not
-    exist yet. Files that it needs are written beside it.
+    STARTER is its name; without a name the starters are listed. FILE [default: STARTER.toml] must not exist. Files that the
+    campaign needs are written beside it.
 
     Example: nanoslip new sweep campaigns/mine.toml
     """
@@ -169,8 +169,8 @@ def new() -> None:
 def check() -> None:
     """Find every problem of campaign files, without computing.
 
-    Each CAMPAIGN is a file, or the name of one that comes with nanoslip. Of a correct one a line tells its cases and tasks. Of
-    the others every problem is a line: file, key, value and what is allowed.
+    Each CAMPAIGN is a file, or the name of one that comes with nanoslip. A correct one gets a line with its cases and tasks.
+    In others every problem gets a line: file, key, value and what is allowed.
 
     Exit codes: 0 all are correct; 2 some are not.
 
@@ -185,8 +185,8 @@ def check() -> None:
 def plan() -> None:
     """Show the tasks of CAMPAIGN, their time, memory and disk.
 
-    The time is that of the tasks that are not finished. It is a first guess, within a factor of ten, until the first tasks of the
-    campaign have ended, or are measured here (--measure): what they took scales it then, kind by kind.
+    The time is for the remaining tasks. The first estimate is right within a factor of ten; times of finished tasks, or of tasks
+    measured here (--measure), correct it.
     """
 
 
@@ -196,9 +196,9 @@ def plan() -> None:
 def explain() -> None:
     """Explain the cost and the errors of one case of CAMPAIGN.
 
-    KEY=VALUE select the case by its parameters, not by those of a drive. Shown are its estimated time, the error of its
-    grid where that was measured, and what half of it would cost; with --effects what `nanoslip effects` shows, of this
-    case. Of a computed case each number asked for is shown with the largest part of its error, and what halves that.
+    KEY=VALUE select the case by its parameters, not by those of a drive. The output has the estimated time, the measured error of
+    the grid, and the cost of half that error. For a computed case it has the largest part of the error of each number, and
+    what halves it. --effects adds the output of `nanoslip effects` for this case.
 
     Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5 --effects
     """
@@ -210,10 +210,9 @@ def explain() -> None:
 def effects() -> None:
     """Measure what each effect of CAMPAIGN changes and costs.
 
-    Its first, middle and last case are computed with everything, then without one effect at a time, by the same members.
-    So are its first, middle and last drive. The change of each number asked for ([target] of, or those of the last stage) is
-    relative, and that of the case in which it is largest. Effects without which no task of the number differs are not shown.
-    Times are those of contact, record and drives without the effect, over those with everything. No result is kept.
+    The first, middle and last case and drive are computed with all effects, then without one effect at a time, by the same
+    members. Changes are relative and the largest of these cases, for the numbers in [target] or of the last stage. Times are
+    those without the effect over those with all. Effects that a number does not depend on are not shown. No result is kept.
 
     Example: nanoslip effects campaigns/mine.toml --members 16
     """
@@ -239,8 +238,8 @@ def _shard(_context: click.Context, _option: click.Parameter, text: str | None) 
     default=GRACE,
     help="Seconds that running tasks get to finish after a signal.",
 )
-@flag("--recompute-foreign", help="Compute results of other software again (`nanoslip status` names it).")
-@flag("--retry", help="Try tasks again that have failed (`nanoslip status` counts them).")
+@flag("--recompute-foreign", help="Compute results of other software again (`nanoslip status` lists it).")
+@flag("--retry", help="Try failed tasks again (`nanoslip status` counts them).")
 @click.option(
     "--shard",
     metavar="N/OF",
@@ -262,16 +261,16 @@ def run() -> None:
 def status() -> None:
     """Show how much of CAMPAIGN is finished, and how cases ended.
 
-    It reads the files of results alone. So it works while CAMPAIGN is computed, after an interruption, and on another machine.
+    It only reads result files. So it works during a run, after an interruption, and on another machine.
     """
 
 
 @command("judge:collect_dataset", CAMPAIGN, OUT)
-@flag("--replace", help="Replace a dataset that has more finished cases, as of the campaign before it changed.")
+@flag("--replace", help="Replace also a dataset with more finished cases.")
 def collect() -> None:
     """Write the dataset of CAMPAIGN from its finished results.
 
-    What is not computed is "pending". An existing dataset with more finished cases is kept.
+    Other cases are "pending". An existing dataset with more finished cases is kept.
     """
 
 
@@ -339,12 +338,12 @@ def report() -> None:
     "--into",
     type=PATH,
     default=RESULTS,
-    help="Folder of shipped figures. Folders below it are those of their campaigns: fig5 in figures, regimes in maps.",
+    help="Folder of shipped figures, with a folder for each group of campaigns (figures, maps, ...).",
 )
 @click.option(
     "--out",
     type=PATH,
-    help="Folder of CAMPAIGN's results. Of shipped figures: the folder with a folder for each campaign, as figures/records  "
+    help="Folder of CAMPAIGN's results; for shipped figures the folder above those of all campaigns "
     f"[default: results/<campaign>; {RESULTS}]",
 )
 @click.option("--y", default="", metavar="NUMBER", help="Variable of CAMPAIGN to draw, or a ratio of two.")
@@ -359,14 +358,14 @@ def report() -> None:
 def figure() -> None:
     """Draw a number of CAMPAIGN over its axes, or shipped figures.
 
-    CAMPAIGN has been run, or is a file results.nc. Variables have the names of `nanoslip describe`, or symbols as in equations.
-    Axes beyond x and colour become panels. Members of an ensemble are drawn as their mean and its ±. KEY=VALUE, or
-    KEY=VALUE,VALUE, draw these cases alone. What a matplotlibrc or --style sets is obeyed.
+    CAMPAIGN has been run, or is a file results.nc. Variables have names (`nanoslip describe`) or symbols. Axes beyond x and
+    colour become panels. An ensemble is drawn as mean and ±. KEY=VALUE or KEY=VALUE,VALUE select cases. A
+    matplotlibrc is respected.
 
     Example: nanoslip figure campaigns/mine.toml --y plateau/mu_i -o mine.pdf
 
-    Without --y, NAMEs are shipped figures. Each is drawn with a table that compares the paper's numbers with those found. Cases
-    that are not computed yet are computed in this process. Without names they are listed.
+    Without --y, NAMEs are shipped figures, each with a table that compares the paper's numbers with computed ones. Missing cases
+    are computed in this process. Without names the figures are listed.
     """
 
 
@@ -375,15 +374,16 @@ def figure() -> None:
     FILE,
     defaulted("--x", default="m", metavar="UNIT", help="Unit of the first column, as nm."),
     defaulted("--z", default="m", metavar="UNIT", help="Unit of the second column."),
-    defaulted("--detrend", type=DETREND, default="line", help="What is taken off the heights."),
+    defaulted("--detrend", type=DETREND, default="line", help="Trend removed from the heights."),
     defaulted("--width", default="1 mm", metavar="LENGTH", help="Slab width L_x, for the nodes."),
     PICTURE,
 )
 def profile() -> None:
-    """Say what is known of a measured surface profile.
+    """Report statistics of a measured surface profile.
 
-    FILE has two columns, x and height. Height, slope, correlation length, and the nodes that resolve it on a slab of this width;
-    -o draws it with its spectrum. A campaign takes it as heterogeneity.roughness = {file = "FILE", x = "nm", z = "nm"}.
+    FILE has two columns, x and height. The output has height, slope, correlation length, and the n_x that resolves the profile
+    on a slab of this width; -o draws it with its spectrum. In a campaign: heterogeneity.roughness = {file = "FILE", x = "nm",
+    z = "nm"}.
 
     Example: nanoslip profile afm.csv --x nm --z nm --width "20 um"
     """
@@ -398,8 +398,8 @@ def traced(described: Declared) -> Declared:
         click.option("--load", metavar="FORCE", help='Normal load, as "100 N": numbers become coefficients.'),
         click.option("--velocity", metavar="VELOCITY", help='Of the stage, as "10 um/s".'),
         defaulted("--columns", nargs=2, type=POSITIVE, default=(1, 2), help="The two columns, counted from 1."),
-        click.option("--offset", metavar="FORCE", help="What the force cell shows where nothing pulls; taken off."),
-        click.option("--drift", metavar="RATE", help='What it drifts by, as "1 mN/s" or in N/m; taken off.'),
+        click.option("--offset", metavar="FORCE", help="Reading of the force cell without a pull; subtracted."),
+        click.option("--drift", metavar="RATE", help='Drift of the force cell, as "1 mN/s" or in N/m; subtracted.'),
         click.option("--damping", type=Number(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
     )
     for each in reversed(options):
@@ -431,9 +431,9 @@ def trace() -> None:
 def show_case() -> None:
     """Show one case of CAMPAIGN: its numbers and a small plot.
 
-    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. KEY=VALUE select the case by exact
-    values of its parameters. A campaign without a dataset is shown from its finished results. Members of an ensemble are one
-    case, unless member=NUMBER selects one. Drives are rows of a table, unless drive=NAME selects one.
+    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or its folder. KEY=VALUE select the case by exact values of
+    its parameters. Without a dataset, finished results are shown. An ensemble is one case, unless member=NUMBER selects a
+    member. Drives are rows of a table, unless drive=NAME selects one.
 
     Example: nanoslip show campaigns/mine.toml intrinsic_friction=0.5 normal_load=1e-3
     """
@@ -445,8 +445,8 @@ def show_case() -> None:
 def try_case() -> None:
     """Compute one case now and show it; nothing is written to disk.
 
-    KEY=VALUE are keys of a campaign's tables of parameters, [scales], [ensemble], [outputs] and [[drives]]. All others have
-    their defaults: the paper's case at 129 nodes, over eight presliding lengths.
+    KEY=VALUE are keys of a campaign: parameters, [scales], [ensemble], [outputs] and [[drives]]. All others have their defaults:
+    the paper's case at 129 nodes, over eight presliding lengths.
 
     Example: nanoslip try radius=50 normal_load=1e-3
     """
@@ -483,9 +483,9 @@ def frames() -> None:
 def sensitivity() -> None:
     """Show which parameters a number of DATASET depends on.
 
-    DATASET is a file results.nc, the folder it is in, or a campaign that has been run. A parameter has a share of the number's
-    variance alone (first-order Sobol' index), and in all with what it does together with others (total index), each with an
-    interval of 95 %. Any design will do. Failed and flagged cases are left out, and the variance of each ± is taken off.
+    DATASET is a file results.nc, its folder, or a campaign that has been run, of any design. First-order Sobol' indices are
+    shares of the number's variance by one parameter alone; total indices include interactions. Both have 95 % intervals. Failed
+    and flagged cases are omitted; the variance of ± is subtracted.
 
     Example: nanoslip sensitivity results/mine --of static_friction
     """
@@ -535,8 +535,8 @@ def fit() -> None:
 def export() -> None:
     """Write CAMPAIGN's numbers as a table, or all as a crate.
 
-    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or the folder it is in. The table has a row for each case,
-    or for each drive of each case: parameters first, then numbers. Unknown numbers are empty in CSV and null in JSON.
+    CAMPAIGN is a campaign file or its name, a dataset (results.nc) or its folder. The table has a row for each case, or for each
+    drive of each case: parameters first, then numbers. Missing numbers are empty in CSV and null in JSON.
 
     Example: nanoslip export results/mine --csv -o mine.csv
     """
@@ -548,10 +548,9 @@ def export() -> None:
 def compare() -> None:
     """Show what differs between datasets A and B, and how much.
 
-    Each is a dataset (results.nc), the folder it is in, or a campaign. Cases are compared that have the same values of all
-    parameters that vary in either; an ensemble is one case. Numbers with an uncertainty agree within 2 combined standard
-    deviations. Words agree if they are the same. Numbers without an uncertainty are named where they differ, but not judged.
-    Cases of only one dataset are counted; they are no difference.
+    Each is a dataset (results.nc), its folder, or a campaign. Cases with equal values of all varying parameters are compared; an
+    ensemble is one case. Numbers with an uncertainty agree within 2 combined standard deviations, texts if they are equal.
+    Other numbers are listed if they differ, not judged. Cases of only one dataset are counted.
 
     Exit codes: 0 same or within uncertainties; 1 a difference beyond them; 2 nothing to compare.
 
