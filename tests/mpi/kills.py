@@ -1,10 +1,9 @@
-"""Kill runs at random moments and write the table of what came of it: `python -m tests.mpi.kills --trials 100`.
+"""Kill runs at random moments and look at what comes of it: `python -m tests.mpi.kills --trials 100`.
 
 In a trial a run is killed at a moment drawn at random, then goes on with other ranks; what must hold is looked at.
 """
 
 import argparse
-import math
 import os
 import random
 import re
@@ -28,7 +27,6 @@ from nanoslip.study.results.store import FOLDER
 from nanoslip.study.run.journal import BEGUN
 from tests.conftest import SMALL, clean_environment, launcher
 from tests.study.results.results import written
-from tests.written_tables import put
 
 KEPT: Final = SMALL.replace("[0.25, 0.5]", "[0.25, 0.3, 0.4, 0.5]").replace("[50.0, 100.0]", "[50, 60, 70, 80, 100]")
 CAMPAIGNS: Final = {"kept": KEPT, "scalars": f"{KEPT}\n[outputs]\nrecords = false\ntrajectory = false\n"}
@@ -37,8 +35,6 @@ PATIENCE: Final = 120.0
 """Seconds after which a run is taken to hang; each takes a few."""
 LATEST: Final = 0.95
 """Part of the time of an undisturbed run after which nothing is killed any more."""
-ENOUGH: Final = 3
-"""Trials of each kind that make a table."""
 
 # The processes of one run, found by a word in their environment: its launcher, its ranks, those that compute.
 
@@ -179,14 +175,6 @@ class Trial:
     sent: signal.Signals
     killed: bool = False
     """Whether what was to be killed was there before the run had ended."""
-    code: int = 0
-    """How the run ended that was killed."""
-    finished: int = 0
-    """Results that it had kept by then."""
-    ended_after: float = 0.0
-    """Seconds from the kill until no process of the run was left."""
-    went_on_in: float = 0.0
-    """Seconds that the run after it took."""
     broken: list[str] = field(default_factory=list)
     """What should have held and did not."""
 
@@ -233,10 +221,9 @@ def run(number: int, seed: int, campaigns: list[Undisturbed], folder: Path) -> T
         running.wait(PATIENCE)
     while remaining(str(out)) and time.monotonic() < sent + PATIENCE:
         time.sleep(0.02)
-    found.ended_after = time.monotonic() - sent
     left = killed(str(out))
     found.holds(not left, f"{left} processes left after {PATIENCE:g} s")
-    found.code, found.finished = running.wait(PATIENCE), len(written(out))
+    running.wait(PATIENCE)
     found.heard(said)
     dataset = out / file.FILE
     found.holds(not dataset.exists() or dataset.read_bytes() == whole.dataset, "left another dataset")
@@ -247,14 +234,12 @@ def run(number: int, seed: int, campaigns: list[Undisturbed], folder: Path) -> T
 def _go_on(found: Trial, whole: Undisturbed, out: Path, ranks: int) -> None:
     """Run again, and look at all that must hold then."""
     kept, files, said = logs(out), own_files(out), out.with_suffix(".later")
-    begun = time.monotonic()
     again = start(whole.campaign, out, ranks, said)
     try:
         code = again.wait(PATIENCE)
     except subprocess.TimeoutExpired:
         os.killpg(again.pid, signal.SIGKILL)
         code = again.wait()
-    found.went_on_in = time.monotonic() - begun
     found.heard(said)
     found.holds(code == 0, f"went on to exit code {code}: {said.read_text('utf-8', errors='replace')[-300:]!r}")
     found.left(whole, out)
@@ -273,19 +258,16 @@ def race(number: int, seed: int, campaigns: list[Undisturbed], folder: Path) -> 
     found = Trial(number, *KINDS[number % len(KINDS)])
     whole, out = drawn.choice(campaigns), folder / f"race{number}"
     rivals = [Rival(whole.campaign, out, drawn, out.with_suffix(f".{name}")) for name in ("one", "other")]
-    come, until, sent = _moment(drawn, whole, out), time.monotonic() + PATIENCE, math.inf
+    come, until = _moment(drawn, whole, out), time.monotonic() + PATIENCE
     while [rival for rival in rivals if not rival.done()] and time.monotonic() < until:
         hit = drawn.choice(rivals)
         if not found.killed and hit.running.poll() is None and come():
             processes = meant(found.target, hit.mark, hit.running.pid)
             found.killed = bool(processes) and kill(found.target, drawn.choice(processes), found.sent)
-            sent, found.finished = time.monotonic(), len(written(out))
         time.sleep(0.002)
-    found.went_on_in = max(time.monotonic() - sent, 0.0)
     # Well, refused as the other is at work, or told to stop; and what was hit as the signal has it.
     codes = [code for rival in rivals for code in rival.codes]
     others = [code for code in codes if code not in (0, WRONG_INPUT, INTERRUPTED)]
-    found.code = next(iter(others), max(codes, default=0))
     found.holds(len(others) <= found.killed, f"exit codes {others}")
     for rival in rivals:
         killed(rival.mark)
@@ -306,39 +288,13 @@ def _moment(drawn: random.Random, whole: Undisturbed, out: Path) -> Callable[[],
     return lambda: len(written(out)) >= results
 
 
-# The table.
-
-HEAD: Final = (
-    *("killed", "by", "trials", "results kept by then", "exit codes, and how often", "all ended after, s"),
-    *("went on in, s", "broken"),
-)
-
-
-def table(found: list[Trial]) -> list[str]:
-    """The trials, by what was killed and how."""
-    rows = [HEAD, ("---",) * len(HEAD)]
-    for target, sent in KINDS:
-        if mine := [each for each in found if (each.target, each.sent) == (target, sent)]:
-            codes = ", ".join(
-                f"{code} ({times})" for code, times in sorted(Counter(each.code for each in mine).items())
-            )
-            kept = [each.finished for each in mine]
-            ended, went_on = max(each.ended_after for each in mine), max(each.went_on_in for each in mine)
-            broken = "; ".join(sorted({problem for each in mine for problem in each.broken})) or "none"
-            row = (target, sent.name, len(mine), f"{min(kept)} to {max(kept)}", codes, f"{ended:.1f}", f"{went_on:.1f}")
-            rows.append((*map(str, row), broken))
-    late, broken = sum(not each.killed for each in found), sum(bool(each.broken) for each in found)
-    said = f"{len(found)} trials, {broken} broken; {late} runs ended before the signal."
-    return [said, "", *(f"| {' | '.join(row)} |" for row in rows)]
-
-
 def main() -> None:
-    """Make the trials that are asked for; a table with enough of each kind is written into the page."""
+    """Make the trials that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=int, default=100)
     parser.add_argument("--first", type=int, default=0, help="number of the first trial: one that broke, again")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--race", action="store_true", help="two launches race in each trial; no table is written")
+    parser.add_argument("--race", action="store_true", help="two launches race in each trial")
     asked = parser.parse_args()
     found = []
     with TemporaryDirectory() as folder:
@@ -346,10 +302,8 @@ def main() -> None:
         for number in range(asked.first, asked.first + asked.trials):
             found.append((race if asked.race else run)(number, asked.seed, campaigns, Path(folder)))
             print(found[-1], flush=True)
-    rows = table(found)
-    print("\n".join(rows))
-    if not asked.race and asked.trials >= ENOUGH * len(KINDS):
-        put(Path(__file__).with_name("README.md"), "kills", rows)
+    broken, late = sum(bool(each.broken) for each in found), sum(not each.killed for each in found)
+    print(f"{len(found)} trials, {broken} broken; {late} runs had ended before what was to be killed was there.")
     sys.exit(any(each.broken for each in found))
 
 
