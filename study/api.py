@@ -68,8 +68,8 @@ def run(
     campaign: a campaign file, the name of a campaign that comes with nanoslip, or a dict with the keys of a campaign file.
     out: folder of the results, as `nanoslip run --out` uses it: finished tasks are not computed again, and the dataset reads
         its values from results.nc there when they are used. None: a temporary folder, and the dataset is in memory.
-    recompute_foreign: compute again what other software computed.
-    retry: try again what has failed.
+    recompute_foreign: compute results of other software again.
+    retry: try failed tasks again.
     progress: print progress on standard error. None: on a terminal and in a notebook.
     jobs: processes of this machine that compute, as `nanoslip run -j`: a task that ends its process fails alone. 1: this process
         itself. The dataset is the same.
@@ -164,8 +164,8 @@ def _one_thread() -> threadpoolctl.threadpool_limits:
 def open_dataset(path: Place) -> xr.Dataset:
     """Open a dataset: results.nc, or the folder it is in. Values are read when they are used. Raises StoreError.
 
-    What is returned has the scalars of the cases. Records, trajectories and contacts are asked for by its accessor `.nanoslip`
-    (`nanoslip.study.dataset.access`); `xr.open_datatree` of the file has everything.
+    It has the scalars of the cases. Its accessor `.nanoslip` (`nanoslip.study.dataset.access`) reads records, trajectories and
+    contacts; `xr.open_datatree` of the file has everything.
 
     Axes of one value stay dimensions: `.sel(radius=200.0)` means the same in every campaign, and `concat` finds where cases
     belong. `.squeeze()` leaves such dimensions out; the accessor does so by itself.
@@ -179,7 +179,7 @@ def concat(sources: Iterable[Source], join: Literal["product", "outer"] = "produ
 
     sources: datasets of `open` or `run`, paths of results.nc, or folders with one. Their cases make up a full product of
     their axes and of parameters that each has one value of; or all are lists of cases, which are numbered on. Attributes that
-    differ are left out, so `nanoslip verify` has to be asked about the parts.
+    differ are omitted, so `nanoslip verify` works on the parts only.
     join: "outer" where the product has cases that none of them has: these are `pending`, their numbers missing.
 
     Raises StoreError where a path is no dataset, ValueError with what differs where they do not fit together.

@@ -60,7 +60,7 @@ MOST_PATTERNS: Final = 2**14
 
 
 class _Digits(dict[float, str]):
-    """Number -> its hexadecimal digits, kept for those that are asked for again and again."""
+    """Number -> its hexadecimal digits, cached."""
 
     def __missing__(self, number: float) -> str:
         digits = number.hex()

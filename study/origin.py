@@ -1,12 +1,10 @@
-"""Which software computed a result. No clock, host or rank: the same software says the same of itself everywhere.
+"""Software that computed a result: the same description on every host and rank, at any time.
 
-What identifies it is a hash of the *contents* of the files that decide a result, its folder or repository apart: the whole
-solver, and the two files that say what is computed and that call it. Commit and "+modified" are written down beside it where
-git is there.
+Its identity is a hash of the *contents* of the files that determine a result: the whole solver, and the two files that declare
+and call a computation. Commit and "+modified" are recorded if git is available.
 
-Last bits depend on two things more: the kernels that a BLAS has chosen for its processor, and the instructions that
-processor has. They are told apart in what is made of results, yet a result of another processor is none of other software:
-whoever continues a campaign on a newer machine computes nothing again.
+Last bits also depend on the kernels of the BLAS and on the instructions of the processor. Both are recorded, but a result of
+another processor is not of other software: a campaign continued on a newer machine computes nothing again.
 """
 
 import hashlib
@@ -79,7 +77,7 @@ def features() -> str:
 
 
 def _processor(names: tuple[str, ...]) -> str:
-    """What the first processor says under the first of these names that is there; else empty."""
+    """Value of the first of these names in the description of the first processor; empty without one."""
     said: dict[str, str] = {}
     with suppress(OSError):
         for line in Path("/proc/cpuinfo").read_text("utf-8", errors="replace").splitlines():
@@ -284,7 +282,7 @@ def foreign(origins: Origins, home: Origin) -> bool:
 
 
 def foreign_among(results: Mapping[str, Origins]) -> dict[str, Origins]:
-    """Those of these results that other software than what runs here had a hand in."""
+    """Results that depend on other software than the present one."""
     home = here()
     known = {origins: foreign(origins, home) for origins in set(results.values())}
     return {key: origins for key, origins in results.items() if known[origins]}

@@ -121,9 +121,9 @@ def _spread(found: Sequence[T], count: int) -> list[T]:
 
 
 def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
-    """Every effect that these cases and drives have, with every number asked for whose computation depends on it.
+    """Influence of each effect of these cases and drives on each requested number that depends on it.
 
-    Besides what failed with everything, of which no change is known.
+    Also returns cases that failed with all effects on: their changes are unknown.
     """
     failed: dict[str, None] = {}
     changes, seconds = (

@@ -174,7 +174,7 @@ def as_table(diagram: Diagram) -> Table:
 
 
 def as_markdown(measurement: "Measurement") -> str:
-    """All diagrams, each under its name with what its errors are held against; and what was measured on which machine."""
+    """All diagrams as Markdown, each with its reference, and the machine of the measurement."""
     on = ", ".join(f"{name} {value}" for name, value in machine().items())
     parts = [f"# {measurement.title}\n", f"Measured with: {on}.\n"]
     for diagram in measurement.diagrams:

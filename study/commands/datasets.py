@@ -102,8 +102,7 @@ def _print(dataset: xr.Dataset, path: Path) -> None:
 
 
 def print_summary(dataset: xr.Dataset) -> None:
-    """Print the table of a dataset's cases, how its drives ended, why and what to do, where an ensemble
-    knows less than was asked for, and the advice of its validity flags."""
+    """Print a dataset's cases, outcomes of its drives with advice, missed targets, and advice of validity flags."""
     table, alike = summary.said_once(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES))
     print_table(table)
     print_sentences([*_chosen(dataset), *alike, means_of(dataset), *summary.drive_summary(dataset)])
@@ -146,7 +145,7 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
 
 
 def is_of(dataset: xr.Dataset, manifest: Manifest) -> bool:
-    """Whether a dataset is of the campaign as it is, and not of what its file said earlier."""
+    """Whether a dataset belongs to the campaign file in its present form."""
     return bool(dataset.attrs.get("manifest_sha256") == manifest.sha256)
 
 
@@ -217,7 +216,7 @@ def print_lines(lines: Iterable[Curve]) -> None:
 
 
 def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
-    """Print what a case is, how it ended and what is known of it; drives as rows where they are several."""
+    """Print parameters, outcome and numbers of a case; several drives as rows."""
     values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
     scales = scales_of(dataset.attrs)
     in_si = [si_line(scales, values, {})] if scales else []

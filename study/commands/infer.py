@@ -137,7 +137,7 @@ OF_TRACES: Final = {"static_friction": "mu_s", "kinetic_friction": "mu_k"}
 
 
 def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
-    """Friction coefficients in what `nanoslip trace --json` wrote, but those that are given by themselves. Raises Refusal."""
+    """Friction coefficients in the output of `nanoslip trace --json`, except those given directly. Raises Refusal."""
     needs = "needs a file that nanoslip trace FILE --load FORCE --json has written"
     try:
         found = json.loads(read_text(file)[1])

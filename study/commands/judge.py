@@ -149,7 +149,7 @@ def compare_datasets(first: Path, second: Path) -> None:
 
 
 def _print_rows(what: str, found: compare.Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
-    """Print how many rows both have, the first of those that one has alone, and what states no uncertainty."""
+    """Print the number of shared rows, the first unshared ones, and numbers without uncertainty."""
     pending = f", {found.pending} more without a result in one of them" if found.pending else ""
     say(f"{what} in both: {len(found.rows)}{pending}")
     for name, only in zip("AB", found.only, strict=True):

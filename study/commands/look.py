@@ -176,7 +176,7 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
 
 
 def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: Path | None) -> None:
-    """Print what is known of a profile, and draw it."""
+    """Print statistics of a profile, and draw it."""
     try:
         slab_width = float(plain(width, Parameter("slab width", unit="m")))
     except ValueError:

@@ -108,10 +108,10 @@ def standing(
     *,
     sized: bool = False,
 ) -> Standing:
-    """How far a campaign is. Raises ManifestError.
+    """Progress of a campaign. Raises ManifestError.
 
-    out: folder of the results, None for the campaign's own. measure: what tasks take; None: as the journals there say.
-    before: how far it was; what has not changed is not looked at again. sized: whether bytes of all tasks are estimated.
+    out: folder of the results, None for the campaign's own. measure: times of tasks; None: from the journals there.
+    before: earlier progress; unchanged files are not read again. sized: whether bytes of all tasks are estimated.
     """
     into, plan = folder(campaign, out), before.plan if before else planned(campaign)
     opened = {store.folder.parent: store for store in (before.stores if before else ())}

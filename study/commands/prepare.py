@@ -113,7 +113,7 @@ def _counted(campaign: Path, plan: Plan) -> str:
 def show_plan(
     campaign: Path, out: Path | None, ranks: int | None, measure: bool, show_effects: bool, as_json: bool
 ) -> None:
-    """Print the plan of a campaign, what is left of it, and which tasks do not fit the memory here.
+    """Print the plan of a campaign, its remaining tasks, and tasks too large for the memory here.
 
     ranks: number for which the time is estimated beside that of one, None for the cores here. measure: whether tasks are
     measured here.
@@ -183,7 +183,7 @@ def _kinds(found: plans.Standing, columns: Iterable[str]) -> Table:
 
 
 def _factors(found: plans.Standing) -> Iterator[str]:
-    """What measured tasks took over what they were predicted to."""
+    """Measured over predicted times of tasks."""
     data = found.measured.as_data()
     factors = [f"{kind} {found.measured.factor(kind):.2g} x" for kind in found.kinds if kind in data]
     if factors:

@@ -63,7 +63,7 @@ class Reading(NamedTuple):
         return (trace if math.isnan(velocity) else trace.at_velocity(velocity)), load, velocity
 
     def numbers(self, file: Path) -> tuple[Trace, float, TraceNumbers]:
-        """The trace, its load and what it tells. Raises Refusal."""
+        """The trace, its load and its numbers. Raises Refusal."""
         try:
             trace, load, velocity = self.trace(file)
             return trace, load, measure(trace, load, velocity, self.damping)

@@ -193,11 +193,11 @@ FRICTION = ("event_friction_before", "event_friction_after")
 class Accessor:
     """Ways to the groups of a dataset of `nanoslip.open`, `nanoslip.run` or `nanoslip.concat`, or of a selection of one.
 
-    selection: what singles out the cases, by names of coordinates: `intrinsic_friction=0.5, radius=[50.0, 200.0]`.
-    What is returned carries the scalars of its case as variables and its parameters as coordinates. It is read when it is used.
+    selection: values of coordinates, `intrinsic_friction=0.5, radius=[50.0, 200.0]`.
+    Results have the scalars of their case as variables and its parameters as coordinates, read when they are used.
 
-    All raise KeyError where no case is like that, ValueError where the dataset has nothing of the sort, has lost its groups,
-    or where several cases are like that and one is asked for.
+    All raise KeyError if no case matches, ValueError if the dataset has no such data, has lost its groups, or if several cases
+    match instead of one.
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:

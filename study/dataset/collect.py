@@ -1,4 +1,4 @@
-"""Results -> one labelled dataset. The same results give the same bytes, whatever computed them, when, in what order.
+"""Results -> one labelled dataset. The same results give the same bytes, on any machine, at any time, in any order.
 
 The root has scalars over the cases: over `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis of
 several values where the design is a full product, over `case` otherwise. Those of drives lie over `drive` too where there are
@@ -96,9 +96,9 @@ class Finished:
 
 
 def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Dataset:
-    """The dataset of a campaign with its groups, finished or not: what is not computed is NaN, with the outcome `pending`.
+    """The dataset of a campaign with its groups, finished or not: missing numbers are NaN, with the outcome `pending`.
 
-    Raises StoreError. heard: callback, called with the number of cases so far.
+    Raises StoreError. heard: callback, called with the number of collected cases.
     """
     manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
     front = load_front(manifest.front, manifest.files.get("front"))

@@ -206,7 +206,7 @@ def observed(pair: Pair, kind: str, found: Matched) -> Iterator[Observed]:
 
 
 def unjudged(pair: Pair, kind: str, found: Matched) -> tuple[list[str], list[str]]:
-    """The numbers that state no uncertainty: those that differ in any shared case, and those that do not."""
+    """Numbers without uncertainty: those that differ in any shared case, and the others."""
     differing: list[str] = []
     same: list[str] = []
     for name in _names(pair, kind):
@@ -218,7 +218,7 @@ def unjudged(pair: Pair, kind: str, found: Matched) -> tuple[list[str], list[str
 
 
 def _names(pair: Pair, kind: str) -> list[str]:
-    """The variables of cases or drives that both have; not those that are said of another, or say who computed it."""
+    """Shared variables of cases or drives, without companions such as ± and without provenance."""
     driven = of_drives() | {each.name for each in OUTCOMES[DRIVE]}
     apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
     apart |= run_names() | {"advice", GRID_ERROR}

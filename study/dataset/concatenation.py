@@ -16,7 +16,7 @@ from nanoslip.study.plan.plan import PENDING
 
 
 class NotJoinableError(NanoslipError, ValueError):
-    """Datasets that are not parts of one; the message says what differs."""
+    """Datasets that cannot be joined; the message names the difference."""
 
 
 def added_axes(dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequence[str]) -> list[str]:

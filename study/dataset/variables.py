@@ -1,8 +1,7 @@
 """Every variable of a dataset: name, meaning, unit; runs of different length as ragged groups.
 
-Those of results are declared where the solver makes them (nanoslip.solver.parameter) and follow from the parts of the kinds of
-task; here are the few that belong to the dataset itself. Lengths are in L_x, stiffness in G·L_y, forces over the load W; what a
-drive yields over time is in SI, as the drive is.
+The solver declares those of results (nanoslip.solver.parameter); this file adds those of the dataset itself. Lengths are in L_x,
+stiffness in G·L_y, forces over the load W; trajectories of drives are in SI.
 """
 
 import difflib

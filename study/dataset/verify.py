@@ -1,4 +1,4 @@
-"""A dataset computed again from itself alone, and beside what is kept: what all cases share, then case by case."""
+"""Compute a dataset again from the file alone and compare: shared tasks first, then case by case."""
 
 import hashlib
 import itertools
@@ -163,9 +163,9 @@ def _pending_drives(layout: Layout, found: xr.Dataset, case: CampaignCase) -> se
 
 
 def _endings(found: xr.Dataset, kind: str) -> xr.DataArray:
-    """How cases ("") or drives ended; pending is, too, what ended for a reason that says nothing of them.
+    """Outcomes of cases ("") or drives; `pending` also for outcomes of the machine, not of the physics.
 
-    Time, memory, a process that died: another attempt may end otherwise, and so may what needed that one.
+    These are time limits, memory and crashes, and tasks that needed such a task: another attempt may end differently.
     """
     endings = found[OUTCOMES[kind][0].name]
     return endings.where(~endings.isin(NOTHING_KNOWN), PENDING)
@@ -434,7 +434,7 @@ def _odd(name: str, words: str) -> Difference:
 
 
 def _words(found: xr.DataArray) -> dict[str, str]:
-    """What is said of a variable beside its values."""
+    """Attributes of a variable."""
     return {"dimensions": " ".join(map(str, found.dims)), "units": str(found.attrs.get("units", ""))}
 
 

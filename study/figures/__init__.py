@@ -1,1 +1,1 @@
-"""Figures: what a dataset calls for, a variable over axes, one case at work, and those of the scripts beside campaigns."""
+"""Figures: views of a dataset, a variable over axes, frames of one case, and scripts beside campaigns."""

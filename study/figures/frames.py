@@ -213,7 +213,7 @@ def frames(case: Case, events: str | Iterable[int], path: str | os.PathLike[str]
     """Draw a case after each of some events into a file: pressure, shear, slip, and where in the friction record that is.
 
     events: numbers, 0 is initial contact; or text, as `0:200:40` or `0,5,12`. path: its suffix says whether it is a strip (.png,
-    .pdf, .svg) or a film (.gif, .mp4). Returns what is drawn; events that the record does not reach are left out.
+    .pdf, .svg) or a film (.gif, .mp4). Returns the frames; events beyond the end of the record are omitted.
     Raises InvalidInput for events, a case or a suffix that cannot be drawn, StoreError where the file cannot be written.
 
     >>> import nanoslip

@@ -187,7 +187,7 @@ def _number(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, Any, bool]:
 
 
 def _ratio(dataset: xr.Dataset, above: str, below: str) -> tuple[xr.DataArray, Any, bool]:
-    """A ratio, its uncertainty, NaN where that of either number is not known, and whether it has one. Raises ValueError of words.
+    """A ratio, its uncertainty (NaN if unknown for either number), and whether it has one. Raises ValueError for texts.
 
     A number without uncertainties, as a parameter, counts as exact; the error of a ratio of two such numbers is not known.
     """

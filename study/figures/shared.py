@@ -153,7 +153,7 @@ def resized(figure: Figure, size: Sequence[float] = ()) -> Figure:
 
 
 def series_styles() -> Iterator[dict[str, Any]]:
-    """Colour, marker and dashes of one series after the other, without end; of a cycle of the user's what that says instead."""
+    """Colour, marker and dashes of successive series, without end; the user's property cycle has precedence."""
     own = ({"marker": marker, "linestyle": dashes} for marker, dashes in zip(MARKERS, DASHES, strict=True))
     return ({**first, **then} for first, then in zip(cycle(own), cycle(mpl.rcParams["axes.prop_cycle"]), strict=False))
 

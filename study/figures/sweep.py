@@ -312,9 +312,9 @@ def _draw_series(
 
 
 def far_below(points: Points, series: Points) -> NDArray[np.bool_]:
-    """Where a bar would reach so far down an axis without a 0 that nothing else could be seen.
+    """Whether an error bar would stretch a logarithmic axis so far that nothing else is visible.
 
-    points: all that stand along that axis; series: those of which it is asked.
+    points: all along that axis; series: the points to test.
     """
     if points.text or not is_logarithmic(points.values):
         return np.zeros(len(series.values), np.bool_)
@@ -543,7 +543,7 @@ def view_of(points: Points, x: str = "", hue: str = "") -> View:
 
 
 def _against(roles: Roles) -> str:
-    """What is drawn against what, and at which value of what is not shown."""
+    """Title: y against x, and the values of axes that are not shown."""
     panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
     held = f"; drawn for {words(dict(roles.held))} only, counts in this caption are for all cases" if roles.held else ""
     if roles.mapped:
@@ -597,8 +597,8 @@ def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any
     """Draw a number of a dataset over its axes, with its ±: lines, a map of tiles, or points, as `nanoslip figure` does.
 
     y: a variable by its name or symbol, or a ratio of two, as `plateau/mu_i`. x, hue: axes; others than these become panels.
-    where: values of axes that single out cases, one or a list of each. Returns the axes of matplotlib, known to pyplot; of
-    several panels the first, whose `.figure.axes` has all. What matplotlibrc or `rcParams` set is obeyed.
+    where: selected values of axes, one or a list of each. Returns the axes of matplotlib, known to pyplot; of several
+    panels the first, whose `.figure.axes` has all. A matplotlibrc and `rcParams` are respected.
 
     Raises UnknownNameError.
 

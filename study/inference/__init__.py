@@ -1,1 +1,1 @@
-"""What numbers of a campaign tell about its parameters: which of them matter, and which values agree with what was measured."""
+"""Inference from a campaign: parameters that matter, and values that agree with measurements."""

@@ -135,7 +135,7 @@ def _unflagged(points: Points) -> Floats:
 def question_of(
     manifest: Manifest, targets: Sequence[Target], vary: Mapping[str, Ends | None], fixed: Mapping[str, Any]
 ) -> Question:
-    """What is asked of a campaign. Raises ManifestError.
+    """The inverse problem of a campaign. Raises ManifestError.
 
     vary: parameter -> the ends of its range, None for those of the campaign; without any all axes of several numbers.
     fixed: parameter, or setting of a drive -> its value, instead of the campaign's; `drive` -> the name of one drive.

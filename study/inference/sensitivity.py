@@ -169,7 +169,7 @@ def indices(
 
 
 def _tied(axes: Sequence[Axis], columns: Mapping[str, NDArray[Any]]) -> str:
-    """Which two axes vary together, so that what one does cannot be told from what the other does; empty where none do."""
+    """Two axes that vary together, so that their effects cannot be separated; empty without any."""
     numbers = [axis for axis in axes if not axis.worded]
     places = [axis.places(columns[axis.name])[:, 0] for axis in numbers]
     tied = np.abs(np.corrcoef(places)) > MOST_TIED if len(places) > 1 else np.eye(1)

@@ -191,10 +191,10 @@ class EnsembleTable:
 
 @dataclass(frozen=True, slots=True)
 class TargetTable:
-    """The table `target`: how well the means of some variables are to be known, instead of how many members there are.
+    """The table `target`: required error of the means of some variables, instead of a number of members.
 
-    within: largest relative error, of the ± of the mean and of what is left out, of every variable in `of` (those of the last
-    stage where it is empty). most: members at which this ends at the latest.
+    within: largest relative error of each variable in `of` (default: those of the last stage), from ± and from effects left out.
+    most: largest number of members.
     """
 
     within: float

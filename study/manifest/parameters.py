@@ -29,7 +29,7 @@ _LATIN: Final = {"μ": "mu", "ζ": "zeta", "ν": "nu", "τ": "tau", "δ": "delta
 
 
 def typed(symbol: str) -> tuple[set[str], set[str]]:
-    """What people may type for a symbol, in Greek and in Latin letters: whole as `R/L_x`, and without what it is measured in."""
+    """Spellings of a symbol in Greek and Latin letters: whole, as `R/L_x`, and without its unit."""
     latin = "".join(_LATIN.get(letter, letter) for letter in symbol)
     whole = {symbol, latin} - {""}
     return whole, {each.partition("/")[0] for each in whole}

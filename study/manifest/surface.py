@@ -1,4 +1,4 @@
-"""A measured profile of a surface: two columns of a text file, with units, and what is known of its roughness."""
+"""A measured surface profile: two columns of a text file, with units, and statistics of its roughness."""
 
 import math
 from dataclasses import dataclass

@@ -1,1 +1,1 @@
-"""What there is to compute: tasks, what they cost, their order."""
+"""Planning: tasks, their costs and order."""

@@ -272,7 +272,7 @@ def chosen(manifest: Manifest) -> dict[str, Value]:
 
 
 class UnreachableError(NanoslipError):
-    """No measured discretization is accurate enough. The message says what is needed instead."""
+    """No measured discretization is accurate enough. The message gives the best one."""
 
 
 def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:

@@ -1,8 +1,8 @@
-"""The kinds of task that there are, in the order of their stages: when a campaign needs one, its keys, and what it yields.
+"""Kinds of task in the order of stages: condition, keys and results of each.
 
-A kind is declared here and computed in nanoslip.study.run.compute; what it costs is in nanoslip.study.plan.cost. A result
-holds the numbers of its kind's `parts`: dataclasses of the solver whose fields declare what they are
-(nanoslip.solver.parameter). What a part declares is in results, dataset and tables without another word.
+A kind is declared here, computed in nanoslip.study.run.compute, and its cost is in nanoslip.study.plan.cost. A result holds the
+numbers of its kind's `parts`: dataclasses of the solver whose fields are declared (nanoslip.solver.parameter). Results, dataset
+and tables follow from these declarations.
 """
 
 from collections import defaultdict
