@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict, Unpack, overload
 
 import scipy
 import threadpoolctl
@@ -38,6 +38,7 @@ from nanoslip.study.run.dispatch import Report
 from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import Program, computing, processes_started
+from nanoslip.study.run.mpi import sharing
 from nanoslip.study.run.progress import Measured, open_progress
 from nanoslip.study.toml_text import as_toml
 
@@ -54,6 +55,21 @@ DICT = Path("campaign")
 """What messages call a campaign that is no file. Files that it names are looked for in the working folder."""
 
 
+class Options(TypedDict, total=False):
+    """How `run` computes, beside where."""
+
+    recompute_foreign: bool
+    retry: bool
+    progress: bool | None
+    jobs: int
+
+
+@overload
+def run(
+    campaign: Campaign, out: Place | None = None, *, comm: None = None, **options: Unpack[Options]
+) -> xr.Dataset: ...
+@overload
+def run(campaign: Campaign, out: Place, *, comm: Any, **options: Unpack[Options]) -> xr.Dataset | None: ...
 def run(
     campaign: Campaign,
     out: Place | None = None,
@@ -62,7 +78,8 @@ def run(
     retry: bool = False,
     progress: bool | None = None,
     jobs: int = 1,
-) -> xr.Dataset:
+    comm: Any = None,
+) -> xr.Dataset | None:
     """Compute a campaign and return its dataset.
 
     campaign: a campaign file, the name of a campaign that comes with nanoslip, or a dict with the keys of a campaign file.
@@ -73,10 +90,13 @@ def run(
     progress: print progress on standard error. None: on a terminal and in a notebook.
     jobs: processes of this machine that compute, as `nanoslip run -j`: a task that ends its process fails alone. 1: this process
         itself. The dataset is the same.
+    comm: communicator (mpi4py) of your program over MPI, all of whose ranks call this: they share the tasks, each by a process of
+        its own, and go on afterwards. Rank 0 returns the dataset, the others None. Needs `out`, a folder that all of them see.
 
     Raises ManifestError where the campaign is wrong, StoreError where the folder cannot be used, another run is at work there or
     not all could be computed, MemoryError where tasks need more memory than this machine has. A task that fails is a warning, and
-    an outcome of its cases. On one of several MPI ranks it warns that this rank computes everything by itself.
+    an outcome of its cases. On one of several MPI ranks without `comm` it warns that this rank computes everything itself; with
+    `comm` an error is raised on all ranks.
 
     >>> import nanoslip
     >>> data = nanoslip.run({
@@ -89,14 +109,19 @@ def run(
     ('normal_load', ['completed', 'completed'])
     """
     plan = make_plan(_manifest(campaign))
-    if (ranks := processes_started()) > 1:
-        _warn(
-            3, f"one of {ranks} ranks computes all of this campaign by itself: ranks share it under mpirun nanoslip run"
-        )
+    if comm is not None and (jobs != 1 or out is None):
+        raise ValueError(f"comm with jobs = {jobs!r}, out = {out!r}: needs out, and no jobs")
+    if comm is None and (ranks := processes_started()) > 1:
+        _warn(3, f"one of {ranks} ranks computes all of this campaign itself: ranks share it with comm=MPI.COMM_WORLD")
     with ExitStack() as stack:
         stack.enter_context(_one_thread())
         folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
-        farm = _farm(computing(folder), jobs, stack)
+        program = computing(folder)
+        farm = _farm(program, jobs, stack) if comm is None else stack.enter_context(sharing(comm, program))
+        if not farm.root:
+            if farm.serve():
+                raise StoreError(f"{folder}: not computed: rank 0 has raised the error")
+            return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         journal = Journal(folder, "nanoslip.run")
         rest = rest_of(plan, Store(folder), folder, journal, recompute_foreign, retry, partial(_warn, 4))

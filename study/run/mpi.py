@@ -1,6 +1,7 @@
 """Spread tasks over the ranks of MPI, all of them computing.
 
-Each rank hands tasks on to a child of its own, started before MPI, and only it calls MPI. Rank 0 also hands out.
+Each rank hands tasks on to a child of its own, and only it calls MPI. Rank 0 also hands out. Of nanoslip's own ranks the child
+starts before MPI, and MPI ends with the campaign; a program that calls `nanoslip.run` with a communicator keeps its MPI.
 """
 
 import atexit
@@ -12,8 +13,8 @@ import threading
 import time
 import traceback
 from collections import deque
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from multiprocessing import connection
 from typing import Any, Final, NoReturn
 
@@ -48,16 +49,17 @@ TOLD_TO_STOP: Final = "told to stop"
 
 
 class MPIFarm(Farm):
-    """The ranks of COMM_WORLD. No collective is called, so no rank can be left alone in one.
+    """The ranks of a communicator. No collective is called, so no rank can be left alone in one.
 
     No rank waits inside MPI: that would spin and take a core from those who compute.
     """
 
     unit = "ranks"
 
-    def __init__(self, mpi: Any, agent: Agent, interruption: Interruption) -> None:
+    def __init__(self, mpi: Any, agent: Agent, interruption: Interruption, world: Any = None) -> None:
+        """world: the communicator, whose messages are all of this farm; None: COMM_WORLD."""
         # MPI's own end gives every launcher the exit code; a rank that merely vanishes does not.
-        self._world = mpi.COMM_WORLD
+        self._world = world or mpi.COMM_WORLD
         interruption.end = self._world.Abort
         size = int(self._world.Get_size())
         super().__init__(size, min(size, processes_here()), interruption)
@@ -98,6 +100,8 @@ class MPIFarm(Farm):
         for rank, message in self._received():
             if message == TOLD_TO_STOP:
                 self.interruption.request()
+            elif isinstance(message, Exception):
+                raise message
             else:
                 found.append((rank, *message))
         self._wait(bool(found))
@@ -134,13 +138,16 @@ class MPIFarm(Farm):
                 done = []
             self._wait(bool(messages or ended or returned))
 
-    def leave(self, code: int) -> NoReturn:
-        """End all together with one exit code, under any launcher."""
-        if self.root:
-            for rank in range(1, self.size):
-                self._send(rank, code)
+    def part(self, news: object) -> None:
+        """End this rank's child: rank 0 sends its exit code to all others, of which each may send rank 0 an error."""
+        for rank in range(1, self.size) if self.root else (0,) * isinstance(news, Exception):
+            self._send(rank, news)
         self._agent.close()
         self._flush()
+
+    def leave(self, code: int) -> NoReturn:
+        """End all together with one exit code, under any launcher."""
+        self.part(code)
         # Finalized first, a nonzero code is no abort to `python -m mpi4py`; os._exit would skip MPICH's own farewell.
         self._mpi.Finalize()
         sys.exit(code)
@@ -180,6 +187,23 @@ class MPIFarm(Farm):
         else:
             time.sleep(self._pause)
         self._pause = min(2.0 * self._pause, LONGEST_PAUSE)
+
+
+@contextmanager
+def sharing(comm: Any, program: Program) -> Iterator[MPIFarm]:
+    """The ranks of a communicator of a program's own: none of their messages is taken, and MPI goes on whatever a task does."""
+    from mpi4py import MPI as mpi  # noqa: N811, PLC0415
+
+    agent = Agent(program, comm.Get_rank())
+    farm = MPIFarm(mpi, agent, Interruption(GRACE), comm.Dup())
+    if farm.root:
+        agent.adopt(here())
+    try:
+        yield farm
+    except Exception as error:
+        farm.part(INTERRUPTED if farm.root else FarmError(f"rank {farm.rank}: {error}"))
+        raise
+    farm.part(0)
 
 
 # Which farm a process is part of. The only importer of mpi4py.

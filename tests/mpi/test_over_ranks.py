@@ -201,3 +201,31 @@ def test_an_ensemble_is_the_same_on_two_ranks(nanoslip, campaign, tmp_path):
     one, other = (dataset(nanoslip, campaign, tmp_path / f"out{ranks}", ranks) for ranks in (0, 2))
     assert one == other
     assert b"plateau_mean_uncertainty" in one
+
+
+# Ranks of a user's own program share a campaign by `nanoslip.run(..., comm=)`, and the program goes on.
+
+
+def test_ranks_of_a_program_share_campaigns_and_go_on_whatever_comes_of_them(environment, alone, tmp_path):
+    """One that completes, one with a task that kills its process, a wrong one, and one whose folder is a file."""
+    deadly = 'title = "x"\nstages = ["contact"]\naxes.normal_load = [1e-3, 2e-3, 3e-3]\nnumerics.n_x = 17\n'
+    texts = {"small": SMALL, "deadly": deadly, "wrong": SMALL.replace("[50.0", "[-50.0"), "again": SMALL}
+    for name, text in texts.items():
+        (tmp_path / f"{name}.toml").write_text(text)
+    (tmp_path / "3").touch()
+    words = [
+        *launcher(3),
+        sys.executable,
+        "-m",
+        "tests.mpi.own_program",
+        str(tmp_path),
+        *(f"{tmp_path / name}.toml" for name in texts),
+    ]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    assert done.returncode == 0, done.stderr
+    root, idle, other = done.stdout.splitlines()
+    assert root == "{'completed': 4}, {'completed': 2, 'crashed': 1}, ManifestError, StoreError, my own message"
+    assert other == "None, None, ManifestError, StoreError, my own message"
+    assert not idle
+    assert (tmp_path / "0" / "results.nc").read_bytes() == alone
+    assert '"processes": 2, "unit": "ranks"' in (tmp_path / "0" / "runs.jsonl").read_text()
