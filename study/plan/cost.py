@@ -1,8 +1,8 @@
 """Estimated cost of tasks before any has run: seconds on one core, bytes of memory and on disk.
 
-Seconds are a number of steps times a few rates of an ordinary machine, within a factor of ten: enough for an order of tasks and a
-first number. What a machine and a campaign really take is measured: the first finished tasks of a campaign scale the estimates
-of the others, kind by kind (nanoslip.study.run.progress). Bytes are counted, to a factor of three.
+Seconds are numbers of steps times rates of an ordinary machine, right within a factor of ten: enough to order tasks. The first
+finished tasks of a campaign then scale the estimates of each kind (nanoslip.study.run.progress). Bytes are right within a
+factor of three.
 """
 
 import math
@@ -62,7 +62,7 @@ def grid_nodes(slab: Slab) -> int:
 
 
 class Sizes(NamedTuple):
-    """What a case comes to, about."""
+    """Estimated numbers of events, slips and nodes of a case."""
 
     hertz_nodes: float
     """Surface nodes under the pin on a half-plane, or on the springs of a chain: what pressing the pin down begins with."""
@@ -182,7 +182,7 @@ def _slide_seconds(case: Case, events: float) -> float:
 
 
 def least_plateau(case: Case) -> float:
-    """The least F/W of steady sliding: (1 + r)/2 of μ_i, r what a slip leaves (campaigns/interface/from_one_contact.md)."""
+    """Smallest F/W of steady sliding: (1 + r)/2 of μ_i, r = residual_shear (campaigns/interface/from_one_contact.md)."""
     return 0.5 * (1.0 + case.slip_rule.residual_shear) * case.intrinsic_friction
 
 
@@ -252,7 +252,7 @@ def record_bytes(case: Case) -> float:
 
 
 class Estimate(NamedTuple):
-    """What a task costs."""
+    """Estimated cost of a task."""
 
     seconds: float
     """On one core of an ordinary machine."""
@@ -274,7 +274,7 @@ def _disk(numbers: float) -> float:
 
 
 def estimate(task: Task) -> tuple[float, float, float]:
-    """What a task costs, roughly, handing out, reading and writing included: seconds, bytes of memory, bytes of its result."""
+    """Rough cost of a task, with distribution, reading and writing: seconds, bytes of memory, bytes of its result."""
     seconds, memory, numbers = ESTIMATES[task.kind](task)
     return 0.0 if task.free else min(TASK + seconds, LONGEST), memory, _disk(0.0 if task.scalars_only else numbers)
 

@@ -87,7 +87,7 @@ class Front:
         return _about_as_wide(self.contacts, half_width)
 
     def lacks(self, case: Case) -> str:
-        """What of a case was not measured, in words; empty where all of it was."""
+        """Unmeasured part of a case, in words; empty without any."""
         if case.pin != "parabola":
             return f"pin = {case.pin}"
         if case.heterogeneity.roughness:
@@ -131,7 +131,7 @@ def physics(slab: Slab) -> dict[str, Any]:
 
 
 def discretized(slab: Slab, discretization: Mapping[str, Any]) -> Slab:
-    """The same physical slab with another discretization; the scheme's defaults for what is not given. Raises InvalidInput."""
+    """The same physical slab with another discretization, its other settings by default. Raises InvalidInput."""
     return Slab.of({**physics(slab), **discretization})
 
 
@@ -250,7 +250,7 @@ def settled(manifest: Manifest) -> Manifest:
 
 
 def _lacking(front: Front, manifest: Manifest) -> str:
-    """The first case of which the front lacks something, what that is, and how many more there are; empty where there is none."""
+    """First case that the front does not cover, the missing part, and the number of further cases; empty without any."""
     lacks = ((each.point, front.lacks(each.case)) for each in expand(manifest) if each.case is not None)
     found = [(point, what) for point, what in lacks if what]
     if not found:
@@ -295,7 +295,7 @@ def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:
 
 
 def _comparable(front: Front, cases: Iterable[Case]) -> dict[Slab, set[int]]:
-    """Slab -> the measured contacts that say what to expect of the cases on it; none where some case has none."""
+    """Slab -> measured contacts comparable with its cases; none if a case has none."""
     found: dict[Slab, set[int]] = {}
     unknown: set[Slab] = set()
     for case in cases:

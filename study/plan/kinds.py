@@ -129,7 +129,7 @@ def own_ensemble(kind: Kind, ensemble: Ensemble) -> tuple[Ensemble, CanonicalTex
 
 
 def rows_of(sample: str) -> str:
-    """The scalar that holds how long each member's columns along a dimension are, where results hold those of all members."""
+    """Scalar with the length of each member's columns along a dimension, in results with columns of all members."""
     return f"{sample}_rows"
 
 
@@ -143,7 +143,7 @@ def column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArr
 
 
 def scalars_only_mark(scalars_only: bool) -> tuple[str, ...]:
-    """What a key gets where the result's arrays are left out."""
+    """Mark in the key of a result without arrays."""
     return ("scalars",) if scalars_only else ()
 
 
@@ -158,7 +158,7 @@ def compliance_task(slab: Slab) -> Task:
 
 @lru_cache(maxsize=4096)  # all cases on it share the text, and the tuple
 def compliance_needs(slab: Slab) -> tuple[str, ...]:
-    """What a task needs that reads the compliance of a slab; one of a surface without ends is found faster than read."""
+    """Inputs of a task that uses the compliance of a slab; without ends it is computed faster than read."""
     return () if slab.scheme.endless else (compliance_task(slab).key,)
 
 
@@ -174,7 +174,7 @@ COMPLIANCE: Final = Kind("compliance", lambda _: True, _compliance_tasks)
 
 
 def seen_after(along: str) -> dict[str, Any]:
-    """Metadata of a column that says which event of its record a node is seen after."""
+    """Metadata of a column: the event after which the values of a node hold."""
     return quantity("event that it is seen after", "event", along=along, dtype=np.int64, comment=_OF_THE_RECORD)
 
 
@@ -384,7 +384,7 @@ class SurfaceStates(SurfaceNodes):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InteriorEvents:
-    """What each node inside the slab belongs to."""
+    """Record and event of each node inside the slab."""
 
     event: NDArray[np.int64] = field(metadata=seen_after(along="interior_node"))
 

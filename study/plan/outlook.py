@@ -1,4 +1,4 @@
-"""What is known of a plan before anything is computed: validity flags, lengths of records, memory."""
+"""Expectations before a run: validity flags, lengths of records, memory."""
 
 import functools
 import heapq
@@ -83,12 +83,12 @@ def flags_of(case: Case, result: TaskResult) -> int | None:
 
 
 def expected_lines(plan: Plan, outlook: Outlook) -> list[str]:
-    """What is to be expected of a plan's cases before anything is computed; nothing of refused ones."""
+    """Expected flags of a plan's cases before a run, refused cases excluded."""
     return [*flag_lines(outlook.masks, partial(_words, plan)), *out_of_reach(plan)]
 
 
 def _words(plan: Plan, number: int) -> str:
-    """What tells a case from the others, by its number."""
+    """Number of a case -> the parameters in which it differs from the others."""
     point = plan.cases[number].parameters
     varying = (name for name, values in plan.manifest.axes.items() if len(values) > 1 and name in point)
     return in_words(", ".join(f"{name} = {_short(point[name])}" for name in varying))
@@ -134,7 +134,7 @@ _LOOKED_AT: Final = 1000
 
 
 def duration_lines(plan: Plan) -> list[str]:
-    """A line about drives that name no duration: what it is expected to be, over all cases; none where all name one."""
+    """Expected duration of drives without one, over all cases, as a line; none if all have one."""
     manifest = plan.manifest
     named = [each.drive for each in manifest.drives if each.drive and each.drive.in_si.duration is None]
     cases = [each.case for each in plan.cases[:: max(1, len(plan.cases) // _LOOKED_AT)] if each.case is not None]

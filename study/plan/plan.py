@@ -51,7 +51,7 @@ class CaseTasks:
 
 
 def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
-    """Order by the cost of a task and the longest chain that depends on it: a task always has more than those that need it."""
+    """Order by the cost of a task plus the longest chain that depends on it, so inputs precede their dependents."""
     ordered = list(in_stages(tasks))
     after: dict[str, float] = {}  # work of the longest chain that hangs on a task, of those that are needed
     # One pass from the last stage back sees every chain whole.
@@ -127,7 +127,7 @@ class Plan:
         return tuple(sorted((task for task in left if task.key not in lost), key=lambda task: task.key in failed))
 
     def outcomes(self, finished: Mapping[str, Outcome], failed: Mapping[str, Outcome]) -> dict[str, Outcome]:
-        """How tasks ended, those included that cannot be begun, as what they need has failed.
+        """Outcomes of tasks, including those that cannot start because an input failed.
 
         finished: of the results that are there, which count more than failures. failed: of attempts.
         """
@@ -264,7 +264,7 @@ def _word(outcome: Outcome | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class KindCount:
-    """Tasks of one kind: how many, and what they cost."""
+    """Tasks of one kind: their number and costs."""
 
     all: int
     finished: int

@@ -238,7 +238,7 @@ def of_record(case: Case) -> tuple[object, ...]:
 
 
 def deciding_texts(exclusions: tuple[Exclusion, ...]) -> Texts:
-    """The canonical texts of what decides, of one case after the other; the same as of `deciding`."""
+    """Canonical texts of the fields that determine a result, case by case; the same as of `deciding`."""
     where = tuple(each.where for each in exclusions)
     return Texts(lambda case: deciding(case, exclusions), lambda case: tuple([holds(case) for holds in where]))
 

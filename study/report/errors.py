@@ -1,4 +1,4 @@
-"""What limits each number that a campaign was computed for: starts, the grid, what was left out; and what makes it less."""
+"""Error budget of each requested number (starts, grid, effects left out), and how to reduce it."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -19,7 +19,7 @@ _LEFT_OUT, _LEFT_OUT_ERROR = (each.name for each in quantities(LeftOut).values()
 
 
 class Error(NamedTuple):
-    """A part of a number's error, relative to the number, and what makes it less."""
+    """A part of a number's error, relative to the number, and how to reduce it."""
 
     source: str
     share: float
@@ -29,7 +29,7 @@ class Error(NamedTuple):
 def errors_of(case: xr.Dataset, name: str, cost: str = "", measured: Mapping[str, Error] | None = None) -> list[Error]:
     """The known parts of the error of a number of one case, the largest first.
 
-    cost: of three times its members, in words. measured: what else is known, by name.
+    cost: of three times its members, in words. measured: other known parts, by name.
     """
     found = [measured[name]] if measured and name in measured else []
     attributes, value = case[name].attrs.get("ancillary_variables", ""), abs(float(case[name]))
@@ -48,7 +48,7 @@ def errors_of(case: xr.Dataset, name: str, cost: str = "", measured: Mapping[str
 def error_lines(
     dataset: xr.Dataset, cost: str = "", measured: Mapping[str, Error] | None = None, most: int = 1
 ) -> Iterator[str]:
-    """A line for each number asked for, of so many cases or drives: its value, and what its error is mostly made of.
+    """A line for each requested number of the first cases or drives: its value and the largest part of its error.
 
     cost, measured: see `errors_of`.
     """

@@ -1,4 +1,4 @@
-"""One HTML page that answers a campaign's question: how its cases ended, figures, a table, then what is behind the numbers.
+"""One HTML page for a campaign: outcomes, figures, a table, then costs and errors.
 
 Everything is inside: figures as SVG with their numbers as CSV, style and script. It works without the script.
 """
@@ -134,7 +134,7 @@ def _times(run: Run) -> tuple[str, ...]:
 
 
 def _facts(run: Run) -> dict[str, str]:
-    """What runs mostly have in common."""
+    """Facts shared by most runs."""
     return {
         "user": run.user,
         "hosts": ", ".join(f"{host}: {count}" for host, count in run.hosts.items()) or run.host,

@@ -1,4 +1,4 @@
-"""What a dataset says, as tables: a row for each case, every number of one case, and sentences on what to do."""
+"""Tables of a dataset: a row for each case, all numbers of one case, and advice in sentences."""
 
 import functools
 import math
@@ -106,7 +106,7 @@ def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
 
 
 def ending_lines(case: xr.Dataset) -> Iterator[str]:
-    """Outcomes of a case and its drive with their messages, advice for validity flags, and what its means and ± are."""
+    """Outcomes of a case and its drive with messages, advice for validity flags, and the meaning of means and ±."""
     for label, (ending, message) in zip(
         ("outcome", "drive"), (variables.OUTCOMES[""], variables.OUTCOMES["drive"]), strict=True
     ):
@@ -131,7 +131,7 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
 
 
 def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
-    """Behind what a number in units of the scales is, its size in SI, as ` (269.8 μm)`, where the dataset states them."""
+    """Size in SI of a number in units of the scales, as ` (269.8 μm)`; empty without scales."""
     scales = scales_of(case.attrs)
     if scales is None or f"{name}_si" in case:  # which is a row of its own
         return ""
@@ -149,7 +149,7 @@ def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
 
 
 def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
-    """What a number is, and its unit: one of SI, or what its meaning says that it is measured in."""
+    """Meaning and unit of a number, in SI or in the unit that its meaning names."""
     meaning, unit = str(each.attrs["long_name"]), readable(str(each.attrs.get("units", "1")))
     if unit:
         return meaning, unit
@@ -224,7 +224,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
 
 
 def asked_of(dataset: xr.Dataset) -> list[str]:
-    """What a campaign was computed for: the numbers that decide how many members it has, and what its last stage is for."""
+    """Requested numbers of a campaign: those of [target] and the main ones of its last stage."""
     named = _target(dataset)[1]
     if "drive_outcome" in dataset:
         named = (*named, "static_friction", "kinetic_friction")
@@ -234,7 +234,7 @@ def asked_of(dataset: xr.Dataset) -> list[str]:
 
 
 def _missed(dataset: xr.Dataset) -> xr.DataArray:
-    """Whether a number that was asked for is missing: of [target], or μ_s where a drive was to end after some slips."""
+    """Whether a requested number is missing: of [target], or μ_s of a drive with `max_slips`."""
     names = _target(dataset)[1]
     if not names and {"max_slips", "static_friction"} <= set(dataset.variables):
         return dataset["static_friction"].isnull() | dataset["max_slips"].isnull()
@@ -252,7 +252,7 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
-    """The relative error that a campaign asks for, NaN if it does not, and the variables to be known so well."""
+    """Target of a campaign: its relative error, NaN without one, and its variables."""
     document = from_toml(dataset.attrs.get("manifest", ""))
     if "target" not in document:
         return math.nan, ()
@@ -262,7 +262,7 @@ def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
 
 
 def short_summary(dataset: xr.Dataset) -> list[str]:
-    """A line for each number that some cases do not know as well as asked for, or have no mean of though they are complete."""
+    """A line for each number that misses its target, or has no mean, in some complete cases."""
     enough, names = _target(dataset)
     lines = []
 
@@ -331,7 +331,7 @@ def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
 
 
 def cautions(dataset: xr.Dataset) -> list[str]:
-    """What is to be known before numbers are used: effects left out, errors beyond what was asked for, validity flags."""
+    """Cautions: effects left out, missed targets, validity flags."""
     others = failure_summary(dataset, asked=False)
     return [*left_out_summary(dataset), *short_summary(dataset), *others, *flag_summary(dataset)]
 
@@ -339,7 +339,7 @@ def cautions(dataset: xr.Dataset) -> list[str]:
 def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
     """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do.
 
-    asked: of those that miss a number that was asked for, else of the others.
+    asked: for cases that miss a requested number, else for the others.
     """
     lines, missed = [], _missed(dataset)
     for what, outcomes, messages, groups in _reasons(dataset):
@@ -370,7 +370,7 @@ def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
 
 
 def _commonest(outcomes: xr.DataArray) -> list[tuple[str, int]]:
-    """How many drives have each outcome or regime, of an ensemble that of most members; the most frequent first."""
+    """Number of drives with each outcome or regime (of most members), the most frequent first."""
     return Counter(variables.commonest(text)[0] for text in outcomes.values.ravel().tolist() if text).most_common()
 
 

@@ -1,1 +1,1 @@
-"""Results of tasks on disk: whole, sealed, found again; and what is known of tasks that failed."""
+"""Results of tasks on disk, with checksums, and failed attempts."""

@@ -1,7 +1,7 @@
-"""What a folder says of its runs, a line for each, and of tasks that failed, a line for each attempt.
+"""Logs of a folder: a line for each run, and a line for each failed attempt of a task.
 
-Only this file says where, when and how often tasks failed. The last line of a task decides; one that ends well after it has
-failed gets a line, too. A failure holds for the solver that it happened to: another one tries again.
+Only this file has place, time and number of failures. The last line of a task counts; a later success gets a line, too. A failure
+holds for its version of the solver: another version tries again.
 """
 
 import json
@@ -41,7 +41,7 @@ class Attempt:
 
     @property
     def outcome(self) -> Outcome:
-        """What it means for the task. The same on every machine."""
+        """Outcome of the task, the same on every machine."""
         return Outcome(Ending(self.ending), self.message + (ADVICE if self.given_up else ""))
 
     @property
@@ -63,7 +63,7 @@ def final(out: Path, solver: str) -> dict[str, Attempt]:
 
 
 def lost(out: Path) -> str:
-    """Which lines no run wrote, so that nobody knows what failed there; empty where all is well."""
+    """Damaged lines, whose failures are unknown; empty without any."""
     path = out / FILE
     if lines.is_no_file(path):
         return f"{path}: {lines.NO_FILE}; {_UNKNOWN}"
@@ -88,7 +88,7 @@ Record = TypeVar("Record", Attempt, "Run")
 
 
 def _add(path: Path, record: "Attempt | Run", what: str) -> str:
-    """Write a line behind the others; returns why that could not be, and what comes of it, empty where it was."""
+    """Append a line; returns the reason and consequence of a failure, empty after success."""
     try:
         lines.add(path, f"{_line(asdict(record))}\n".encode("ascii"))
     except OSError as error:

@@ -168,7 +168,7 @@ LEAST: Final = _HEAD.size + _CHECKSUM.size
 
 
 class Meta(NamedTuple):
-    """What a result says of itself, its numbers apart."""
+    """Head of a result, without its numbers."""
 
     kind: str
     outcome: Outcome
@@ -240,7 +240,7 @@ def read_head(file: BinaryIO) -> Head:
 
 
 def _ours_but_for_its_mark(begin: bytes, file: BinaryIO) -> bool:
-    """Whether all else of a head is as its checksum says: a bit of the number was changed, and the format is this one."""
+    """Whether only the format number of a head is damaged: all other bytes agree with the checksum."""
     if len(begin) < LEAST:
         return False
     meta_length = _HEAD.unpack_from(begin)[2]
@@ -352,7 +352,7 @@ def checked(path: Path) -> Head:
 
 
 def stamp(path: Path) -> object:
-    """What changes with a file. Raises FileNotFoundError."""
+    """Size, times and number of a file, which change with it. Raises FileNotFoundError."""
     state = path.lstat()
     return state.st_mtime_ns, state.st_size, state.st_ino
 

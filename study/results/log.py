@@ -84,7 +84,7 @@ class LogWriter:
             self._synced = time.monotonic()
 
     def close(self) -> None:
-        """Have what was added reach the disk, where other machines see it; a new log takes what comes later. Raises OSError."""
+        """Sync added results to disk, where other machines see them; later results go to a new log. Raises OSError."""
         file, self._file = self._file, None
         if file and self._process == os.getpid():
             os.fsync(file.number)
@@ -112,7 +112,7 @@ def is_name(name: str) -> bool:
 
 
 def logs_in(folder: Path) -> list[Path]:
-    """What has the name of a log, in the order in which they were begun."""
+    """Files named like logs, in order of creation."""
     return sorted(path for path in folder.glob(f"*{ENDING}") if is_name(path.name))
 
 
@@ -126,7 +126,7 @@ class Place(NamedTuple):
 
 
 class Fault(NamedTuple):
-    """What is found where an entry should be."""
+    """Damaged bytes in place of an entry."""
 
     begin: int
     end: int
@@ -188,7 +188,7 @@ _OPEN: Final = 64
 
 
 class _Seen(NamedTuple):
-    """How far a log was looked through, and what it was then."""
+    """Part of a log that was read, and its state then."""
 
     end: int
     inode: int
@@ -209,7 +209,7 @@ class Logs:
         """Key -> where its result is, as far as was looked."""
 
     def look(self) -> None:
-        """Look for what has been added; what is no result is named on stderr, a torn end is not: its writer may be at it."""
+        """Read added results; damage is reported on stderr, except a torn end, which may still be written."""
         for path in self._paths():
             with suppress(FileNotFoundError):  # a run that goes on meanwhile has mended it
                 self._look_into(path)
@@ -221,7 +221,7 @@ class Logs:
         return self.places.get(key)
 
     def mend(self) -> None:
-        """Look, and set aside what is no result; nobody may be writing. Raises OSError, OtherFormatError."""
+        """Read, and set damaged parts aside; no other process may write. Raises OSError, OtherFormatError."""
         for path, faults in [(path, self._look_into(path)) for path in self._paths()]:  # refused before any is changed
             if not faults:
                 continue
@@ -236,7 +236,7 @@ class Logs:
             sys.stderr.write(f"{aside}: what was cut out\n")
 
     def settle(self) -> None:
-        """Have what was added outlast a loss of power. Raises OSError."""
+        """Sync added results to disk. Raises OSError."""
         for path in self._paths():
             with path.open("rb") as file:
                 os.fsync(file.fileno())
@@ -252,7 +252,7 @@ class Logs:
             raise CorruptResultError(_named(path, Fault(begin, begin + head.length, error))) from error
 
     def _paths(self) -> list[Path]:
-        """The logs that are there; what has their name and is no file is named once."""
+        """Existing logs; other objects of such a name are reported once."""
         found = logs_in(self._folder)
         for path in found:
             if is_no_file(path) and path not in self._no_files:
@@ -261,7 +261,7 @@ class Logs:
         return [path for path in found if path.is_file()]
 
     def _look_into(self, path: Path) -> list[Fault]:
-        """Find what a log has that was not seen yet (all, where it is another one than it was); returns what is no result."""
+        """Read the new part of a log, or all of a replaced one; returns damaged parts."""
         with path.open("rb") as file:  # of what is opened a network file system asks anew how long it is
             state = os.fstat(file.fileno())
         seen = self._seen.get(path, _Seen(0, state.st_ino, 0))
@@ -285,7 +285,7 @@ class Logs:
         return faults
 
     def _enter(self, place: Place) -> None:
-        """Of two results of one task that of the later log counts: somebody had it computed again."""
+        """Of two results of one task the later log counts: it was computed again."""
         known = self.places.get(place.head.key)
         if known is None or known.path <= place.path:
             self.places[place.head.key] = place

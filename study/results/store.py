@@ -66,7 +66,7 @@ class Store:
     """The results of a campaign in DIR/results. Two processes that write one result write the same bytes: no harm."""
 
     def __init__(self, out: Path, whole: bool = True) -> None:
-        """whole: results count as finished when every byte is sound, else when what they say of themselves is."""
+        """whole: check every byte of a result, else only its head."""
         self.folder = out / FOLDER
         self._out = out
         self._log = LogWriter(self.folder)
@@ -75,7 +75,7 @@ class Store:
 
     @_refused()
     def prepare(self) -> None:
-        """Make the folder, try that it can be written and clear away what killed runs left. Raises StoreError."""
+        """Create the folder, test writing, and remove scratch files of killed runs. Raises StoreError."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             clear_away(self.folder)
@@ -100,11 +100,11 @@ class Store:
         return {key: meta.outcome for key, meta in self.metas().items()}
 
     def metas(self) -> dict[str, Meta]:
-        """What every sound result says of itself. What has not changed since the last time is not checked again."""
+        """Heads of all sound results; unchanged files are not checked again."""
         return {key: head.meta for key, head in self._heads().items()}
 
     def seals(self) -> list[tuple[str, int]]:
-        """The keys of the same, in order, and their seals: they change with what is in a result."""
+        """Their keys, in order, and checksums."""
         return sorted((key, head.seal) for key, head in self._heads().items())
 
     def _heads(self) -> dict[str, Head]:
@@ -114,7 +114,7 @@ class Store:
 
     @_refused()
     def _look(self) -> None:
-        """Look for what has been added to logs. Raises StoreError."""
+        """Read results added to logs. Raises StoreError."""
         self._logs.look()
 
     @_refused()
@@ -186,7 +186,7 @@ class Store:
             raise StoreError(f"{self.folder}: cannot keep results: {error.strerror or error}") from error
 
     def close(self) -> None:
-        """Write out what this process has added: other machines see it then. Raises StoreError where the disk refuses."""
+        """Sync results of this process, so that other machines see them. Raises StoreError."""
         try:
             self._log.close()
         except OSError as error:
@@ -317,7 +317,7 @@ class Lease:
         return found
 
     def _linked(self, scratch: Path, path: Path) -> bool:
-        """Whether our file has this name now; an answer that the network has lost says the opposite of what is."""
+        """Whether our file has this name now; after a lost reply of the network the reported error may be wrong."""
         with suppress(FileExistsError):
             os.link(scratch, path)
         return self._is_ours(path)
@@ -346,7 +346,7 @@ class Lease:
 
 
 def _opened(path: Path) -> _Found | None:
-    """What stands there; None where nothing does. Raises OSError, StoreError where it is a folder."""
+    """Contents of a file; None without one. Raises OSError, StoreError for a folder."""
     try:
         file = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
     except FileNotFoundError:
@@ -366,7 +366,7 @@ def _opened(path: Path) -> _Found | None:
 
 
 def _ended(found: _Found, clock: Path) -> bool:
-    """Whether the run that holds a lease has ended; waits until that is known. clock: a file of ours, for its times."""
+    """Whether the run that holds a lease has ended; waits until this is certain. clock: a file of ours, for its times."""
     owner = _owner(found)
     here = owner.get("host") == socket.gethostname() and owner.get("machine") == _machine()
     if here and not lives(owner["process"]):
@@ -400,7 +400,7 @@ def _age(found: _Found, clock: Path) -> float:
 
 
 def _owner(found: _Found) -> dict[str, Any]:
-    """What a lease says; empty where no run has written it."""
+    """Contents of a lease; empty unless written by a run."""
     with suppress(ValueError, RecursionError):
         said = json.loads(found.text)
         if isinstance(said, dict) and isinstance(said.get("process"), int) and said["process"] > 0:
@@ -409,7 +409,7 @@ def _owner(found: _Found) -> dict[str, Any]:
 
 
 def _machine() -> str:
-    """What tells machines of one name apart, and containers in them: their processes have other numbers."""
+    """Identity of a machine or container beyond its name: process numbers differ between them."""
     with suppress(OSError):
         boot = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
         return f"{boot} {os.readlink('/proc/self/ns/pid')}"

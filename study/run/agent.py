@@ -1,8 +1,7 @@
-"""Whoever computes through a child: hands it one task after the other, and outlives what one does to it.
+"""Compute in a child process, which receives one task after the other.
 
-A child that dies (segmentation fault, killed, out of memory, `os._exit`) takes the task with it that it computed; one that does
-not end in time is killed. Another child goes on with the next, half a second later. So it does after an error of the machine,
-which may have harmed the process.
+If a child dies (segmentation fault, killed, out of memory, `os._exit`), its task fails; a child that exceeds its time is killed.
+Another child continues with the next task half a second later, also after an error of the machine.
 """
 
 import socket
@@ -25,7 +24,7 @@ FALSE_STARTS: Final = 5
 
 
 class BrokenProgramError(Exception):
-    """No process that computes can be started: nothing is known of any task."""
+    """No computing process can be started; no task has an outcome."""
 
 
 class Agent:
@@ -52,7 +51,7 @@ class Agent:
 
     @property
     def pipe(self) -> "Connection[Any, Any] | None":
-        """What becomes readable when there is news; None without a child."""
+        """Descriptor that becomes readable with news; None without a child."""
         return self._child.pipe if self._child else None
 
     def start(self) -> ChildProcess:
@@ -70,7 +69,7 @@ class Agent:
             self._child.adopt(origin)
 
     def give(self, tasks: Sequence[Any]) -> None:
-        """Hand it tasks, behind those that it has."""
+        """Append tasks to its queue."""
         self._waiting.extend(tasks)
         self._feed()
 
@@ -87,7 +86,7 @@ class Agent:
         return [done] if done else []
 
     def close(self) -> None:
-        """End the child; what it computes is lost."""
+        """End the child; its task is lost."""
         if self._child:
             self._child.kill()
             self._child = None
@@ -99,7 +98,7 @@ class Agent:
             self.start().begin(self._begun)
 
     def _begin_again(self) -> None:
-        """Have another child, when there is one, do what this one has not."""
+        """Give the remaining tasks to the next child."""
         self.close()
         if self._begun:
             self._waiting.appendleft(self._begun)
@@ -127,7 +126,7 @@ class Agent:
         return done
 
     def _dead(self, task: Work, child: ChildProcess) -> Done | None:
-        """What became of a task whose child has ended; None where that had not begun and another one will."""
+        """Outcome of a task whose child has ended; None if it had not started and another child computes it."""
         code = child.last_code()
         outcome = _death(child, code)
         self._false_starts = 0 if child.ready else self._false_starts + 1
@@ -153,7 +152,7 @@ _TIMED_OUT: Final = (
 
 
 def _death(child: ChildProcess, code: int | None) -> Outcome:
-    """What is known of the end of a child that nobody asked for."""
+    """Cause of an unexpected end of a child."""
     if code == -9 and child.out_of_memory():
         return Outcome(
             Ending.OUT_OF_MEMORY, "its process was ended as no memory was left: start fewer ranks on a machine"

@@ -1,4 +1,4 @@
-"""Campaigns as jobs of a batch system: what a job computes, and the script that it is."""
+"""Campaigns as jobs of a batch system: tasks and script of a job."""
 
 import shlex
 from collections import Counter
@@ -62,7 +62,7 @@ def blocks_of(weights: Sequence[float], count: int) -> list[int]:
 def finished_with(
     plan: Plan, own: Mapping[str, Result], merged: Mapping[str, Result], given_up: Collection[str] = ()
 ) -> dict[str, Result]:
-    """What a shard need not compute: what it has finished, and what has been merged, unless one of its tasks has to read it.
+    """Tasks that a shard skips: finished or merged ones, unless a remaining task reads them.
 
     given_up: keys of tasks that it does not try.
     """
@@ -73,7 +73,7 @@ def finished_with(
 
 
 def _read(plan: Plan, finished: Collection[str], given_up: Collection[str]) -> set[str]:
-    """Of these results those that a task reads which is left to be tried."""
+    """Results that a remaining task reads."""
     tried = plan.possible(plan.remaining(finished), set(given_up) - set(finished))
     return {need for task in tried for need in task.needs if need in finished}
 
@@ -175,7 +175,7 @@ def _template(settings: Path, name: str) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What a campaign is to the batch system: its file, and the folder of its results. Raises SiteError."""
+    """A campaign for the batch system: its file and results folder. Raises SiteError."""
 
     campaign: Path
     out: Path

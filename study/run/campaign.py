@@ -1,7 +1,4 @@
-"""One run of a campaign in a folder, from the command line or from Python: what is left of it, and computing that.
-
-What is shown meanwhile is up to the caller, and so is the dataset.
-"""
+"""One run of a campaign in a folder, from the command line or Python. The caller shows progress and writes the dataset."""
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -26,7 +23,7 @@ from nanoslip.study.run.warm_up import warm_ups
 
 
 class UnfinishedError(StoreError):
-    """A run ends before all is computed; the message says why, and what is finished is kept."""
+    """A run ends before all is computed; the message has the reason. Finished results are kept."""
 
 
 class ShortageError(NanoslipError, MemoryError):
@@ -41,7 +38,7 @@ KILLED: Final = (
 
 
 def blame(plan: Plan, store: Store, journal: Journal, into: Path) -> None:
-    """Write down as failed what a run in this folder left begun, for good if that is so for the second time."""
+    """Record tasks interrupted by the last run as failed, permanently at the second time."""
     if keys := left_begun(into).difference(store.inventory()):
         before = store.failures()
         for task in plan.tasks:
@@ -56,7 +53,7 @@ def blame(plan: Plan, store: Store, journal: Journal, into: Path) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """What is left of a campaign, or of a shard of it."""
+    """Remaining tasks of a campaign, or of a shard of it."""
 
     plan: Plan
     store: Store
@@ -77,10 +74,10 @@ def rest_of(
     retry: bool,
     warn: Callable[[str], object],
 ) -> Rest:
-    """What is left of a plan; shards that are there are merged first. The folder has to be leased. Raises StoreError.
+    """Remaining tasks of a plan, after merging existing shards. Requires the lease of the folder. Raises StoreError.
 
-    recompute_foreign: results of other software count as not finished. retry: nothing is given up. warn: called with each line
-    of what is amiss in the folder.
+    recompute_foreign: results of other software count as unfinished. retry: try failed tasks again. warn: called with each
+    problem of the folder.
     """
     store.prepare()
     if older := store.outdated():

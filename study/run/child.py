@@ -1,6 +1,6 @@
-"""The process that computes: tasks come, and how each has ended goes back, in their order. What one does to it, it does alone.
+"""The computing process: it receives tasks and returns outcomes in order. A crash ends only this process.
 
-It knows nothing of MPI and loads what the solver computes with, which the process that hands tasks to it does not.
+It does not use MPI, and is the only process that loads the solver.
 """
 
 import ctypes
@@ -35,7 +35,7 @@ _VICTIM: Final = "500"
 
 
 def main(descriptor: int, last_words: int) -> None:
-    """Compute what comes until nothing does any more.
+    """Compute tasks until the connection closes.
 
     descriptor: this end of the connection. last_words: a file's, which takes the traceback of a fault that ends the process.
     """
@@ -148,7 +148,7 @@ class ChildProcess:
         self._send(origin)
 
     def receive(self) -> Done | None:
-        """How its task has ended; None while it has not. Raises where the process has, or what it has written is no message."""
+        """Outcome of its task; None while it runs. Raises if the process ended or its output is no message."""
         while self._poll.poll(0):
             message = pickle.loads(self.pipe.recv_bytes(LONGEST_MESSAGE))
             self.seconds, self._seen = 0.0, time.monotonic()  # its task's, if it has been starting
@@ -161,7 +161,7 @@ class ChildProcess:
         return None
 
     def stop(self) -> None:
-        """End its process, whose last words can still be read, and those that it has started."""
+        """End its process and the processes it started; its traceback can still be read."""
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
 

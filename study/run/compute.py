@@ -98,7 +98,7 @@ def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """What was computed of one member: the values of its kind's parts, in their order, and its outcome."""
+    """Result of one member: values of its kind's parts, in order, and outcome."""
 
     values: tuple[object, ...] = ()
     outcome: Outcome = COMPLETED
@@ -208,7 +208,7 @@ def _arrays(kind: Kind, member: Member) -> dict[str, NDArray[Any]]:
 
 
 def joint_outcome(members: Sequence[Outcome]) -> Outcome:
-    """How an ensemble ended: as its members did, or completed where enough of them have, with what became of the others."""
+    """Outcome of an ensemble: that of its members, or completed if enough of them are, with the outcomes of the others."""
     if len(members) < 2:
         return members[0] if members else COMPLETED
     counts = Counter(each.ending for each in members)
@@ -374,7 +374,7 @@ def _behind(parts: Sequence[InteriorFields]) -> InteriorFields:
 
 @dataclass(slots=True)
 class _Pulling:
-    """A drive of a case: the first members with everything, the others without what the first ones do not need."""
+    """A drive of a case: the first members with all effects, the others without unneeded ones."""
 
     task: Task
     inputs: Inputs
@@ -399,7 +399,7 @@ class _Pulling:
         return found
 
     def _leave_out(self) -> None:
-        """Find the first effect without which the first members' numbers change by less than half of what the target allows."""
+        """First effect whose omission changes the first members' numbers by less than half of the target."""
         ensemble, everything = self.task.ensemble, self.drive
         for effect in SPARED if ensemble.of else ():
             if effect.there(everything):

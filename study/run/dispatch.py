@@ -32,7 +32,7 @@ LONGEST_TRACE: Final = 10_000
 
 
 class CannotGoOnError(Exception):
-    """No task can be finished any more (a full disk, for example); the message says why."""
+    """No task can finish (a full disk, for example); the message has the reason."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,7 +82,7 @@ def drop_intermediates(plan: Plan, store: Store) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Left:
-    """What is left of a campaign."""
+    """Remaining tasks of a campaign."""
 
     tasks: tuple[Task, ...]
     """Those that a run tries: what has failed comes last."""
@@ -91,7 +91,7 @@ class Left:
 
 
 def left(plan: Plan, failures: Mapping[str, Attempt], finished: Collection[str], retry: bool = False) -> Left:
-    """What is left, given the keys that are finished and the tasks that have failed. retry: nothing is given up."""
+    """Remaining tasks, given finished keys and failed tasks. retry: try failed tasks again."""
     tasks = plan.remaining(finished)
     tried = plan.possible(tasks, given_up(failures, retry).difference(finished), failures)
     if len(tried) == len(tasks):

@@ -24,7 +24,7 @@ News = tuple[int, Sequence[Done], Sequence[str]]
 
 
 class Farm(ABC):
-    """Processes that compute tasks, each known by its number, its rank: how they are reached is the farm's own affair.
+    """Processes that compute tasks, numbered by rank. Communication is private to the farm.
 
     The root calls `run`, the others `serve`; all of them end with `leave`.
     """
@@ -65,7 +65,7 @@ class Farm(ABC):
         return ledger.tally(self.interruption.requested)
 
     def settle(self) -> None:
-        """Have all who have computed write out their results; one that cannot says so, or is ended at its time limit."""
+        """Let all computing processes sync their results; one that fails reports it, or is ended at its time limit."""
         waiting, self._unsettled = self._unsettled, set()
         for rank in waiting:
             self.give(rank, [Settle()])
@@ -97,11 +97,11 @@ class Farm(ABC):
 
     @abstractmethod
     def news(self) -> Sequence[News]:
-        """What has become of tasks since; waits a little where nothing has."""
+        """Outcomes since the last call; waits briefly without any."""
 
 
 class SerialFarm(Farm):
-    """This process alone. What a task does to its process it does to the whole run; KeyboardInterrupt stays Python's."""
+    """This process alone: a crash of a task ends the run. KeyboardInterrupt stays Python's."""
 
     unit = "process"
 

@@ -1,4 +1,4 @@
-"""What a run writes down beside its results: who computes, which attempts failed and which long tasks are in hand.
+"""Journal of a run: user, hosts and software, failed attempts, and long tasks in progress.
 
 A line of `runs.jsonl` when it begins to compute, a few on the way, and one when it has ended; one of `attempts.jsonl` for each
 attempt that fails; `begun.txt` while it runs.
@@ -39,7 +39,7 @@ LONG: Final = 1.0
 
 
 class Journal(Watch):
-    """What one run writes down. What cannot be written is printed once and stands in the way of nothing."""
+    """Journal of one run. Failures to write are printed once and ignored."""
 
     def __init__(self, out: Path, command: str = "") -> None:
         """command: what was started; without it the command line."""
@@ -58,7 +58,7 @@ class Journal(Watch):
         self._forgotten = False
 
     def begin(self, processes: int, unit: str) -> None:
-        """Write down who begins to compute here, and with what else."""
+        """Record user, hosts and software at the start."""
         machine, home = this_machine(), here()
         self._failed.update(attempts.final(self._out, home.solver))
         self._run = Run(
@@ -89,7 +89,7 @@ class Journal(Watch):
         self._report = report
 
     def begun(self, tasks: Sequence[tuple[Work, float]]) -> None:
-        """Note long tasks that are in hand now; what the disk refuses to take is left out."""
+        """Record long tasks in progress; a full disk is ignored."""
         long = [task.key for task, seconds in tasks if seconds >= LONG]
         if not long:
             return
@@ -103,7 +103,7 @@ class Journal(Watch):
             os.write(self._begun, "".join(f"{key}\n" for key in long).encode())
 
     def forget(self) -> None:
-        """Forget what is in hand: the run ends by itself, or was signalled to stop."""
+        """Delete the record of tasks in progress: the run ends normally or after a signal."""
         with self._lock, suppress(OSError):
             self._forgotten = True
             if self._begun is not None:
@@ -130,7 +130,7 @@ class Journal(Watch):
         self._note(task, done, final)
 
     def computed(self, tally: Tally) -> None:
-        """Note what became of its tasks."""
+        """Record outcomes of its tasks."""
         if self._run:
             self._run = replace(
                 self._run,
@@ -177,7 +177,7 @@ def left_begun(out: Path) -> frozenset[str]:
 
 
 def measured_in(*folders: Path) -> Measured:
-    """What finished tasks took, by the journals of these folders: of runs of this software, whose predictions are comparable."""
+    """Times of finished tasks in the journals of these folders, of runs with this software."""
     found = {run.run: run for out in dict.fromkeys(folders) for run in runs.read(out)}
     mine = (here().solver, here().nanoslip_version)
     return Measured(*(run.kinds for run in found.values() if (run.solver, run.nanoslip) == mine))

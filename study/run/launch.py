@@ -1,4 +1,4 @@
-"""What a process knows before it imports anything: rank, end of the job, threads, signals, and the program that it computes."""
+"""Start of a process, before other imports: rank, end of the job, threads, signals, and its program."""
 
 import math
 import os
@@ -56,7 +56,7 @@ def processes_here() -> int:
 
 
 def launcher_name() -> str:
-    """What started these processes together, as far as their environment says; empty without a launcher."""
+    """Name of the launcher of these processes, from the environment; empty without one."""
     names = {"MPI_LOCALNRANKS": "Hydra", "OMPI_COMM_WORLD_SIZE": "Open MPI", "SLURM_STEP_NUM_TASKS": "srun"}
     found = [launcher for name, launcher in names.items() if os.environ.get(name)]
     return found[0] if found else "PMI" if os.environ.get("PMI_SIZE") else ""
@@ -90,7 +90,7 @@ def pin_threads() -> None:
 
 @dataclass(frozen=True, slots=True)
 class Settle:
-    """The last task of a process: to write out what it has computed, so that other machines see it."""
+    """Last task of a process: sync its results, so that other machines see them."""
 
     key: str = "settle"
     needs: tuple[str, ...] = ()

@@ -158,7 +158,7 @@ class MPIFarm(Farm):
         self._sent.append(self._world.isend(message, dest=rank))
 
     def _flush(self) -> None:
-        """Wait until all that was sent has left: what has not when MPI ends never does, and whom it was for waits for ever."""
+        """Wait until all messages are sent: at the end of MPI unsent ones would be lost and their receivers wait forever."""
         end = time.monotonic() + FLUSH
         while self._drop_gone() and time.monotonic() < end:
             time.sleep(1e-3)

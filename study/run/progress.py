@@ -1,4 +1,4 @@
-"""How long tasks will take, as those that have ended did, and the progress of a run that shows it."""
+"""Forecast of task times from finished tasks, and the progress bar."""
 
 import heapq
 import math
@@ -17,7 +17,7 @@ from nanoslip.study.run.queue import TaskQueue, Work
 
 
 class Measured:
-    """What finished tasks of a campaign took, kind by kind, over what they were estimated to."""
+    """Measured over estimated times of finished tasks, kind by kind."""
 
     def __init__(self, *data: Mapping[str, Sequence[float]]) -> None:
         """data: kind -> number of tasks, seconds estimated, seconds measured; of several runs, which are added up."""
@@ -53,7 +53,7 @@ class Measured:
 
 
 class Forecast:
-    """Time that a run still takes: estimates, each scaled by what tasks of its kind took."""
+    """Remaining time of a run: estimates scaled by measured times of each kind."""
 
     def __init__(self, tasks: Sequence[Work], ranks: int = 1, measured: Measured | None = None) -> None:
         """measured: what tasks of the campaign took in earlier runs, if any."""
@@ -72,7 +72,7 @@ class Forecast:
 
     @property
     def seconds(self) -> float:
-        """Seconds until all ranks together have done what is left."""
+        """Seconds until all ranks have finished the remaining tasks."""
         return self._core_seconds() / self._ranks
 
     @property
@@ -170,7 +170,7 @@ class Progress:
 
 
 class TerminalProgress(Progress):
-    """A bar that moves with the work done, and stays where it is while estimates of what is left rise."""
+    """A bar that moves with the work done, and never back if estimates rise."""
 
     def __init__(self, tasks: Sequence[Work], console: Any, ranks: int = 1, measured: Measured | None = None) -> None:
         from rich import progress  # noqa: PLC0415  a run under a launcher never needs it

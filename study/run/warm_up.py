@@ -1,6 +1,6 @@
 """Compile the kernels that a run needs before it begins, each in one process: the others load them from numba's cache.
 
-Those of contact and sliding and those of the driven pin have nothing in common, so two processes compile side by side.
+Kernels of sliding and of the driven pin are independent, so two processes compile in parallel.
 """
 
 import sys
@@ -145,7 +145,7 @@ def _tiny(case: Case) -> Case:
 
 @dataclass(frozen=True, slots=True)
 class WarmUp:
-    """The compiling as a task of its own: what it does to its process costs nobody another one."""
+    """Compilation as a separate task, so that a crash costs no other task."""
 
     of: str
     """What is compiled, in words."""
@@ -163,7 +163,7 @@ class WarmUp:
 
     @property
     def label(self) -> str:
-        """What messages call it."""
+        """Label in messages."""
         return f"compiling kernels of {self.of}"
 
     def run(self) -> Outcome:
@@ -173,7 +173,7 @@ class WarmUp:
 
 
 def warm_ups(tasks: Sequence[WarmUpTask]) -> list[WarmUp]:
-    """What is to be compiled for these tasks, side by side."""
+    """Compilations that these tasks need, in parallel."""
     small = miniatures(tasks)
     parts = {
         "contact and sliding": tuple(task for task in small if task.drive is None),
