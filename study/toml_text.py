@@ -4,8 +4,11 @@ import json
 import os
 import re
 import tomllib
+import unicodedata
 from collections.abc import Mapping
 from typing import Any, Final
+
+from nanoslip.solver.outcome import SHOWN, quoted
 
 DEEPEST: Final = 16
 """Parts of a dotted key: a parser's time and memory grow as their square. Campaigns have keys of two."""
@@ -74,3 +77,20 @@ def _value(value: Any, where: str) -> str:
     if hasattr(value, "tolist"):  # of numpy
         return _value(value.tolist(), where)
     raise TypeError(f"{where} = {value!r}: needs a text, a number, true or false, a list or a table")
+
+
+ONE_LINE: Final = "needs to be one line without control characters"
+
+
+def one_line(text: str) -> bool:
+    """Whether a text is without line breaks and other control characters: a terminal obeys them, and a dataset ends at a null."""
+    return not any(unicodedata.category(letter) in ("Cc", "Zl", "Zp") for letter in text)
+
+
+def shown(value: object) -> str:
+    """A value in the notation of TOML or nearly so, at most SHOWN characters."""
+    try:
+        text = repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
+    except (ValueError, RecursionError):  # Python writes no number of more than 4300 digits, and nothing nested deeply
+        return quoted(value)
+    return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."

@@ -13,12 +13,13 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.checker import ManifestError, shown
+from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.origin import here, model
 from nanoslip.study.plan.grids import discretized, pareto_front
 from nanoslip.study.provenance import UNKNOWN
+from nanoslip.study.toml_text import shown
 
 # Processor time, and the machine that it was measured on.
 

@@ -26,11 +26,10 @@ from nanoslip.study.dataset.variables import (
     parameters,
     run_names,
 )
-from nanoslip.study.manifest.checker import shown
 from nanoslip.study.manifest.parameters import HASHED, TABLES, Value, words_of
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.plan import NOTHING_KNOWN
-from nanoslip.study.toml_text import from_toml
+from nanoslip.study.toml_text import from_toml, shown
 
 # Whether two values agree.
 

@@ -12,7 +12,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import declared
 from nanoslip.study.canonical import Texts, content_hash
-from nanoslip.study.manifest.checker import ManifestError, key_shown, number_or_text, shown, unknown
+from nanoslip.study.manifest.checker import ManifestError, key_shown, number_or_text, unknown
 from nanoslip.study.manifest.manifest import (
     STAGES,
     EnsembleTable,
@@ -25,6 +25,7 @@ from nanoslip.study.manifest.manifest import (
 from nanoslip.study.manifest.parameters import STANDARD, TABLES, Alike, Value, in_words, words, words_of
 from nanoslip.study.manifest.reader import KEYS_OF_FILES, refusal
 from nanoslip.study.manifest.units import YOUNG, plain
+from nanoslip.study.toml_text import shown
 
 Point = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""

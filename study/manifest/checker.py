@@ -3,10 +3,8 @@
 import csv
 import difflib
 import io
-import json
 import math
 import re
-import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
@@ -15,7 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales, parameters_of_a_drive
-from nanoslip.solver.outcome import SHOWN, InvalidInput, NanoslipError, quoted
+from nanoslip.solver.outcome import SHOWN, InvalidInput, NanoslipError
 from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
 from nanoslip.study.manifest.parameters import (
@@ -31,6 +29,7 @@ from nanoslip.study.manifest.parameters import (
 )
 from nanoslip.study.manifest.surface import NamedSurface, read_surface
 from nanoslip.study.manifest.units import plain
+from nanoslip.study.toml_text import ONE_LINE, one_line, shown
 
 # Problems of a campaign, one line each, and its CSV files: the table of cases and parameters that are files.
 
@@ -41,8 +40,6 @@ LONGEST_PATH = 200
 
 MOST_LINES = 100
 """Problems that a message lists: an axis may have a hundred thousand wrong values."""
-
-ONE_LINE = "needs to be one line without control characters"
 
 
 class ManifestError(NanoslipError):
@@ -55,15 +52,6 @@ class ManifestError(NanoslipError):
     def __str__(self) -> str:
         more = len(self.lines) - MOST_LINES
         return "\n".join([*self.lines[:MOST_LINES], *([f"and {more} problems more"] if more > 0 else [])])
-
-
-def shown(value: object) -> str:
-    """A value in the notation of TOML or nearly so, at most SHOWN characters."""
-    try:
-        text = repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
-    except (ValueError, RecursionError):  # Python writes no number of more than 4300 digits, and nothing nested deeply
-        return quoted(value)
-    return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
 
 
 def key_shown(key: str) -> str:
@@ -80,11 +68,6 @@ def path_shown(path: Path) -> str:
     """A path as one printable line of at most LONGEST_PATH characters."""
     text = printable(str(path))
     return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
-
-
-def one_line(text: str) -> bool:
-    """Whether a text is without line breaks and other control characters: a terminal obeys them, and a dataset ends at a null."""
-    return not any(unicodedata.category(letter) in ("Cc", "Zl", "Zp") for letter in text)
 
 
 def need(make: Callable[..., object], *arguments: object) -> str:

@@ -22,8 +22,8 @@ from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from nanoslip.solver.outcome import InvalidInput, Outcome, quoted
 from nanoslip.solver.parameter import Parameter, check, declared, parameter
 from nanoslip.study.manifest.about import About
-from nanoslip.study.manifest.checker import ONE_LINE, one_line, shown
 from nanoslip.study.manifest.parameters import Value
+from nanoslip.study.toml_text import ONE_LINE, one_line, shown
 
 # The drives of a campaign, which are given in SI, and their conversion to the solver's units.
 

@@ -25,7 +25,6 @@ from nanoslip.solver.parameter import MOST_WHOLE, as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
 from nanoslip.study.manifest.about import About
 from nanoslip.study.manifest.checker import (
-    ONE_LINE,
     Checker,
     Columns,
     Given,
@@ -33,9 +32,7 @@ from nanoslip.study.manifest.checker import (
     NamedFiles,
     key_shown,
     need,
-    one_line,
     read_text,
-    shown,
     unknown,
 )
 from nanoslip.study.manifest.manifest import (
@@ -58,7 +55,7 @@ from nanoslip.study.manifest.manifest import (
 )
 from nanoslip.study.manifest.parameters import HASHED, NAMED, TABLES, Value, axes, in_files, make_case, settings, words
 from nanoslip.study.manifest.units import YOUNG
-from nanoslip.study.toml_text import from_toml
+from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].
 

@@ -14,11 +14,11 @@ from jinja2.sandbox import SandboxedEnvironment
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study import shipped
 from nanoslip.study.exit_codes import INTERRUPTED
-from nanoslip.study.manifest.checker import ONE_LINE, ManifestError, one_line, path_shown, read_text, shown
+from nanoslip.study.manifest.checker import ManifestError, path_shown, read_text
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.run.launch import WARNING
-from nanoslip.study.toml_text import from_toml
+from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 # Which cases are a shard's: blocks of neighbours that cost about the same.
 #
