@@ -5,7 +5,7 @@ from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.integrators import RK4
 from nanoslip.study.plan.kinds import contact_task, drive_task, record_task
 from nanoslip.study.plan.task import Task
-from nanoslip.study.run.warm_up import warm_up, warm_ups
+from nanoslip.study.run.warm_up import WarmUp, miniatures
 
 
 def tasks() -> list[Task]:
@@ -21,5 +21,4 @@ def tasks() -> list[Task]:
 
 
 if __name__ == "__main__":
-    for part in warm_ups(tasks()):
-        warm_up(part.tasks)
+    WarmUp(miniatures(tasks())).run()

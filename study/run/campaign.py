@@ -19,7 +19,7 @@ from nanoslip.study.run.executor import Left, drop_intermediates, given_up, left
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
 from nanoslip.study.run.progress import Measured
-from nanoslip.study.run.warm_up import warm_ups
+from nanoslip.study.run.warm_up import WarmUp, miniatures
 
 
 class UnfinishedError(StoreError):
@@ -113,7 +113,7 @@ def compute_rest(farm: Farm, rest: Rest, journal: Journal, lease: Lease, show: S
     if short := shortages(rest.plan, tasks, farm.here):
         raise ShortageError("\n".join(short))
     if tasks:
-        farm.run(warm_ups(tasks), Watch())
+        farm.run([WarmUp(miniatures(tasks))], Watch())
         journal.begin(farm.size, farm.unit)
     farm.interruption.at_request = journal.forget  # whatever ends the run from then on is no task
     with ExitStack() as stack:

@@ -114,7 +114,7 @@ def test_compiling_that_hangs_is_ended_after_minutes(tmp_path, monkeypatch):
     monkeypatch.setattr(process.time, "monotonic", lambda: begun + 1000.0 * (clock() - begun))
     monkeypatch.setattr(process, "LONGEST_LOOK", math.inf)
     monkeypatch.setattr(agent, "START", math.inf)
-    hanging = Work("endless loop", limit=WarmUp("any", ()).limit)
+    hanging = Work("endless loop", limit=WarmUp(()).limit)
     _, reported, failed = computed(faults.program(tmp_path), (hanging,), 1)
     assert reported[hanging.key].ending is Ending.TIMED_OUT
     assert failed[0][1].seconds < 3600.0
