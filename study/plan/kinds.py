@@ -116,15 +116,20 @@ def several(manifest: Manifest) -> bool:
     return manifest.ensemble.members > 1
 
 
-@lru_cache(maxsize=64)
+def output(name: str) -> Callable[[Manifest], bool]:
+    """Whether a campaign asks for this of its outputs."""
+    return lambda manifest: bool(getattr(manifest.outputs, name))
+
+
 def names_of(kind: Kind) -> frozenset[str]:
     """The variables of a kind's results whose means have an uncertainty."""
     return frozenset(each.name for each in declared(kind).values() if each.ensemble)
 
 
-def own_ensemble(kind: Kind, ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
-    """The ensemble of a kind's tasks in a campaign with this one, and its canonical text."""
-    found = ensemble.for_observables(names_of(kind))
+@lru_cache(maxsize=64)  # asked for every case of a campaign
+def own_ensemble(kind: str, ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
+    """The ensemble of the tasks of this kind in a campaign with this one, and its canonical text."""
+    found = ensemble.for_observables(names_of(KINDS[kind]))
     return found, CanonicalText(canonical_text(found))
 
 
@@ -191,24 +196,15 @@ class SurfaceNodes:
 
 def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """Initial contact of a case's members."""
-    ensemble, text = _contact_ensemble(ensemble)
+    ensemble, text = own_ensemble("contact", ensemble)
     key = task_key("contact", *of_contact(case), text, *scalars_only_mark(scalars_only))
     return Task(
         key, "contact", case.slab, case, ensemble=ensemble, needs=compliance_needs(case.slab), scalars_only=scalars_only
     )
 
 
-@lru_cache(maxsize=64)  # of all cases
-def _contact_ensemble(ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
-    return own_ensemble(CONTACT, ensemble)
-
-
-def _tractions(manifest: Manifest) -> bool:
-    return manifest.outputs.tractions
-
-
 def _contact_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return (Wanted(contact_task(case, manifest.ensemble, scalars_only=not _tractions(manifest))),)
+    return (Wanted(contact_task(case, manifest.ensemble, scalars_only=not manifest.outputs.tractions)),)
 
 
 CONTACT: Final = Kind(
@@ -217,7 +213,7 @@ CONTACT: Final = Kind(
     _contact_tasks,
     (Part(Validity), Part(ContactState, whole=True), Part(ContactSummary), Part(SurfaceNodes)),
     (
-        Ragged("contact", "contact_node", "contact_row_size", _tractions),
+        Ragged("contact", "contact_node", "contact_row_size", output("tractions")),
         Ragged(
             "ensemble", MEMBER, "member_row_size", lambda manifest: several(manifest) and "slip" not in manifest.stages
         ),
@@ -259,7 +255,7 @@ def all_batches(case: Case, ensemble: Ensemble) -> tuple[Task, ...]:
 
 
 def _contacts_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return tuple(Wanted(task, part=True) for task in all_batches(case, own_ensemble(RECORD, manifest.ensemble)[0]))
+    return tuple(Wanted(task, part=True) for task in all_batches(case, own_ensemble("record", manifest.ensemble)[0]))
 
 
 def _interface(manifest: Manifest) -> bool:
@@ -289,15 +285,10 @@ def _whole_record(case: Case, ensemble: Ensemble) -> Task:
 
 
 def _record(case: Case, ensemble: Ensemble, scalars_only: bool) -> Task:
-    ensemble, text = _record_ensemble(ensemble)
+    ensemble, text = own_ensemble("record", ensemble)
     key = task_key("record", *of_record(case), text, *scalars_only_mark(scalars_only))
     needs = (*compliance_needs(case.slab), *(batch.key for batch in all_batches(case, ensemble)))
     return Task(key, "record", case.slab, case, ensemble=ensemble, needs=needs, scalars_only=scalars_only)
-
-
-@lru_cache(maxsize=64)  # of all cases
-def _record_ensemble(ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
-    return own_ensemble(RECORD, ensemble)
 
 
 def record_scalars_task(record: Task) -> Task:
@@ -305,14 +296,11 @@ def record_scalars_task(record: Task) -> Task:
     return replace(record_task(case_of(record), record.ensemble, scalars_only=True), needs=(record.key,), free=True)
 
 
-def _kept(manifest: Manifest) -> bool:
-    return manifest.outputs.records
-
-
 def _record_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     shared = "dynamics" in manifest.stages or manifest.outputs.statistics
-    if _kept(manifest) or not shared:
-        record = record_task(case, manifest.ensemble, scalars_only=not _kept(manifest))
+    kept = manifest.outputs.records
+    if kept or not shared:
+        record = record_task(case, manifest.ensemble, scalars_only=not kept)
         return (Wanted(replace(record, shared=True) if shared else record),)
     record = replace(record_task(case, manifest.ensemble), intermediate=True, shared=True)
     return Wanted(record), Wanted(record_scalars_task(record))
@@ -330,8 +318,8 @@ RECORD: Final = Kind(
         Part(Collective, wanted=_interface),
     ),
     (
-        Ragged("record", "event", "row_size", _kept),
-        Ragged("record", "record_node", "record_node_row_size", _kept),
+        Ragged("record", "event", "row_size", output("records")),
+        Ragged("record", "record_node", "record_node_row_size", output("records")),
         Ragged("ensemble", MEMBER, "member_row_size", several),
     ),
     all_members=True,
@@ -349,20 +337,16 @@ def statistics_task(case: Case, ensemble: Ensemble = ALONE) -> Task:
     return Task(key, "statistics", case.slab, case, ensemble=ensemble, needs=(record.key,))
 
 
-def _statistics(manifest: Manifest) -> bool:
-    return manifest.outputs.statistics
-
-
 def _statistics_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     return (Wanted(statistics_task(case, manifest.ensemble)),)
 
 
 STATISTICS: Final = Kind(
     "statistics",
-    _statistics,
+    output("statistics"),
     _statistics_tasks,
     (Part(EventDistributions, whole=True), Part(SizeBins)),
-    (Ragged("event_sizes", "bin", "bins", _statistics),),
+    (Ragged("event_sizes", "bin", "bins", output("statistics")),),
 )
 
 
@@ -397,28 +381,19 @@ def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:
     return Task(key, "states", case.slab, case, events=events, subsurface=subsurface, needs=needs)
 
 
-def _on_the_surface(manifest: Manifest) -> bool:
-    return bool(manifest.outputs.tractions_at)
-
-
-def _inside(manifest: Manifest) -> bool:
-    return manifest.outputs.subsurface
-
-
 def _states_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    return (
-        Wanted(states_task(manifest.ensemble.case(case, 0), manifest.outputs.tractions_at or (0,), _inside(manifest))),
-    )
+    outputs = manifest.outputs
+    return (Wanted(states_task(manifest.ensemble.case(case, 0), outputs.tractions_at or (0,), outputs.subsurface)),)
 
 
 STATES: Final = Kind(
     "states",
-    lambda manifest: _on_the_surface(manifest) or _inside(manifest),
+    lambda manifest: bool(manifest.outputs.tractions_at) or manifest.outputs.subsurface,
     _states_tasks,
     (Part(SurfaceStates, "surface_"), Part(InteriorEvents, "interior_"), Part(InteriorFields, "interior_")),
     (
-        Ragged("contact", "contact_node", "contact_row_size", _on_the_surface),
-        Ragged("interior", "interior_node", "interior_row_size", _inside),
+        Ragged("contact", "contact_node", "contact_row_size", output("tractions_at")),
+        Ragged("interior", "interior_node", "interior_row_size", output("subsurface")),
     ),
 )
 
@@ -434,7 +409,7 @@ def drive_task(
     fitted: whether Eq. 16-19 are fitted to its spring force. Members that its target needs beyond those records are slid too.
     """
     record = record_task(case, ensemble)
-    own, text = _drive_ensemble(ensemble)
+    own, text = own_ensemble("drive", ensemble)
     marks = (*scalars_only_mark(scalars_only), *(() if fitted else ("unfitted",)))
     key = task_key("drive", record.key, _text_of(drive), text, *marks)
     more = compliance_needs(case.slab) if own.within is not None else ()
@@ -450,32 +425,11 @@ def _text_of(drive: Drive) -> CanonicalText:
     return CanonicalText(canonical_text({"type": type(drive).__name__, **settings}))
 
 
-@lru_cache(maxsize=64)  # of all cases
-def _drive_ensemble(ensemble: Ensemble) -> tuple[Ensemble, CanonicalText]:
-    return own_ensemble(DRIVE, ensemble)
-
-
-def _trajectory(manifest: Manifest) -> bool:
-    return manifest.outputs.trajectory
-
-
-def _phases(manifest: Manifest) -> bool:
-    return manifest.outputs.phases
-
-
-def _fitted(manifest: Manifest) -> bool:
-    return manifest.outputs.fit
-
-
-def _aimed(manifest: Manifest) -> bool:
-    return manifest.ensemble.within is not None
-
-
 def _drive_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
-    bare = not (_trajectory(manifest) or _phases(manifest))
-    fitted = _fitted(manifest)
+    outputs = manifest.outputs
+    bare = not (outputs.trajectory or outputs.phases)
     return tuple(
-        Wanted(drive_task(case, drive, manifest.ensemble, scalars_only=bare, fitted=fitted), label)
+        Wanted(drive_task(case, drive, manifest.ensemble, scalars_only=bare, fitted=outputs.fit), label)
         for label, drive in _dimensionless(manifest)
     )
 
@@ -492,14 +446,14 @@ DRIVE: Final = Kind(
     _drive_tasks,
     (
         Part(FrictionCoefficients),
-        Part(StickSlipFit, "fitted_", wanted=_fitted),
+        Part(StickSlipFit, "fitted_", wanted=output("fit")),
         Part(StickSlipCount),
         Part(DynamicsResult, whole=True),
-        Part(LeftOut, wanted=_aimed),
+        Part(LeftOut, wanted=lambda manifest: manifest.ensemble.within is not None),
     ),
     (
-        Ragged("trajectory", "sample", "trajectory_row_size", _trajectory),
-        Ragged("trajectory", "slip_phase", "phase_row_size", _phases),
+        Ragged("trajectory", "sample", "trajectory_row_size", output("trajectory")),
+        Ragged("trajectory", "slip_phase", "phase_row_size", output("phases")),
         Ragged("drive_ensemble", MEMBER, "drive_member_row_size", several),
     ),
 )

@@ -12,7 +12,7 @@ import sys
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from threading import Lock
 from typing import Any, Final
@@ -59,7 +59,7 @@ class Journal(Watch):
 
     def begin(self, processes: int, unit: str) -> None:
         """Record user, hosts and software at the start."""
-        machine, home = this_machine(), here()
+        home = here()
         self._failed.update(attempts.final(self._out, home.solver))
         self._run = Run(
             run=secrets.token_hex(6),
@@ -71,15 +71,9 @@ class Journal(Watch):
             nanoslip=home.nanoslip_version,
             solver=home.solver,
             source_commit=home.source_commit,
-            host=machine.host,
             launcher=launcher_name(),
-            mpi=machine.mpi,
             slurm_job=slurm_job(),
-            processor=machine.processor,
-            features=machine.features,
-            blas=machine.blas,
-            python=machine.python,
-            libraries=machine.libraries,
+            **asdict(this_machine()),
         )
         self._started = time.monotonic()
         self._add(self._run)
