@@ -41,14 +41,14 @@ class SlipRule:
     """When a node slips and where it comes to rest (§2.1.1, §1).
 
     slip_order: `worst_first` slips the node with the largest |shear|/(μ_i·pressure), the others held; `simultaneous`
-        slips every offender by the distance it would slip alone.
+        slips every node above its limit by the distance it would slip alone.
     residual_shear: shear left after a slip, as a fraction of μ_i·pressure, in [0, 1]; 0 is a full stress drop, 1 is classical
-        Coulomb sliding, which has no slips one at a time (slip_order, event_floor and cascade_limit do not matter then).
-    limited_shear: `both_ways` lets no |shear| exceed μ_i·pressure; `forward` only shear along the drag, as §2.1.1 prints it: a
-        node that the slab pushes back keeps any shear until its pressure is gone.
-    event_floor: smallest displacement step, in surface node spacings (the paper's is 1e-6), or in 24 times what μ_i·W stretches
-        the contact by where that is less, which it is not in the paper's case: it is to outlive rounding, not to move the pin.
-    cascade_limit: slips after which one event is given up.
+        Coulomb sliding without single slips (slip_order, event_floor and cascade_limit have no effect then).
+    limited_shear: `both_ways` limits |shear| to μ_i·pressure; `forward` limits only shear along the drag, as §2.1.1 prints it: a
+        node pushed back by the slab keeps any shear until its pressure vanishes.
+    event_floor: smallest displacement step, in surface node spacings (the paper: 1e-6), or in 24 times the elastic stretch by
+        μ_i·W if that is less (not in the paper's case). It has to exceed rounding, not to move the pin.
+    cascade_limit: largest number of slips in one event.
     """
 
     slip_order: SlipOrder = parameter(
@@ -97,7 +97,7 @@ class SlipRule:
 
 @dataclass(frozen=True, slots=True)
 class Effects:
-    """Physics that a case can do without; what is off is not computed. All on is the paper's model.
+    """Effects that a case can leave out; they are then not computed. With all on it is the paper's model.
 
     friction: the pin drags the surface. Without, only pressures act (half of the compliance): the pin can be pressed down,
         and there is nothing to slide.
@@ -130,14 +130,14 @@ class Effects:
 
 @dataclass(frozen=True, slots=True)
 class Heterogeneity:
-    """What is not the same everywhere: μ_i of the slab's nodes, and the pin's profile.
+    """Heterogeneity of μ_i over the slab's nodes, and of the pin's profile.
 
     μ_i is drawn independently for each node, with the case's intrinsic_friction as mean.
 
     spread: standard deviation over mean, 0 for none: `normal` up to 0.25 (cut off at μ_i = 0), `uniform` up to 1/√3,
-    `lognormal` up to 100. seed: the same seed and n_x give the same nodes, whatever else the case is.
-    roughness: (ξ, height) in L_x of two or more points, ξ increasing: what is added to the parabola's height at pin
-    coordinate ξ, straight between the points and level beyond them; () is a smooth pin. Points at least 1e-12 apart,
+    `lognormal` up to 100. seed: the same seed and n_x give the same nodes in every case.
+    roughness: (ξ, height) in L_x of two or more points, ξ increasing, added to the parabola's height at pin coordinate ξ;
+    linear between the points and constant beyond them; () is a smooth pin. Points at least 1e-12 apart,
         ξ and height up to 1e6.
     """
 
@@ -180,9 +180,9 @@ def _check_roughness(points: Roughness) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """Contacts of one rigid slider, moved together. They do not feel each other: each is on a slab of its own.
+    """Contacts of one rigid slider, moved together and elastically independent: each has its own slab.
 
-    contacts: their number N; 1 is a pin by itself. Each other one has a start, nodes and a place on the profile of its own.
+    contacts: their number N; 1 is a single pin. The others have their own start, node friction and position on the profile.
     loads: `equal`; or those under a rigid plane of asperities with exponentially distributed heights (Greenwood and Williamson):
         `exponential` where load grows as compression, `heights` by the normal contact of this pin on this slab without friction.
         The case's normal_load is their mean: N times it is what the slider weighs.
@@ -328,7 +328,7 @@ class Case:
 
     @property
     def total_load(self) -> float:
-        """What all contacts carry together, in G·L_x·L_y."""
+        """Load of all contacts together, in G·L_x·L_y."""
         return self.normal_load * self.interface.contacts
 
     @property

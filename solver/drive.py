@@ -86,9 +86,9 @@ class Drive:
     In these units the pin's mass is 1; `from_si` takes values in SI. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
     integrator: settings of one of the integrators, or the name of one, with its own values.
     samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
-    duration: None goes on until the numbers are known (`nanoslip.solver.dynamics.duration`).
+    duration: None continues until μ_s and μ_k are determined (`nanoslip.solver.dynamics.duration`).
     max_slips: stop (completed) at the end of this many macroscopic slips, or at `duration`.
-    step_limit: segments (exact) or time steps (rk4) after which the drive is given up.
+    step_limit: segments (exact) or time steps (rk4) after which the drive stops as failed.
 
     surface_compliance: the contact yields with K before it slips (Eq. 13-14). Without, K → ∞: the pin is at rest while
         spring and damper pull no harder than F̃(x), and slides against exactly F̃(x) (Eq. 16-19). This is also Eq. 13-14

@@ -60,7 +60,7 @@ SPARED: Final = (TEETH, FINE_TEETH)
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """What most members of a drive are pulled without, as the numbers asked for do not depend on it, and what that may change."""
+    """Effects left out for most members of a drive, as requested numbers do not depend on them, and the possible change."""
 
     left_out: str = field(
         metadata=quantity(

@@ -1,9 +1,8 @@
-"""Ensembles: a case computed from several independent starts, and what these tell of the mean over all starts.
+"""Ensembles: a case computed from several independent starts, with mean and ±.
 
-What a pin meets depends on where between two surface nodes it comes down, on the draw of the nodes' μ_i, and on the place on a
-rough pin's profile. All are chance, so one record is one draw. The members of an ensemble differ in them; they derive from the
-case and their number alone: members 0 to 7 of 16 are those of 8. Their mean's uncertainty, written ±, is the half-width of the
-68 % interval of Student's t over the members.
+A record depends on the pin's start between two surface nodes, on the nodes' random μ_i, and on the position on a rough profile.
+Members of an ensemble differ in these. They follow from the case and their number only: members 0 to 7 of 16 are those of 8.
+The uncertainty of their mean, ±, is the half-width of the 68 % interval of Student's t over the members.
 """
 
 import math
@@ -61,7 +60,7 @@ class Ensemble:
         return replace(case, start=(case.start + start) % 1.0, heterogeneity=drawn)
 
     def sizes(self) -> Iterator[int]:
-        """Numbers of members after which it is asked whether they are enough; the last one is the most."""
+        """Numbers of members at which the target is tested; the last is the largest."""
         size = self.likely
         while size < self.members:
             yield size
@@ -69,7 +68,7 @@ class Ensemble:
         yield self.members
 
     def within_target(self, values: Sequence[float]) -> bool:
-        """Whether the mean over these members is known as well as it is to be."""
+        """Whether the mean over these members meets the target."""
         if self.within is None:
             return False
         mean = mean_of(np.array(values, float))
@@ -77,7 +76,7 @@ class Ensemble:
 
     @property
     def likely(self) -> int:
-        """Members that are computed, as far as that is known before: the fewest where a target decides."""
+        """Number of members known before the run: the smallest possible one with a target."""
         return self.members if self.within is None else min(FEWEST, self.members)
 
     def for_observables(self, names: Collection[str]) -> "Ensemble":
@@ -89,7 +88,7 @@ class Ensemble:
 
 
 class Chance(NamedTuple):
-    """What is drawn of a start: where between two nodes, in spacings, and on the profile, in [0, 1); a seed below 2^63."""
+    """Random numbers of a start: position between two nodes (spacings) and on the profile, in [0, 1); a seed below 2^63."""
 
     start: float
     place: float
@@ -132,9 +131,9 @@ def needed(members: int) -> float:
 
 
 def change_by(without: Sequence[float], whole: Sequence[float]) -> float:
-    """Relative error of a mean by what the members `without` leave out: |change| and twice its ±, over the mean with everything.
+    """Relative error of a mean by omitted effects: |change| plus twice its ±, over the mean with all effects.
 
-    Both computed of the same members, so chance cancels. Infinite where it is not known.
+    Both are computed from the same members, so scatter cancels. Infinite if unknown.
     """
     change, mean = mean_of(np.subtract(without, whole)), mean_of(np.array(whole, float))
     error = float((abs(change.mean) + 2.0 * change.uncertainty) / abs(mean.mean)) if mean.mean else math.nan

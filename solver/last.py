@@ -9,7 +9,7 @@ Answer = TypeVar("Answer")
 
 
 def of_the_last(function: Callable[[Of], Answer]) -> Callable[[Of], Answer]:
-    """The function of a frozen value, which is not computed again for the very value that it was last asked for."""
+    """The function of a frozen value, cached for its last argument."""
     known: tuple[Of, Answer] | None = None
 
     @wraps(function)

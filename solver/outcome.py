@@ -83,10 +83,10 @@ _CUT = " ... "
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a computation ended, and what a user can do about it.
+    """How a computation ended, with advice.
 
-    `message` is one line: the offending value, then the advice; empty when all went well. What is completed and yet not all
-    that was asked for has one too. Whatever text it is made of, it is printable and at most LONGEST_MESSAGE letters long.
+    `message` is one printable line of at most LONGEST_MESSAGE letters: the offending value, then the advice. It is empty after
+    success; a completed result with missing numbers has one, too.
     """
 
     ending: Ending
@@ -99,7 +99,7 @@ class Outcome:
 
     @property
     def ok(self) -> bool:
-        """True when the computation did what was asked."""
+        """True if the computation completed."""
         return self.ending is Ending.COMPLETED
 
     @property
@@ -126,7 +126,7 @@ class NanoslipError(Exception):
 
 
 class SolverError(NanoslipError):
-    """Base of what the solver raises on purpose; carries the outcome it stands for."""
+    """Base of the solver's own exceptions; carries an outcome."""
 
     ending = Ending.INVALID
 

@@ -91,8 +91,8 @@ def friction_record(case: Case, compliance: Compliance | None = None) -> Frictio
 def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None) -> DriveResult:
     """The pin of `case` pulled as `drive` says over its friction record (computed if not at hand).
 
-    Raises NoPlateauError where the record has no steady part that could be continued. Warns where the drive is out of all
-    proportion to the contact, as one is whose values are in SI: `Drive.from_si` takes those.
+    Raises NoPlateauError if the record has no steady part to continue. Warns of a drive out of all proportion to the contact, for
+    example with values in SI; `Drive.from_si` takes those.
     """
     record = record or friction_record(case)
     plateau = plateau_of(record)

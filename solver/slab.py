@@ -1,7 +1,7 @@
 """The elastic slab and its discretization: all that a surface compliance depends on.
 
 A scheme is one file of `nanoslip.solver.elasticity.schemes`: a frozen type with its settings as fields, registered by its name.
-What is not registered is refused by name.
+Other names are refused.
 """
 
 from abc import ABC, abstractmethod

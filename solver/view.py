@@ -88,7 +88,7 @@ class Viewed(Labels):
     def plot(self, axes: "Axes | None" = None) -> "Axes":
         """Draw the result on matplotlib's axes, by default those of a new figure; returns the axes.
 
-        The title says how the computation ended where it did not do what was asked.
+        The title has the outcome of a computation that did not complete.
         """
         axes, outcome = drawn(self._picture(), axes), self._outcome()
         if outcome and not outcome.ok:
@@ -109,7 +109,7 @@ def labelled(value: object, prefix: str = "") -> Iterator[Labelled]:
 def as_dataset(numbers: Iterable[Labelled], factors: Mapping[str, float], outcome: Outcome | None) -> "xr.Dataset":
     """Numbers and columns as variables; those that say where the others are become coordinates.
 
-    factors: `Quantity.per` -> what a number is multiplied with; without one it stays in the solver's units and says so.
+    factors: `Quantity.per` -> factor of a number; without one it stays in the solver's units and is labelled so.
     outcome: stands in the attributes.
     """
     import xarray as xr  # noqa: PLC0415  the solver computes without it

@@ -224,7 +224,7 @@ def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CompiledContact:
-    """What the kernels work on: state and constants for the surface nodes of one window."""
+    """State and constants of the kernels, for the surface nodes of one window."""
 
     case: Case
     compliance: Compliance

@@ -28,7 +28,7 @@ TOLERANCE = 1e-12
 
 
 class CoulombError(SolverError):
-    """The contact has no (unique) solution from here on; `ending` says of what kind."""
+    """The contact has no (unique) solution from here on; `ending` is the kind."""
 
     def __init__(self, ending: Ending) -> None:
         super().__init__(ending)

@@ -1,12 +1,11 @@
-"""How long a drive lasts that names no duration: to its first slip, and as many cycles as its numbers need.
+"""Duration of a drive without a given one: to its first slip, and as many cycles as its numbers need.
 
 The first slip has to lie in the first half of the time (nanoslip.solver.dynamics.regime), and the mean of the driving force needs
-cycles to settle (nanoslip.solver.dynamics.coefficients). What that takes is not known before the pin has moved: the first time is
-an estimate, and a drive whose numbers are not known after it is pulled twice as long, again and again, while its segments fit
-its step_limit.
+some cycles (nanoslip.solver.dynamics.coefficients). The first duration is an estimate. It is doubled until the numbers are
+determined, within step_limit.
 
-A damper that alone is stronger than all friction (c·V ≥ peak, ζ > π) drags the pin along from the start: it never sticks, and the
-way that it lags behind, which relaxes within c/k, changes no friction. Its time is set by the way of the record.
+A damper stronger than all friction (c·V ≥ peak, ζ > π) drags the pin from the start without stick. Its lag relaxes within c/k and
+changes no friction. The duration then follows from the length of the record.
 """
 
 import math

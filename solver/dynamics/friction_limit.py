@@ -98,12 +98,10 @@ def linear(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
 
 
 def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
-    """F̃ of the sawtooth with its teeth taken together, to at most 64 in a node spacing: fewer and longer, as high in the mean
-    and at the most.
+    """F̃ of the sawtooth with grouped teeth, at most 64 in a node spacing, of the same mean and maximum.
 
-    A pin stops where the limit is highest, and its work is that of the mean. Teeth much shorter than what the spring gives way
-    by, a drop of force over k, matter through these two alone.
-    Raises NoPlateauError where the record has no plateau.
+    A pin stops at a maximum of the limit, and its work follows from the mean. Teeth much shorter than the drop of force over k
+    matter through these two only. Raises NoPlateauError without a plateau.
     """
     fine = sawtooth(record, plateau)
     whole = Teeth(fine.edges, fine.force, fine.force + fine.slope * np.diff(fine.edges))

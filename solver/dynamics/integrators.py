@@ -1,10 +1,8 @@
-"""Methods that integrate Eq. 12, whether they can tell what a drive asks for, and the friction measured in what they give.
+"""Integrators of Eq. 12, whether rounding allows a drive, and the friction coefficients of a motion.
 
-Double precision: far out, the spring's stretch is lost in the position.
-
-A pin that slides is F/k behind the stage, at x close to V·t. Both are known to the 16th digit of V·t, and the spring
-force k(Vt - x) to k times that. Beside the friction force this is noise: on settled drives up to three times the share
-that `resolved` computes (tests.hard_cases.test_dynamics). Teeth narrower than that digit of x cannot be met one by one.
+A sliding pin is F/k behind the stage, at x close to V·t. Double precision resolves both to 1e-16 V·t, so the spring force
+k(Vt - x) has an error of k times that: on settled drives up to three times the share that `resolved` computes
+(tests.hard_cases.test_dynamics). Teeth narrower than this resolution cannot be followed one by one.
 """
 
 import math

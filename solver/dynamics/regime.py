@@ -1,15 +1,14 @@
 """Whether a driven pin sticks, slides or does both in turn, from the macroscopic slips of its drive.
 
-What the pin does at last counts: many a drive re-sticks once or twice while its first slip rings out, then slides for
-good (§3.3). A slip that has not ended is called sliding once it has lasted longer than every cycle before it, from one
-slip's start to the next one's. A motion that repeats itself never gets there: its slips are shorter than its cycles.
+The final motion counts: many drives re-stick once or twice during the decay of the first slip, then slide (§3.3). An unfinished
+slip is sliding if it has lasted longer than every cycle before it, from one start of a slip to the next. Periodic motion never
+fulfils this, as its slips are shorter than its cycles.
 
-A stiff spring lets a slip relax before it gets macroscopic. Its pin then follows the stage in micro slips: it is told by the
-spring force, which in the second half of the time does not rise by half of what it would if the pin were stuck.
+With a stiff spring a slip relaxes before it becomes macroscopic, and the pin follows the stage in micro slips. The criterion is
+the spring force: in the second half of the time it rises by less than half of the rise with a stuck pin.
 
-Amplitude and period are those of the second half of the time, when the start has rung out. They are left out where that half
-shows no whole cycle, and where the start reaches into it: the loading ramp is no amplitude, and the first slip, which initial
-contact holds, no cycle of the others.
+Amplitude and period refer to the second half of the time, after the start has decayed. They are omitted if that half has no
+whole cycle, or contains the loading ramp or the first slip, which depends on initial contact.
 """
 
 import math
@@ -36,7 +35,7 @@ RISING: Final = 0.1
 class StickSlipCount:
     """How often and how long the pin of one drive stuck.
 
-    resticks: macroscopic slips that ended, each where the pin came down to `stick_velocity`, or to rest.
+    resticks: macroscopic slips that ended: the pin slowed down to `stick_velocity`, or to rest.
     time_stuck: share of the drive's time outside macroscopic slips; the micro slips of a stuck pin count as stuck.
     spring_force_amplitude: in G·L_x·L_y, largest less least spring force in the second half of the time; NaN unless two
         macroscopic slips begin in it, one lasts all through it, or the pin follows in micro slips; NaN where the first slip or

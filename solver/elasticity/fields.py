@@ -1,4 +1,4 @@
-"""What is known at every node inside the slab."""
+"""Displacements and stresses at every node inside the slab."""
 
 from dataclasses import dataclass, field
 from typing import Any

@@ -28,7 +28,7 @@ Counts = NDArray[np.int32]
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Collective:
-    """What the contacts of an interface do together; of one contact it is its own."""
+    """Collective numbers of the contacts of an interface, also of a single one."""
 
     static_excess: float = field(
         metadata=quantity(

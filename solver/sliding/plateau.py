@@ -1,8 +1,8 @@
-"""The steady part of a friction record (§3.2.1), and its mean: what follows the run-in.
+"""The steady part of a friction record after run-in (§3.2.1), and its mean.
 
-Run-in ends where the pin has slid RUN_IN presliding lengths: by then nothing is left of initial contact. A record that ends
-before has no plateau. Of a steady part of one node spacing or more the last whole spacings are taken: what the pin
-meets repeats with them, so their mean is free of the modulation within one.
+Run-in ends after RUN_IN presliding lengths, when initial contact has no effect any more. A shorter record has no plateau. If
+the steady part has a node spacing or more, only its last whole spacings count: the surface pattern repeats with them, so the
+mean is free of modulation.
 """
 
 import math

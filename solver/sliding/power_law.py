@@ -443,10 +443,10 @@ def vuong(differences: NDArray[np.float64], counts: NDArray[np.int64]) -> tuple[
 
 
 def preferred(rivals: tuple[Comparison, ...]) -> tuple[str, float]:
-    """The law to prefer, and the chance that decides it.
+    """Preferred law, and its p-value.
 
-    Of the rivals that fit better than chance allows (SIGNIFICANT) the one of the largest likelihood, less its parameters
-    (Akaike); without any, the power law. The chance is that rival's; of the power law that of the rival nearest to beating it.
+    Of the rivals that fit significantly better (SIGNIFICANT) the one with the largest likelihood minus its number of parameters
+    (Akaike); without any, the power law. The p-value is that rival's, or for the power law that of the best rival.
     """
     better = [rival for rival in rivals if rival.ratio < 0.0 and rival.chance < SIGNIFICANT]
     if better:

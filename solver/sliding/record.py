@@ -1,4 +1,4 @@
-"""The nanoscale friction record (§3.2): what the pin met, event by event."""
+"""The nanoscale friction record (§3.2), event by event."""
 
 import math
 from collections.abc import Iterator

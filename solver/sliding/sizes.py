@@ -47,7 +47,7 @@ _OF_RECORD = quantities(FrictionRecord)
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class EventSizes(Viewed):
-    """What each event of a record was, arrays (e,); a size of 0 is none. Lengths in L_x, forces over W, energies in W·L_x."""
+    """Sizes of each event of a record, arrays (e,); 0 is no size. Lengths in L_x, forces over W, energies in W·L_x."""
 
     slips: NDArray[np.int64] = field(metadata=as_metadata(_OF_RECORD["slips"]))
     extent: NDArray[np.int32] = field(metadata=as_metadata(_OF_RECORD["extent"]))
@@ -163,7 +163,7 @@ GUTENBERG_RICHTER = 5.0 / 3.0
 
 @dataclass(frozen=True, slots=True, repr=False)
 class SizeDistribution(OneLine):
-    """How sizes are distributed; what too few sizes, or sizes of too few members, cannot say is NaN, and `preferred` None.
+    """Distribution of sizes; with too few sizes or members numbers are NaN, and `preferred` None.
 
     Reference lines: MEAN_FIELD for slips, GUTENBERG_RICHTER for energies.
     """
@@ -206,7 +206,7 @@ class SizeDistribution(OneLine):
 def size_distribution(*members: Values, discrete: bool, draws: int = DRAWS) -> SizeDistribution:
     """The distribution of the sizes of all members together, each in any order; those not above 0 are left out.
 
-    Nothing is said of all where too few members have sizes (`needed`), as of a mean.
+    All numbers are NaN if too few members have sizes (`needed`), as for a mean.
 
     discrete: whole numbers, such as slips. draws: samples for the goodness of fit; of 0 it is NaN.
     """

@@ -1,8 +1,8 @@
 """The sum of the friction records of all contacts of an interface (nanoslip.solver.sliding.interface), and its record.
 
-All contacts are slid to one displacement. Each record is read at PIECES equal distances, where its force is exact, and added:
-what is held does not grow with the number of contacts. Between two of these places the sum may be higher, by at most
-`unseen_force`: each contact's highest force there is added, too.
+All contacts slide to one displacement. Forces are summed at PIECES equal distances, where they are exact, so memory does not
+grow with the number of contacts. Between these positions the sum may be higher by at most `unseen_force`, computed from each
+contact's highest force there.
 """
 
 import math
@@ -160,7 +160,7 @@ def _empty() -> Portion:
 
 
 def _without(found: Portion, outcome: Outcome, lost: int) -> Portion:
-    """A portion with some contacts lost. It is completed itself: what is lost is counted, and told once."""
+    """A portion with some contacts lost. Its own outcome is completed; lost contacts are counted and reported once."""
     first = not found.lost
     ending = _ENDINGS.index(outcome.ending) if first else found.ending
     message = outcome.message if first else found.outcome.message

@@ -1,4 +1,4 @@
-"""What is read off the events of a friction record (§3.2): counts, means, the cycle it ends in.
+"""Statistics of the events of a friction record (§3.2): counts, means, and the cycle at its end.
 
 The plateau of a friction record is found in nanoslip.solver.sliding.plateau.
 """
@@ -20,7 +20,7 @@ LONGEST_CYCLE: Final = 6000
 
 @dataclass(frozen=True, slots=True, repr=False)
 class EventStatistics(Labels):
-    """Counts and means over the events of one friction record. What has no event to be taken over is NaN."""
+    """Counts and means over the events of one friction record. NaN without events."""
 
     peak_friction: float = field(
         metadata=quantity(

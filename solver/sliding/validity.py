@@ -1,14 +1,13 @@
-"""Where a contact is lawful for the nodes and yet says nothing about a pin on a slab: flags, each with advice.
+"""Validity flags, with advice, of contacts that obey all laws and still mean little for a pin on a slab.
 
-Before that, whether a record as a whole is lawful: a slab resists where it is pushed, and events create no energy.
+Before that, records are checked as a whole: a slab resists where it is pushed, and events create no energy.
 
-`expected_flags` guesses them from Hertz before anything is computed, `contact_flags` and `record_flags` look at what came.
-A flagged result is no failure: it obeys all laws of the discrete model, and its outcome stays what it is.
+`expected_flags` estimates flags from Hertz's contact before a run; `contact_flags` and `record_flags` evaluate results. A flagged
+result is no failure, and its outcome does not change.
 
-Hertz knows neither the slab's ends nor its bottom, which both make the contact narrower: his half-width is 6 % too large
-at a/L_x = 1/3 and 14 % at 1/2 on a slab as tall as wide, 22 and 30 % on one a quarter as tall. On a film, where that would be
-many times, a film's own is taken. Nor does he know that friction drags the contact back, towards the left end. So guesses of
-the ends are early for initial contact and late for long records.
+Hertz's half-width neglects ends and bottom of the slab, which make the contact narrower: it is 6 % too large at a/L_x = 1/3 and
+14 % at 1/2 on a slab as tall as wide, 22 and 30 % on one a quarter as tall. For films a film's own half-width is used. Friction
+also drags the contact back, towards the left end. So flags of the ends come early for initial contact and late for long records.
 """
 
 import math
@@ -136,7 +135,7 @@ _NAME_OF_BIT = {flag.mask: flag.name for flag in FLAGS}
 
 @dataclass(frozen=True, slots=True)
 class Validity:
-    """What says how far the numbers of a contact or a record mean a pin on a slab."""
+    """Validity flags of a contact or record, and its half-width."""
 
     validity_flags: int = field(
         metadata=quantity(
@@ -220,10 +219,10 @@ def contact_flags(case: Case, state: ContactState) -> Flags:
 
 
 def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Flags:
-    """The flags of a friction record from `start` to `end`: what was so at any time; none of one that failed before it slid.
+    """Flags of a friction record from `start` to `end` at any time; none for a record that failed before sliding.
 
-    Sizes are known after every event; places from both ends, and from the nodes that triggered an event or slipped in one, which
-    are in contact. A surface without ends goes on under the pin: there the contact of start and end says how it fits the grid.
+    Contact sizes are recorded after every event; positions follow from both ends and from the nodes that slipped or triggered
+    events. A surface without ends continues under the pin: there only start and end are compared with the grid.
     """
     if not start.outcome.ok or (not record.outcome.ok and not record.node.size):
         return ()
@@ -301,7 +300,7 @@ def _place(case: Case, seen: _Seen) -> Flag | None:
 
 
 def lawfulness(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Outcome:
-    """COMPLETED, or what is wrong with a record from `start` to `end` though all its events went well."""
+    """COMPLETED, or the law that a record from `start` to `end` violates as a whole."""
     stiffness = record.initial_stiffness
     if case.slip_rule.residual_shear < 1.0 and stiffness <= 0.0:
         other = "an aspect_ratio nearer 1" if case.slab.scheme.reciprocal else "the scheme galerkin"
@@ -316,7 +315,7 @@ def lawfulness(case: Case, start: ContactState, record: FrictionRecord, end: Con
 
 
 def _creates_energy(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> bool:
-    """Whether events have created more energy than rounding can: in each, that of the load times what is displaced."""
+    """Whether events created more energy than rounding explains: the rounding error of load times displacement in each event."""
     created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
     steps = np.diff(record.displacement, prepend=start.displacement)
     before = np.concatenate(([record.initial_force], record.force_after))[:-1]

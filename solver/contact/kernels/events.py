@@ -1,4 +1,4 @@
-"""What happens at an event, compiled: a node is displaced, released or touches; violations, cascades, the next event, loading."""
+"""Compiled events: displacement, release and touch of nodes; violations, cascades, the next event, loading."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,7 +174,7 @@ def highest_ranked(cut: int, shifted: int) -> int:
 
 @compiled(inline="always")
 def limited(shear: float, opposite: float) -> float:
-    """What the friction law limits of a shear: its size, or what of it is along the drag (see `SlipConstants.opposite`)."""
+    """Shear limited by friction: its magnitude, or its part along the drag (see `SlipConstants.opposite`)."""
     return max(shear, opposite * shear)
 
 

@@ -131,7 +131,7 @@ class KernelPin(NamedTuple):
 
 
 class SlipConstants(NamedTuple):
-    """What does not change during a run, of slips and steps."""
+    """Constants of slips and steps during a run."""
 
     residual_shear: float
     simultaneous: bool
@@ -149,7 +149,7 @@ class SlipConstants(NamedTuple):
 
 
 class KernelConstants(NamedTuple):
-    """What does not change during a run."""
+    """Constants of a run."""
 
     slip: SlipConstants
     pin: KernelPin
