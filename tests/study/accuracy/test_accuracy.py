@@ -82,11 +82,6 @@ def test_there_is_a_diagram_of_every_sort_of_numerics(measurement):
         assert diagram.on_front.any()
 
 
-def test_the_operators_error_is_the_largest_of_its_observables(measurement):
-    for row in measurement.diagrams[0].rows:
-        assert row["error"] == max(row[name] for name in OBSERVABLES)
-
-
 def test_the_front_has_every_operator_of_the_diagram(measurement):
     """The diagram's errors are the largest of the contacts that the setup's own is like, or the reference is in doubt."""
     diagram, near = measurement.diagrams[0], [alike(contact, 0.2913) for contact in measurement.contacts]

@@ -109,19 +109,6 @@ def test_a_failure_without_an_effect_is_told_in_its_row(main: Main, tmp_path: Pa
     assert sorted(each.name for each in tmp_path.iterdir()) == ["back.toml"]
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--members", "1"), "'--members': 1 is not in the range"),
-        (("--cases", "0"), "'--cases': 0 is not in the range"),
-    ],
-)
-def test_a_wrong_option_is_one_message(main: Main, campaign: Path, words: tuple[str, ...], message: str):
-    code, _, errors = main("effects", campaign, *words)
-    assert code == 2
-    assert message in errors
-
-
 def test_a_campaign_without_a_possible_case_is_one_message(main: Main, tmp_path: Path):
     path = tmp_path / "none.toml"
     path.write_text(

@@ -155,7 +155,6 @@ def test_a_wrong_case_is_one_clear_message(main, finished, tmp_path):
     for words, said in (
         ((finished, "radius=50"), "needs to be one case: give also intrinsic_friction = 0.25, 0.5"),
         ((finished, "radius=51"), "radius = 51: no such case; there are 50.0, 100.0"),
-        ((finished, "raduis=50"), "did you mean radius?"),
         ((tmp_path / "bad.nc", *ONE), "bad.nc: no dataset"),
         ((tmp_path, *ONE), "No such file"),
     ):

@@ -44,15 +44,6 @@ def said(values: xr.DataArray) -> set[object]:
 # Numbers and units.
 
 
-def test_attributes_carry_the_campaign_and_the_software(small):
-    plan, _, found = small
-    assert found.attrs["Conventions"] == "CF-1.11"
-    manifest = plan.manifest
-    kept = [found.attrs[name] for name in ("title", "manifest", "manifest_sha256", "slab_width")]
-    assert kept == [manifest.title, manifest.text, manifest.sha256, manifest.scales.slab_width]
-    assert {"nanoslip_version", "source_commit", "numpy_version"} <= set(found.attrs)
-
-
 def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
     plan, store, found = small
     scales = plan.manifest.scales

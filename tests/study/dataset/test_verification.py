@@ -142,13 +142,6 @@ def test_a_record_that_is_not_the_cases_is_different(altered, tmp_path, name, sa
     assert said in findings[1].remark
 
 
-def test_a_fresh_run_is_bit_identical_case_by_case(kept, tmp_path):
-    findings = verified(kept, tmp_path, run=run_task)
-    assert verdicts(findings) == 5 * [Verdict.IDENTICAL]
-    assert [each.remark for each in findings] == 5 * [""]
-    assert findings[1].label == "intrinsic_friction = 0.25, radius = 50.0, aspect_ratio = 1.0, n_x = 17"
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [

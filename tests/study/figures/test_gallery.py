@@ -12,8 +12,6 @@ from tests.study.figures.shipped_small import small
 
 FIGURES = shipped_figures()
 
-FOLDERS = ("figures", "interface", "maps")
-
 
 def test_a_figure_is_its_pictures_and_its_table(tmp_path: Path) -> None:
     figure = FIGURES["fig8"]
@@ -26,58 +24,35 @@ def test_a_figure_is_its_pictures_and_its_table(tmp_path: Path) -> None:
     assert "figures/resolution" in text
 
 
-def test_a_gallery_shows_every_figure_that_was_drawn_there_in_order_and_leads_to_its_page(tmp_path: Path) -> None:
-    for name, figure in FIGURES.items():
-        place(figure, tmp_path).mkdir(exist_ok=True)
-        (place(figure, tmp_path) / f"{name}.md").write_text(f"# {name}\n\n| a table |\n", "utf-8")
-    (tmp_path / "figures" / "fig7.md").unlink()
-    assert sorted(write_indexes(tmp_path)) == [tmp_path / name / INDEX for name in FOLDERS]
-    for folder in FOLDERS:
-        text = (tmp_path / folder / INDEX).read_text("utf-8")
-        here = [figure for figure in FIGURES.values() if figure.campaign.startswith(folder) and figure.name != "fig7"]
-        titles = [f"## [{figure.title}]({figure.name}.md)" for figure in here]
-        assert [line for line in text.splitlines() if line.startswith("## ")] == titles
-        for figure in here:
-            assert f"[![{figure.title}]({figure.name}.png)]({figure.name}.md)\n" in text
-        assert "a table" not in text
-
-
-def test_a_page_lies_beside_its_campaign_and_in_its_gallery() -> None:
-    """What is committed: page and picture of every figure, and each gallery as it would be written."""
+def test_what_is_committed_is_page_and_picture_of_every_figure_and_each_gallery_as_its_script_writes_it(
+    tmp_path: Path,
+) -> None:
     campaigns = shipped.folder("campaigns")
     for name, figure in FIGURES.items():
-        folder = place(figure, campaigns)
-        page = (folder / f"{name}.md").read_text("utf-8")
-        assert (folder / f"{name}.png").exists()
-        assert page.startswith(f"# {figure.title}\n\n![{figure.title}]({name}.png)\n")
-        if folder != campaigns:
-            gallery = (folder / INDEX).read_text("utf-8")
-            assert f"## [{figure.title}]({name}.md)\n" in gallery
-            assert len(gallery.splitlines()) < 120
+        page = place(figure, campaigns) / f"{name}.md"
+        assert page.with_suffix(".png").exists()
+        assert page.read_text("utf-8").startswith(f"# {figure.title}\n\n![{figure.title}]({name}.png)\n")
+    for page in campaigns.rglob("*.md"):
+        (copy := tmp_path / page.relative_to(campaigns)).parent.mkdir(exist_ok=True)
+        copy.write_text(page.read_text("utf-8") if page.name != INDEX else "", "utf-8")
+    for written in write_indexes(tmp_path):
+        text = (campaigns / written.relative_to(tmp_path)).read_text("utf-8")
+        assert written.read_text("utf-8") == text
+        shown = {name for name in FIGURES if f"]({name}.md)\n" in text}
+        assert shown == {name for name, figure in FIGURES.items() if place(figure, tmp_path) == written.parent}
 
 
-def test_a_script_beside_a_campaign_has_its_figures_and_may_import_its_neighbours(tmp_path: Path) -> None:
-    (tmp_path / "neighbour_of_mine.py").write_text("TITLE = 'Mine'\n")
-    (tmp_path / "mine.py").write_text(
-        "from neighbour_of_mine import TITLE\nfrom nanoslip.study.figures.shared import CampaignFigure\n"
-        "FIGURES = (CampaignFigure('own', TITLE, 'What is seen.', None, None),)\n"
-    )
-    (figure,) = figures_of(tmp_path / "mine.toml")
-    assert (figure.name, figure.title, figure.campaign) == ("own", "Mine", "mine")
-    assert figures_of(tmp_path / "other.toml") == ()
-
-
-def test_neighbours_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
-    for folder in ("one", "other"):
+def test_a_script_beside_a_campaign_has_its_figures_and_may_import_neighbours_of_its_own_folder(tmp_path: Path) -> None:
+    for folder in ("one", "other"):  # shipped figures have such a neighbour, too
         (tmp_path / folder).mkdir()
-        (tmp_path / folder / "paper.py").write_text(
-            f"TITLE = {folder!r}\n"
-        )  # shipped figures have such a neighbour, too
+        (tmp_path / folder / "paper.py").write_text(f"TITLE = {folder!r}\n")
         (tmp_path / folder / "mine.py").write_text(
             "from paper import TITLE\nfrom nanoslip.study.figures.shared import CampaignFigure\n"
             "FIGURES = (CampaignFigure('own', TITLE, '', None, None),)\n"
         )
-        assert figures_of(tmp_path / folder / "mine.toml")[0].title == folder
+        (figure,) = figures_of(tmp_path / folder / "mine.toml")
+        assert (figure.name, figure.title, figure.campaign) == ("own", folder, "mine")
+    assert figures_of(tmp_path / "other.toml") == ()
 
 
 @pytest.mark.parametrize(
