@@ -69,9 +69,7 @@ def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
             known = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, along.coords))}"
             raise KeyError(f"{key}: no coordinate of these cases; {known}")
         coordinate, values = along.coords[key].variable, np.atleast_1d(np.asarray(wanted))
-        if are_texts(coordinate):
-            coordinate, values = coordinate.astype(str), values.astype(str)
-        elif values.dtype.kind == "U":
+        if values.dtype.kind == "U" and not are_texts(coordinate):
             values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
         hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, values))
         if not hits.any():

@@ -29,12 +29,10 @@ def test_a_case_is_found_by_the_words_of_its_campaign():
     for words in ("events=5 radius=1e2 slip_order=simultaneous", "events=5 R=0.1m slip_order=simultaneous"):
         found = case(AXES, words)
         assert [found[name] for name in ("radius", "max_events", "slip_order")] == [100.0, 5, "simultaneous"]
-    assert (
-        case('radius = [50.0, 100.0]\nslip_order = ["worst_first", "simultaneous"]', "radius=100", 'design = "zip"')[
-            "slip_order"
-        ]
-        == "simultaneous"
-    )
+    zipped = 'radius = [50.0, 100.0]\nslip_order = ["worst_first", "simultaneous"]'
+    assert case(zipped, "radius=100", 'design = "zip"')["slip_order"] == "simultaneous"
+    with pytest.raises(Refusal, match="radius = 50, slip_order = simultaneous: no case is all of that"):
+        case(zipped, "radius=50 slip_order=simultaneous", 'design = "zip"')
     for word in ("true", "True"):  # of a campaign, and of a table
         assert case("coupling = [false, true]", f"coupling={word}")["coupling"] is True
     with pytest.raises(Refusal, match=r"give also max_events = 5, 10; slip_order = worst_first, simultaneous$"):
