@@ -6,7 +6,7 @@ Each cycle is fitted alone; what cycles scatter is the ±, as of members of an e
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -162,17 +162,23 @@ def measure(
     rates = [_rate(at, force, low, slip.peak) for low, slip in zip(_beginnings(slips), slips, strict=True)]
     whole = [number for number, slip in enumerate(slips) if slip.ended][: None if not slides else 0]
     chosen = [whole[int(place)] for place in np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))]
-    known = _damping(at, force, slips, chosen, rates) if damping is None else Measured(damping, math.nan, 0)
+    resolved = [number for number in chosen if slips[number].trough - slips[number].peak >= RESOLVED]
+    free: tuple[Cycle, ...] = ()
+    if damping is None and 2 * len(resolved) >= len(chosen):
+        chosen = resolved
+        free = tuple(_cycle(at, force, slips, number, rates[number], None) for number in chosen)
+    known = _mean([cycle.damping for cycle in free], "1") if damping is None else Measured(damping, math.nan, 0)
     zeta = known.value if known.value > 0.0 else 0.0
     cycles = tuple(_cycle(at, force, slips, number, rates[number], zeta) for number in chosen)
     numbers, notes = {}, _notes(trace, force, unit, cycles, noise, drop)
     if cycles:
-        numbers = _of_cycles(cycles, chosen, known, unit, "s" if trace.over == "time" else "m")
+        numbers = _of_cycles(cycles, free or cycles, chosen, known, unit, "s" if trace.over == "time" else "m")
         numbers |= _mean_force(at, force, [cycle.start for cycle in cycles], unit)
     if turned:
         notes.append("the force falls more slowly than it rises, which is no stick-slip: has it the other sign?")
     if cycles and not known.of and damping is None:
-        notes.append(f"slips of fewer than {RESOLVED} samples do not tell the damping: μ_k is that without any")
+        lost = "no μ_k of Eq. 16-19, and μ_s lacks the damper's force"
+        notes.append(f"slips of fewer than {RESOLVED} samples do not tell the damping: {lost}; --damping gives it")
     if slides:
         first = slips[-1].peak if slips else 0
         if slips:
@@ -231,16 +237,6 @@ def _ramp(at: Floats, force: Floats) -> list[float]:
     most = float(np.median(force))
     top = int(np.argmax(force >= 0.9 * most))
     return [_rate(at, force, 0, top)] if force[0] < 0.5 * most and top > FEWEST else []
-
-
-def _damping(
-    at: Floats, force: Floats, slips: Sequence[_Slip], chosen: Sequence[int], rates: Sequence[float]
-) -> Measured:
-    """ζ of the pin on its spring, from the shape of those slips that are resolved: noise makes that of one uncertain."""
-    resolved = [number for number in chosen if slips[number].trough - slips[number].peak >= RESOLVED]
-    if 2 * len(resolved) < len(chosen):
-        return _mean([], "1")
-    return _mean([_cycle(at, force, slips, number, rates[number], None).damping for number in resolved], "1")
 
 
 def _cycle(at: Floats, force: Floats, slips: Sequence[_Slip], number: int, rate: float, damping: float | None) -> Cycle:
@@ -311,25 +307,26 @@ def _motion(
 
 
 def _of_cycles(
-    cycles: Sequence[Cycle], chosen: Sequence[int], damping: Measured, unit: str, time: str
+    cycles: Sequence[Cycle], free: Sequence[Cycle], chosen: Sequence[int], damping: Measured, unit: str, time: str
 ) -> dict[str, Measured]:
-    """Numbers of the chosen cycles. The time to the second slip is none of the others': the first starts from rest."""
+    """Numbers of the chosen cycles. The time to the second slip is none of the others': the first starts from rest.
+
+    free: the same, each with a damping of its own. What is not known of the damping that all have shifts them together, and it is
+    what these scatter, so their ± is that of the mean.
+    """
+
+    def mean(of: Callable[[Cycle], float], unit: str) -> Measured:
+        own = _mean([of(cycle) for cycle in free], unit)
+        return own._replace(value=float(np.mean([of(cycle) for cycle in cycles])))
+
+    sure = math.isfinite(damping.value)
     periods = np.diff([cycle.start for cycle in cycles]) / np.diff(chosen)
-    kinetic, static = (_mean([getattr(cycle, name) for cycle in cycles], unit) for name in ("kinetic", "driving"))
-    amplitude = _mean([cycle.static - cycle.trough for cycle in cycles], unit)
-    if damping.of > 1:  # all cycles have the same: what is not known of it shifts them together
-        zeta = min(max(damping.value, 0.0), 0.9)
-        shrinks = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2))
-        slope = amplitude.value * math.pi * shrinks / (1.0 + shrinks) ** 2 / (1.0 - zeta**2) ** 1.5
-        kinetic = kinetic._replace(uncertainty=math.hypot(kinetic.uncertainty, slope * damping.uncertainty))
-        slope = float(np.mean([cycle.driving - cycle.static for cycle in cycles])) / zeta if zeta else 0.0
-        static = static._replace(uncertainty=math.hypot(static.uncertainty, slope * damping.uncertainty))
     found = {
-        "static_friction": static,
-        "fitted_kinetic_friction": kinetic,
-        "spring_force_amplitude": amplitude,
+        "static_friction": mean(lambda cycle: cycle.driving, unit),
+        "fitted_kinetic_friction": mean(lambda cycle: cycle.kinetic, unit) if sure else _mean([], unit),
+        "spring_force_amplitude": mean(lambda cycle: cycle.static - cycle.trough, unit),
         "stick_slip_period": _mean(periods[1:] if len(periods) > 1 else periods, time),
-        "natural_period": _mean([cycle.period for cycle in cycles] if damping.of else [], time),
+        "natural_period": mean(lambda cycle: cycle.period, time) if damping.of else _mean([], time),
         "damping_ratio": damping,
     }
     return {name: number for name, number in found.items() if number.of}

@@ -78,6 +78,36 @@ def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty(seed: int
     within(measure(shifted.without(3.0, 2.0), LOAD), "static_friction", STATIC, 4.0)
 
 
+@pytest.mark.slow
+def test_the_uncertainty_holds_as_often_as_it_states() -> None:
+    """200 noisy traces: 68 ± 8 % are two and a half standard deviations of such a count. All cycles share one fitted damping."""
+    time, force = analytic(SLOW, 2_001, 2.0)
+    truth = {
+        "static_friction": STATIC,
+        "fitted_kinetic_friction": KINETIC,
+        "damping_ratio": ZETA,
+        "natural_period": 2.0 * math.pi * math.sqrt(MASS / 2e4),
+        "rising_stiffness": 2e4,
+    }
+    held: dict[str, list[bool]] = {name: [] for name in truth}
+    for seed in range(200):
+        noise = 0.01 * LOAD * (STATIC - KINETIC) * np.random.default_rng(seed).standard_normal(len(time))
+        found = measure(Trace(time, force + noise, "time"), LOAD, velocity=2e-3).numbers
+        for name, value in truth.items():
+            held[name].append(abs(found[name].value - value) <= found[name].uncertainty)
+    assert {name: np.mean(each) for name, each in held.items()} == pytest.approx(dict.fromkeys(truth, 0.68), abs=0.08)
+
+
+def test_slips_that_are_not_resolved_give_no_number_that_needs_their_damping() -> None:
+    """Six samples a slip: the middle of a slip without damping is 237 of its ± above μ_k, so it takes a given damping."""
+    trace = Trace(*analytic(SLOW, 601, 2.0), "time")
+    found = measure(trace, LOAD)
+    assert "fitted_kinetic_friction" not in found.numbers
+    assert any("--damping" in note for note in found.notes)
+    given = measure(trace, LOAD, damping=ZETA).numbers
+    assert given["fitted_kinetic_friction"].value == pytest.approx(KINETIC, rel=1e-3)
+
+
 def test_displacement_is_time_at_the_velocity_of_the_stage() -> None:
     time, force = analytic(SLOW, 20_001, 2.0)
     over_time = measure(Trace(time, force, "time"), LOAD, 2e-3)
