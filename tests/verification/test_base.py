@@ -67,26 +67,6 @@ def test_the_base_carries_load_friction_force_and_moment(height):
     )  # 5e-7 seen: coarse nodes at the smallest height, the period at the largest
 
 
-def test_a_film_much_thinner_than_the_contact_hands_down_what_it_bears():
-    """p - height·dq/dx and q - height·dp/dx below p and q, but for a share (height/width)²: order 2."""
-    x = np.arange(NODES) / NODES
-    pressure, shear = 1 + np.cos(2 * np.pi * x), np.sin(2 * np.pi * x)
-    off = []
-    for height in (0.004, 0.002, 0.001):
-        found = AT_BASE(pressure, shear, waves(height))
-        steep = 2 * np.pi * height
-        first = [pressure - steep * np.cos(2 * np.pi * x), shear + steep * np.sin(2 * np.pi * x)]
-        off.append(np.abs(found - np.array(first)).max())
-    np.testing.assert_allclose(np.divide(off[1:], off[:-1]), 0.25, rtol=0.02)
-
-
-def test_nothing_of_a_short_wave_reaches_the_base():
-    height, k = 0.2, 2 * np.pi * 25
-    x = np.arange(NODES) / NODES
-    p, q = AT_BASE(np.cos(k * x), np.sin(k * x), waves(height))
-    assert max(np.abs(p).max(), np.abs(q).max()) < 4 * k * height * np.exp(-k * height)
-
-
 def test_at_the_base_nodes_that_slip_look_like_amontons_law():
     """The recipe's pin on a coarser surface: ten moments of the slide beside Coulomb sliding with their mean friction, and
     beside the pressure of a contact at rest times that friction; largest differences over the largest stresses."""

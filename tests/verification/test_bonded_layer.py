@@ -15,7 +15,7 @@ from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from tests.verification.bonded_layer import pressed
-from tests.verification.seen import converges, listed, observed_order, seen
+from tests.verification.seen import converges
 
 FREE = Effects(friction=False)
 RADIUS = 1e6
@@ -108,26 +108,3 @@ def test_a_flat_punch_on_a_bonded_layer(poisson: float, slimness: float) -> None
     line, orders = converges(f"flat punch on a bonded layer, a/h = {slimness}, ν = {poisson}", SOURCE, GRIDS, named)
     assert np.all(np.abs(errors[-1]) <= (3e-5, 5e-5, 1e-5)), line  # at most 2.5e-5, 3.8e-5 and 0.9e-5 seen
     assert min(orders.values()) > 1.8, line
-
-
-def test_a_parabola_on_a_thin_layer_that_flows() -> None:
-    """At ν = 1/2 material moves sideways: -h³p'/(3G) passes any place, held at the base and free on top. So the surface sinks by
-    -h³p''/(3G), and under a parabola p = G(a² - x²)²/(8Rh³), W = 2Ga⁵/(15Rh³), approach a²/(6R).
-
-    Here a stands for the load. The true half-width is less by 1.46 h; what is left falls as (h/a)².
-    """
-    thin, errors = (8, 16, 32), []
-    for slimness in thin:
-        height = HALF_WIDTH / slimness
-        peak = HALF_WIDTH**4 / (8 * RADIUS * height**3)
-        slab = Slab(1025, height, 0.5, scheme="strip")
-        state, _ = solved(Case(slab=slab, radius=RADIUS, normal_load=16 / 15 * HALF_WIDTH * peak, effects=FREE))
-        profile = peak * np.clip(1 - (state.x / HALF_WIDTH) ** 2, 0.0, None) ** 2
-        approach = 6 * RADIUS * state.approach / HALF_WIDTH**2 - 1
-        errors.append((approach, float(np.abs(state.pressure - profile).max()) / peak))
-    named = dict(zip(("approach", "pressure"), zip(*errors, strict=True), strict=True))
-    orders = [observed_order([1 / a for a in thin], column) for column in named.values()]
-    figures = "; ".join(f"{name} off by {listed(column)}" for name, column in named.items())
-    line = seen(f"parabola on a thin layer, ν = 1/2, a/h = {thin}", "limit", f"{figures}, orders {np.round(orders, 1)}")
-    assert np.all(np.abs(errors[-1]) <= (6e-3, 8e-3)), line
-    np.testing.assert_allclose(orders, 2.0, atol=0.2, err_msg=line)

@@ -4,16 +4,10 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.elasticity.compliance import surface_compliance
-from nanoslip.solver.elasticity.schemes.endless import EndlessScheme
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, SCHEMES, Slab
+from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, Slab
 from nanoslip.solver.sliding.slide import slide_to_state
 from tests.physics import assert_contact_laws
-
-
-def test_being_endless_is_having_a_convolution() -> None:
-    assert {name for name, kind in SCHEMES.items() if kind.endless} == {"half_plane", "strip"}
-    assert all(kind.endless == issubclass(kind, EndlessScheme) for kind in SCHEMES.values())
 
 
 @pytest.mark.parametrize("n_x", [FEWEST_NODES, 7, 1001, 100_001, MOST_NODES])
