@@ -54,9 +54,9 @@ class SlipRule:
     slip_order: SlipOrder = parameter(
         "worst_first",
         table="slip",
-        meaning="which offenders slip first",
+        meaning="which node slips first",
         unit="",
-        comment="the largest |shear|/(μ_i·pressure), all others held; or all offenders at once",
+        comment="the one with the largest |shear|/(μ_i·pressure), all others held; or all above their limit at once",
     )
     residual_shear: float = parameter(
         0.0,
@@ -85,7 +85,7 @@ class SlipRule:
     cascade_limit: int = parameter(
         10_000_000,
         table="slip",
-        meaning="slips after which one event is given up",
+        meaning="most slips in one event",
         least=1,
         most=MOST_WHOLE,
         note=" slips",
@@ -275,16 +275,16 @@ class Case:
     initial_contact: InitialContact = parameter(
         "stick",
         table="numerics",
-        meaning="how the pin comes down",
+        meaning="loading at initial contact",
         unit="",
-        comment="nodes that touch stick at u = 0 and slip afterwards; stick where frictionless contact leaves them; or the load "
-        "is raised event by event",
+        comment="nodes are held at u = 0 and slip afterwards; or stick after frictionless contact; or the load is raised event "
+        "by event",
     )
     start: float = parameter(
         0.0,
         table="numerics",
         meaning="start of the pin, in node spacings",
-        comment="where the pin comes down, right of the slab's middle node",
+        comment="pin position right of the slab's middle node",
         least=0.0,
         most=1.0,
         note=" (node spacings)",
@@ -309,7 +309,7 @@ class Case:
         table="limits",
         word="presliding",
         meaning="longest record, in presliding lengths",
-        comment="μ_i·W/K: where a contact that stuck as a whole would reach the friction of all its nodes",
+        comment="one is μ_i·W/K, the displacement at which a fully stuck contact reaches μ_i·W",
         above=0.0,
     )
     max_spacings: float | None = parameter(

@@ -65,14 +65,14 @@ class LeftOut:
     left_out: str = field(
         metadata=quantity(
             "effect left out",
-            comment="of all members but the first two, pulled with and without it; nothing: [target] allows none to go",
+            comment="of all members except the first two, which are computed with and without it; nothing: none may be left out",
             words=("nothing", *(effect.name for effect in SPARED)),
         )
     )
     left_out_error: float = field(
         metadata=quantity(
             "relative error by what is left out",
-            comment="|change| and twice its ±, of the number asked for in which it is largest; over two members",
+            comment="|change| plus twice its ±, largest of all requested numbers, over two members",
         )
     )
 

@@ -25,7 +25,7 @@ LARGEST_CHANGE: Final = 0.01
 """Change along the steady part, as a fraction of its mean, that still counts as steady."""
 SIGNIFICANT: Final = 5.0
 """Standard errors beyond which a change is no accident (one motion in four hundred with eight blocks)."""
-_BEYOND: Final = "how far {} is beyond all forces of the record, as F/W: inertia and damper, the same for all starts"
+_BEYOND: Final = "excess of {} over all forces of the record, as F/W, by inertia and damper; the same for all starts"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

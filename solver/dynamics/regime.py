@@ -49,20 +49,16 @@ class StickSlipCount:
     macroscopic_slips: int = field(
         metadata=quantity(
             "slips longer than the presliding length",
-            comment="what lies within that length of the start is not counted: there the contact stretches for the first time",
+            comment="motion within that length of the start does not count: the contact stretches there for the first time",
         )
     )
     resticks: int = field(
         metadata=quantity("macroscopic slips that ended", comment="the pin came down to stick_velocity")
     )
-    time_stuck: float = field(
-        metadata=quantity(
-            "share of the time that it stuck", ensemble=True, comment="in which the pin was in no macroscopic slip"
-        )
-    )
+    time_stuck: float = field(metadata=quantity("share of time without macroscopic slip", ensemble=True))
     regime: Regime | None = field(
         metadata=quantity(
-            "what the pin does",
+            "regime of the pin",
             comment="sticks: no macroscopic slip; micro_slip: none, but in the second half of the time the pin keeps up with "
             "more than half the stage's velocity, in slips shorter than presliding_length; slides: the last one did not end, and "
             "lasted longer than any cycle before it, from one slip's start to the next one's; stick_slip: all else; empty where "

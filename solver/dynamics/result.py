@@ -95,14 +95,13 @@ class DynamicsResult(OneLine):
             "",
             "m s-1",
             per="velocity",
-            comment="with which the stage drags it along; without surface compliance that of the compliant contact, as slips of "
-            "both are told alike",
+            comment="velocity of a stuck pin dragged by the stage; also without surface compliance that of the compliant contact",
         )
     )
     """kV/(k + K), also of a rigid contact, which sticks at rest: K then only tells slip from stick."""
     settling_time: float = field(
         metadata=quantity(
-            "time in which the motion settles",
+            "settling time of the motion",
             "",
             "s",
             per="time",
@@ -110,9 +109,7 @@ class DynamicsResult(OneLine):
             "over all friction, until inertia is 1 % of friction",
         )
     )
-    presliding_length: float = field(
-        metadata=quantity("stretch of the contact before it slides", "", "m", per="length")
-    )
+    presliding_length: float = field(metadata=quantity("stretch of the contact before sliding", "", "m", per="length"))
     """Mean steady friction over K."""
     end_time: float = field(metadata=quantity("time at which the drive ended", "", "s", per="time"))
     """Its duration, or where its last slip ended."""

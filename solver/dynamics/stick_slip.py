@@ -185,26 +185,26 @@ class StickSlipFit:
 
     static_friction: float = field(
         metadata=quantity(
-            "fitted static friction coefficient", symbol="μ_s", comment="for which Eq. 16-19 fit the spring force best"
+            "fitted static friction coefficient", symbol="μ_s", comment="best fit of Eq. 16-19 to the spring force"
         )
     )
     later_static_friction: float = field(
         metadata=quantity(
             "fitted static friction of later slips",
             symbol="μ_s",
-            comment="for which Eq. 16-19 fit the spring force best, of every slip but the first",
+            comment="best fit of Eq. 16-19 to the spring force, of every slip except the first",
         )
     )
     kinetic_friction: float = field(
         metadata=quantity(
-            "fitted kinetic friction coefficient", symbol="μ_k", comment="for which Eq. 16-19 fit the spring force best"
+            "fitted kinetic friction coefficient", symbol="μ_k", comment="best fit of Eq. 16-19 to the spring force"
         )
     )
     residual: float = field(
         metadata=quantity(
             "residual of the fit, over load",
             "fit_residual",
-            comment="root mean square by which Eq. 16-19 miss the spring force, "
+            comment="root mean square difference between Eq. 16-19 and the spring force, "
             f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip and where "
             f"the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
         )

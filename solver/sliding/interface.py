@@ -32,7 +32,7 @@ class Collective:
 
     static_excess: float = field(
         metadata=quantity(
-            "highest force over plateau, less 1",
+            "highest force over plateau, minus 1",
             symbol="F_max/F - 1",
             ensemble=True,
             comment="of the whole record of the slider: peak_friction over plateau_mean, less 1",

@@ -104,7 +104,7 @@ class FrictionRecord(Viewed):
         )
     )
     initial_stiffness: float = field(
-        metadata=quantity("stiffness at first, in G·L_y", of_grid=True, comment="dF/dδ_p before the first event")
+        metadata=quantity("initial stiffness, in G·L_y", of_grid=True, comment="dF/dδ_p before the first event")
     )
     initial_slips: int = field(metadata=quantity("node slips of initial contact"))
     initial_contact_size: int = field(metadata=quantity("nodes in contact after initial contact"))

@@ -56,7 +56,7 @@ class EventSizes(Viewed):
             "drop of F/W in the event",
             "drop",
             symbol="ΔF/W",
-            comment="made of event_friction_before and event_friction_after when asked for; 0 where it is within rounding",
+            comment="event_friction_before minus event_friction_after; 0 within rounding",
         )
     )
     """Fall of F/W; rises are 0."""
@@ -285,18 +285,16 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
         "tail": (f"events from {size}_cutoff on", {}),
         "goodness": (
             f"goodness of fit of {size}",
-            {
-                "comment": f"{of}; share of samples drawn from the power law that are further from it; below 0.1 it is none"
-            },
+            {"comment": f"{of}; share of synthetic samples farther from the power law; below 0.1 it is rejected"},
         ),
         "preferred": (
             f"preferred law of {size}",
-            {"words": LAWS, "comment": f"{of}; describes them best from the cut-off on"},
+            {"words": LAWS, "comment": f"{of}; best fit above the cut-off"},
         ),
         "preferred_chance": (
             f"chance that decides {size}_preferred",
             {
-                "comment": "a probability: of a rival that its better fit is chance, of the power law that its next rival's is"
+                "comment": "p-value: probability that the better fit of a rival is chance; for a power law, of its best rival"
             },
         ),
     }

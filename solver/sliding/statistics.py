@@ -55,7 +55,8 @@ class EventStatistics(Labels):
     )
     cycle_events: int = field(
         metadata=quantity(
-            "events of the cycle at the end", comment="after which the end of the record repeats itself; 0: it does not"
+            "events of the cycle at the end",
+            comment="period with which the end of the record repeats exactly; 0: no period",
         )
     )
     cycle_spacings: float = field(

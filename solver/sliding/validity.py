@@ -99,7 +99,7 @@ LARGE_STRAIN = Flag(
 UNRESOLVED_SLAB = Flag(
     128,
     "unresolved_slab",
-    "a grid above poisson 0.38, whose nodes give way together: friction too high, by 2 % at 0.39, 5 % at 0.42, 13 % at 0.45, "
+    "a grid above poisson 0.38, whose nodes deform together: friction too high, by 2 % at 0.39, 5 % at 0.42, 13 % at 0.45, "
     "30 % at 0.49; or a film on a biquadratic grid with wider cells than the contact",
     "use the scheme strip, right up to poisson 0.5",
 )
@@ -107,12 +107,12 @@ UNRESOLVED_ROUGHNESS = Flag(
     512,
     "unresolved_roughness",
     f"nodes too far apart for the pin's roughness: they miss more than {MISSED:g} of its slope",
-    "raise n_x (nanoslip profile says to what), or smooth the profile",
+    "raise n_x (nanoslip profile gives the value), or smooth the profile",
 )
 SHORT_PROFILE = Flag(
     1024,
     "short_profile",
-    "the pin's roughness is known over less than the contact's width, and level beyond",
+    "the pin's roughness profile is shorter than the contact, and constant beyond",
     "use a longer profile, or lower normal_load or radius",
 )
 FLAGS = (

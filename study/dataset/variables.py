@@ -97,7 +97,7 @@ class Group:
     @property
     def label(self) -> Quantity:
         """Over the instances: their names."""
-        return Quantity(self.name, f"name of the {self.name}", "", comment="content hash of what decides it")
+        return Quantity(self.name, f"name of the {self.name}", "", comment="content hash of its inputs")
 
     @property
     def owners(self) -> tuple[Quantity, ...]:
@@ -144,11 +144,11 @@ ADVICE = Quantity("advice", "what to do about validity_flags", "", comment="empt
 OUTCOMES = {
     "": (
         Quantity("outcome", "how the case ended", ""),
-        Quantity("message", "why the case ended so", "", comment="and what to do about it"),
+        Quantity("message", "reason of the outcome", "", comment="with advice"),
     ),
     DRIVE: (
         Quantity("drive_outcome", "how the dynamic stage ended", ""),
-        Quantity("drive_message", "why the dynamic stage ended so", "", comment="and what to do about it"),
+        Quantity("drive_message", "reason of drive_outcome", "", comment="with advice"),
     ),
 }
 """Kind of task ("": all before the drives) -> the variables that say how it ended."""
@@ -166,7 +166,7 @@ COMPUTED_BY = {
 """As `OUTCOMES`: the variables that say which software a result stems from, its inputs' included."""
 
 SOFTWARE: Final = (
-    Quantity("software", "name of the software", "", comment="a hash of what is known of it"),
+    Quantity("software", "name of the software", "", comment="hash of its description"),
     Quantity("software_results", "results that stem from the software", comment="those of a case and of its drives"),
     *(Quantity(f"software_{item.name}", f"{item.name} of the software", "") for item in fields(Origin)),
 )

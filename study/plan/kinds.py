@@ -180,7 +180,7 @@ COMPLIANCE: Final = Kind("compliance", lambda _: True, _compliance_tasks)
 
 def seen_after(along: str) -> dict[str, Any]:
     """Metadata of a column: the event after which the values of a node hold."""
-    return quantity("event that it is seen after", "event", along=along, dtype=np.int64, comment=_OF_THE_RECORD)
+    return quantity("event after which the values hold", "event", along=along, dtype=np.int64, comment=_OF_THE_RECORD)
 
 
 _OF_THE_RECORD = "of the record; 0: initial contact"
