@@ -1,7 +1,8 @@
 """Which parameters a number depends on: first-order and total Sobol' indices (Sobol' 2001) from the cases that are there.
 
 Of a complete product of axes they are sums over its table. Of any other design, or one with holes, they are those of functions
-drawn from a Gaussian process over the known cases: their spread is how well the indices are known.
+drawn from a Gaussian process over the known cases. How well the indices are known is their spread, and the share of the variance
+that they do not predict at cases left out: wherever it belongs, each index is between itself without and itself with all of it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -78,12 +79,10 @@ LEAST_PREDICTED: Final = 0.8
 """Predictivity below which a surrogate is no ground for indices."""
 PATHS: Final = 96
 """Functions, or tables, that intervals are taken from."""
-POINTS: Final = 2**12
-"""Of the integrals over ranges (scipy.stats.sobol_indices), times the number of axes and two: errors of about 0.002."""
-WIDER: Final = 2.0
-"""Times the spread of the drawn functions, whose lengths are the likeliest ones alone: then intervals hold what they state."""
-ROUGH: Final = 0.005
-"""Added to the ends of intervals: two and a half errors of the integrals."""
+SETS: Final = 8
+"""Of points that integrals over ranges are taken at, each for as many of the functions: so their errors are in the spread."""
+POINTS: Final = 2**10
+"""Of a set (scipy.stats.sobol_indices), times the number of axes and two."""
 ENDS: Final = (2.5, 97.5)
 """Percentiles of an interval."""
 SEED: Final = 1
@@ -150,22 +149,30 @@ def indices(
             f"out, and {100.0 * LEAST_PREDICTED:.0f} % are needed: add cases, or members"
         )
         return replace(found, unknown=why)
-    drawn = surrogate.paths(PATHS, SEED)
     if all(axis.levels for axis in axes):
         shape = [len(axis.levels) for axis in axes]
         places = np.indices(shape).reshape(len(axes), -1)
         levels = [axis.places(np.array(axis.levels))[place] for axis, place in zip(axes, places, strict=True)]
-        tables = [_shares(each.reshape(shape), 0.0) for each in drawn(np.hstack(levels))]
+        drawn = surrogate.paths(PATHS, SEED)(np.hstack(levels))
+        tables = [_shares(each.reshape(shape), 0.0) for each in drawn]
         first, total = (np.array([each[part] for each in tables]) for part in (0, 1))
     else:
 
-        def of_shares(shares: Floats) -> Floats:
-            return drawn(np.hstack([axis.drawn(share) for axis, share in zip(axes, shares, strict=True)]))
+        def of_set(seed: int) -> Any:
+            paths = surrogate.paths(PATHS // SETS, seed)
+            evenly: Any = [scipy.stats.uniform()] * len(axes)
 
-        evenly: Any = [scipy.stats.uniform()] * len(axes)
-        sums = scipy.stats.sobol_indices(func=of_shares, n=POINTS, dists=evenly, rng=np.random.default_rng(SEED))
-        first, total = sums.first_order, sums.total_order
-    return replace(found, first=_interval(first), total=_interval(total))
+            def of_shares(shares: Floats) -> Floats:
+                return paths(np.hstack([axis.drawn(share) for axis, share in zip(axes, shares, strict=True)]))
+
+            return scipy.stats.sobol_indices(func=of_shares, n=POINTS, dists=evenly, rng=np.random.default_rng(seed))
+
+        sums = [of_set(seed) for seed in range(SETS)]
+        first, total = (
+            np.concatenate([getattr(each, part) for each in sums]) for part in ("first_order", "total_order")
+        )
+    missed = float(np.clip(1.0 - surrogate.predictivity, scatter, 1.0))
+    return replace(found, first=_interval(first, missed), total=_interval(total, missed))
 
 
 def _tied(axes: Sequence[Axis], columns: Mapping[str, NDArray[Any]]) -> str:
@@ -220,10 +227,11 @@ def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:
     return np.clip(first, 0.0, 1.0), np.clip(total, 0.0, 1.0)
 
 
-def _interval(drawn: Floats) -> Floats:
-    """Mean and ends over draws (paths, axes), as (axes, 3)."""
-    means, spread = drawn.mean(axis=0), 1.96 * WIDER * drawn.std(axis=0) + ROUGH
-    return np.column_stack([means, np.maximum(means - spread, 0.0), np.minimum(means + spread, 1.0)])
+def _interval(drawn: Floats, missed: float) -> Floats:
+    """Mean and ends over draws (paths, axes), as (axes, 3): missed is the share of the variance that the draws do not have."""
+    means, spread = drawn.mean(axis=0), 1.96 * drawn.std(axis=0)
+    ends = np.clip([means - spread, means + spread], 0.0, 1.0) * (1.0 - missed)
+    return np.column_stack([means, ends[0], ends[1] + missed])
 
 
 # Of a dataset, and in words.

@@ -67,22 +67,34 @@ def test_closed_forms_to_one_percent(function, truth, points):
     assert not found.complete
 
 
-def test_intervals_hold_the_truth_under_noise():
-    """A fifth of the standard deviation as noise, two draws: intervals hold it, and noise is in no index."""
+def drawn(function, noise: float, draws: int) -> list[Sensitivity]:
+    """Of 128 points each, with a ± of this share of the standard deviation; those that are known."""
     found = []
-    for seed in range(2):
-        x = qmc.LatinHypercube(3, seed=seed).random(192)
-        clean = ishigami(x)
-        error = 0.2 * float(clean.std())
-        noisy = clean + error * np.random.default_rng(seed).standard_normal(len(x))
-        found.append(of_points(x, noisy, error))
-    known = [each for each in found if not each.unknown]
-    assert known
-    assert (
-        np.mean([held(each, exact_ishigami()) for each in known]) >= 0.8
-    )  # 95 % are meant, of 12 that depend on each other
-    assert all(0.02 < each.noise < 0.06 for each in known)  # 0.2² / (1 + 0.2²) = 0.038
-    assert max(float(each.total[2, 0]) for each in known) < 0.40  # 0.24 without noise
+    for seed in range(draws):
+        clean = function(x := qmc.Sobol(4 if function is sobol_g else 3, seed=seed).random(128))
+        error = noise * float(clean.std())
+        found.append(of_points(x, clean + error * np.random.default_rng(seed).standard_normal(128), error or np.nan))
+    return [each for each in found if not each.unknown]
+
+
+def test_intervals_hold_the_truth_under_noise():
+    """A fifth of the standard deviation as noise beside edges that no smooth dependence has: noise is in no index."""
+    found = drawn(sobol_g, 0.2, 2)
+    assert np.mean([held(each, exact_g()) for each in found]) >= 0.85
+    assert all(0.02 < each.noise < 0.06 for each in found)  # 0.2² / (1 + 0.2²) = 0.038
+    assert max(float(each.total[3, 0]) for each in found) < 0.02  # 0.010 without noise
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("function", "truth"), [(ishigami, exact_ishigami()), (sobol_g, exact_g())], ids=["ishigami", "g"]
+)
+def test_intervals_hold_the_truth_whatever_the_noise(function, truth):
+    """Meant to hold 95 %; 98 to 100 % of 20 draws seen with each noise. A few draws of dependent indices scatter by 5 %."""
+    of_noise = {noise: drawn(function, noise, 2) for noise in (0.0, 0.2, 0.37)}
+    shares = {noise: np.mean([held(each, truth) for each in found]) for noise, found in of_noise.items() if found}
+    assert len(shares) >= 2
+    assert min(shares.values()) >= 0.85, shares
 
 
 @pytest.fixture
