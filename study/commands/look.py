@@ -11,10 +11,10 @@ from typing import Final
 import click
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.pin import Pin
+from nanoslip.solver.contact.pin import Pin, pin_of
 from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
 from nanoslip.solver.parameter import Parameter
-from nanoslip.solver.sliding.validity import MISSED
+from nanoslip.solver.sliding.validity import MISSED, MISSING
 from nanoslip.study import api, shipped
 from nanoslip.study.accuracy.effects import FINER, Influence, Scenes, influences, scenes_of
 from nanoslip.study.commands.datasets import (
@@ -194,7 +194,7 @@ def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: 
         print_lines([Curve(1e6 * found.x, 1e9 * found.height, "x, in μm", "height, in nm")])
 
 
-def pin_of(found: Surface, slab_width: float) -> Pin:
+def pin_under(found: Surface, slab_width: float) -> Pin:
     """Its roughness on a flat pin; slab_width: in m."""
     return Pin(0.0, math.inf, found.x / slab_width, found.height / slab_width)
 
@@ -214,7 +214,7 @@ MOST_NODES: Final = 20
 
 def _surface_lines(found: Surface, slab_width: float) -> list[str]:
     length, count = float(found.x[-1] - found.x[0]), len(found.x)
-    pin = pin_of(found, slab_width)
+    pin = pin_under(found, slab_width)
     slope, _ = pin.roughness_slopes(1.0)
     nodes, apart = nodes_for(pin), compact(length / (count - 1), "m")
     correlated = found.correlation_length
@@ -349,8 +349,9 @@ def explain_case(
         raise Refusal(f"{case.point}: {case.outcome.message}")
     seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
     front = load_front(manifest.front, manifest.files.get("front"))
-    grid = _of_grid(case.case, front, "slip" in manifest.stages)
-    print_sentences([f"case {case.point}", f"estimated time, roughly: {roughly(seconds)}", grid])
+    slides = "slip" in manifest.stages
+    grid, rough = _of_grid(case.case, front, slides), _of_roughness(case.case, slides)
+    print_sentences([f"case {case.point}", f"estimated time, roughly: {roughly(seconds)}", grid, rough])
     scenes, measured = scenes_of(manifest, [case], SHOWN), dict[str, Error]()
     if show_grid:
         finer, failures = influences(scenes._replace(of_cases=(FINER,), of_drives=()))
@@ -402,6 +403,19 @@ def _of_grid(case: Case, front: Front, slides: bool) -> str:
     times = _seconds(replace(case, slab=best.slab), slides) / _seconds(case, slides)
     grid = f"n_x = {best.slab.n_x}, {best.slab.scheme} (another surface for what slips)"
     return f"{said}; half of it costs {times:.2g} × the time: {grid}"
+
+
+def _of_roughness(case: Case, slides: bool) -> str:
+    """What nodes miss of the pin's roughness, by how much that changes plateaus, and what resolves it; empty of a smooth pin."""
+    pin = pin_of(case)
+    slope, missed = pin.roughness_slopes(case.slab.spacing)
+    if not slope:
+        return ""
+    said = f"roughness: nodes miss {missed / slope:.0%} of its slope; plateaus are {MISSING}"
+    if missed <= MISSED * slope or not (nodes := nodes_for(pin)):
+        return said
+    times = _seconds(replace(case, slab=replace(case.slab, n_x=nodes)), slides) / _seconds(case, slides)
+    return f"{said}; n_x = {nodes} resolves it, in {times:.2g} × the time"
 
 
 def _seconds(case: Case, slides: bool) -> float:

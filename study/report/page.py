@@ -31,7 +31,7 @@ from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.manifest.units import compact, si_line
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
-from nanoslip.study.report.errors import error_lines
+from nanoslip.study.report.errors import spread_lines, with_largest
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE
 from nanoslip.study.results.attempts import Run
@@ -300,7 +300,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
     environment.filters |= {"lowered": lowered, "slug": lambda title: title.lower().replace(" ", "-")}
     answer, *others = SORTS.values()
     sections = tuple(found for sort in (answer, SENSITIVITY, *others) if (found := section(dataset, sort)))
-    table, alike = summary.said_once(summary.scalar_table(dataset, scales=scales_of(dataset.attrs)))
+    table, alike = summary.said_once(summary.scalar_table(with_largest(dataset), scales=scales_of(dataset.attrs)))
     titles = (*(each.title for each in sections), "Cases", "About these numbers", *(["Runs"] if journal else []))
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
@@ -314,7 +314,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         flags=summary.cautions(dataset),
         facts={
             "Cost": [cost(journal)],
-            "Largest errors": list(error_lines(dataset)),
+            "Largest errors": list(spread_lines(dataset)),
             "In SI": list(in_si(dataset)),
             "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
         },

@@ -168,6 +168,11 @@ SYMBOLS: Final = {name: each.symbol for name, each in variables.parameters().ite
 """Parameter -> what tables and figures call it."""
 
 
+def cases_of(dataset: xr.Dataset) -> xr.DataArray:
+    """A variable that each case has, or each case with each of its drives."""
+    return dataset["static_friction" if "static_friction" in dataset else "outcome"]
+
+
 def each_case(dataset: xr.Dataset, of: xr.DataArray, most: int) -> list[xr.Dataset]:
     """The scalars of each case that a variable has, with its drive where it has one, in the variable's order: so many at most.
 
@@ -203,7 +208,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     }
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
-    of = dataset["static_friction" if "static_friction" in dataset else "outcome"]
+    of = cases_of(dataset)
     varying = _varying(dataset, of)
     labels = [in_unit(_name(name), name) for name in varying]
     titles = [
@@ -412,6 +417,7 @@ SHOWN: Final = {
     "mean_pressure": "mean p·L_x·L_y/W",
     "maximum_pressure": "max p·L_x·L_y/W",
     "members": "members",
+    "largest_error": "largest error",
 }
 """Variable -> title of its column in tables of cases, on the terminal and on a page; numbers of one case have this order, too.
 What cases are computed for comes first: a narrow terminal leaves out the last ones."""

@@ -8,7 +8,7 @@ import pytest
 
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study import api
-from nanoslip.study.commands.look import nodes_for, pin_of
+from nanoslip.study.commands.look import nodes_for, pin_under
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
@@ -52,13 +52,13 @@ def test_roughness_is_that_of_the_waves_it_is_made_of() -> None:
     x = np.linspace(-20e-6, 20e-6, 8001)
     found = Surface(x, amplitude * np.cos(k * x), "tabs", 0)
     assert found.rms_height == pytest.approx(amplitude / np.sqrt(2.0), rel=1e-3)
-    assert pin_of(found, 1e-3).roughness_slopes(1.0)[0] == pytest.approx(k * amplitude / np.sqrt(2.0), rel=1e-3)
+    assert pin_under(found, 1e-3).roughness_slopes(1.0)[0] == pytest.approx(k * amplitude / np.sqrt(2.0), rel=1e-3)
     assert found.correlation_length == pytest.approx(np.arccos(1.0 / math.e) / k, abs=x[1] - x[0])
     wavenumber, power = found.spectrum
     assert wavenumber[power.argmax()] == pytest.approx(k, rel=0.01)
     assert power.sum() * (wavenumber[1] - wavenumber[0]) == pytest.approx(found.rms_height**2, rel=1e-3)  # Parseval
     # Straight lines a spacing apart miss k·spacing/√12 of the slope of short waves; half of it near a quarter of a wave.
-    nodes = nodes_for(pin_of(found, 40e-6))
+    nodes = nodes_for(pin_under(found, 40e-6))
     assert nodes is not None
     assert 2.0 < 1e-6 / (40e-6 / (nodes - 1)) < 8.0
 

@@ -1,5 +1,6 @@
 """The largest part of each number's error is named: it is the largest, and what makes it less does."""
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,8 @@ import pytest
 
 from nanoslip.study import api
 from nanoslip.study.dataset.access import one_case
-from nanoslip.study.report.errors import Error, error_lines, errors_of
+from nanoslip.study.report.errors import Error, error_lines, errors_of, spread_lines, with_largest
+from nanoslip.study.report.page import page
 from nanoslip.study.toml_text import as_toml
 from tests.conftest import Main
 
@@ -72,3 +74,32 @@ def test_explain_measures_what_the_grid_changes(main: Main, tmp_path: Path) -> N
     assert (
         f"the grid dominates ({abs(float(found[0])):.1f}%)" in text or f"; the grid {abs(float(found[0])):.1f}%" in text
     )
+
+
+def test_each_case_has_its_largest_error_and_each_number_its_span_over_all() -> None:
+    data = api.run(
+        {**SMALL, "ensemble": {"members": 3}, "axes": {"radius": [50.0, 100.0]}, "constants": {}}, progress=False
+    )
+    shares = (data["plateau_mean_uncertainty"] / data["plateau_mean"]).values.ravel()
+    told = with_largest(data)["largest_error"].values.ravel().tolist()
+    assert told == [f"plateau F/W {share:.1%}, starts" for share in shares]
+    first, *_ = spread_lines(data)
+    assert first == f"plateau_mean: {shares.min():.1%} to {shares.max():.1%} in 2 of 2 cases; largest: starts in 2"
+    page_text = page(data, [])
+    assert "largest error" in page_text
+    assert all(each in page_text for each in (*told, first))
+
+
+def test_explain_gives_the_size_of_what_nodes_miss_of_a_rough_pin(main: Main, tmp_path: Path) -> None:
+    places = np.linspace(-0.3, 0.3, 601)
+    waves = "".join(f"{x},{2e-5 * math.sin(2.0 * math.pi * x / 0.02)}\n" for x in places)
+    (tmp_path / "waves.csv").write_text(f"xi,height\n{waves}")
+    file, texts = tmp_path / "mine.toml", []
+    for n_x in (33, None):
+        nodes = n_x or int(re.search(r"n_x = (\d+) resolves it", texts[0])[1])  # type: ignore[index]
+        file.write_text(as_toml({**SMALL, "numerics": {"n_x": nodes}, "heterogeneity": {"roughness": "waves.csv"}}))
+        texts.append(" ".join(main("explain", file)[1].split()))
+    coarse, fine = (int(text.partition(" nodes miss ")[2].partition("%")[0]) for text in texts)
+    assert coarse > 90  # of waves of 0.6 node spacings
+    assert fine <= 50
+    assert "resolves it" not in texts[1]
