@@ -7,17 +7,21 @@ import io
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import Browser, Page, sync_playwright
 
 import nanoslip
 from nanoslip.study.report import page
 
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+playwright = pytest.importorskip("playwright.sync_api", reason="no playwright here: it comes with the extra dev")
 FOUND = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-Show = Callable[..., Page]
+Show: TypeAlias = "Callable[..., Page]"
 
 
 pytestmark = [
@@ -74,20 +78,20 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as player:
+def browser() -> "Iterator[Browser]":
+    with playwright.sync_playwright() as player:
         yield player.chromium.launch(executable_path=FOUND, args=["--no-sandbox"])
 
 
 @pytest.fixture
-def show(browser: Browser, pages: dict[str, Path]) -> Iterator[Show]:
+def show(browser: "Browser", pages: dict[str, Path]) -> Iterator[Show]:
     """Open a page in a window so wide; nothing may complain until the test ends."""
     complaints: list[object] = []
 
     def complain(said: object) -> None:
         complaints.append(said)
 
-    def shown(name: str, width: int, dark: bool = False) -> Page:
+    def shown(name: str, width: int, dark: bool = False) -> "Page":
         opened = browser.new_page(
             viewport={"width": width, "height": 900}, color_scheme="dark" if dark else "light", is_mobile=width < 600
         )
@@ -126,7 +130,7 @@ def test_a_shadow_shows_at_each_end_of_a_table_beyond_which_there_is_more(show: 
     assert tuple(shadows(seen)) == (False, False)
 
 
-def shadows(seen: Page) -> Iterator[bool]:
+def shadows(seen: "Page") -> Iterator[bool]:
     """Whether the left end of the first table is darker than its middle, and the right one, in a row without text."""
     left, right, top = seen.evaluate(
         f'{TABLE}.scrollIntoView({{block: "center"}}), (b => [b.left, b.right, b.top])({TABLE}.getBoundingClientRect())'
