@@ -178,16 +178,16 @@ def main() -> None:
 HEAD: Final = f"""\
 # One more digit
 
-Errors against the means over all other of {STARTS} members, with records of {LENGTHS[-1]:g} presliding lengths.
+Errors relative to means over all others of {STARTS} members, with records of {LENGTHS[-1]:g} presliding lengths.
 
-- *mean*: over the members that errors are measured against
+- *mean*: the reference
 - *seconds*: core seconds of {MEMBERS} members with records of {LENGTH:g} presliding lengths, the default
 - *error*: their relative error, root mean square
-- *stated*: median of the ± stated, relative
+- *stated*: median relative ±
 - *exponent*: p of seconds ∝ error^p for more members
 - *time 3*: core seconds for the same error with records of 3 presliding lengths, over those of {LENGTH:g}; others likewise
 - *short bias*: relative difference of records of {LENGTHS[0]:g} from the longest ones of the same starts
-- *default bias*: the same of records of {LENGTH:g}
+- *default bias*: the same for records of {LENGTH:g}
 
 """
 

@@ -252,7 +252,7 @@ def _member(case: Case, drives: Sequence[Drive], compliance: SurfaceCompliance) 
 def as_markdown(verdicts: Sequence[Verdict]) -> str:
     """What the campaigns come to, for each target."""
     head, lines = [f"{100.0 * within:g} %" for within in WITHIN], []
-    for known, title in ((True, "cases that 8 members with everything know so well"), (False, "all cases")):
+    for known, title in ((True, "cases in which 8 members suffice"), (False, "all cases")):
         lines += ["", f"| {title} | {' | '.join(head)} |", "|---" * (1 + len(WITHIN)) + "|"]
         columns = [
             list(_summary([(each.campaign.kind, each.judged(within, known=known)) for each in verdicts]))
@@ -263,11 +263,11 @@ def as_markdown(verdicts: Sequence[Verdict]) -> str:
 
 
 SUMMARY = (
-    "cost of the median campaign with drives, ×",
-    "of that whose drives share records, ×",
-    "of that without drives, ×",
-    "of the dearest, ×",
-    "kept, mean over cases",
+    "cost over 8 members, median with drives",
+    "median with drives that share records",
+    "median without drives",
+    "most expensive campaign",
+    "target met, mean over cases",
 )
 
 
