@@ -11,7 +11,6 @@ from nanoslip.solver.case import Case, Effects, SlipRule
 from nanoslip.solver.contact import initial
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.drive import Drive, Scales
-from nanoslip.solver.elasticity import grid_scheme
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.grid_scheme import stiffness
 from nanoslip.solver.outcome import Ending
@@ -67,13 +66,6 @@ def test_tasks_are_those_that_a_campaign_asks_for(tmp_path, text, kinds):
     assert {task.kind for task in plan.tasks} == kinds == needed_kinds(plan.manifest)
 
 
-def test_a_plateau_study_never_integrates(tmp_path, monkeypatch):
-    monkeypatch.setattr(computing, "measured", None)
-    plan = planned(tmp_path, TINY)
-    store = computed(plan, tmp_path)
-    assert all(store.read(task.key).outcome.ok for task in plan.tasks)
-
-
 def test_a_drive_on_a_finished_record_never_slides(tmp_path, monkeypatch):
     store = computed(planned(tmp_path, TINY), tmp_path)
     left = planned(tmp_path, TINY + DRIVES).remaining(store.finished())
@@ -89,12 +81,6 @@ def test_a_contact_study_sets_up_no_sliding(tmp_path, monkeypatch):
     monkeypatch.setattr(initial, "compiled_contact", None)
     plan = planned(tmp_path, TINY + 'stages = ["contact"]\neffects.friction = false')
     assert all(computed(plan, tmp_path).read(task.key).outcome.ok for task in plan.tasks)
-
-
-def test_a_half_plane_makes_no_grid(monkeypatch):
-    monkeypatch.setattr(grid_scheme, "condensed", None)
-    task = compliance_task(Slab(17, scheme="half_plane"))
-    assert run(task).outcome.ok
 
 
 def test_sliding_without_friction_is_refused_before_anything_is_computed(tmp_path):

@@ -357,15 +357,6 @@ def test_text_in_another_encoding_is_refused(tmp_path):
         load_manifest(tmp_path / "latin.toml")
 
 
-def test_rows_that_fit_one_grid_of_the_campaign_are_no_error_of_the_file(tmp_path):
-    assert (
-        read(tmp_path, 'title = "x"\naxes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = "biquadratic"}').tables[
-            "numerics"
-        ]["rows"]
-        == 6
-    )
-
-
 @pytest.mark.parametrize(
     ("axes", "fits", "refused"),
     [
@@ -436,27 +427,3 @@ def test_the_time_of_a_task_limits_no_case(tmp_path):
     assert [task.key for task in plain.tasks] == [task.key for task in timed.tasks]
     assert {task.limit for task in timed.tasks} == {7.0}
     assert all(task.limit >= max(600.0, 99.0 * task.cost) for task in plain.tasks)
-
-
-REMOVED = {
-    "ensemble.uncertainty": "[ensemble]\nuncertainty = 0.01\n",
-    "limits.uncertainty": "[limits]\nuncertainty = 0.01\n",
-    "limits.length_error": "[limits]\nlength_error = 0.01\n",
-    "axes.uncertainty": "[axes]\nuncertainty = [0.1, 0.01]\n",
-    "drives[0].uncertainty": '[[drives]]\nname = "a"\nuncertainty = 0.01\n',
-    "drives[0].length_error": '[[drives]]\nname = "a"\nlength_error = 0.01\n',
-    "budget": '[budget]\ntime = "10 min"\n',
-    "effects.within": "[effects]\nwithin = 0.01\n",
-    "effects.observables": '[effects]\nobservables = ["plateau_mean"]\n',
-    "effects.keep": '[effects]\nkeep = ["teeth"]\n',
-    "effects.influences": '[effects]\ninfluences = "mine.json"\n',
-}
-
-
-@pytest.mark.parametrize("key", REMOVED)
-def test_a_key_of_older_campaigns_is_answered_with_one_message(tmp_path, key):
-    (tmp_path / "old.toml").write_text('title = "old"\n' + REMOVED[key])
-    with pytest.raises(ManifestError) as refused:
-        load_manifest(tmp_path / "old.toml")
-    (line,) = refused.value.lines
-    assert f"old.toml: {key}" in line

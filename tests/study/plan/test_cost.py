@@ -251,12 +251,6 @@ def test_this_machine_says_what_it_has():
     assert 1e8 < memory.machine_memory() < 1e16
 
 
-def test_what_fits_is_not_refused(tmp_path, machine):
-    machine(1000 * MB)
-    plan = planned(tmp_path, "axes.n_x = [33, 129]")
-    assert memory.shortages(plan, plan.tasks) == ()
-
-
 def test_what_does_not_fit_is_named_with_size_need_and_advice(tmp_path, machine):
     """The finest surface there is: its compliance alone has (2n)² numbers, 35 TB."""
     machine(24e9)

@@ -14,13 +14,13 @@ from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.solver.sliding.validity import FEW_NODES, NEAR_ENDS, WHOLE_SLAB, advice_on, flags_in
+from nanoslip.solver.sliding.validity import FEW_NODES, WHOLE_SLAB, advice_on, flags_in
 from nanoslip.study import api
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.cost import expected_displacement
-from nanoslip.study.plan.outlook import duration_lines, expected_lines, flag_lines, out_of_reach, outlook_of
+from nanoslip.study.plan.outlook import duration_lines, expected_lines, out_of_reach, outlook_of
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report.summary import flag_summary, scalar_table
@@ -278,11 +278,3 @@ def test_the_campaigns_that_come_with_nanoslip_press_pins_well():
     assert len(campaigns) >= 4
     for path in campaigns:
         assert expected(make_plan(load_manifest(path))) == [], path
-
-
-def test_a_line_counts_and_names_the_first():
-    lines = flag_lines([0, NEAR_ENDS.mask, 0, NEAR_ENDS.mask | WHOLE_SLAB.mask], "case {}".format)
-    assert lines == [
-        f"near_ends: 2 of 4 cases, first case 1: {NEAR_ENDS.meaning}; {NEAR_ENDS.advice}",
-        f"whole_slab: 1 of 4 cases, first case 3: {WHOLE_SLAB.meaning}; {WHOLE_SLAB.advice}",
-    ]

@@ -8,7 +8,6 @@ import pytest
 
 from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.slab import Slab
-from nanoslip.study.manifest import parameters
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.grids import (
@@ -35,12 +34,6 @@ def front(contacts: dict[float, float], slab: Slab | None = None) -> Front:
     """A front of one discretization: half-width of the contact -> error."""
     row = Measured(slab or Slab(n_x=17), 1.0, tuple(contacts.values()))
     return Front("here.json", {"processor": "an abacus"}, tuple(contacts), (row,))
-
-
-def test_a_point_is_on_the_front_if_none_is_as_good_in_less_time():
-    time = [1.0, 2.0, 3.0, 3.5, 4.0]
-    error = [0.1, 0.2, 0.05, 0.05, 0.01]
-    assert pareto_front(time, error).tolist() == [True, False, True, False, True]
 
 
 def test_equal_points_count_once_and_unknown_ones_never():
@@ -99,14 +92,6 @@ def test_a_file_gives_back_what_was_written(tmp_path):
     )
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"machine": {}, "contacts": [], "columns": ["n_x"], "rows": [[17, 2]]}'])
-def test_another_file_is_refused_by_name(tmp_path, text):
-    path = tmp_path / "other.json"
-    path.write_text(text)
-    with pytest.raises(ManifestError, match=r"other\.json: no front"):
-        load_front(path)
-
-
 def test_the_shipped_front_knows_the_papers_case_and_gets_better_with_nodes():
     """Not monotone: contacts are made of whole nodes. But four times the nodes are better."""
     shipped, case = load_front(), Case()
@@ -150,12 +135,6 @@ def test_it_is_good_enough_for_the_most_demanding_case():
 
 def test_what_is_out_of_reach_is_refused_with_the_best_there_is():
     with pytest.raises(UnreachableError, match=r"needs 0\.04 or more.*n_x = 129, scheme = galerkin"):
-        cheapest(FRONT, [NARROW, WIDE], 0.03)
-
-
-def test_the_best_there_is_is_said_in_the_words_of_a_manifest(monkeypatch):
-    monkeypatch.setattr(parameters, "words", lambda: {"nodes": "n_x"})
-    with pytest.raises(UnreachableError, match=r"here\.json has: nodes = 129, "):
         cheapest(FRONT, [NARROW, WIDE], 0.03)
 
 

@@ -158,19 +158,6 @@ def test_a_friction_record_is_known_without_the_drive():
     assert drive_task(CASE, faster).key != drive_task(CASE, DRIVE).key
 
 
-@pytest.mark.parametrize(
-    "other",
-    [
-        replace(CASE, intrinsic_friction=0.4), replace(CASE, radius=51.0), replace(CASE, normal_load=2e-3),
-        replace(CASE, slab=Slab(17)), replace(CASE, pin="flat_punch"), replace(CASE, initial_contact="gradual"),
-        replace(CASE, slip_rule=SlipRule(residual_shear=0.5)), replace(CASE, max_events=301),
-        replace(CASE, max_displacement=1.0), replace(CASE, max_spacings=4.0), replace(CASE, start=0.5),
-    ],
-)  # fmt: skip
-def test_all_that_decides_a_record_is_in_its_key(other):
-    assert record_task(other).key != record_task(CASE).key
-
-
 def test_a_limit_in_spacings_is_known_by_its_displacement():
     """The same place said in other words is the same task; of two limits, only the nearer decides."""
     there = replace(CASE, max_displacement=4.0 / 32.0)
@@ -191,11 +178,6 @@ def test_what_a_pin_does_not_have_is_not_in_its_key():
     assert record_task(replace(CASE, half_width=0.1)).key == record_task(CASE).key
     assert record_task(replace(punch, radius=1.0)).key == record_task(punch).key
     assert record_task(replace(punch, half_width=0.1)).key != record_task(punch).key
-
-
-def test_the_limits_of_a_run_do_not_change_initial_contact():
-    assert contact_task(replace(CASE, max_events=1)).key == contact_task(CASE).key
-    assert contact_task(CASE).key != record_task(CASE).key
 
 
 def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only():

@@ -1,7 +1,6 @@
 """Kinds of task: their results are the solver's, refusals included, under names that are unambiguous."""
 
 import math
-import pickle
 from dataclasses import fields, replace
 
 import numpy as np
@@ -25,7 +24,6 @@ from nanoslip.study.plan.kinds import (
     compliance_task,
     contact_task,
     declared,
-    drive_task,
     record_scalars_task,
     record_task,
     states_task,
@@ -51,11 +49,6 @@ def test_every_column_lies_along_a_dimension_of_its_kind(kind):
     assert found - {""} == {ragged.sample for ragged in kind.ragged} - {MEMBER}  # along which scalars lie
 
 
-def test_a_kind_is_known_by_its_name_and_comes_after_what_it_needs():
-    assert list(KINDS) == ["compliance", "contact", "contacts", "record", "statistics", "states", "drive"]
-    assert all(name == kind.name for name, kind in KINDS.items())
-
-
 def test_tasks_of_one_slab_are_given_the_very_same_compliance():
     """What the solver keeps with it is found again; another result's, though equal, is another."""
     first, second = (record_task(Case(radius=50.0, slab=Slab(17), start=start)) for start in (0.0, 0.5))
@@ -72,10 +65,6 @@ def test_a_record_comes_back_from_its_result():
     for item in fields(FrictionRecord):
         if item.name != "outcome":  # the record lacks nothing, its result a plateau
             np.testing.assert_array_equal(getattr(again, item.name), getattr(once, item.name))
-
-
-def test_a_compliance_result_is_the_solvers_matrix():
-    np.testing.assert_array_equal(run(compliance_task(Slab(17))).arrays["matrix"], surface_compliance(Slab(17)).matrix)
 
 
 def test_a_contact_result_is_the_solvers_state():
@@ -157,39 +146,11 @@ def test_a_record_without_a_plateau_stands_in_the_way_of_drives_alone():
     assert run(compliance_task(short.slab), states_task(short, (5,), False)).outcome.ok
 
 
-@pytest.mark.parametrize(
-    "effect",
-    [{"surface_compliance": False}, {"reverse_motion": False}, {"profile": "mean"}, {"damping_ratio": 0.0}],
-    ids=str,
-)
-def test_an_effect_of_a_drive_is_in_its_key_and_leaves_its_record_alone(effect):
-    other = replace(DRIVE, **effect)
-    assert drive_task(CASE, other).key != drive_task(CASE, DRIVE).key
-    assert drive_task(CASE, other).needs == drive_task(CASE, DRIVE).needs
-    result = drive(CASE, other)
-    assert result.outcome.ok
-    # Small effects here, but for the mean: without static excess the first slip needs 18 % less.
-    assert first(result)["static_friction"] == pytest.approx(first(drive(CASE))["static_friction"], rel=0.2)
-
-
 def test_a_drive_over_a_record_without_a_plateau_says_so():
     result = drive(replace(CASE, max_events=5))
     assert result.outcome.ending is Ending.NO_PLATEAU
     assert result.outcome.message.startswith("the friction record has none to repeat: the record ends after")
     assert not first(result)
-
-
-def test_the_spring_pulls_as_far_as_the_stage_is_ahead():
-    """Spring force = k(Vt - x) at every sample, to rounding of the stage's position."""
-    result = drive(CASE)
-    arrays = result.arrays
-    stage = DRIVE.stage_velocity * arrays["time"]
-    assert result.outcome.ok
-    assert arrays["time"].shape == (51,)
-    assert arrays["time"][-1] == pytest.approx(DRIVE.duration, rel=1e-15)
-    np.testing.assert_allclose(
-        arrays["spring_force"], DRIVE.spring_stiffness * (stage - arrays["position"]), atol=1e-15 * stage[-1]
-    )
 
 
 def test_a_drive_measures_its_friction():
@@ -215,34 +176,6 @@ def test_a_drive_too_short_to_slip_says_so_and_keeps_its_motion():
     assert np.isfinite(result.arrays["position"]).all()
     assert (first(result)["macroscopic_slips"], first(result)["resticks"], first(result)["time_stuck"]) == (0, 0, 1.0)
     assert REGIMES[int(first(result)["regime"])] == "sticks"
-
-
-def test_a_drive_that_ends_amid_its_oscillations_has_no_plateau_of_the_driving_force():
-    """At 45 ms the pin has just begun to slip: μ_s is known, μ_k is not."""
-    result = drive(CASE, replace(DRIVE, duration=0.45 * DRIVE.duration))
-    assert result.outcome.ending is Ending.NO_PLATEAU
-    assert result.outcome.message.startswith("the driving force ")
-    assert first(result)["static_friction"] > 0.0
-    assert np.isnan(first(result)["kinetic_friction"])
-
-
-def test_what_a_drive_does_is_counted_from_its_slips():
-    result = drive(CASE)
-    slips, ends = result.arrays["slip_time"], result.arrays["restick_time"]
-    ended = np.isfinite(ends)
-    assert first(result)["resticks"] == ended.sum()
-    stuck = 1.0 - np.sum(np.where(ended, ends, DRIVE.duration) - slips) / DRIVE.duration
-    assert first(result)["time_stuck"] == pytest.approx(stuck, rel=1e-12)
-    assert REGIMES[int(first(result)["regime"])] == "slides"  # as the paper's: it slides through the last half
-
-
-def test_a_drive_knows_nothing_that_its_record_forgot():
-    """The record is rebuilt from its result: through the store's numbers, the drive is the same bit for bit."""
-    record = slid(CASE)
-    copy = replace(record, arrays={name: array.copy() for name, array in record.arrays.items()})
-    task = drive_task(CASE, DRIVE)
-    first, second = (run_task(task, {task.needs[0]: need}) for need in (record, copy))
-    np.testing.assert_array_equal(first.arrays["position"], second.arrays["position"])
 
 
 @pytest.mark.parametrize("members", [1, 3])
@@ -286,16 +219,6 @@ def test_they_need_the_whole_record_whether_it_is_kept_or_not(tmp_path, kept):
 def test_without_events_there_is_nothing_to_count(tmp_path):
     with pytest.raises(ManifestError, match=r'outputs.statistics = true: needs stage "slip"'):
         planned(tmp_path, 'stages = ["contact"]\noutputs.statistics = true')
-
-
-def test_tasks_and_results_travel_between_processes():
-    task = drive_task(CASE, DRIVE)
-    assert pickle.loads(pickle.dumps(task)) == task
-    result = slid(CASE)
-    copy = pickle.loads(pickle.dumps(result))
-    assert (copy.key, copy.outcome) == (result.key, result.outcome)
-    np.testing.assert_equal(copy.scalars, result.scalars)  # what is not known of so short a record is NaN in both
-    np.testing.assert_array_equal(copy.arrays["displacement"], result.arrays["displacement"])
 
 
 def test_what_needs_a_failed_result_fails_with_its_reason():

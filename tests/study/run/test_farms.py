@@ -136,15 +136,6 @@ def coordinated(ranks, tasks, stop_after=""):
     return ranks.run(tasks, diary), diary
 
 
-def test_every_task_is_computed_once_after_its_needs():
-    ranks = MadeUpRanks(3)
-    tally, diary = coordinated(ranks, DIAMOND)
-    assert tally == Tally(done=5)
-    assert sorted(ranks.computed) == sorted(diary.reported) == list("abcde")
-    assert ranks.computed.index("a") < min(map(ranks.computed.index, "bc"))
-    assert ranks.computed.index("d") > max(map(ranks.computed.index, "bc"))
-
-
 def test_those_who_have_computed_write_their_results_out_once_when_they_are_asked():
     ranks = MadeUpRanks(3)
     coordinated(ranks, DIAMOND[:1])
@@ -232,6 +223,42 @@ def test_a_rank_waits_until_all_that_it_sent_has_left_but_not_for_ever(monkeypat
         farm._send(0, "word")
     farm._flush()
     assert all(each <= 0 or each == math.inf for each in left.values())
+
+
+def rank_of_two(rank, looks, agent):
+    """A rank of two whose looks for messages find these, or nothing; and what it sends."""
+    looks, found, sent = iter(looks), [], []
+
+    def look(**_):
+        found.extend(message for message in [next(looks)] if message is not None)
+        return bool(found)
+
+    taken = SimpleNamespace(test=lambda: (True, None))
+    world = SimpleNamespace(
+        Get_rank=lambda: rank,
+        Get_size=lambda: 2,
+        Abort=None,
+        isend=lambda message, dest: (sent.append((dest, message)), taken)[1],
+        iprobe=look,
+        recv=lambda source: found.pop(),
+    )
+    status = SimpleNamespace(Get_source=lambda: 1 - rank)
+    library = SimpleNamespace(COMM_WORLD=world, Status=lambda: status, ANY_SOURCE=-1, ANY_TAG=-1)
+    return MPIFarm(library, agent, Interruption(grace=1.0)), sent
+
+
+def test_a_signal_to_any_rank_stops_all_and_what_it_has_not_begun_comes_back():
+    """Rank 1 is signalled, says so once and gives its tasks back; rank 0 then asks for no more."""
+    agent = Agent(NOTHING, 1)
+    agent._begun = Work("begun")  # so the others wait
+    agent._ended = lambda _: None
+    second, sent = rank_of_two(1, [[Work("a"), Work("b")], None, None, 7, None], agent)
+    second.interruption.request()
+    assert second.serve() == 7
+    assert sent == [(0, mpi.TOLD_TO_STOP), (0, ([], ("a", "b")))]
+    first, _ = rank_of_two(0, [message for _, message in sent] + [None], Agent(NOTHING, 0))
+    assert first.news() == [(1, [], ("a", "b"))]
+    assert first.interruption.requested
 
 
 # Processes, and who opens which farm.

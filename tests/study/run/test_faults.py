@@ -13,20 +13,17 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.results.store import Store
-from nanoslip.study.run import agent
 from nanoslip.study.run import child as process
-from nanoslip.study.run.agent import Agent, BrokenProgramError
+from nanoslip.study.run.agent import BrokenProgramError
 from nanoslip.study.run.campaign import KILLED, blame
 from nanoslip.study.run.dispatch import Tally
 from nanoslip.study.run.executor import left
-from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.journal import BEGUN, LONG, Journal, left_begun
 from nanoslip.study.run.launch import Program
-from nanoslip.study.run.warm_up import WarmUp
 from tests.study.results.results import NO_FILES
 from tests.study.run import faults
 from tests.study.run.faults import FAULTS, computed
-from tests.study.run.made_up import Diary, Work
+from tests.study.run.made_up import Work
 from tests.study.run.matrix import PLACES
 
 SOUND = tuple(Work(f"sound {number}") for number in range(19))
@@ -98,26 +95,6 @@ def test_tasks_behind_one_that_hangs_go_elsewhere(tmp_path):
     tally, reported, _ = computed(faults.program(tmp_path), tasks, 2)
     assert tally == Tally(done=61, crashed=1)
     assert list(reported)[-1] == "endless loop"  # all others ended before it was given up
-
-
-@pytest.mark.parametrize("fault", ["segmentation fault", "endless loop"])
-def test_a_fault_while_kernels_are_compiled_leaves_a_farm_that_computes(tmp_path, fault):
-    """The compiling is a task of its own, before all others."""
-    with ProcessFarm([Agent(faults.program(tmp_path), 0)]) as farm:
-        assert farm.run([faults.work(fault)], Diary()) == Tally(crashed=1)
-        assert farm.run(SOUND, Diary()) == Tally(done=19)
-
-
-def test_compiling_that_hangs_is_ended_after_minutes(tmp_path, monkeypatch):
-    """Nobody hears of it before; a clock that runs a thousand times as fast measures it."""
-    clock, begun = time.monotonic, time.monotonic()
-    monkeypatch.setattr(process.time, "monotonic", lambda: begun + 1000.0 * (clock() - begun))
-    monkeypatch.setattr(process, "LONGEST_LOOK", math.inf)
-    monkeypatch.setattr(agent, "START", math.inf)
-    hanging = Work("endless loop", limit=WarmUp(()).limit)
-    _, reported, failed = computed(faults.program(tmp_path), (hanging,), 1)
-    assert reported[hanging.key].ending is Ending.TIMED_OUT
-    assert failed[0][1].seconds < 3600.0
 
 
 def starting(folder):
