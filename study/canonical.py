@@ -12,7 +12,7 @@ from nanoslip.solver.parameter import declared
 
 
 class CanonicalText(str):
-    """A canonical text that was made before, to be inserted into that of a larger value."""
+    """A canonical text made earlier, for insertion into that of a larger value."""
 
     __slots__ = ()
 

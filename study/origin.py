@@ -53,7 +53,7 @@ class Machine:
 
 
 def this_machine() -> Machine:
-    """What computes here, as far as it is loaded: a BLAS is once numpy is."""
+    """Processor and loaded libraries; the BLAS is known after numpy is imported."""
     return Machine(
         host=socket.gethostname(),
         processor=model(),
@@ -144,26 +144,26 @@ class Origin:
 
     @property
     def name(self) -> str:
-        """A short name: a hash of all that is known of it (8 hexadecimal digits)."""
+        """A short name: a hash of its description (8 hexadecimal digits)."""
         return content_hash(self, length=8)
 
     @property
     def deciding(self) -> tuple[str, ...]:
-        """What can change a digit: the source and the libraries that compute. A commit of prose is no other source."""
+        """Properties that may change a number: source and computing libraries; texts do not count as source."""
         return (self.source_hash, self.numpy_version, self.scipy_version, self.numba_version)
 
     @property
     def solver(self) -> str:
-        """A short name of what decides (8 hexadecimal digits): the same wherever the same is computed."""
+        """A short name of source and libraries (8 hexadecimal digits), the same on every machine."""
         return content_hash(list(self.deciding), length=8)
 
     def alike(self, other: "Origin") -> bool:
-        """Whether both compute the same; what is unknown is like nothing."""
+        """Whether both compute the same; unknown origins equal none."""
         return UNKNOWN not in self.deciding and self.deciding == other.deciding
 
     @property
     def arithmetic(self) -> str:
-        """What can change the last bits of the same software."""
+        """Properties that change last bits for the same software."""
         return f"{self.blas}, on {self.processor_features}"
 
     def same_bits(self, other: "Origin") -> bool:
@@ -194,7 +194,7 @@ def here() -> Origin:
 
 
 def adopt(origin: Origin) -> None:
-    """Take over what the root of a run has found."""
+    """Adopt the origin found by the root of a run."""
     _adopted[:] = [origin]
     here.cache_clear()
     computing.cache_clear()
@@ -234,7 +234,7 @@ def source_files() -> tuple[Path, ...]:
 
 @lru_cache(maxsize=1)
 def all_sources_hash() -> str:
-    """Hash of the whole program: what it makes of results, too, may change with each file."""
+    """Hash of the whole program; each file may change how results are collected."""
     folders = [folder for package in (PACKAGE, __package__) for folder in _folders(package)]
     return source_hash(path for folder in folders for path in Path(folder).rglob("*.py"))
 
@@ -257,7 +257,7 @@ def source_hash(files: Iterable[Path]) -> str:
 
 
 def stemming(*parts: Origins) -> Origins:
-    """The origins of what was made of these."""
+    """Origins of a result made of these."""
     return tuple(sorted({origin for part in parts for origin in part}))
 
 
@@ -267,7 +267,7 @@ def as_data(origins: Origins) -> list[dict[str, str]]:
 
 
 def from_data(found: Iterable[Mapping[str, str]]) -> Origins:
-    """Origins as `as_data` gave them; what was not written is unknown."""
+    """Origins from the output of `as_data`; missing entries are unknown."""
     return tuple(_known(*(each.get(item.name, UNKNOWN) for item in fields(Origin))) for each in found)
 
 

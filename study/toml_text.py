@@ -1,4 +1,4 @@
-"""TOML text read within bounds, and written: what a campaign given as a dict is written down as."""
+"""Bounded reading of TOML, and writing: campaigns given as dicts are stored as TOML."""
 
 import json
 import os

@@ -1,6 +1,6 @@
-"""`.nanoslip` of every `xr.Dataset`, as soon as xarray is there: neither xarray nor the accessor is imported for it.
+"""`.nanoslip` of every `xr.Dataset`, as soon as xarray is imported; neither is imported for it.
 
-The accessor itself, and with it the solver, is imported when `.nanoslip` is first asked for.
+The accessor and the solver are imported at the first use of `.nanoslip`.
 """
 
 import sys

@@ -1,6 +1,6 @@
-"""What each effect of a campaign changes and costs: a few cases computed with everything, then without one effect at a time.
+"""Change and cost of each effect: a few cases computed with all effects, then without one at a time.
 
-Both have the same members: the same starts, and for a drive's effect the same records, so that chance cancels in a change.
+Both have the same members: the same starts, and for effects of a drive the same records, so that scatter cancels.
 """
 
 import math
@@ -52,7 +52,7 @@ FINER: Final = Effect[Case](
 
 
 class Scenes(NamedTuple):
-    """What of a campaign is computed."""
+    """Selected cases and drives of a campaign."""
 
     manifest: Manifest
     cases: tuple[CampaignCase, ...]
@@ -66,7 +66,7 @@ class Scenes(NamedTuple):
 
 
 class Computed(NamedTuple):
-    """What a case and its drives yield, and the core seconds of its contact, record and drives."""
+    """Results of a case and its drives, and core seconds of contact, record and drives."""
 
     results: Mapping[Place, TaskResult]
     seconds: float
@@ -181,7 +181,7 @@ def _tasks(scenes: Scenes, case: Case, drives: Drives, ensemble: Ensemble) -> It
 
 
 def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> Computed:
-    """What a case and its drives yield. done: results and their core seconds, to which new ones are added."""
+    """Results of a case and its drives. done: results and their core seconds; new ones are added."""
     found: dict[Place, TaskResult] = {}
     for ensemble in (Ensemble(), scenes.ensemble):  # the first one loads libraries and compiles kernels
         tasks = list(_tasks(scenes, case, drives, ensemble))

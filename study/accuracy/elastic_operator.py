@@ -159,7 +159,7 @@ def nodal_forces(x: Vector, half_width: float) -> Vector:
 
 
 def _contact(compliance: Compliance, half_width: float) -> dict[str, float]:
-    """What frictionless contact of a parabola is like, and the lateral stiffness of its nodes when they stick."""
+    """Frictionless contact of a parabola, and the lateral stiffness of its stuck nodes."""
     slab, normal_load = compliance.slab, 1e-3
     radius = np.pi * half_width**2 / (2.0 * normal_load * (1.0 - slab.poisson))
     state = initial_contact(

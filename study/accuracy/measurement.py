@@ -1,4 +1,4 @@
-"""What accuracy costs in time: work-precision diagrams as table and picture (`nanoslip accuracy`)."""
+"""Work-precision diagrams as table and picture (`nanoslip accuracy`)."""
 
 import math
 from collections.abc import Sequence
@@ -207,7 +207,7 @@ def draw(diagrams: Sequence[Diagram]) -> bytes:
 
 
 def _draw(axes: Any, diagram: Diagram) -> None:
-    """A panel. What the errors are held against has none: it stands on the lower edge."""
+    """A panel. The reference, without error, is at the lower edge."""
     time, error = (diagram.column(name).astype(float) for name in ("seconds", diagram.error))
     series = diagram.column(diagram.series)
     floor = 0.3 * np.nanmin(error[error > 0.0], initial=np.inf)
@@ -246,7 +246,7 @@ class Measurement:
 
 
 def measure(setup: Setup, effort: Effort) -> Measurement:
-    """Turn every knob: first all that is timed once, to have it compiled, then as much as was asked for."""
+    """Measure every setting: first all once, for compilation, then with the requested effort."""
     if effort is not QUICK:
         measure(setup, QUICK)
     operator, front = measure_elastic_operator(setup, effort)

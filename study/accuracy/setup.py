@@ -1,4 +1,4 @@
-"""What is measured: a case and a drive, and how much of every knob."""
+"""Setup of a measurement: a case, a drive, and the values of every setting."""
 
 import platform
 import time
@@ -27,7 +27,7 @@ T = TypeVar("T")
 
 
 def timed(run: Callable[[], T], repeats: int = 1) -> tuple[T, float]:
-    """What `run` returns and the shortest of its processor times, in s."""
+    """Result of `run`, and the shortest of its processor times in s."""
     shortest = float("inf")
     for _ in range(repeats):
         start = time.process_time()

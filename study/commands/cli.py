@@ -247,7 +247,7 @@ def _shard(_context: click.Context, _option: click.Parameter, text: str | None) 
     help="Compute one part, 3/10 the third of ten, in a folder of its own; `nanoslip merge` joins the parts.",
 )
 def run() -> None:
-    """Compute what is left of CAMPAIGN, then write its dataset.
+    """Compute remaining tasks of CAMPAIGN, then write its dataset.
 
     Under mpiexec or srun all ranks compute.
 

@@ -1,4 +1,4 @@
-"""The root's part of `nanoslip run`: plan, compute what is left, write the dataset. Other ranks do not import this file."""
+"""The root's part of `nanoslip run`: plan, compute remaining tasks, write the dataset. Other ranks do not import this file."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ from nanoslip.study.run.progress import Measured, Progress, open_progress
 
 
 def conduct(farm: Farm, order: Order) -> int:
-    """Compute what is left of a campaign on this farm, and write its dataset; returns the exit code of all ranks."""
+    """Compute remaining tasks of a campaign on this farm, and write its dataset; returns the exit code of all ranks."""
     journal = Journal(order.into)
     try:
         with refusals(ShortageError):

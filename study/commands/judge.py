@@ -126,7 +126,7 @@ _WORDS: Final = {
 
 
 def compare_datasets(first: Path, second: Path) -> None:
-    """Print what differs between two datasets, and end the process with the exit code for the worst of it."""
+    """Print differences between two datasets, and exit with the code of the worst one."""
     with refusals(compare.NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
         pair = one, other
         kinds = [kind for kind in compare.KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]

@@ -1,4 +1,4 @@
-"""Commands that show: report, figure, show, try, frames, profile; and what effects change: effects, explain."""
+"""Commands that show results: report, figure, show, try, frames, profile, effects, explain."""
 
 import math
 import re
@@ -372,7 +372,7 @@ def _of_finer(each: Influence) -> Error:
 def _errors(
     path: Path, manifest: Manifest, parameters: tuple[str, ...], cost: str, measured: Mapping[str, Error]
 ) -> list[str]:
-    """What limits the numbers of a case, as far as its dataset is there."""
+    """Error budget of a computed case."""
     if path.is_file():
         with file.reading(path) as found:
             if is_of(found, manifest):

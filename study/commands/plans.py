@@ -1,4 +1,4 @@
-"""A campaign's plan, and what `plan`, `status` and `run` print of it."""
+"""A campaign's plan, printed by `plan`, `status` and `run`."""
 
 import json
 import math

@@ -191,7 +191,7 @@ def _factors(found: plans.Standing) -> Iterator[str]:
 
 
 def _time(found: plans.Standing, ranks: int) -> str:
-    """The time that is left, on one rank and on several, and how well it is known."""
+    """Remaining time on one rank and on several, and its uncertainty."""
     tasks = found.remaining
     if not tasks:
         return "time left: none, all tasks are finished"
@@ -203,7 +203,7 @@ def _time(found: plans.Standing, ranks: int) -> str:
 
 
 def _ensembles(found: plans.Standing) -> Iterator[str]:
-    """What the estimate leaves open where a target decides how many members there are."""
+    """Caution of the estimate if a target determines the number of members."""
     ensemble = found.plan.manifest.ensemble
     if ensemble.within is not None:
         yield (

@@ -1,4 +1,4 @@
-"""What commands have in common: errors in one message, the end by Ctrl-C, the folder of results."""
+"""Shared by commands: one-message errors, Ctrl-C, the folder of results."""
 
 import os
 import signal

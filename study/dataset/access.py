@@ -37,7 +37,7 @@ Selection = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """Cases of a dataset that a selection names, and what singles them out."""
+    """Selected cases of a dataset, and the coordinates that identify them."""
 
     root: xr.Dataset
     dims: tuple[str, ...]
@@ -153,12 +153,12 @@ def scales_of(attributes: Mapping[Any, Any]) -> Scales | None:
 
 
 def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
-    """The part of a dataset that is one case, without the dimensions that this leaves one value of.
+    """One case of a dataset, without dimensions of one value.
 
     given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit. The drives of the case may be
         several.
 
-    Raises KeyError where no case is like that, ValueError with what is left to choose where several are.
+    Raises KeyError if no case matches, ValueError with the remaining choices if several do.
     """
     found = places(root, _ending(root), {words().get(word, word): text for word, text in given.items()})
     left = {dim: np.unique(column) for dim, column in zip(found.dims, found.positions.T, strict=True)}
@@ -169,7 +169,7 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
 
 
 def _ending(root: xr.Dataset) -> str:
-    """The variable that says how drives ended, or cases where there are none; of cases without results their name."""
+    """Outcome of drives, or of cases without drives; for cases without results their name."""
     return next((name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root), "case_id")
 
 
@@ -205,7 +205,7 @@ class Accessor:
         return "\n".join(f"{name}: {text}" for name, text in _facts(self._dataset))
 
     def _repr_html_(self) -> str:
-        """For notebooks: what the dataset is, its cases, its main numbers, and who computed it."""
+        """For notebooks: title, cases, main numbers and provenance of the dataset."""
         rows = (f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _facts(self._dataset))
         return f"<table>{''.join(rows)}</table>"
 
@@ -313,7 +313,7 @@ class Accessor:
         return table.assign_coords(labels)
 
     def _varying(self, dims: tuple[str, ...]) -> list[str]:
-        """Parameters that are not the same in all cases and drives, and what those are called."""
+        """Parameters that differ between cases or drives, and names of these."""
         known = {*parameters(), DRIVE_NAME.name, "case_id", "case"}
         along = {str(name): each.dims for name, each in self._dataset.coords.items() if name in known}
         return [name for name, own in along.items() if own and set(own) <= set(dims)]
@@ -324,7 +324,7 @@ MAIN: Final = ("static_friction", "kinetic_friction", "plateau_mean", "contact_h
 
 
 def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
-    """What a dataset, or a selection of one, is: name and text of each fact."""
+    """Summary of a dataset or a selection: name and text of each fact."""
     yield "campaign", str(root.attrs.get("title", "no dataset of nanoslip"))
     for kind, (ending, _) in OUTCOMES.items():
         if ending.name in root:
@@ -346,7 +346,7 @@ def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
 
 
 def _dropping(run: xr.Dataset) -> xr.Dataset:
-    """Events with what the friction force drops in each."""
+    """Events with the drop of friction force in each."""
     before, after = (run[name].values for name in FRICTION)
     return run.assign({EVENT_DROP.name: ("event", drops(before, after), attributes(EVENT_DROP))})
 

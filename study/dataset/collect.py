@@ -52,7 +52,7 @@ def software(counts: Mapping[Origin, int]) -> xr.Dataset:
 
 
 def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
-    """What the software is that computed the results; where several did, all of it, the most frequent first."""
+    """Software that computed the results, all of it if there are several, the most frequent first."""
     found = {}
     for item in fields(Origin):
         values: Counter[str] = Counter()
@@ -190,7 +190,7 @@ def is_made_of(path: Path, store: Store, expected: str) -> bool:
 
 
 def note(path: Path, store: Store, made: str) -> None:
-    """Write down of what the file was made; where that cannot be, it is collected again next time."""
+    """Record the results that the file was made of; without the record it is collected again next time."""
     with suppress(OSError), written_whole(store.folder / NOTE) as scratch:
         scratch.write_text(json.dumps(_said(path, made)), "utf-8")
 

@@ -1,4 +1,4 @@
-"""Two datasets beside each other: what both have, and whether it agrees: the same bits, within uncertainties, or different."""
+"""Compare two datasets: shared numbers have the same bits, agree within uncertainties, or differ."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -78,7 +78,7 @@ def magnitude(values: NDArray[Any]) -> float:
 
 
 def deviations(one: Any, other: Any, errors: tuple[Any, Any]) -> Any:
-    """Difference in combined standard deviations: 0 of what is missing (NaN) in both. An error that is NaN counts as none."""
+    """Difference in combined standard deviations: 0 if missing (NaN) in both. An error of NaN counts as 0."""
     difference = np.where(np.isnan(one) & np.isnan(other), 0.0, np.abs(one - other))
     combined = np.hypot(*np.nan_to_num(errors))
     return np.divide(difference, combined, out=np.where(difference == 0.0, 0.0, np.inf), where=combined > 0.0)
@@ -98,7 +98,7 @@ Pair = tuple[xr.Dataset, xr.Dataset]
 
 
 class NotComparableError(NanoslipError, ValueError):
-    """Two datasets that have nothing to compare; the message says why."""
+    """Two datasets without shared numbers; the message has the reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +136,7 @@ def values(root: xr.Dataset, name: str) -> list[Value]:
 
 
 def ending_of(root: xr.Dataset, kind: str) -> xr.DataArray:
-    """How the rows ended: what lies along all their dimensions."""
+    """Outcomes of the rows, along all their dimensions."""
     return root[OUTCOMES[kind][0].name]
 
 

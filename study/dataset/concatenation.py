@@ -68,7 +68,7 @@ def _along(name: str, added: Sequence[str], roots: Sequence[xr.Dataset]) -> tupl
 
 
 def _filled(name: str, values: xr.DataArray, kind: np.dtype[Any]) -> xr.DataArray:
-    """A merged variable of this type again, with what stands for a value that is not there, as if it were not computed."""
+    """A merged variable in its type, with fill values for missing ones, as if not computed."""
     if kind.kind == "O":
         return values.fillna(PENDING if name in {ending.name for ending, _ in OUTCOMES.values()} else "")
     if name == VALIDITY.name:
@@ -96,7 +96,7 @@ _CASE: Final = "case"
 def joined(roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = False) -> xr.Dataset:
     """One dataset, in memory, of all cases, records, trajectories and whatever else the datasets have.
 
-    sources: what messages call them. holes: whether cases that no dataset has may be missing, as pending.
+    sources: names in messages. holes: whether cases of no dataset may be missing, as pending.
 
     Raises NotJoinableError, LostGroupsError.
     """
@@ -150,7 +150,7 @@ def _numbered(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
 
 
 def _attributes(roots: Sequence[xr.Dataset]) -> dict[str, Any]:
-    """What all say alike; and all titles."""
+    """Attributes that all share, and all titles."""
     kept = {
         name: value for name, value in roots[0].attrs.items() if all(root.attrs.get(name) == value for root in roots)
     }
@@ -158,7 +158,7 @@ def _attributes(roots: Sequence[xr.Dataset]) -> dict[str, Any]:
 
 
 def _group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
-    """The runs of one group of all datasets, one behind the other; what several have is there once."""
+    """The runs of one group of all datasets in sequence, shared ones once."""
     known: set[str] = set()
     parts = []
     for root in roots:

@@ -114,7 +114,7 @@ ROOT: Final = "/"
 
 
 class LostGroupsError(NanoslipError, ValueError):
-    """A dataset that no longer knows where its records and trajectories are."""
+    """A dataset that lost the link to its records and trajectories."""
 
 
 class Groups(dict[str, xr.Dataset]):
@@ -260,7 +260,7 @@ def _chunks(target: "netCDF4.Variable[Any]") -> Iterator[tuple[slice, ...]]:
 
 
 def _let_go(target: "netCDF4.Variable[Any]") -> None:
-    """Have what was written of a variable leave the memory: else chunks of all variables stay until the file is closed."""
+    """Release written chunks of a variable from memory; otherwise all stay until the file is closed."""
     if target.chunking() != "contiguous":
         target.set_var_chunk_cache(size=0)
 
@@ -317,7 +317,7 @@ def read(path: Path) -> xr.Dataset:
 
 
 def _other_format(said: Mapping[str, Any]) -> str:
-    """Why a file with these attributes cannot be read by this nanoslip, and what can; empty where it can."""
+    """Why this version cannot read a file with these attributes, and which version can; empty if it can."""
     form = said.get(FORMAT)
     if not isinstance(form, int | np.integer):
         return f"no dataset of nanoslip: it has no attribute {FORMAT}"

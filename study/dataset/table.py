@@ -273,7 +273,7 @@ class Table:
             self._declare(DRIVE if group.driven else "", group.id, "")
 
     def _declare(self, kind: str, quantity: Quantity, fill: Any) -> None:
-        """A variable, and what stands for values of it that are not there."""
+        """A variable, and its fill value."""
         count = math.prod(self._layout.shape) * (self._drives if kind == DRIVE else 1)
         self._driven[quantity.name], self._quantities[quantity.name] = kind == DRIVE, quantity
         self._values[quantity.name] = np.full(count, fill, dtype=object if isinstance(fill, str) else None)

@@ -250,7 +250,7 @@ def _by_name() -> dict[str, Described]:
 
 
 def text_of(variable: Described) -> str:
-    """All that is known of a variable, line by line."""
+    """Description of a variable, line by line."""
     facts = {
         "meaning": variable.meaning,
         "symbol": variable.symbol,
@@ -309,7 +309,7 @@ EXPLAINED: Final = "behind a mean: as many members have this number, the others 
 
 
 def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArray] | None:
-    """How many members have a number, and how many were computed; None of what is no mean with an uncertainty."""
+    """Number of members with a value, and of computed members; None unless it is a mean with uncertainty."""
     counters = _counters(dataset, name)
     if not counters:
         return None
@@ -372,7 +372,7 @@ def is_counted(text: str) -> bool:
 
 
 def _parts(text: str) -> list[tuple[int, str]]:
-    """Of a counted text: how many members say what; nothing of another one."""
+    """Parts of a counted text: number of members and text; none of another text."""
     parts = (part.partition(" ") for part in _PARTS.split(text))
     return [(int(number), said) for number, _, said in parts] if is_counted(text) else []
 
@@ -397,7 +397,7 @@ def joined(text: str) -> str:
 
 @lru_cache(maxsize=1024)  # of a million messages few are different
 def without_numbers(message: str) -> str:
-    """A message without its numbers: what those have in common that differ in nothing else."""
+    """A message without its numbers, equal for messages that differ only in these."""
     return re.sub(r"\d[\d.e+-]*", "#", message)
 
 

@@ -68,7 +68,7 @@ _BOM: Final = b"\xef\xbb\xbf"
 
 
 class NotVerifiableError(StoreError):
-    """The file is nothing that can be computed again; the message says which and why."""
+    """The file cannot be computed again; the message has the reason."""
 
 
 def rebuilt(found: xr.Dataset, path: Path) -> Plan:
@@ -99,7 +99,7 @@ def _untouched(path: Path, facts: Mapping[str, Any], beside: Mapping[str, str]) 
 
 
 def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
-    """The plan, with what was chosen then: this package's own front may choose otherwise now."""
+    """The plan with the grid chosen then; the present front may choose another one."""
     if manifest.accuracy is None:
         return make_plan(manifest)
     try:
@@ -141,7 +141,7 @@ def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCa
 
 
 def tasks_of(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tuple[Task, ...]:
-    """The tasks that these cases' part of the dataset is made of, and what they need, needs first."""
+    """Tasks of these cases in the dataset and their inputs, inputs first."""
     wanted: set[str] = set()
     layout = layout_of(plan.manifest)
     for case in cases:
@@ -172,7 +172,7 @@ def _endings(found: xr.Dataset, kind: str) -> xr.DataArray:
 
 
 def _as_pending(found: xr.Dataset) -> xr.Dataset:
-    """The dataset with these endings; what is pending has no message."""
+    """The dataset with these outcomes; `pending` has no message."""
     changed = {}
     for kind, (outcome, message) in OUTCOMES.items():
         if outcome.name in found:
@@ -242,7 +242,7 @@ def _short(value: object) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """The verdict on one case, or on what all cases share."""
+    """The verdict on one case, or on shared tasks."""
 
     label: str
     verdict: Verdict
@@ -446,7 +446,7 @@ def place_of(found: xr.Dataset, case_id: str) -> dict[str, int]:
 
 
 def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
-    """Compare the dataset with the results in `store`: first what all cases share, then case by case."""
+    """Compare the dataset with the results in `store`: first shared tasks, then case by case."""
     path = store.folder / file.FILE
     file.write(collect(plan, store), path)  # what is read has the types that a file gives it
     with file.read(path) as opened_again:

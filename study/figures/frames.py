@@ -55,7 +55,7 @@ class Moment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moments:
-    """What a film of one case shows."""
+    """Contents of a film of one case."""
 
     moments: tuple[Moment, ...]
     record: FrictionRecord

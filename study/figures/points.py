@@ -26,7 +26,7 @@ LETTERS: Final = 3
 
 
 def description_of(name: str) -> Described:
-    """What is declared of a variable; of one that is not declared its name alone."""
+    """Declaration of a variable; only its name without one."""
     try:
         return described(name)
     except KeyError:
@@ -34,7 +34,7 @@ def description_of(name: str) -> Described:
 
 
 def symbol(name: str) -> str:
-    """What equations call a variable, else its name in words."""
+    """Symbol of a variable, else its name in words."""
     return description_of(name).symbol or (name if len(name) <= LETTERS else name.replace("_", " "))
 
 
@@ -55,7 +55,7 @@ def short(name: str) -> str:
 
 
 def in_unit(text: str, name: str) -> str:
-    """What a variable is called, with its unit behind it where it has one: `V_o (m/s)`."""
+    """Symbol of a variable with its unit, if any: `V_o (m/s)`."""
     return f"{text} ({unit})" if (unit := unit_of(name)) else text
 
 
@@ -137,7 +137,7 @@ class Points:
 
     @property
     def unsure(self) -> NDArray[np.bool_]:
-        """Where there is a number whose uncertainty should be known, and is not."""
+        """Mask of numbers with a missing uncertainty."""
         return self.there & np.isnan(self.errors) & self.stated
 
     def at(self, chosen: NDArray[Any]) -> "Points":
@@ -255,7 +255,7 @@ def _whole(values: NDArray[Any]) -> NDArray[Any]:
 
 
 class UnknownNameError(NanoslipError, ValueError):
-    """A word that is no variable or no axis of the dataset; the message says which there are."""
+    """A word that is no variable or axis of the dataset; the message lists these."""
 
 
 class AmbiguousNameError(UnknownNameError):

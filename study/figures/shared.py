@@ -1,4 +1,4 @@
-"""What all figures share: a drawing surface, tables of claims or numbers, and the closed form of stick-slip beside a drive."""
+"""Shared by all figures: drawing surface, tables of claims or numbers, and closed-form stick-slip of a drive."""
 
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

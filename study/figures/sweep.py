@@ -287,7 +287,7 @@ def _draw_lines(axes: Any, points: Points, here: Points, roles: Roles) -> None:
 def _draw_series(
     axes: Any, points: Points, series: Points, x: NDArray[Any], style: dict[str, Any], name: str = "", line: bool = True
 ) -> None:
-    """Values with error bars, a question mark where these are not known, hollow where flagged; crosses without a value."""
+    """Values with error bars, a question mark if unknown, hollow if flagged; crosses without a value."""
     color = style["color"]
     order = np.argsort(x, kind="stable")
     x, series = x[order], series.at(order)
@@ -348,7 +348,7 @@ def _lines(text: str) -> str:
 
 
 def _finish(figure: Figure, points: Points, title: str = "") -> None:
-    """Scale and label of what runs upwards, and the legend with its title."""
+    """Scale and label of the y axis, and the legend with its title."""
     for axes in figure.axes:
         if points.text:
             names = names_of(points)
@@ -553,7 +553,7 @@ def _against(roles: Roles) -> str:
 
 
 def _seen(points: Points, roles: Roles) -> str:
-    """What the signs mean that are drawn of these points."""
+    """Meaning of the signs drawn for these points."""
     if roles.mapped and is_crowded(points, roles):
         care = int((points.flagged & points.there).sum())
         where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
@@ -572,7 +572,7 @@ def _without(points: Points, sign: str = "Red crosses") -> str:
 
 
 def _marks(points: Points) -> str:
-    """What bars, question marks and hollow points mean, where there are any."""
+    """Meaning of bars, question marks and hollow points, if any."""
     bars = " Bars: its uncertainty, where larger than the point." if np.isfinite(points.errors).any() else ""
     if far_below(points, points).any():
         bars += f" Arrows: down to less than {SHORTEST:.0%} of the number."

@@ -35,7 +35,7 @@ MOST_TOGETHER: Final = len(COLORS)
 
 @dataclass(frozen=True, slots=True)
 class Need:
-    """What a case needs for its run to be drawn: at least so much of one of its numbers."""
+    """Condition to draw a run of a case: a lower bound of one of its numbers."""
 
     variable: str
     least: float

@@ -34,7 +34,7 @@ Heard = Callable[[int], None]
 
 
 class Labels(NamedTuple):
-    """What the points of a campaign are values of."""
+    """Parameters that label the points of a campaign."""
 
     names: tuple[str, ...]
     """Of the axes."""
@@ -188,7 +188,7 @@ def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = F
 
 
 def _advice(key: str, places: Mapping[str, str], contact: bool) -> str:
-    """What is wrong with a key; empty where nothing is."""
+    """Advice on a wrong key; empty for a right one."""
     if key not in places:
         return "a key of campaign files, not of one case" if key in KEYS_OF_FILES else unknown(key, places)
     return "needs a drive, which initial contact alone has not" if contact and places[key] == _DRIVES else ""

@@ -60,7 +60,7 @@ def key_shown(key: str) -> str:
 
 
 def printable(text: str) -> str:
-    """A text on one line, with escapes for what a terminal obeys: control characters, changes of the direction of writing."""
+    """A text on one line, with control characters and changes of writing direction escaped."""
     return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
 
 
@@ -80,7 +80,7 @@ def need(make: Callable[..., object], *arguments: object) -> str:
 
 
 def unknown(word: str, allowed: Collection[str]) -> str:
-    """Advice on a word that is not allowed here: the table that takes it, what it is a symbol of or like, or all allowed ones."""
+    """Advice on a word that is not allowed here: its table, the key of this symbol, a similar key, or all allowed keys."""
     return meant_by(word, allowed) or "unknown; needs one of " + ", ".join(allowed)
 
 
@@ -255,7 +255,7 @@ class Checker:
         self.problems: list[str] = []
 
     def refuse(self, where: str, wrong: str) -> None:
-        """Add a problem: the key and value that are refused, and what is needed instead."""
+        """Add a problem: key, refused value, and allowed values."""
         self.problems.append(f"{self.path}: {where}: {wrong}")
 
     def words_of_table(self, table: str, content: dict[str, Any], others: Collection[str] = ()) -> Columns:
@@ -437,7 +437,7 @@ class NamedFiles(Checker):
         return found[1] if found else None
 
     def _read(self, read: Callable[[Path, str | None], Content], key: str, name: str) -> Content | None:
-        """What is in the file that a key names, or in its text; None where that is refused."""
+        """Contents of the file of a key, or of its text; None if refused."""
         if self.beside is not None and key not in self.beside:
             self.refuse(key, "the text of its file is missing")
             return None

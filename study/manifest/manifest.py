@@ -144,7 +144,7 @@ def _is_whole(value: Any) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """What the dataset holds besides the scalars of each case."""
+    """Contents of the dataset besides the scalars of each case."""
 
     records: bool = True
     """Friction records, event by event."""

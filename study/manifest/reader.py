@@ -449,7 +449,7 @@ class _Reader(NamedFiles):
         return self.plain(listed, scales)
 
     def _accuracy(self, top: dict[str, Any], given: Columns) -> float | None:
-        """The relative error asked for. The parameters of a discretization are refused beside it, as it decides them."""
+        """The requested relative error. Parameters of a discretization are refused with it, as it determines them."""
         accuracy = top.get("accuracy")
         if accuracy is None:
             return None
@@ -486,7 +486,7 @@ def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Co
 
 
 def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[[float], Any] | None:
-    """What makes a value of an axis of a number in [0, 1); None of one that is refused."""
+    """Function from a number in [0, 1) to a value of an axis; None if refused."""
     where, listed = f"axes.{key_shown(word)} = {shown(given)}", isinstance(given, list) and given
     values: list[Any] = []
     if word not in axes():
@@ -510,7 +510,7 @@ def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[
 
 
 def _wrong_range(name: str, low: Any, high: Any, scale: Any) -> str:
-    """What a parameter's range needs instead; empty where it is right."""
+    """Problem of a parameter's range; empty if right."""
     if isinstance(Case.of({}).flat[name], bool | int | str):
         return "takes no range: needs a list of values"
     other = {"scheme": "strip"} if name in LIMITED_BY_SCHEME else {}  # each case is tried with its own scheme later

@@ -21,7 +21,7 @@ Detrend = Literal["none", "mean", "line", "parabola"]
 class NamedSurface:
     """How a campaign names a measured profile: `roughness = {file = "afm.csv", x = "nm", z = "nm", detrend = "line"}`.
 
-    x, z: units of the two columns. detrend: what is taken off the heights, a polynomial fitted by least squares.
+    x, z: units of the two columns. detrend: polynomial removed from the heights, fitted by least squares.
     """
 
     file: str = parameter("", meaning="the path of a text file with two columns", unit="")

@@ -40,7 +40,7 @@ def plain(value: Any, stated: Parameter, scales: Scales | None = None) -> Any:
 
 
 def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequence[Any]]) -> str:
-    """What lengths and loads of cases with these parameters are in SI, and how far apart nodes are, in one line."""
+    """Lengths, loads and node spacing in SI of cases with these parameters, in one line."""
     stated = parameters_of_a_case()
     given = {**{name: (value,) for name, value in {**Case.of({}).flat, **fixed}.items()}, **axes}
     idle = {size for shape, size in PIN_SIZES.items() if shape not in given["pin"]}
