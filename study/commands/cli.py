@@ -504,6 +504,7 @@ def sensitivity() -> None:
 @click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
 @click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
 @defaulted("-o", "--picture", type=NEW_FILE, default=Path("fit.png"), help="File of the figure: .png, .pdf or .svg.")
+@JSON
 def fit() -> None:
     """Find parameters that agree with measured numbers.
 

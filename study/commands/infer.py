@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import click
+import numpy as np
 
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.study.commands.datasets import dataset_of
@@ -26,7 +27,8 @@ from nanoslip.study.manifest.manifest import drive_parameters
 from nanoslip.study.manifest.parameters import of_symbol
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
-from nanoslip.study.results.store import Lease, write_files
+from nanoslip.study.report.summary import failure_summary, flag_summary
+from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError
 from nanoslip.study.run.farm import Farm, FarmError
 from nanoslip.study.run.launch import computing as program_of
@@ -41,6 +43,7 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     form = format_of(picture) if picture else ""
     with refusals(ValueError), dataset_of(dataset, out) as opened:
         found = sensitivity(opened, of)
+        why = _holes(opened) if found.holes else []
     if as_json:
         parts = {"first": found.first, "total": found.total}
         rows = {
@@ -58,10 +61,15 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
         ]
         header = ("parameter", "alone", "95 %", "in all", "95 %", "")
         print_table(Table(header, tuple((*row, "") for row in rows_of_text)))
-    say(caution(found))
+    print_sentences([caution(found), *why])
     if picture and not found.unknown:
         write_files({picture: image(bars(found), form)})
         say(whole(f"written: {picture}"))
+
+
+def _holes(dataset: Any) -> list[str]:
+    """Why cases have no number, or a flag."""
+    return [*failure_summary(dataset), *flag_summary(dataset)]
 
 
 def _shares(values: Any) -> tuple[str, str]:
@@ -84,6 +92,7 @@ def fit_campaign(
     jobs: int | None,
     out: Path | None,
     picture: Path,
+    as_json: bool,
 ) -> None:
     """Compute points until it is known which parameters agree with the numbers, print these, and draw them. Ends the process."""
     form, into = format_of(picture), folder(campaign, out)
@@ -104,9 +113,16 @@ def fit_campaign(
         except click.ClickException as error:
             show(error)
             farm.leave(INTERRUPTED if isinstance(error.__cause__, UnfinishedError) else error.exit_code)
-        _print(found)
+        missing = not np.isfinite(found.computed.values).all()
+        why = _holes(question.dataset(found.computed.x, Store(into))) if missing else []
+        notes = [*sentences(found), *why]
+        if as_json:
+            print_json(_as_json(found) | {"notes": notes})
+        else:
+            _print(found)
+            print_sentences(notes)
         write_files({picture: image(contours(found), form)})
-        say(whole(f"written: {picture}"))
+        say(whole(f"written: {picture}"), stderr=as_json)
         farm.leave(0)
 
 
@@ -138,14 +154,17 @@ OF_TRACES: Final = {"static_friction": "mu_s", "kinetic_friction": "mu_k"}
 
 def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
     """Friction coefficients in the output of `nanoslip trace --json`, except those given directly. Raises Refusal."""
-    needs = "needs a file that nanoslip trace FILE --load FORCE --json has written"
+    needs = "needs what nanoslip trace FILE --load FORCE --json writes"
     try:
         found = json.loads(read_text(file)[1])
         numbers = {name: found[name] for name in OF_TRACES if name in found}
         targets = [
-            Target(name, float(each["value"]), float(each["uncertainty"] or 0.0)) for name, each in numbers.items()
+            Target(name, float(each["value"]), float(each["uncertainty"] or 0.0), one_start=True)
+            for name, each in numbers.items()
         ]
         coefficients = all(each["unit"] == "1" for each in numbers.values())
+    except json.JSONDecodeError:
+        raise Refusal(f"{file}: {needs.replace('FILE', str(file))}, and is no JSON") from None
     except (KeyError, TypeError, ValueError) as error:
         raise Refusal(f"{file}: {needs} ({type(error).__name__}: {error})") from None
     if not (targets and coefficients):
@@ -201,7 +220,24 @@ def _print(found: Fit) -> None:
         "looked at",
     )
     print_table(Table(header, tuple(rows), asked=3))
-    print_sentences(sentences(found))
+
+
+def _as_json(found: Fit) -> dict[str, Any]:
+    means = found.predict(found.best[None])[0][0].tolist()
+    parameters = {
+        each.name: {
+            "best": each.at(found.best)[axis],
+            **{f"{100 * level:.0f}": found.interval(axis, level) for level in LEVELS},
+            "range": (each.low, each.high),
+        }
+        for axis, each in enumerate(found.ranges)
+    }
+    numbers = {
+        target.name: {"value": target.value, "uncertainty": target.error, "best": mean}
+        for target, mean in zip(found.targets, means, strict=True)
+    }
+    points = {"points": len(found.computed.x)}
+    return {"reached": found.reached, "parameters": parameters, "numbers": numbers, **points}
 
 
 def _interval(ends: tuple[float, float] | None) -> str:

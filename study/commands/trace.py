@@ -154,12 +154,14 @@ def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
             SYMBOLS.get(name, ""),
             with_error(number.value, number.uncertainty) if number.of > 1 else f"{number.value:.4g}",
             "" if number.unit == "1" else in_words(number.unit),
-            str(number.of) if number.of else "given",
+            counted(number.of, "value") if number.of else "given",
             *([] if computed is None else [_beside(computed, name)]),
         )
         for name, number in found.numbers.items()
     )
-    return Table(("number", "symbol", "value ±", "unit", "of", *([] if computed is None else ["computed ±"])), rows)
+    return Table(
+        ("number", "symbol", "value ±", "unit", "mean of", *([] if computed is None else ["computed ±"])), rows
+    )
 
 
 def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr.Dataset | None = None) -> bytes:

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import xarray as xr
 
 from nanoslip.solver.case import Case, parameters_of_a_case
+from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.exit_codes import INTERRUPTED, WRONG_INPUT
@@ -59,6 +61,10 @@ class Question:
     def plan(self, x: Floats) -> Plan:
         """The cases at points (n, d) in the unit cube. Raises ManifestError."""
         return self._plan(np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]))
+
+    def dataset(self, x: Floats, store: Store) -> xr.Dataset:
+        """What is in the results at points (n, d) in the unit cube."""
+        return collect(self.plan(x), store)
 
     def simulator(self, compute: Compute) -> Callable[[Floats], Computed]:
         """What computes the numbers at points in the unit cube. Flagged numbers count as missing."""
@@ -111,7 +117,7 @@ class Question:
             parse_manifest(self.manifest.path, document, {**self.manifest.files, "table": text.getvalue()})
         )
 
-    def _numbers(self, plan: Plan, store: Store) -> tuple[Floats, Floats]:
+    def _numbers(self, plan: Plan, store: Store) -> tuple[Floats, ...]:
         dataset = collect(plan, store)
         found = [points_named(dataset, target.name) for target in self.targets]
         if len({points.name for points in found}) < len(found):
@@ -124,12 +130,18 @@ class Question:
                 raise ManifestError(
                     [f"{target.name}: needs one drive: give {DRIVE}=NAME ({names}), and a value on each drive axis"]
                 )
-        values = np.column_stack([_unflagged(points) for points in found])
-        return values, np.column_stack([points.errors for points in found])
+        columns = [(_unflagged(points), points.errors, _of_one_start(points)) for points in found]
+        return tuple(np.column_stack(each) for each in zip(*columns, strict=True))
 
 
 def _unflagged(points: Points) -> Floats:
     return np.where(points.flagged, np.nan, points.values.astype(float))
+
+
+def _of_one_start(points: Points) -> Floats:
+    """The standard deviation of a member, from the ± of the mean over all; NaN where there is one alone."""
+    members = np.where(points.members > 1, points.members, np.nan)
+    return np.asarray(points.errors * np.sqrt(members) / student(members))
 
 
 def question_of(
@@ -140,7 +152,7 @@ def question_of(
     vary: parameter -> the ends of its range, None for those of the campaign; without any all axes of several numbers.
     fixed: parameter, or setting of a drive -> its value, instead of the campaign's; `drive` -> the name of one drive.
     """
-    for name, value, error in targets:
+    for name, value, error, _ in targets:
         if not (abs(value) <= LARGEST and 1.0 / LARGEST <= error <= LARGEST):
             needs = f"needs a ± above 0, and finite numbers up to {LARGEST:g}"
             raise ManifestError([f"{name} = {value:g} ± {error:g}: {needs}"])

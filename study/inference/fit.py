@@ -22,11 +22,15 @@ from nanoslip.study.inference.surrogate import Floats, Surrogate, TooFewError, r
 
 
 class Target(NamedTuple):
-    """A measured number with its ± (one standard deviation), by the name that it has in a dataset."""
+    """A measured number with its ± (one standard deviation), by the name that it has in a dataset.
+
+    one_start: whether it is of one place on the surface, as a trace, so that what starts scatter is not in its ±.
+    """
 
     name: str
     value: float
     error: float
+    one_start: bool = False
 
 
 class Range(NamedTuple):
@@ -51,11 +55,15 @@ class Range(NamedTuple):
 
 
 class Computed(NamedTuple):
-    """Numbers (n, targets) at points (n, parameters) in the unit cube, and their ±; NaN where there is none."""
+    """Numbers (n, targets) at points (n, parameters) in the unit cube, their ±, and the standard deviation of one start.
+
+    NaN where there is none.
+    """
 
     x: Floats
     values: Floats
     errors: Floats
+    starts: Floats
 
     def with_these(self, other: "Computed") -> "Computed":
         """All points of both."""
@@ -111,12 +119,26 @@ class Fit:
     def misfit(self, x: Floats) -> Floats:
         """Sum of the squared misfits at points (m, d); infinite where a number is missing."""
         means, errors = self.predict(x)
-        squares = errors**2 + [
-            target.error**2 + surrogate.scatter**2
-            for target, surrogate in zip(self.targets, self.surrogates, strict=True)
-        ]
-        found = np.sum((means - [target.value for target in self.targets]) ** 2 / squares, axis=1)
+        squares = (means - [target.value for target in self.targets]) ** 2
+        found = np.sum(squares / (errors**2 + self.noise**2), axis=1)
         return np.where(np.isfinite(found), found, np.inf)
+
+    @cached_property
+    def noise(self) -> Floats:
+        """Standard deviation (targets,) of a measured number beside the surrogate's error: its ±, scatter, and that of one start.
+
+        That of starts is the same share of the number at all points, as friction is proportional to μ_i.
+        """
+        there = np.isfinite(self.computed.values + self.computed.starts)
+        values, starts = (np.where(there, each, 0.0) for each in (self.computed.values, self.computed.starts))
+        shares = np.linalg.norm(starts, axis=0) / np.maximum(np.linalg.norm(values, axis=0), 1e-300)
+        known = zip(self.targets, self.surrogates, shares.tolist(), strict=True)
+        return np.array(
+            [
+                math.hypot(target.error, surrogate.scatter, target.one_start * share * target.value)
+                for target, surrogate, share in known
+            ]
+        )
 
     def limit(self, level: float) -> float:
         """The misfit up to which points agree at this level."""
@@ -202,10 +224,7 @@ class Fit:
         inside = cloud[misfit <= self._open(misfit)]
         if not len(inside):  # no point has the numbers: look everywhere
             inside = cloud
-        errors = self.predict(inside)[1] / [
-            np.hypot(target.error, surrogate.scatter)
-            for target, surrogate in zip(self.targets, self.surrogates, strict=True)
-        ]
+        errors = self.predict(inside)[1] / self.noise
         if np.percentile(errors.max(axis=1), 95) <= PRECISE:
             return np.empty((0, len(self.ranges)))
         apart = np.asarray(scipy.spatial.KDTree(self.computed.x).query(inside)[0])

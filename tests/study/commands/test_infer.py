@@ -79,9 +79,27 @@ def test_a_fit_finds_what_was_put_in_and_computes_nothing_twice(main: Main, cont
     code, again, errors = main(*words)
     assert (code, again) == (0, out)
     assert "tasks of new points" not in errors
+    code, text, errors = main(*words, "--json")
+    assert (code, "written: agree.png" in errors) == (0, True)
+    scripts = json.loads(text)
+    assert scripts["parameters"]["radius"]["95"] == pytest.approx([low, high], rel=1e-3)
+    assert scripts["numbers"][SIZE]["best"] == pytest.approx(size, abs=0.002)
+    assert (scripts["reached"], scripts["points"]) == (True, 16)
     nanoslip.run(contacts, "results/contacts")  # whose own cases are taken as they are
     more = nanoslip.fit(contacts, {SIZE: (size, 0.002)}, ["radius"], {"normal_load": 1.5e-3}, "results/contacts")
     assert more.ranges[0].at(more.computed.x[:3, 0]) == pytest.approx([20.0, 30.0, 45.0])
+
+
+def test_why_cases_have_no_number_is_said(main: Main, contacts: Path):
+    """The contact of a small radius has few nodes, so its number is flagged: both commands say so, and how many."""
+    contacts.write_text(CONTACTS.replace("radius = [20.0,", "radius = [0.2, 20.0,"))
+    nanoslip.run(contacts, "results/contacts")
+    text = " ".join(main("sensitivity", contacts, "--of", SIZE)[1].split())
+    assert "From 9 of 12 cases" in text
+    assert "few_nodes: 3 of 12 cases, first" in text
+    text = main("fit", contacts, f"{SIZE}=0.1±0.01", "normal_load=1e-3", "--vary", "radius=0.2:45")[1]
+    count = re.findall(r"with a validity flag: (\d+) of them", text)[0]
+    assert f"few_nodes: {count} of 20 cases" in " ".join(text.split())
 
 
 def test_a_page_of_three_axes_shows_what_matters(contacts: Path):
@@ -150,7 +168,13 @@ def test_a_fit_takes_the_friction_of_a_trace(main: Main, tmp_path: Path, monkeyp
     Path("other.json").write_text("[]")
     code, _, errors = main("fit", "mine.toml", "--trace", "other.json")
     assert code == 2
-    assert "needs a file that nanoslip trace FILE --load FORCE --json has written" in " ".join(errors.split())
+    assert "needs what nanoslip trace FILE --load FORCE --json writes" in " ".join(errors.split())
+    code, _, errors = main("fit", "mine.toml", "--trace", "lab.csv")
+    assert code == 2
+    assert "lab.csv: needs what nanoslip trace lab.csv --load FORCE --json writes, and is no JSON" in " ".join(
+        errors.split()
+    )
+    assert all(target.one_start for target in (static, kinetic))
 
 
 @pytest.mark.slow
