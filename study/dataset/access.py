@@ -353,11 +353,9 @@ def _dropping(run: xr.Dataset) -> xr.Dataset:
 
 def _with(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:
     """A run with its case's parameters as coordinates, its scalars as variables."""
-    scalars = {
-        name: each.variable for name, each in case.data_vars.items() if name not in run and name not in run_names()
-    }
-    labels = {name: each.variable for name, each in case.coords.items() if name not in run}
-    found = run.assign(scalars).assign_coords(labels)
+    apart = run.variables.keys() | run_names()
+    own = {name: each for name, each in case.variables.items() if name not in apart}
+    found = run.assign(own).set_coords([name for name in own if name in case.coords])
     found.encoding = {}
     return found
 

@@ -123,6 +123,7 @@ def all_groups() -> dict[str, Group]:
 _ORDER: Final = ("ensemble", "drive_ensemble", "record", "event_sizes", "trajectory", "contact", "interior")
 
 
+@cache
 def run_names() -> set[str]:
     """The variables over the cases that name their runs."""
     return {group.id.name for group in all_groups().values()}

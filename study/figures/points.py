@@ -168,7 +168,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
     having, used = members_of(dataset, name) or (-1, -1)
     flags = dataset.get(VALIDITY.name, 0)
     numbers = {"_value": value, "_error": error, "_having": having, "_used": used, "_flags": flags}
-    found = places(dataset.assign(numbers), widest, {})
+    found = places(dataset[[widest]].assign(numbers), widest, {})
     values, errors, flagged = found.values("_value"), found.values("_error").astype(float), found.values("_flags") != 0
     members, most = (np.nan_to_num(found.values(each)).astype(np.int64) for each in ("_having", "_used"))
     axes, lacking = varying(found), (members > 0) & (members < most)
