@@ -115,7 +115,8 @@ def first_failure(tree: Path, tests: list[str], seconds: float) -> str:
 
 def judged(mutant: Mutant, tree: Path, tests: list[list[str]], seconds: float) -> str:
     """Which test kills a mutant, or that it survived."""
-    path, source = tree / mutant.file, (ROOT / mutant.file).read_text()
+    path = tree / mutant.file
+    source = path.read_text()
     try:
         path.write_text(mutant.changed(source))
         killer = next(filter(None, (first_failure(tree, files, seconds) for files in tests if files)), "")
