@@ -1,6 +1,7 @@
 """The laws every contact state obeys, checked from the compliance alone; and a reciprocal operator to check energies with."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -128,6 +129,33 @@ def coupled_half_plane(slab: Slab) -> SurfaceCompliance:
 def stored_energy(state: ContactState) -> float:
     """½ f·d, in G·L_x²·L_y."""
     return 0.5 * float(state.nodal_force.ravel() @ np.concatenate((state.u, state.w)))
+
+
+class Energy(NamedTuple):
+    """Of a stretch of record, in G·L_x²·L_y."""
+
+    work: float
+    """Done by the pin: between events all nodes stick to it, and forces are straight, so that the mean of both ends is exact."""
+    kept: float
+    """Gained by the slab, less what the load has done."""
+    lost: float
+    largest: float
+    """The pin's work if all of it had one sign, or what is kept if that is more: rounding is a share of it."""
+
+    @property
+    def missing(self) -> float:
+        """Work that is neither kept nor lost, as a share."""
+        return abs(self.work - self.kept - self.lost) / self.largest
+
+
+def energy(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Energy:
+    """The balance of a record that begins and ends with these states."""
+    steps = np.diff(record.displacement, prepend=start.displacement, append=record.final_displacement)
+    before = np.append(record.force_before, record.final_force)
+    after = np.append(record.initial_force, record.force_after)
+    kept = stored_energy(end) - stored_energy(start) - case.normal_load * (end.approach - start.approach)
+    largest = max(float((np.abs(before) + np.abs(after)) @ steps) / 2, abs(kept))
+    return Energy(float((before + after) @ steps) / 2, kept, float(record.dissipated.sum()), largest)
 
 
 def smallest_step(case: Case, stiffness: float) -> float:

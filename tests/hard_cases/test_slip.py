@@ -18,7 +18,7 @@ from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.hard_cases.following import Followed, compliance_of, follow
-from tests.physics import coupled_half_plane, half_plane, smallest_step, stored_energy
+from tests.physics import coupled_half_plane, energy, half_plane, smallest_step
 
 FRICTIONS = (0.0, 1e-8, 0.05, 1.0, 10.0, 1e3, 1e6, math.inf)
 RESIDUALS = (0.0, 0.5, 0.999, 1.0)
@@ -80,33 +80,20 @@ def test_every_friction_and_residual_obeys_the_laws_or_says_why_not(
         assert "intrinsic_friction" in " ".join(seen.messages) or "slip.residual_shear" in " ".join(seen.messages)
 
 
-def _imbalance(
-    operator: Callable[[Slab], SurfaceCompliance], friction: float, residual_shear: float
-) -> tuple[float, float]:
-    """Work of pin and load less what is stored and lost, over the work; least dissipation of an event, over the work."""
-    slab = Slab(N, poisson=0.2)
-    compliance = operator(slab)
-    case = replace(_case(friction, residual_shear, slab, 10**6), max_events=100)
-    start = initial_contact(case, compliance)
-    record, end = slide_to_state(case, compliance, start)
-    edges = np.concatenate(([0.0], record.displacement, [record.final_displacement]))
-    before = np.concatenate((record.force_before, [record.final_force]))
-    after = np.concatenate(([record.initial_force], record.force_after))
-    done = float(((before + after) / 2) @ np.diff(edges)) + case.normal_load * (end.approach - start.approach)
-    kept = stored_energy(end) - stored_energy(start)
-    scale = float((np.abs(before) + np.abs(after)) @ np.diff(edges)) / 2 + abs(kept)
-    return abs(done - kept - float(record.dissipated.sum())) / scale, -float(record.dissipated.min(initial=0.0)) / scale
-
-
 @pytest.mark.parametrize("operator", RECIPROCAL)
 @pytest.mark.parametrize("residual_shear", [0.0, 0.5, 0.999])
 @pytest.mark.parametrize("friction", [0.05, 1.0, 10.0])
 def test_energy_is_balanced_and_never_created(
     friction: float, residual_shear: float, operator: Callable[[Slab], SurfaceCompliance]
 ) -> None:
-    imbalance, created = _imbalance(operator, friction, residual_shear)
-    assert imbalance < 1e-9  # of 1e5 slips of a thousandth each, rounding of every one
-    assert created < 1e-12
+    slab = Slab(N, poisson=0.2)
+    compliance = operator(slab)
+    case = replace(_case(friction, residual_shear, slab, 10**6), max_events=100)
+    start = initial_contact(case, compliance)
+    record, end = slide_to_state(case, compliance, start)
+    found = energy(case, start, record, end)
+    assert found.missing < 1e-9  # of 1e5 slips of a thousandth each, rounding of every one
+    assert record.dissipated.min(initial=0.0) >= -1e-12 * found.largest
 
 
 @pytest.mark.parametrize(
@@ -189,15 +176,11 @@ def test_turning_back_dissipates_and_balances_its_energy(operator: Callable[[Sla
     _, full = slide_to_state(case, compliance)
     start = mirrored(case, full)
     record, end = slide_to_state(case, compliance, start)
-    before = np.concatenate(([record.initial_force], record.force_after[:-1]))
-    steps = np.diff(record.displacement, prepend=start.displacement)
-    work = float(((before + record.force_before) / 2) @ steps) + case.normal_load * (end.approach - start.approach)
-    lost = float(record.dissipated.sum())
-    scale = float(np.abs(before) @ steps)
+    found = energy(case, start, record, end)
     # On the way through zero the pin first gives back what it had stored.
     assert record.initial_force < 0.0 < record.final_force
-    assert abs(work - stored_energy(end) + stored_energy(start) - lost) < 1e-10 * scale
-    assert record.dissipated.min() >= -1e-12 * scale
+    assert found.missing < 1e-10
+    assert record.dissipated.min() >= -1e-12 * found.largest
 
 
 def _waves(height: float) -> Heterogeneity:
@@ -205,21 +188,17 @@ def _waves(height: float) -> Heterogeneity:
     return Heterogeneity(roughness=tuple(zip(np.linspace(-0.6, 0.6, 61).tolist(), heights.tolist(), strict=True)))
 
 
-def _plateaus() -> dict[float, float]:
-    slab = Slab(65)
-    case = Case(slab=slab, max_events=None, max_displacement=6e-3)
-    rules = {floor: SlipRule(event_floor=floor) for floor in FLOORS}
-    return {
-        floor: plateau_of(slide(replace(case, slip_rule=rule), compliance_of(slab))).mean
-        for floor, rule in rules.items()
-        if floor <= 1e-5  # beyond, a step may break the friction law
-    }
-
-
 def test_the_event_floor_does_not_matter_in_its_range() -> None:
     """Up to 1e-7 of a spacing the plateau is the same to rounding, at the default 1e-6 to 1e-6, up to 1e-5 to its own
     uncertainty, a few thousandths."""
-    plateaus = _plateaus()
+    case = Case(slab=Slab(65), max_events=None, max_displacement=6e-3)
+    rules = {
+        floor: SlipRule(event_floor=floor) for floor in FLOORS if floor <= 1e-5
+    }  # beyond, a step may break the law
+    plateaus = {
+        floor: plateau_of(slide(replace(case, slip_rule=rule), compliance_of(case.slab))).mean
+        for floor, rule in rules.items()
+    }
     for floor, plateau in plateaus.items():
         tolerance = 1e-11 if floor <= 1e-7 else 1e-6 if floor <= 1e-6 else 5e-3
         assert plateau == pytest.approx(plateaus[1e-12], rel=tolerance), floor

@@ -159,7 +159,7 @@ def test_a_run_that_goes_on_gives_the_same_dataset(nanoslip, campaign, tmp_path,
 )
 def test_wrong_input_is_said_once_by_all_ranks_together(nanoslip, campaign, n_x, option, said):
     campaign.write_text(SMALL.replace("n_x = 17", f"n_x = {n_x}"))
-    done = nanoslip("run", campaign, option, ranks=4)
+    done = nanoslip("run", campaign, option, ranks=2)
     assert (done.returncode, done.stderr.count(said)) == (2, 1)
     assert "Traceback" not in done.stderr
 

@@ -266,17 +266,6 @@ def test_a_contact_that_is_set_up_again_is_the_same_whatever_was_done_to_the_fir
         assert each.response.tobytes() == first.response.tobytes()
 
 
-def test_contacts_of_other_slabs_sets_and_windows_are_not_taken_for_each_other():
-    nodes, zero = np.abs(np.arange(33) - 16), np.zeros(33)
-    tableaus = {
-        compiled_contact(Case(slab=each.slab), each, contact, zero, zero, followed).state.tableau.tobytes()
-        for each in (surface_compliance(Slab(33, ratio)) for ratio in (0.5, 2.0))
-        for contact in (nodes < 2, nodes < 4)
-        for followed in (nodes < 4, nodes < 6)
-    }
-    assert len(tableaus) == 8
-
-
 def test_a_compliance_that_may_change_is_looked_at_each_time():
     slab, contact, zero = Slab(n_x=9), np.arange(9) == 4, np.zeros(9)
     changing = replace(surface_compliance(slab), matrix=surface_compliance(slab).matrix.copy())
