@@ -8,8 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
-from operator import attrgetter
-from typing import Any, Final, NamedTuple, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -182,12 +181,11 @@ def numbers(
 def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
     found: dict[str, list[float | int]] = {}
     for place, part in enumerate(kind.parts):
-        held, values = _held(part), [member.values[place] if member.values[place:] else None for member in members]
-        rows = [held.values(value) for value in values if value is not None]
-        for key, words, ones in zip(held.keys, held.words, zip(*rows, strict=True), strict=False):
-            if not isinstance(ones[0], np.ndarray | Outcome):
-                own = iter([_coded(one, words) for one in ones] if words else ones)
-                found[key] = [math.nan if value is None else next(own) for value in values]
+        values = [member.values[place] if member.values[place:] else None for member in members]
+        one = next((value for value in values if value is not None), None)
+        for name, key, words in _held(part) if one is not None else ():
+            if not isinstance(getattr(one, name), np.ndarray | Outcome):
+                found[key] = [math.nan if value is None else _coded(getattr(value, name), words) for value in values]
     for number, member in enumerate(members):
         if member.only is not None:
             kept = {key for key, each in declared(kind).items() if each.name in member.only}
@@ -199,11 +197,9 @@ def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | in
 def _arrays(kind: Kind, member: Member) -> dict[str, NDArray[Any]]:
     found: dict[str, NDArray[Any]] = {}
     for part, value in zip(kind.parts, member.values, strict=False):
-        if value is not None:
-            held = _held(part)
-            for key, one in zip(held.keys, held.values(value), strict=True):
-                if isinstance(one, np.ndarray):
-                    found[key] = one
+        for name, key, _ in _held(part) if value is not None else ():
+            if isinstance(one := getattr(value, name), np.ndarray):
+                found[key] = one
     return found
 
 
@@ -228,28 +224,18 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
     return Outcome(ending, "; ".join(messages))
 
 
-class _Held(NamedTuple):
-    """Of each number of a part that results hold: its name in them, and the words that it stands for."""
-
-    keys: tuple[str, ...]
-    words: tuple[tuple[str, ...], ...]
-    values: Callable[[object], tuple[Any, ...]]
-    """All of them, of a value of the part."""
-
-
 @lru_cache(maxsize=64)
-def _held(part: Part) -> _Held:
+def _held(part: Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
+    """Of each number of a part that results hold: its field, its name in them, and the words that it stands for."""
     described = quantities(part.type, part.prefix)
-    named = {f"{part.prefix}{item.name}": item.name for item in fields(part.type)}
-    held = {key: name for key, name in named.items() if part.whole or key in described}
-    words = tuple(described[key].words if key in described else () for key in held)
-    names = tuple(held.values())
-    return _Held(tuple(held), words, attrgetter(*names) if len(names) > 1 else lambda value: (getattr(value, *names),))
+    named = [(item.name, f"{part.prefix}{item.name}") for item in fields(part.type)]
+    held = ((name, key, described.get(key)) for name, key in named if part.whole or key in described)
+    return tuple((name, key, each.words if each else ()) for name, key, each in held)
 
 
-def _coded(value: Any, words: tuple[str, ...]) -> float | int:
-    """Of a text its position, NaN of none."""
-    return float("nan") if value is None else words.index(value)
+def _coded(value: Any, words: tuple[str, ...]) -> Any:
+    """Of a text its position among the words, NaN of none; a number as it is."""
+    return value if not words else math.nan if value is None else words.index(value)
 
 
 def whole_again(kind: type[Value], result: TaskResult, member: int = 0, prefix: str = "") -> Value:
