@@ -65,9 +65,13 @@ def test_no_bit_of_an_entry_changes_without_being_found_and_one_cut_short_anywhe
             unpacked(content[:length])
 
 
-def test_results_that_have_changed_places_are_found(tmp_path):
+def test_results_that_have_changed_places_or_length_are_found(tmp_path):
     one, other = written(tmp_path, RECORD), written(tmp_path, OTHER)
     here, there = one.read_bytes(), other.read_bytes()
+    for content in (here[:-1], here + b"\0"):
+        one.write_bytes(content)
+        with pytest.raises(CorruptResultError, match=f"{one}: not a whole result"):
+            own.read_entry(one)
     one.write_bytes(there)
     other.write_bytes(here)
     for path in (one, other):
