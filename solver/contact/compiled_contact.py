@@ -152,7 +152,7 @@ def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_]) -> NDArray[
 def _pivoted_first(
     matrix: NDArray[np.float64], pivoted: NDArray[np.int64], kept: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """The tableau with its pivoted entries before those that are kept."""
+    """The tableau with its pivoted entries first."""
     first, then = _rows(matrix, pivoted, kept)
     # `take` along one axis after the other: several times as fast as a gather by lists of rows and columns.
     across = first.take(kept, 1)
@@ -170,7 +170,7 @@ def _pivoted_first(
 def _rows(
     matrix: NDArray[np.float64], pivoted: NDArray[np.int64], kept: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The rows of the bordered compliance that are pivoted, and those that are kept."""
+    """Pivoted rows of the bordered compliance, and the other ones."""
     last = len(matrix)
     bordered = np.zeros((last + 1, last + 1))
     bordered[:last, :last] = matrix

@@ -133,7 +133,7 @@ def _wrong(case: Case, contact: Nodes, force: Vector, gap: Vector) -> Nodes:
 
 
 def _sideways(case: Case, convolution: Convolution, force: Vector) -> Vector:
-    """u (n,) under normal forces N (n,), at most what the load can cause: on the way to a contact nodes pull by any amount."""
+    """u (n,) under normal forces N (n,), limited to the effect of the load: during iteration nodes may pull by any amount."""
     if not case.effects.coupling:
         return np.zeros_like(force)
     most = float(np.abs(convolution.across).max()) * case.normal_load
@@ -141,7 +141,7 @@ def _sideways(case: Case, convolution: Convolution, force: Vector) -> Vector:
 
 
 def _spread(case: Case, contact: Nodes, force: Vector) -> Vector:
-    """Forces on the nodes of a new contact to begin with, (n,): those that they had, and the whole load."""
+    """First forces on the nodes of a new contact, (n,): their previous ones, scaled to the whole load."""
     kept = np.where(contact, np.maximum(force, 0.0), 0.0)
     total = float(kept.sum())
     if total > 0.0:

@@ -117,7 +117,7 @@ class ContactSystem:
         return found
 
     def _border(self, changed: Indices, come: Contact, answer: Vector, right: Vector) -> Vector:
-        """Forces on entries that have come, and what takes those of the gone away, by their rows of the border so far."""
+        """Forces on added entries, and corrections for removed ones, by their rows of the border so far."""
         self._extend(changed[self._places[changed] < 0])
         at = self._places[changed]
         corner = -self._products[at[:, None], at]
@@ -146,7 +146,7 @@ class ContactSystem:
         self._rows, self._columns = np.concatenate((self._rows, rows)), np.concatenate((self._columns, columns))
 
     def _block(self, rows: Indices, columns: Indices) -> Dense:
-        """What the displacements [u; w] of these entries owe to forces on those, w less what u does along the pin."""
+        """Displacements [u; w] of these entries by forces on those, with w corrected for u along the pin."""
         found = self._compliance.entries(rows, columns)
         if self.slope is None:
             return found

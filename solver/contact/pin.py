@@ -59,7 +59,7 @@ class Pin:
         return np.asarray(height + np.minimum(ends, between))
 
     def fall_within(self, distance: float) -> float:
-        """A bound from above of what the roughness rises or falls within a distance, anywhere."""
+        """Upper bound of the roughness' rise or fall within a distance, anywhere."""
         if not self.rough:
             return 0.0
         steepest = float(np.abs(np.diff(self.rises) / np.diff(self.knots)).max())
@@ -84,7 +84,7 @@ class Pin:
         return 4.0 * float(np.finfo(float).eps) * largest
 
     def slope(self, xi: Vector) -> Vector:
-        """dheight/dξ under the pin; at a knot, of what lies to its right."""
+        """dheight/dξ under the pin; at a knot that to its right."""
         return np.asarray(self.curvature * xi + self._rise_slope(xi))
 
     def steepest(self, left: Vector, right: Vector) -> float:
@@ -100,7 +100,7 @@ class Pin:
         return max(largest)
 
     def _rise_slope(self, xi: Vector) -> Vector:
-        """What the roughness adds to the slope at ξ; at a knot, of what lies to its right."""
+        """Slope of the roughness at ξ; at a knot that to its right."""
         steps = np.concatenate(([0.0], np.diff(self.rises) / np.diff(self.knots), [0.0]))
         return np.asarray(steps[np.searchsorted(self.knots, xi, side="right")])
 

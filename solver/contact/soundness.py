@@ -83,7 +83,7 @@ OUTCOME_OF_ENDING = {outcome.ending: outcome for outcome in OUTCOME_OF_STOP.valu
 
 
 def advised(case: Case, outcome: Outcome) -> Outcome:
-    """The outcome of a case's run, with what helps this case beside what its message advises to all."""
+    """The outcome of a case's run, with advice for this case added to the general advice."""
     if outcome.message == OUTCOME_OF_STOP[Stop.CASCADE_LIMIT].message:
         return replace(outcome, message=_of_cascades(case, outcome.message))
     with_others = outcome in (OUTCOME_OF_STOP[Stop.CONTACT_CYCLE], OUTCOME_OF_STOP[Stop.INACCURATE])
@@ -118,8 +118,8 @@ def advised_of_pillars(case: Case, outcome: Outcome) -> Outcome:
 
 
 def _of_cascades(case: Case, message: str) -> str:
-    """What helps against slips without end. Without friction they go on until no shear is left, which a higher limit only
-    shows to take for ever on a slab that is nearly incompressible."""
+    """Advice against endless slips. Without friction they continue until no shear is left, which takes forever on a nearly
+    incompressible slab at any limit."""
     rule, others = case.slip_rule, []
     if 0.0 < rule.residual_shear < 1.0:
         others.append("lower slip.residual_shear")

@@ -158,7 +158,7 @@ def latest_truncation(count: int) -> int:
 
 
 def truncation(bins: NDArray[np.float64]) -> int:
-    """First bin of the steady part: the one that minimises the marginal standard error of what follows it."""
+    """First bin of the steady part: it minimises the marginal standard error of the following ones."""
     centred = (bins - bins[-1])[::-1]
     kept = np.arange(1, len(bins) + 1)
     squares = (centred**2).cumsum() - centred.cumsum() ** 2 / kept

@@ -58,7 +58,7 @@ def resolved(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
 
 
 def nothing(samples: int) -> Run:
-    """What a drive that is refused delivers: NaN at all times."""
+    """Run of a refused drive: NaN at all times."""
     nan = math.nan
     return Run(0.0, 0, np.full((samples + 1, 3), nan), np.full(BINS + 1, nan), np.empty((0, 5)), 0, nan, nan, nan, nan)
 

@@ -90,7 +90,7 @@ class StickSlipCount:
 
 
 def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
-    """Count the re-sticks of a drive, the time it was stuck, name its regime, and measure what repeats itself."""
+    """Re-sticks of a drive, time stuck, regime, and amplitude and period of repeated slips."""
     slips, resticks = len(result.slip_time), int(np.count_nonzero(~np.isnan(result.restick_time)))
     nan = float("nan")
     if not result.outcome.ok:
@@ -110,7 +110,7 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
 
 
 def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_]) -> str:
-    """Why the second half of the time does not show what repeats, with advice; empty where it does. late: (s,) slips in it."""
+    """Why the second half of the time shows no period, with advice; empty if it does. late: (s,) slips in it."""
     if late[:1].any():
         what = "the first slip"
     elif _ramp_left(result, drive, slips=len(late)) > RISING * result.spring_force_range:

@@ -1,4 +1,4 @@
-"""What a drive did: the trajectory at evenly spaced times, and the slips that the integrator itself found."""
+"""Result of a drive: trajectory at evenly spaced times, and slips found by the integrator."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -131,7 +131,7 @@ class DynamicsResult(OneLine):
 
 
 def ended_by(result: DynamicsResult, drive: Drive) -> str:
-    """What of a drive ended its motion: `max_slips`, `duration`, or `step_limit` where it has none and twice as long is more."""
+    """Parameter that ended a drive: `max_slips`, `duration`, or `step_limit` (no duration, and twice the time exceeds it)."""
     ended = int(np.count_nonzero(np.isfinite(result.restick_time)))
     if drive.max_slips is not None and ended >= drive.max_slips:
         return "max_slips"

@@ -36,7 +36,7 @@ class Compliance(OneLine, ABC):
     @property
     @abstractmethod
     def lasting(self) -> bool:
-        """Whether what is computed of it may be kept with it: nobody can change it."""
+        """Whether derived results may be cached with it: it is immutable."""
 
     @abstractmethod
     def under_itself(self) -> Vector:

@@ -95,7 +95,7 @@ Indices = NDArray[np.int64]
 
 
 class Eliminated(NamedTuple):
-    """What is left of a front when its first fields are eliminated."""
+    """Remainder of a front after elimination of its first fields."""
 
     stiffness: Dense
     """Of the other fields."""
@@ -173,7 +173,7 @@ ROWS_AT_ONCE = 64
 
 
 class _Piece(NamedTuple):
-    """What the rest of the slab sees of a piece that is eliminated."""
+    """Boundary of an eliminated piece, as seen by the rest of the slab."""
 
     border: Indices
     """Fields outside that it acts on."""
@@ -348,7 +348,7 @@ def _any(matrix: Sparse, rows: Indices, marked: NDArray[np.bool_]) -> NDArray[np
 
 
 def _dissection_mirror(square: Dense) -> None:
-    """Fill what lies below the diagonal with what lies above it, in place."""
+    """Copy the upper triangle into the lower one, in place."""
     for first in range(0, len(square), ROWS_AT_ONCE):
         some, rest = slice(first, first + ROWS_AT_ONCE), slice(first + ROWS_AT_ONCE, None)
         block = np.triu(square[some, some])
@@ -419,7 +419,7 @@ def _inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: bool) -
 
 
 def _add(total: Dense, compliance: Dense, place: NDArray[np.int64], weight: Dense) -> None:
-    """Add what a family contributes, a few rows at a time: weight and place among its fields of every displacement."""
+    """Add the contribution of a family, a few rows at a time: weight and place among its fields of every displacement."""
     for first in range(0, len(total), ROWS_AT_ONCE):
         some = slice(first, first + ROWS_AT_ONCE)
         rows = compliance.take(place[some], 0).take(place, 1)

@@ -425,7 +425,7 @@ def next_event(state: KernelState, constants: KernelConstants, pin_rate: float) 
 
 @compiled(inline="always")
 def _horizon(pin: KernelPin, state: KernelState, opposite: float) -> float:
-    """A step beyond which no touch is looked for: that of the next slip or release, as going along a rough pin takes time."""
+    """Step beyond which touches are not searched: that of the next slip or release, as a search along a rough pin takes time."""
     nearest = np.inf
     if len(pin.knots) == 1:
         return nearest

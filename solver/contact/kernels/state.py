@@ -25,7 +25,7 @@ from nanoslip.solver.compiled import compiled
 
 
 class EventKind(IntEnum):
-    """What happens to a node; the first three can trigger an event."""
+    """Change of a node; the first three can trigger an event."""
 
     SLIP = 0
     RELEASE = 1
@@ -35,7 +35,7 @@ class EventKind(IntEnum):
 
 
 class Stop(IntEnum):
-    """Why a kernel returns. What it means to a user: `nanoslip.solver.contact.soundness`."""
+    """Why a kernel returns. Outcomes for users: `nanoslip.solver.contact.soundness`."""
 
     DONE = 0
     """All that was asked for."""
@@ -177,7 +177,7 @@ def new_scalars(displacement: float) -> Scalars:
 
 @compiled(inline="always")
 def start_event(scalars: Scalars, node_slips: NDArray[np.int64]) -> None:
-    """Set what is counted per event to 0."""
+    """Set the counters of an event to 0."""
     node_slips[:] = 0
     scalars.slips = 0
     scalars.releases = 0
@@ -197,7 +197,7 @@ def add(total: Floats, factor: float, row: Floats) -> None:
 
 @compiled()
 def move_along(total: Floats, step: float, rate: Floats) -> None:
-    """total += step·rate, in place, the product rounded: what is linear in the step, on its way to the next event."""
+    """total += step·rate, in place, the product rounded, for quantities linear in the step."""
     for k in range(len(total)):
         total[k] += step * rate[k]
 
@@ -253,7 +253,7 @@ def rise_slope(pin: KernelPin, k: int) -> float:
 
 @compiled()
 def pin_slope(pin: KernelPin, xi: float) -> float:
-    """Slope of a pin without edges at ξ; at a knot, of what lies to its right."""
+    """Slope of a pin without edges at ξ; at a knot that to its right."""
     return float(pin.curvature * xi + rise_slope(pin, int(np.searchsorted(pin.knots, xi, side="right"))))
 
 
@@ -382,8 +382,8 @@ def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
 
 @compiled(fastmath={"contract", "reassoc"})
 def _displaced(compliances: Floats, forces: Floats) -> tuple[float, float]:
-    """What forces displace one entry, and the same with all signs alike. In any order: one by one the sums take several times
-    as long as a pivot."""
+    """Displacement of one entry by forces, and the sum of magnitudes, summed in any order, as ordered sums take several times as
+    long as a pivot."""
     total, moved = 0.0, 0.0
     for k in range(len(forces)):
         by = compliances[k] * forces[k]

@@ -74,7 +74,7 @@ class Slip(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What every method delivers."""
+    """Result of every method."""
 
     reached: float
     """Time up to which it came."""
@@ -94,7 +94,7 @@ class Run(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What a run fills while it goes on: see `Run`."""
+    """Arrays filled during a run: see `Run`."""
 
     samples: Floats
     impulse: Floats
@@ -105,7 +105,7 @@ class Record(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """What a run adds up while it goes on; sums up to the last edge or other end of a segment."""
+    """Sums during a run, up to the last edge or other end of a segment."""
 
     steps: int
     resisted: float
@@ -400,7 +400,7 @@ def state_at(segment: Segment, tau: float) -> tuple[float, float, float]:
 
 
 class Passing(IntEnum):
-    """What of a segment passes a level. Of plain whole numbers numba would compile each by itself."""
+    """Quantity of a segment that passes a level; an enumeration, as numba would compile plain integers one by one."""
 
     POSITION = 0
     VELOCITY = 1

@@ -132,7 +132,7 @@ def highest_driving_force(segment: Segment, motion: Motion, end: float, new: Pin
 
 @compiled(error_model="numpy", inline="always")
 def limited_friction(x: float, relaxed: float, surface_stiffness: float, limit: float) -> float:
-    """Eq. 13, for a relaxation point that is known."""
+    """Eq. 13, for a given relaxation point."""
     return max(-limit, min(surface_stiffness * (x - relaxed), limit))
 
 
@@ -187,7 +187,7 @@ def empty_record(motion: Motion, sample_count: int, bin_count: int) -> Record:
 
 @compiled(error_model="numpy")
 def note_spring_force(record: Record, motion: Motion, time: float, position: float) -> None:
-    """Widen the range of the spring force to what it is at an instant."""
+    """Extend the range of the spring force by its present value."""
     force = motion.spring * (motion.stage * time - position)
     record.spring_range[0] = min(record.spring_range[0], force)
     record.spring_range[1] = max(record.spring_range[1], force)
@@ -237,7 +237,7 @@ def next_due(record: Record, row: int, edge: int) -> float:
 def write_samples(
     record: Record, row: int, edge: int, segment: Segment, resisted: float, until: float
 ) -> tuple[int, int]:
-    """Write what falls into the segment; the first row and entry left. resisted: ∫F dt up to the segment's start."""
+    """Write samples within the segment; returns the next row and entry. resisted: ∫F dt up to the segment's start."""
     samples, impulse, duration = record.samples, record.impulse, record.duration
     pin, last, bins = segment.pin, samples.shape[0] - 1, impulse.size - 1
     while row <= last and duration * (row / last) <= until:
@@ -258,7 +258,7 @@ def write_samples(
 def pass_segment(
     record: Record, motion: Motion, segment: Segment, tally: Tally, until: float, tau: float, y: float, area: float
 ) -> Tally:
-    """Write and add up what falls into the segment, which ends at the time `until` and lasts τ; y and ∫y then."""
+    """Write samples and sums of the segment, which ends at the time `until` and lasts τ; y and ∫y then."""
     steps, resisted, work, row, edge = tally
     friction_force, slope = segment.pin.friction_force, segment.slope
     row, edge = write_samples(record, row, edge, segment, resisted, until)
@@ -298,7 +298,7 @@ def pass_rest(record: Record, motion: Motion, pin: Pin, tally: Tally, until: flo
 
 @compiled(allocates=True, error_model="numpy")
 def finished_run(record: Record, tally: Tally, slip: Slip, slips: Floats, reached: float) -> Run:
-    """What a run of segments came to."""
+    """Result of a run of segments."""
     return Run(
         reached,
         tally.steps,
@@ -595,7 +595,7 @@ def _cubic(s: float, old: float, new: float, old_rate: float, new_rate: float) -
 def _write_step(
     record: Record, motion: Motion, old: Pin, new: Pin, row: int, edge: int, pushed: float
 ) -> tuple[int, int]:
-    """Write what falls into a step; the first row and entry left. pushed: impulse up to the step's start."""
+    """Write samples within a step; returns the next row and entry. pushed: impulse up to the step's start."""
     samples, impulse, recorded = record.samples, record.impulse, record.duration
     last, bins = samples.shape[0] - 1, impulse.size - 1
     t, dt = old.time, new.time - old.time

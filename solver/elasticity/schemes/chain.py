@@ -96,7 +96,7 @@ class Chain(Scheme):
         return np.block([[lateral_compliance(self, slab), none], [none, upright]])
 
     def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
-        """K of so many neighbouring blocks that move together, far from the ends, in G: theirs and what they drag along."""
+        """K of so many neighbouring blocks moving together, far from the ends, in G, with the blocks that they drag along."""
         leaf, coupling = spring_stiffness(self, slab)
         return leaf * nodes + float(np.sqrt(leaf**2 + 4.0 * leaf * coupling)) - leaf
 

@@ -62,7 +62,7 @@ class Strip(EndlessScheme):
 
 
 class _Rests(NamedTuple):
-    """k times what the transforms have beside the half-plane's and its image; each (waves,)."""
+    """k times the remainder of the transforms without the half-plane and its image; each (waves,)."""
 
     along_x: Vector
     along_z: Vector
