@@ -496,15 +496,16 @@ def test_friction_too_large_for_any_motion_is_an_outcome():
 
 @pytest.mark.parametrize("operator", [half_plane, coupled_half_plane])
 def test_the_work_of_pin_and_load_is_stored_or_dissipated_in_classical_sliding(operator):
+    """To what the pin's curvature bends of forces between events: 5e-10 of the work seen."""
     case = replace(CLASSICAL, slab=replace(SLAB, poisson=0.2), max_displacement=1e-3)
     compliance = operator(case.slab)
-    start = initial_contact(case, compliance)
-    record, end = slide_to_state(case, compliance, start)
+    start, events = initial_contact(case, compliance), len(slide(case, compliance).node)
+    # Up to the last event: what is lost on the way to a next one is not in the record.
+    record, end = slide_to_state(replace(case, max_events=events, max_displacement=None), compliance, start)
     found = energy(case, start, record, end)
-    # Forces are straight between events up to the pin's curvature; what slid after the last event is not in the record.
-    last = record.force_before[-1] * (record.final_displacement - record.displacement[-1])
-    assert found.lost <= (found.work - found.kept) * (1 + 1e-3)
-    assert found.work - found.kept <= found.lost + last + 1e-3 * found.work
+    assert events > 5
+    assert found.missing < 1e-8
+    assert found.lost > 0.1 * found.work
     assert record.dissipated.min() >= -1e-9 * found.work
 
 
