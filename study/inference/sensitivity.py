@@ -30,10 +30,10 @@ class Axis:
     name: str
     levels: tuple[Any, ...]
     """Its values, each as likely; none where it fills a range."""
-    low: float
-    high: float
+    low: float = 0.0
+    high: float = 0.0
     """Ends of the range, of logarithms where they lie more evenly."""
-    logarithmic: bool
+    logarithmic: bool = False
 
     @property
     def worded(self) -> bool:
@@ -57,7 +57,7 @@ class Axis:
 def axis_of(name: str, values: NDArray[Any]) -> Axis:
     """The axis that cases have these values of."""
     if values.dtype.kind in "OUb":
-        return Axis(name, tuple(dict.fromkeys(values.tolist())), 0.0, 0.0, False)
+        return Axis(name, tuple(dict.fromkeys(values.tolist())))
     there = np.unique(values.astype(float))
     logarithmic = bool(there[0] > 0.0) and len(there) > 2 and _uneven(np.log(there)) < _uneven(there)
     ends = np.log(there) if logarithmic else there

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 import nanoslip
 from nanoslip.study.inference.fit import Computed, Range, Target, fit, sentences
+from nanoslip.study.inference.pictures import contours
 from nanoslip.study.inference.surrogate import TooFewError
 
 Floats = NDArray[np.float64]
@@ -106,6 +107,24 @@ def test_what_cannot_be_told_apart_is_named():
     np.testing.assert_allclose(ends[0] * (1.0 + ends[1]) / 2.0, 0.26, rtol=0.05)
     assert ends[0, 1] > 1.7 * ends[0, 0]
     assert any("a larger mu_i with a smaller residual_shear agrees as well" in each for each in sentences(found))
+
+
+def test_a_share_of_a_range_is_the_inverse_of_its_values():
+    for own, middle in zip(RANGES, (0.45, (20.0 * 400.0) ** 0.5), strict=True):
+        shares = np.array([0.0, 0.25, 0.5, 1.0])
+        np.testing.assert_allclose(own.shares(own.at(shares)), shares, atol=1e-12)
+        assert own.at(shares)[[0, 2, 3]] == pytest.approx([own.low, middle, own.high])
+
+
+def test_the_figure_of_one_parameter_shows_the_measured_number_as_a_band():
+    def simulate(x: Floats) -> Computed:
+        values = RANGES[0].at(x[:, :1])
+        return Computed(x, values, *np.zeros((2, *values.shape)))
+
+    found = fit([Target("mu_k", 0.3, 0.02)], RANGES[:1], simulate)
+    (axes,) = contours(found).axes
+    (band,) = [each for each in axes.patches if each.get_label() == "measured"]
+    assert band.get_extents().transformed(axes.transData.inverted()).intervaly == pytest.approx([0.28, 0.32])
 
 
 def test_a_region_without_numbers_does_not_agree():

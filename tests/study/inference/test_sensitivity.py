@@ -10,7 +10,8 @@ from scipy.stats import qmc
 import nanoslip
 from nanoslip.study import shipped
 from nanoslip.study.figures.points import points_named
-from nanoslip.study.inference.sensitivity import Sensitivity, indices
+from nanoslip.study.inference.sensitivity import Sensitivity, axis_of, indices
+from nanoslip.study.inference.surrogate import regress
 
 Floats = NDArray[np.float64]
 WEIGHTS = np.array([0.0, 1.0, 4.5, 9.0])
@@ -146,6 +147,22 @@ def test_holes_of_a_product_are_filled(grid):
     assert found.holes > 10
     assert found.known + found.holes == len(x)
     np.testing.assert_allclose(middles(found), by_sums(x, values), rtol=0.0, atol=0.01)
+
+
+def test_a_filled_range_ends_half_a_step_beyond_its_values():
+    """Each of n values stands for a cell of the range, as in a Latin hypercube; of logarithms where these lie evenly."""
+    middles = (np.arange(64) + 0.5) / 64
+    plain, decades = axis_of("x", 2.0 + 3.0 * middles), axis_of("x", 10.0**middles)
+    assert (plain.low, plain.high) == pytest.approx((2.0, 5.0))
+    assert (decades.low, decades.high) == pytest.approx((0.0, np.log(10.0)), abs=1e-12)
+    assert (plain.levels, plain.logarithmic, decades.logarithmic) == ((), False, True)
+    np.testing.assert_allclose(plain.places(2.0 + 3.0 * middles)[:, 0], middles)
+
+
+def test_scatter_is_in_the_unit_of_the_number():
+    x = qmc.Sobol(2, seed=1).random(128)
+    values = 1e3 * (x[:, 0] + 0.1 * np.random.default_rng(1).standard_normal(128))
+    assert regress(x, values, np.full(128, np.nan)).scatter == pytest.approx(100.0, rel=0.2)  # 6 % of 128 values
 
 
 def test_words_are_parameters_too():
