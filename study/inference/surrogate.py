@@ -81,7 +81,10 @@ class Surrogate:
     factor: Any
     """Cholesky factor of the values' covariance."""
     predictivity: float
-    """Share of the variance, less that of the ±, that is predicted at each value by all the others."""
+    """Share of the variance, less that of the ±, that is predicted at each value by all the others.
+
+    What is missed counts as its standard error at least: less of it is not seen beside a large ±.
+    """
 
     def predict(self, x: Floats) -> tuple[Floats, Floats]:
         """The smooth dependence at points (m, d), and its standard error; scatter is not in it."""
@@ -144,10 +147,11 @@ def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST) -> Surrogate
     distance = scipy.spatial.distance.cdist(x / lengths, x / lengths)
     factor = scipy.linalg.cho_factor(amplitude * kernel.value(distance) + np.diag(noise), lower=True)
     inverse, known = scipy.linalg.cho_solve(factor, np.eye(len(x))), float(variance.mean())
-    missed = float(np.mean(((inverse @ residual) / np.diag(inverse)) ** 2)) - known  # each by all others (Eq. 5.12)
+    squares = ((inverse @ residual) / np.diag(inverse)) ** 2  # of what all others miss of each (Eq. 5.12)
+    missed = max(float(squares.mean()) - known, float(squares.std()) / len(x) ** 0.5)
     return Surrogate(
         *(x, residual, noise, kernel, lengths, amplitude, scale * scatter**0.5, mean, scale, factor),
-        predictivity=1.0 - max(missed, 0.0) / max(1.0 - known, 1e-12),
+        predictivity=1.0 - missed / max(1.0 - known, 1e-12),
     )
 
 

@@ -180,6 +180,8 @@ def test_what_nothing_predicts_is_not_known():
     found = of_points(x, noise)
     assert "a smooth dependence predicts" in found.unknown
     assert np.isnan(middles(found)).all()
+    for error in (1.0, 1e3):  # most of the variance, or more than all of it
+        assert "a smooth dependence predicts 0 %" in of_points(x, x[:, 0] + noise, error).unknown
 
 
 def test_of_values_that_are_alike_nothing_is_known():
