@@ -61,7 +61,7 @@ check: .venv/installed  ## style and types
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m ruff format --check .
 	$(BIN)/python -m mypy
-	MYPYPATH=campaigns/figures:campaigns/maps:campaigns/interface $(BIN)/python -m mypy campaigns/figures/*.py campaigns/maps/*.py campaigns/interface/*.py campaigns/schemes.py
+	MYPYPATH=campaigns/figures:campaigns/maps:campaigns/interface $(BIN)/python -m mypy campaigns/figures/*.py campaigns/maps/*.py campaigns/interface/*.py campaigns/schemes.py campaigns/gallery.py
 
 format: .venv/installed
 	$(BIN)/python -m ruff format .
