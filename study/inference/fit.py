@@ -244,7 +244,7 @@ def sentences(found: Fit) -> Iterator[str]:
     asked = ", ".join(f"{target.name} = {target.value:g} ± {target.error:g}" for target in targets)
     place = ", ".join(f"{own.name} = {own.at(found.best)[axis]:.3g}" for axis, own in enumerate(ranges))
     ratio = ""
-    if len(targets) == 2:
+    if len(targets) == 2 and targets[1].value and means[1]:
         ratio = f"; ratio {means[0] / means[1]:.3g}, measured {targets[0].value / targets[1].value:.3g}"
     if not found.reached:
         yield f"Not reached: {asked}. Nearest: {shown}{ratio}, at {place}."

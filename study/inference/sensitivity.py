@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.study.figures.points import points_named
-from nanoslip.study.inference.surrogate import MOST, Floats, TooFewError, regress
+from nanoslip.study.inference.surrogate import ALIKE, MOST, Floats, TooFewError, regress
 
 # The parameters of cases as numbers in the unit cube, and how likely each value is.
 
@@ -86,8 +86,6 @@ POINTS: Final = 2**10
 ENDS: Final = (2.5, 97.5)
 """Percentiles of an interval."""
 SEED: Final = 1
-ALIKE: Final = 1e-12
-"""Differences over size that are rounding, as of a regression."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -54,6 +54,8 @@ WAVES: Final = 1024
 JITTER: Final = 1e-10
 """Variance added to each value, in amplitudes, so that rounding leaves their covariance positive."""
 CHUNK: Final = 4096
+ALIKE: Final = 1e-12
+"""Differences over size that are rounding."""
 
 
 class TooFewError(NanoslipError, ValueError):
@@ -136,7 +138,7 @@ def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST) -> Surrogate
     there = np.flatnonzero(np.isfinite(y))
     there = there[np.linspace(0, len(there) - 1, min(len(there), most)).astype(int)] if len(there) else there
     x, y, errors = x[there], y[there], np.nan_to_num(errors[there])
-    if len(y) < FEWEST or not y.std() > 1e-12 * np.abs(y).max():
+    if len(y) < FEWEST or not y.std() > ALIKE * np.abs(y).max():
         raise TooFewError(f"{len(y)} values, {len(np.unique(y))} of them different: needs at least {FEWEST}")
     mean, scale = float(y.mean()), float(y.std())
     residual, variance = (y - mean) / scale, (errors / scale) ** 2

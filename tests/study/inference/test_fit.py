@@ -92,6 +92,18 @@ def test_what_is_out_of_reach_is_said_with_the_nearest():
     assert "radius = 20." in sentence
 
 
+def test_a_measured_number_may_be_zero():
+    """At a corner of what is looked at: it is reached, and has no ratio."""
+
+    def simulate(x: Floats) -> Computed:
+        return Computed(x, x, *np.full((2, *x.shape), 1e-3))
+
+    found = fit([Target("a", 1.0, 0.01), Target("b", 0.0, 0.01)], RANGES, simulate)
+    assert found.reached
+    assert "ratio" not in "".join(sentences(found))
+    assert found.agreeing(0.95).min(axis=0) == pytest.approx([1.0, 0.0], abs=0.03)
+
+
 def test_what_cannot_be_told_apart_is_named():
     """mu_k = mu_i (1 + r) / 2 fixes the product alone: mu_i is free between 1 and 2 times, and both are named as a pair."""
     ranges = (Range("mu_i", 0.1, 0.8, False), Range("residual_shear", 0.0, 1.0, False))
