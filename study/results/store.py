@@ -24,10 +24,7 @@ from typing import Any, Final, NamedTuple, Self
 from nanoslip.solver.outcome import NanoslipError, Outcome
 from nanoslip.study.origin import Origins, here
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results import attempts
-from nanoslip.study.results import attempts as runs
-from nanoslip.study.results import entry as lines
-from nanoslip.study.results import entry as own
+from nanoslip.study.results import attempts, entry
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import (
     CorruptResultError,
@@ -121,13 +118,13 @@ class Store:
     def _own_heads(self) -> dict[str, Head]:
         """Of the results that are files of their own. Raises StoreError."""
         found = {}
-        for path in sorted(self.folder.glob(f"*{own.ENDING}")):
+        for path in sorted(self.folder.glob(f"*{entry.ENDING}")):
             if not _KEY.fullmatch(path.stem):
                 continue  # somebody else's
             try:
-                stamp = own.stamp(path)
+                stamp = entry.stamp(path)
                 if path not in self._checked or self._checked[path][0] != stamp:
-                    self._checked[path] = stamp, own.checked(path)
+                    self._checked[path] = stamp, entry.checked(path)
                 found[path.stem] = self._checked[path][1]
             except OtherFormatError:
                 raise
@@ -143,14 +140,14 @@ class Store:
 
     def write(self, result: TaskResult, shared: bool = False) -> None:
         """Keep a result; shared: in a file of its own, as other tasks read it. Raises StoreError where the disk refuses."""
-        entry = packed(result)
+        content = packed(result)
         try:
             if shared:
-                own.write(own.path_of(self.folder, result.key), entry)
+                entry.write(entry.path_of(self.folder, result.key), content)
                 return
-            self._log.add(entry)
+            self._log.add(content)
             self._logs.places.pop(result.key, None)  # to be found anew
-            file = f"{self.folder}/{result.key}{own.ENDING}"  # a path would take longer than the look
+            file = f"{self.folder}/{result.key}{entry.ENDING}"  # a path would take longer than the look
             if os.path.isfile(file):
                 Path(file).unlink(missing_ok=True)  # it would count more
         except OSError as error:
@@ -158,9 +155,9 @@ class Store:
 
     def read(self, key: str) -> TaskResult:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""
-        if os.path.lexists(f"{self.folder}/{key}{own.ENDING}"):  # a path would take longer than the look
+        if os.path.lexists(f"{self.folder}/{key}{entry.ENDING}"):  # a path would take longer than the look
             try:
-                return own.read_entry(own.path_of(self.folder, key))
+                return entry.read_entry(entry.path_of(self.folder, key))
             except CorruptResultError:
                 if not self._logs.find(key):
                     raise
@@ -194,16 +191,11 @@ class Store:
 
     def drop(self, key: str) -> None:
         """Remove a result that other tasks have read and nothing needs any more. Raises StoreError."""
-        path = own.path_of(self.folder, key)
+        path = entry.path_of(self.folder, key)
         try:
             path.unlink(missing_ok=True)
         except OSError as error:
             raise StoreError(f"{path}: cannot be removed: {error.strerror or error}") from error
-
-    def outdated(self) -> list[Path]:
-        """Results of an older nanoslip, which kept each in files of its own: this one does not read them."""
-        files = self.folder.glob("*.np[yz]")
-        return sorted(path for path in files if _KEY.fullmatch(path.stem))
 
 
 def _say_unsound(error: CorruptResultError) -> None:
@@ -460,10 +452,10 @@ def _move(shard: Path, out: Path) -> None:
     store.prepare()  # mends what a killed run left
     for path in sorted(store.folder.iterdir()):
         os.replace(path, _place(path, out / FOLDER))
-    for name in (attempts.FILE, runs.RUNS_FILE):
+    for name in (attempts.FILE, attempts.RUNS_FILE):
         path = shard / name
         if path.is_file():
-            lines.add(out / name, path.read_bytes().rstrip(b"\n") + b"\n")
+            entry.add(out / name, path.read_bytes().rstrip(b"\n") + b"\n")
             path.unlink()
     store.folder.rmdir()
 
@@ -473,7 +465,7 @@ def _place(path: Path, results: Path) -> Path:
     if is_name(path.name):
         return later(results, path.name)
     place = results / path.name
-    return free_name(place) if path.suffix != own.ENDING and os.path.lexists(place) else place
+    return free_name(place) if path.suffix != entry.ENDING and os.path.lexists(place) else place
 
 
 def write_files(files: Mapping[Path, bytes]) -> None:

@@ -80,11 +80,6 @@ def rest_of(
     problem of the folder.
     """
     store.prepare()
-    if older := store.outdated():
-        warn(
-            f"{store.folder}: {len(older)} of an older nanoslip, first {older[0].name}: not read, computed again; the "
-            "files may be removed"
-        )
     into = store.folder.parent
     blame(plan, store, journal, into)
     if into != out:  # a shard looks at what was merged, too

@@ -19,9 +19,7 @@ from typing import Any, Final
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
 from nanoslip.study.origin import here, this_machine, user
-from nanoslip.study.results import attempts
-from nanoslip.study.results import attempts as runs
-from nanoslip.study.results import entry as lines
+from nanoslip.study.results import attempts, entry
 from nanoslip.study.results.attempts import Attempt, Run
 from nanoslip.study.run.dispatch import Done, Report, Tally, Watch
 from nanoslip.study.run.launch import launcher_name, slurm_job
@@ -142,7 +140,7 @@ class Journal(Watch):
             self._add(replace(self._run, ended=_now(), exit_code=code))
 
     def _add(self, run: Run) -> None:
-        self._print(runs.add_run(self._out, run))
+        self._print(attempts.add_run(self._out, run))
 
     def _note(self, task: Any, done: Done, final: bool) -> None:
         attempt = Attempt(
@@ -167,12 +165,12 @@ class Journal(Watch):
 
 def left_begun(out: Path) -> frozenset[str]:
     """Keys of the long tasks that a run had in hand which was killed as a whole."""
-    return frozenset(word for line in lines.read(out / BEGUN) for word in line.split())
+    return frozenset(word for line in entry.read(out / BEGUN) for word in line.split())
 
 
 def measured_in(*folders: Path) -> Measured:
     """Times of finished tasks in the journals of these folders, of runs with this software."""
-    found = {run.run: run for out in dict.fromkeys(folders) for run in runs.read(out)}
+    found = {run.run: run for out in dict.fromkeys(folders) for run in attempts.read(out)}
     mine = (here().solver, here().nanoslip_version)
     return Measured(*(run.kinds for run in found.values() if (run.solver, run.nanoslip) == mine))
 

@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -35,21 +35,23 @@ def launcher_rank() -> int:
     names = ["PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK"]
     if "SLURM_STEP_NUM_TASKS" in os.environ:
         names.append("SLURM_PROCID")
-    return next((int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()), 0)
+    return next(_numbers(*names), 0)
+
+
+def _numbers(*names: str) -> Iterator[int]:
+    """The variables of the environment, of these, that are numbers."""
+    return (int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit())
 
 
 def processes_started() -> int:
     """Number of processes that the launcher started together, 1 without a launcher."""
     # SLURM_NTASKS alone also stands in a batch script's environment, where one process is right.
-    names = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
-    sizes = [int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()]
-    return max(sizes, default=1)
+    return max(_numbers("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS"), default=1)
 
 
 def processes_here() -> int:
     """Number of those on this machine; all of them where the launcher does not say."""
-    names = ("MPI_LOCALNRANKS", "OMPI_COMM_WORLD_LOCAL_SIZE")
-    sizes = [int(os.environ[name]) for name in names if os.environ.get(name, "").isdigit()]
+    sizes = _numbers("MPI_LOCALNRANKS", "OMPI_COMM_WORLD_LOCAL_SIZE")
     # "4(x2),3": so many on the first machine (and on how many more); the first one has the most.
     first = os.environ.get("SLURM_STEP_TASKS_PER_NODE", "").partition("(")[0].partition(",")[0]
     return max([*sizes, *([int(first)] if first.isdigit() else [])], default=processes_started())

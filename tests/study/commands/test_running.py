@@ -50,13 +50,6 @@ def test_what_is_lost_is_made_again(run, finished, lost):
     assert (finished / "results.nc").read_bytes() == before
 
 
-def test_results_of_an_older_nanoslip_are_named_and_computed_again(run, out):
-    (out / "results").mkdir(parents=True)
-    (out / "results" / f"{1:020x}.npz").touch()
-    code, _, errors = run()
-    assert (code, "1 of an older nanoslip, first 0000" in errors) == (0, True)
-
-
 def test_files_of_others_among_the_results_stay_and_results_of_another_format_are_refused(run, ask, out):
     results = out / "results"
     results.mkdir(parents=True)

@@ -147,15 +147,6 @@ def test_a_disk_that_refuses_a_result_is_named(store, shared, monkeypatch):
     assert store.finished() == set()
 
 
-def test_files_of_an_older_nanoslip_are_told_from_results(store):
-    store.write(RECORD)
-    store.write(OTHER, shared=True)
-    assert store.outdated() == []
-    for name in (f"{1:020x}.npz", f"{2:020x}.npy", "dataset.json", "mine.npz"):
-        (store.folder / name).touch()
-    assert [path.suffix for path in store.outdated()] == [".npz", ".npy"]
-
-
 @pytest.mark.parametrize("text", ["nonsense\n", ""])
 def test_what_is_not_known_any_more_of_failures_is_said_when_a_run_begins(tmp_path, text, capsys):
     (tmp_path / attempts.FILE).write_text(text)
