@@ -26,6 +26,7 @@ from nanoslip.study.inference.campaign import question_of
 from nanoslip.study.inference.fit import MOST, Fit, Target
 from nanoslip.study.manifest.checker import ManifestError, read_text
 from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.parameters import BETWEEN
 from nanoslip.study.manifest.reader import files_named_in, load_manifest, parse_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
@@ -225,7 +226,8 @@ def _manifest(campaign: Campaign) -> Manifest:
         text = as_toml(campaign)
     except TypeError as error:
         raise ManifestError([f"{DICT}: {error}"]) from None
-    beside = {key: read_text(Path(name))[1] for key, name in files_named_in(campaign).items()}
+    named = files_named_in(campaign).items()
+    beside = {key: BETWEEN.join(read_text(Path(name))[1] for name in names) for key, names in named}
     return parse_manifest(DICT, text, beside)
 
 

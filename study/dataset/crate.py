@@ -13,6 +13,7 @@ import xarray as xr
 
 from nanoslip.study.dataset import file
 from nanoslip.study.manifest.about import About
+from nanoslip.study.manifest.parameters import BETWEEN
 from nanoslip.study.manifest.reader import files_named_in
 from nanoslip.study.results.store import StoreError
 from nanoslip.study.toml_text import from_toml
@@ -62,10 +63,11 @@ def _write_dataset(dataset: xr.Dataset, path: Path) -> None:
 
 def _named(dataset: xr.Dataset, document: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Names and texts of the files that a campaign names, of those below its folder; the dataset holds all."""
-    for key, name in files_named_in(document).items():
-        path = PurePath(name)
-        if f"manifest_{key}" in dataset.attrs and not path.is_absolute() and ".." not in path.parts:
-            yield path.as_posix(), str(dataset.attrs[f"manifest_{key}"])
+    for key, names in files_named_in(document).items():
+        texts = str(dataset.attrs.get(f"manifest_{key}", "")).split(BETWEEN)
+        for path, text in zip(map(PurePath, names), texts, strict=False):
+            if f"manifest_{key}" in dataset.attrs and not path.is_absolute() and ".." not in path.parts:
+                yield path.as_posix(), text
 
 
 def _described(dataset: xr.Dataset, about: About, folder: Path, contents: dict[str, str]) -> Any:

@@ -35,7 +35,7 @@ from nanoslip.study.dataset.variables import (
 )
 from nanoslip.study.manifest.cases import CampaignCase, labels_of
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import STANDARD, Value
+from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, in_files
 from nanoslip.study.origin import NOBODY, Origins, stemming
 from nanoslip.study.plan.kinds import KINDS, left_out, needed_kinds
 from nanoslip.study.plan.outlook import flags_of
@@ -138,7 +138,8 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
     ids = _at(places, [case.case_id for case in cases])
     found["case_id"] = (dims, ids.reshape(layout.shape), attributes(CASE_ID))
     exclusions = OF_ALL if "record" in needed_kinds(manifest) else OF_CONTACT
-    names = [name for name in parameters() if name not in layout.axes]
+    files = [name for name in in_files() if name in manifest.axes]
+    names = [name for name in (*parameters(), *files) if name not in layout.axes]
     able = sum(case.case is not None for case in cases)
     along = {*manifest.axes, *STANDARD} if "case" in dims else ()
     rows = [_values(case, names, exclusions) for case in cases]
@@ -155,7 +156,8 @@ def _values(case: CampaignCase, names: Sequence[str], exclusions: tuple[Exclusio
     """Parameters of a case, as its campaign asks for them; None where one changes no result."""
     if case.case is None:
         return tuple(map(case.parameters.get, names))
-    without, given = without_effect(case.case, exclusions), case.case.flat
+    named = {name: value for name, value in case.parameters.items() if isinstance(value, FileName)}
+    without, given = without_effect(case.case, exclusions), {**case.case.flat, **named}
     return tuple([None if name in without else given.get(name) for name in names])
 
 
@@ -168,7 +170,7 @@ def _at(places: NDArray[np.intp], values: Sequence[Any]) -> NDArray[Any]:
 
 
 def _parameter(name: str) -> Quantity:
-    return parameters().get(name) or Quantity(name, f"number of the {name}")
+    return parameters().get(name) or Quantity(name, f"{'file' if name in in_files() else 'number'} of the {name}")
 
 
 # The variables of a dataset over its cases, and over the drives of each.

@@ -17,7 +17,9 @@ from nanoslip.solver.outcome import SHOWN, InvalidInput, NanoslipError
 from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
 from nanoslip.study.manifest.parameters import (
+    BETWEEN,
     Alike,
+    FileName,
     Value,
     axes,
     in_files,
@@ -326,8 +328,8 @@ class Checker:
             taken: list[Any] = []
             quick = _quick(name)
             for where, value in given:
-                if value is None:
-                    taken.append(None)
+                if value is None or isinstance(value, FileName):
+                    taken.append(value)
                     continue
                 if quick and (case := quick(value)):
                     taken.append(getattr(case, name))
@@ -399,22 +401,39 @@ class NamedFiles(Checker):
     def rows(self, fixed: dict[str, Columns], scales: Scales) -> dict[str, Rows]:
         """Values of the parameters of the tables that are files, by their words; they take the place of the files' names."""
         found: dict[str, Rows] = {}
-        for table, content in fixed.items():
+        for content in fixed.values():
             for word in [word for word in in_files() if word in content]:
                 where, name = content.pop(word)[0]
-                read: Rows | None = None
-                if word == "roughness" and isinstance(name, dict):
-                    read = self._surface(f"{table}.{word}", name, scales)
-                elif not isinstance(name, str):
-                    columns = " and ".join(in_files()[word].columns)
-                    self.problems.append(f"{where} = {shown(name)}: needs the path of a CSV file with {columns}")
-                else:
-                    read = self._read(partial(read_rows, word), word, name)
-                if read:
-                    found[word], fixed[table][word] = read, [Given(where, read.value)]
+                if read := self._rows(word, where, name, scales):
+                    found[word], content[word] = read, [Given(where, read.value)]
         return found
 
-    def _surface(self, where: str, content: dict[str, Any], scales: Scales) -> Rows | None:
+    def rows_of_axis(self, axes: Columns, scales: Scales) -> dict[str, Rows]:
+        """The profiles on an axis, whose names take the place of the files: all of their texts, one after the other."""
+        given, named = axes.pop("roughness", []), dict[str, Rows]()
+        for number, (where, value) in enumerate(given):
+            name = str(value.get("file", "") if isinstance(value, dict) else value)
+            if name in named:
+                self.problems.append(f"{where} = {shown(value)}: needs a file of its own, whose name the case has")
+            elif read := self._rows("roughness", where, value, scales, number):
+                named[name] = read
+                label = FileName(name)
+                label.content = read.value
+                axes.setdefault("roughness", []).append(Given(where, label))
+        text = BETWEEN.join(each.text for each in named.values())
+        return {"roughness": Rows(text.encode(), text, ())} if given else {}
+
+    def _rows(self, word: str, where: str, name: Any, scales: Scales, number: int | None = None) -> Rows | None:
+        """The value of a parameter from its file, on an axis from one of several files; None where it is refused."""
+        if word == "roughness" and isinstance(name, dict):
+            return self._surface(where.removeprefix(f"{self.path}: "), name, scales, number)
+        if isinstance(name, str):
+            return self._read(partial(read_rows, word), word, name, number)
+        columns = " and ".join(in_files()[word].columns)
+        self.problems.append(f"{where} = {shown(name)}: needs the path of a CSV file with {columns}")
+        return None
+
+    def _surface(self, where: str, content: dict[str, Any], scales: Scales, number: int | None) -> Rows | None:
         """The roughness of a measured profile; None where it is refused."""
         good = self.checked(where, content, NamedSurface, [item.name for item in fields(NamedSurface)])
         if "file" not in good:
@@ -429,20 +448,25 @@ class NamedFiles(Checker):
             except InvalidInput as error:
                 raise ManifestError([f"{path}: {error}"]) from None
 
-        return self._read(read, "roughness", good["file"])
+        return self._read(read, "roughness", good["file"], number)
 
     def front(self, content: dict[str, Any]) -> str | None:
         """The text of a measured front; None where the campaign names none or it is refused."""
         found = self._read(read_text, "front", content["front"]) if "front" in content else None
         return found[1] if found else None
 
-    def _read(self, read: Callable[[Path, str | None], Content], key: str, name: str) -> Content | None:
-        """Contents of the file of a key, or of its text; None if refused."""
-        if self.beside is not None and key not in self.beside:
+    def _read(
+        self, read: Callable[[Path, str | None], Content], key: str, name: str, number: int | None = None
+    ) -> Content | None:
+        """Contents of the file of a key, or of its text, one of several; None if refused."""
+        texts = None if self.beside is None else [self.beside[key]] if key in self.beside else []
+        if texts and number is not None:
+            texts = texts[0].split(BETWEEN)[number:]
+        if texts == []:
             self.refuse(key, "the text of its file is missing")
             return None
         try:
-            return read(self.path.parent / name, self.beside[key] if self.beside is not None else None)
+            return read(self.path.parent / name, texts[0] if texts else None)
         except ManifestError as error:
             self.problems += error.lines
             return None

@@ -53,8 +53,19 @@ def words_of(table: str) -> tuple[str, ...]:
 
 
 def axes() -> tuple[str, ...]:
-    """The words that can be an axis: all but those whose values are files."""
-    return tuple(stated.word or name for name, stated in parameters_of_a_case().items() if not stated.columns)
+    """The words that can be an axis: all but those whose values are files, of which a profile can."""
+    stated = parameters_of_a_case().items()
+    return tuple(each.word or name for name, each in stated if not each.columns or name == "roughness")
+
+
+class FileName(str):
+    """The name of a file on an axis, and the value of the parameter that is in it."""
+
+    content: tuple[Any, ...]
+
+
+BETWEEN: Final = "\f"
+"""Between the texts of the files of an axis, where they are one text."""
 
 
 def in_files() -> dict[str, Parameter]:
@@ -104,6 +115,7 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
     for name, value in parameters.items():
         if isinstance(value, float) and math.isinf(value) and name != "intrinsic_friction":
             raise InvalidInput(f"{name} = {value!r}: needs a finite number")
+    parameters = {name: getattr(value, "content", value) for name, value in parameters.items()}
     limits: dict[str, Any] = {}
     if not parameters.keys() & {*STOP_CONDITIONS}:
         limits = dict(LIMITS)

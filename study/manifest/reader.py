@@ -226,14 +226,16 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
     return _Reader(path, beside).manifest(text.encode(), text, _document(path, text))
 
 
-def files_named_in(campaign: Mapping[str, Any]) -> dict[str, str]:
-    """The files that the content of a campaign names, by the keys that name them."""
-    named = {key: campaign.get(key) for key in NAMED if key not in in_files()}
+def files_named_in(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
+    """The files that the content of a campaign names, by the keys that name them; of an axis several."""
+    named: dict[str, list[Any]] = {key: [campaign.get(key)] for key in NAMED if key not in in_files()}
     for word, stated in in_files().items():
-        table = campaign.get(stated.table)
-        name = table.get(word) if isinstance(table, Mapping) else None
-        named[word] = name.get("file") if isinstance(name, Mapping) else name
-    return {key: str(name) for key, name in named.items() if isinstance(name, str | PathLike)}
+        tables = (campaign.get(table) for table in (stated.table, "axes"))
+        given = [table[word] for table in tables if isinstance(table, Mapping) and word in table]
+        names = given[0] if given and isinstance(given[0], list) else given
+        named[word] = [name.get("file") if isinstance(name, Mapping) else name for name in names]
+    found = {key: [str(name) for name in names if isinstance(name, str | PathLike)] for key, names in named.items()}
+    return {key: names for key, names in found.items() if names}
 
 
 def _document(path: Path, text: str) -> dict[str, Any]:
@@ -319,7 +321,7 @@ class _Reader(NamedFiles):
         seconds = self._task_seconds(top)
         tables = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
         fixed = {name: self.plain(content, scales) for name, content in tables.items()}
-        hashed = ({"table": table} if table else {}) | self.rows(fixed, scales)
+        hashed = ({"table": table} if table else self.rows_of_axis(given, scales)) | self.rows(fixed, scales)
         front = self.front(top)
         self.one_place(given, fixed)
         accuracy = self._accuracy(top, {**given, **fixed["numerics"]})
@@ -587,7 +589,7 @@ def effects(manifest: Manifest) -> tuple[Effect, ...]:
     without = "strip: no sides; half_plane: no bottom either; chain: blocks on springs, no slab at all"
     found.append(Effect("finite slab (scheme)", _joint(finite), without))
     found.append(Effect("spread of μ_i", _spread(manifest), "one μ_i for all nodes, nothing is drawn"))
-    rough = bool(manifest.fixed.get("roughness"))
+    rough = bool(manifest.fixed.get("roughness") or manifest.axes.get("roughness"))
     found.append(Effect("roughness of the pin", _word(rough), "a smooth pin, whose height a slip takes in closed form"))
     for name, without in _OF_DRIVES.items() if manifest.drives else ():
         values = [_drive_setting(each.drive, name) for each in manifest.drives if each.drive]

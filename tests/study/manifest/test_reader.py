@@ -229,7 +229,6 @@ WRONG = {
     ),
     "effects.plasticity = true": "…effects.plasticity = true: unknown…",
     "heterogeneity.roughness = 1": ": needs the path of a CSV file with xi and height",
-    'axes.roughness = ["a.csv"]': "…axes.roughness = …: belongs in [heterogeneity]",
     'heterogeneity.roughness = "none.csv"': "…none.csv: cannot be read…",
     "heterogeneity.spread = -0.1": "…needs 0 ≤ spread…",
     "ensemble.members = true": ": needs a whole number from 1 to 10000",

@@ -11,7 +11,7 @@ from nanoslip.study import api
 from nanoslip.study.commands.look import nodes_for, pin_under
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError
-from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
 from tests.conftest import Main
 
@@ -122,3 +122,38 @@ def test_a_profile_is_shown_over_a_slab_of_any_width_above_0(main: Main, tmp_pat
     for width, fits in (("20 um", True), ("0 m", False), ("-1 mm", False), ("inf", False), ("1 N", False)):
         code, shown, errors = main("profile", tmp_path / "afm.csv", "--x", "nm", "--z", "nm", "--width", width)
         assert (code == 0, "slope" in shown, "needs a length above 0" in errors) == (fits, fits, not fits)
+
+
+def test_profiles_are_an_axis_of_cases_named_by_their_files(main: Main, tmp_path: Path) -> None:
+    """In labels, coordinates, a crate and when computed again; the text of each file is in the dataset."""
+    for name, height in (("a.csv", 1.0), ("b.csv", 3.0)):
+        (tmp_path / name).write_text("\n".join(f"{x} {height * (x % 7)}" for x in range(0, 900, 9)))
+    profiles = ", ".join(f'{{file = "{name}", x = "um", z = "nm"}}' for name in ("a.csv", "b.csv"))
+    small = (
+        'numerics.n_x = 65\nlimits.events = 30\nensemble.members = 1\nabout.author = "A"\nabout.licence = "CC-BY-4.0"'
+    )
+    text = f'title = "x"\naxes.roughness = [{profiles}]\n{small}'
+    (tmp_path / "two.toml").write_text(text)
+    data = api.run(tmp_path / "two.toml", tmp_path / "out", progress=False)
+    assert data["roughness"].values.tolist() == ["a.csv", "b.csv"]
+    first, second = data["initial_friction"].squeeze().values
+    assert first != second
+    beside, cases = {"roughness": (tmp_path / "b.csv").read_text()}, expand(load_manifest(tmp_path / "two.toml"))
+    alone = text.replace(f"axes.roughness = [{profiles}]", f"heterogeneity.roughness = {profiles.partition('}, ')[2]}")
+    (case,) = expand(parse_manifest(Path("one.toml"), alone, beside))
+    assert case.case_id == cases[1].case_id
+    assert [each.point.rpartition(" = ")[2] for each in cases] == ["a.csv", "b.csv"]
+    assert "2 bit-identical" in main("verify", tmp_path / "out")[1]
+    assert main("export", tmp_path / "out", "--crate", "-o", tmp_path / "crate")[0] == 0
+    assert (tmp_path / "crate" / "b.csv").read_text() == (tmp_path / "b.csv").read_text()
+
+
+def test_profiles_of_an_axis_have_names_of_their_own(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("xi,height\n-0.1,0\n0.1,1e-4\n")
+    (tmp_path / "twice.toml").write_text('title = "x"\naxes.roughness = ["a.csv", "a.csv", "none.csv", 3.0]')
+    with pytest.raises(ManifestError) as caught:
+        load_manifest(tmp_path / "twice.toml")
+    twice, missing, number = caught.value.lines
+    assert 'axes.roughness[1] = "a.csv": needs a file of its own' in twice
+    assert "none.csv: cannot be read" in missing
+    assert "axes.roughness[3] = 3.0: needs the path of a CSV file with xi and height" in number
