@@ -60,4 +60,23 @@ print(check_output(command, shell=True, text=True))
 # much your surface differs from place to place. Heed the flags: ``unresolved_roughness`` asks for more nodes,
 # or a smoother profile; ``short_profile`` for a longer one.
 #
+# **A file of your instrument.** The package `SurfaceTopography <https://contactengineering.github.io/SurfaceTopography/>`__
+# reads some forty formats. nanoslip does not need it, and this page does not execute the code below; it was tried with
+# version 1.27 and a map in the format SDF.
+#
+# .. code-block:: python
+#
+#     import numpy as np
+#     from SurfaceTopography import read_topography
+#
+#     surface = read_topography("afm.sdf").to_unit("nm")
+#     heights = np.ma.filled(surface.heights().astype(float), np.nan)  # NaN where nothing was measured
+#     points, length = len(heights), surface.physical_sizes[0]
+#     line = heights if heights.ndim == 1 else heights[:, heights.shape[1] // 2]  # of a map along x, in its middle
+#     columns = np.column_stack([np.arange(points) * length / points, line])
+#     np.savetxt("afm.csv", columns[np.isfinite(line)], delimiter=",", header="x,z", comments="")
+#
+# Several profiles are an axis: ``roughness = [{file = "a.csv", x = "nm", z = "nm"}, {file = "b.csv", ...}]`` in
+# ``[axes]``. Each case has the name of its file.
+#
 # **What it costs.** Time grows as the cube of the nodes in contact: seconds here, minutes with 1025 nodes.

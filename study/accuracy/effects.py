@@ -32,6 +32,7 @@ from nanoslip.study.plan.kinds import (
     names_of,
     record_task,
 )
+from nanoslip.study.plan.plan import advised
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
 
@@ -131,6 +132,7 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
         defaultdict[str, list[tuple[float, float]]](list),
     )
     done: Done = {}
+    named = {each.label: each for each in scenes.manifest.drives}
     for number, campaign_case in enumerate(scenes.cases, start=1):
         assert campaign_case.case is not None
         done = {key: each for key, each in done.items() if each[0].kind == "compliance"}  # memory is for one case
@@ -140,8 +142,9 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
             for place, result in fewer.results.items():
                 variable, drive = place
                 where, before = f"{number}, drive {drive}" if drive else f"{number}", whole.results[place]
-                if not before.outcome.ok:
-                    failed[f"case {where}: {before.outcome.ending}: {before.outcome.message}"] = None
+                if not (ended := before.outcome).ok:
+                    ended = advised(ended, named[drive]) if drive else ended
+                    failed[f"case {where}: {ended.ending}: {ended.message}"] = None
                 elif problem:
                     changes[effect, variable].append(Change(where, problem=problem))
                 elif result.key != before.key:

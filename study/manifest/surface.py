@@ -91,7 +91,9 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     way = 1 if rows[0][1][:1] < rows[-1][1][:1] else -1
     for (number, row), (_, before) in zip(rows, rows[:1] + rows, strict=False):
         if max(abs(row[0]) * across, abs(row[1]) * up) > FARTHEST_POINT:
-            raise InvalidInput(f"line {number}: needs x and height up to {FARTHEST_POINT:g} m")
+            raise InvalidInput(
+                f"line {number}: x = {row[0]:g}, height = {row[1]:g}: needs both within {FARTHEST_POINT / 1e3:g} km"
+            )
         if across * (row[0] - before[0]) * way < LEAST_APART and number != rows[0][0]:
             raise InvalidInput(
                 f"line {number}: x = {row[0]:g} after {before[0]:g}: needs x that goes one way, by 1e-12 m at least"

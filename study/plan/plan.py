@@ -237,10 +237,10 @@ def drive_outcome(
     if case.case is None or drive.drive is None:
         return case.outcome if case.case is None else drive.outcome
     found = outcomes.get(plan.case_tasks[case.case_id].key("drive", drive.label) or "")
-    return case_outcome(plan, case, outcomes) if as_its_case(found) else found and _advised(found, drive)
+    return case_outcome(plan, case, outcomes) if as_its_case(found) else found and advised(found, drive)
 
 
-def _advised(outcome: Outcome, drive: CampaignDrive) -> Outcome:
+def advised(outcome: Outcome, drive: CampaignDrive) -> Outcome:
     """The outcome with advice on how long to drive that names the key which the file gives."""
     key = next((name for name in DURATIONS if name in drive.given and drive.settings[name] is not None), "")
     longer = rf"raise \1{key}" if key else "name a longer duration"

@@ -109,6 +109,14 @@ def test_a_failure_without_an_effect_is_told_in_its_row(main: Main, tmp_path: Pa
     assert sorted(each.name for each in tmp_path.iterdir()) == ["back.toml"]
 
 
+def test_a_drive_too_short_is_to_have_more_of_what_its_file_gives(main: Main, tmp_path: Path):
+    path = tmp_path / "short.toml"
+    path.write_text(PULLED + 'stage_travel = "10 nm"\n')
+    said = " ".join(main("explain", path, "--grid")[1].split())
+    assert "raise the drive's stage_travel, stage_velocity or spring_stiffness" in said
+    assert "duration" not in said
+
+
 def test_a_campaign_without_a_possible_case_is_one_message(main: Main, tmp_path: Path):
     path = tmp_path / "none.toml"
     path.write_text(

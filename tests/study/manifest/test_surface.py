@@ -90,7 +90,7 @@ def test_python_reads_the_file_that_a_dict_names(tmp_path: Path, monkeypatch: py
         ("0 1\n", "number of points = 1: needs at least 2 lines"),
         ("0 1\n1 a\n2 3\n", "line 2: needs two finite numbers"),
         ("0 1\n1 nan\n2 3\n", "line 2: needs two finite numbers"),
-        ("0 1\n1 1e16\n2 3\n", "line 2: needs x and height up to 1e\\+06 m"),
+        ("0 1\n1 1e16\n2 3\n", "line 2: x = 1, height = 1e\\+16: needs both within 1000 km"),
         ("0 1\n1e-6 2\n2 3\n", "line 2: x = 1e-06 after 0: needs x that goes one way, by 1e-12 m at least"),
         ("0 1\n2 1\n1 3\n4 4\n", "line 3: x = 1 after 2: needs x that goes one way"),
         ("0 1\n0 1\n1 3\n", "line 2: x = 0 after 0: needs x that goes one way"),
