@@ -6,6 +6,7 @@ own; tests/verification show that it converges to the slab of an independent lib
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any, Final
@@ -46,17 +47,23 @@ REFERENCE: Final[dict[str, Any]] = {"scheme": "galerkin", "coarsest_row": 129, "
 """How the reference is discretized; its n_x is the effort's."""
 
 
-def discretizations(size: int) -> Iterator[dict[str, object]]:
-    """The schemes and gradings that are tried at one n_x, the schemes' own values for the rest; a chain is no elastic body."""
-    for scheme, kind in SCHEMES.items():
-        if kind.continuum:
-            yield {"n_x": size, "scheme": scheme}
-    for grading in GRADINGS:
-        yield {"n_x": size, "scheme": "galerkin", **grading}
+def discretizations(slab: Slab, size: int) -> Iterator[Slab]:
+    """The same body at one n_x: a surface without ends in its one way, a slab by every scheme of grids and grading."""
+    if slab.scheme.endless:
+        yield replace(slab, n_x=size)
+        return
+    ways: list[dict[str, Any]] = [
+        {"scheme": name} for name, kind in SCHEMES.items() if kind.continuum and not kind.endless
+    ]
+    for way in ways + [{"scheme": "galerkin", **grading} for grading in GRADINGS]:
+        with suppress(InvalidInput):  # rows finer than the surface
+            yield discretized(slab, {"n_x": size, **way})
 
 
 def reference_slab(slab: Slab, size: int) -> Slab:
-    """The finest discretization of a slab, its rows no coarser than the surface allows."""
+    """The finest discretization of the same body, its rows no coarser than the surface allows."""
+    if slab.scheme.endless:
+        return replace(slab, n_x=size)
     coarsest = min(size, REFERENCE["coarsest_row"])
     return discretized(slab, {"n_x": size, **REFERENCE, "coarsest_row": coarsest})
 
@@ -87,9 +94,8 @@ def measure_elastic_operator(setup: Setup, effort: Effort) -> tuple[Diagram, tup
         for tried in _every(setup, slab, effort):
             errors = {width: relative_errors(tried.values[width], truth[width]) for width in widths}
             times = {"seconds": tried.seconds, "record_seconds": tried.record_seconds}
-            if not tried.slab.scheme.endless:  # another body, not a slab's discretization
-                sure = tuple(max(_worst(errors[width]), doubt[width]) for width in widths)
-                measured.append(Measured(tried.slab, sum(times.values()), sure))
+            sure = tuple(max(_worst(errors[width]), doubt[width]) for width in widths)
+            measured.append(Measured(tried.slab, sum(times.values()), sure))
             if slab == setup.slabs[0]:
                 worst = {name: max(errors[width][name] for width in near) for name in errors[near[0]]}
                 rows.append({**_knobs(tried.slab), **times, **worst, "error": _worst(worst)})
@@ -108,16 +114,8 @@ def _reference(
 
 def _every(setup: Setup, slab: Slab, effort: Effort) -> Iterator[Tried]:
     """Every discretization once: on some slabs and sizes different words mean the same grid."""
-    seen: set[Slab] = set()
-    for size in effort.sizes:
-        for each in discretizations(size):
-            try:
-                grid = discretized(slab, each)
-            except InvalidInput:  # rows finer than the surface, or a support that a half-plane does not have
-                continue
-            if grid not in seen:
-                seen.add(grid)
-                yield from _try(setup, grid, effort)
+    for each in dict.fromkeys(each for size in effort.sizes for each in discretizations(slab, size)):
+        yield from _try(setup, each, effort)
 
 
 def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> dict[str, float]:

@@ -119,7 +119,8 @@ def setup_of(manifest: Manifest) -> Setup:
         raise ManifestError([f"{manifest.path}: pin = {shown(first.pin)}: accuracy is measured with a parabola"])
     if first.slab.support == POINT:
         raise ManifestError([f"{manifest.path}: support = {shown(POINT)}: {POINTLESS}"])
-    slabs = dict.fromkeys(discretized(each.case.slab, {}) for each in cases if each.case)
+    bodies = [each.case.slab for each in cases if each.case]
+    slabs = dict.fromkeys(slab if slab.scheme.endless else discretized(slab, {}) for slab in bodies)
     drive = next((each.drive for each in manifest.drives if each.drive), NamedDrive("paper"))
     return Setup(manifest.title, first, tuple(slab for slab in slabs if slab.support != POINT), drive, manifest.scales)
 

@@ -105,8 +105,8 @@ class Front:
         return math.nan if row is None else max((row.errors[number] for number in contacts), default=math.nan)
 
     def like(self, slab: Slab) -> tuple[Measured, ...]:
-        """The measured discretizations of slabs with the same height, Poisson's ratio and support."""
-        return tuple(row for row in self.rows if physics(row.slab) == physics(slab))
+        """The measured discretizations of the same body: height, Poisson's ratio and support, ends or none."""
+        return tuple(row for row in self.rows if _body(row.slab) == _body(slab))
 
 
 @lru_cache(maxsize=4096)  # contacts of many cases are equally wide
@@ -128,6 +128,11 @@ def hertz_half_width(case: Case) -> float:
 def physics(slab: Slab) -> dict[str, Any]:
     """The physical parameters of a slab by field name: height, Poisson's ratio, support."""
     return {name: getattr(slab, name) for name in PHYSICS}
+
+
+def _body(slab: Slab) -> tuple[object, ...]:
+    """A slab as it is before any grid; a surface without ends is the body of its scheme."""
+    return (*physics(slab).values(), slab.scheme.endless and type(slab.scheme))
 
 
 def discretized(slab: Slab, discretization: Mapping[str, Any]) -> Slab:
