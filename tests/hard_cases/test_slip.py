@@ -375,6 +375,14 @@ def test_sliding_at_the_limit_up_a_flank_steeper_than_friction_is_named() -> Non
         assert record.outcome.ending is (Ending.STEEP_PIN if steep else Ending.COMPLETED)
 
 
+def test_a_pin_steeper_than_friction_slides_at_the_limit_where_no_energy_comes_from_nowhere() -> None:
+    """Slopes of 1.5e-3, fifteen times μ_i, under the default load."""
+    case = Case(1e-4, slab=Slab(N), slip_rule=SlipRule(residual_shear=1.0), max_events=40, max_displacement=0.02)
+    record = slide(case, compliance_of(case.slab))
+    assert record.outcome.ok, record.outcome
+    assert record.final_force == pytest.approx(1e-4 * case.normal_load, rel=1e-3)
+
+
 def test_slips_at_once_that_create_energy_are_named() -> None:
     """Without coupling all nodes of a punch slip at once by what each would alone, and overshoot: a third of the events gain."""
     slab = Slab(33, poisson=0.49)
