@@ -252,21 +252,22 @@ def _cycle(at: Floats, force: Floats, slips: Sequence[_Slip], number: int, rate:
     length, drop = float(at[slip.trough] - at[slip.peak]), float(force[slip.peak] - force[slip.trough])
 
     def motion(unknown: Floats) -> _Motion:
-        omega = math.exp(np.clip(unknown[3], -math.log(FASTER), math.log(FASTER))) / length
+        omega = math.exp(unknown[3]) / length
         start, static, kinetic = at[slip.peak] + unknown[0] * length, unknown[1] * drop, unknown[2] * drop
         zeta = unknown[4] if damping is None else damping
         return _motion(time, float(start), float(static), float(kinetic), rate, omega, zeta)
 
-    first = [0.0, force[slip.peak] / drop, 0.5 * (force[slip.peak] + force[slip.trough]) / drop, math.log(math.pi)]
-    first, ends = (
-        (first, np.full(4, np.inf)) if damping is not None else ([*first, 0.1], np.array([np.inf] * 4 + [0.9]))
-    )
+    count = 5 if damping is None else 4
+    top, middle = force[slip.peak] / drop, 0.5 * (force[slip.peak] + force[slip.trough]) / drop
+    first = [0.0, top, middle, math.log(math.pi), 0.1][:count]
+    ends = np.array([np.inf, np.inf, np.inf, math.log(FASTER), 0.9][:count])
 
     def misfit(unknown: Floats) -> Floats:
         return (motion(unknown).force - values) / drop
 
-    steps = np.full(len(first), 1e-6)
-    best = scipy.optimize.least_squares(misfit, first, bounds=(-ends, ends), diff_step=steps, max_nfev=60)
+    best = scipy.optimize.least_squares(
+        misfit, first, bounds=(-ends, ends), diff_step=np.full(count, 1e-6), max_nfev=60
+    )
     fit = motion(best.x)
     pin = fit.pin
     omega, static = math.sqrt(pin.spring_stiffness), float(best.x[1] * drop)
