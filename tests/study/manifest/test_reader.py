@@ -154,9 +154,7 @@ WRONG = {
     "axes.mu_i = [0.3]": ": unknown; did you mean intrinsic_friction?",
     "constants.W = 1": ": unknown; did you mean normal_load?",
     "axes.stage_velocity = [1]": ": belongs in [[drives]] or [drive_axes]",
-    "numerics.mu_i = 1": ": unknown; did you mean intrinsic_friction, which belongs in [constants] or [axes]?",
     "constants.V_o = 1": ": unknown; did you mean stage_velocity, which belongs in [[drives]] or [drive_axes]?",
-    "drive_axes.V_o = [1]": ": unknown; did you mean stage_velocity?",
     "": "title: missing: needs a text",
     "title = 5": ": needs a text",
     'title = "a\\nb"': ": needs to be one line without control characters",
@@ -167,7 +165,6 @@ WRONG = {
     "axes = [,": "…not TOML: …line 2…",
     'stages = ["contact", "dynamics"]': '…stages = …: needs ["contact"] or …',
     'stages = ["slip", "contact"]': "…each stage needs the ones before it…",
-    "stages = []": "…stages = []: needs …",
     'stages = ["contact", "slip", "dynamics"]': (
         'drives: missing: stage "dynamics" needs at least one [[drives]] or [drive_axes]'
     ),
@@ -177,7 +174,6 @@ WRONG = {
     '[[drives]]\nname = "\\u001b[31m"': 'drives[0].name = "\\u001b[31m": needs to be one line without control characters',
     DRIVE + DRIVE: 'drives[1].name = "a": is another drive\'s name too: needs its own',
     DRIVE + "mass = 1": "drives[0].mass = 1: unknown; did you mean pin_mass?",
-    DRIVE + "pin_mass = 0": "drives[0].pin_mass = 0: needs 1e-30 ≤ pin_mass ≤ 1e30",
     DRIVE + "spring_stiffness = true": "drives[0].spring_stiffness = true: needs a number",
     DRIVE + 'duration = "automatic"': 'drives[0].duration = "automatic": needs a number',
     DRIVE + 'duration = "auto"\nduration_periods = 3': "drives[0].duration_periods = 3.0: needs to be left out "
@@ -200,8 +196,6 @@ WRONG = {
     "axes.q = [1]": "…axes.q = …: unknown; needs one of intrinsic_friction, radius…",
     "axes.radius = []": ": needs a list of at least one value",
     "axes.radius = [1]\nconstants.radius = 1": "constants.radius: is an axis too: needs one place",
-    "constants.n_x = 33": ": belongs in [numerics] or [axes]",
-    "limits.max_events = 1": ": unknown; did you mean events?",
     "limits.displacement = 0": ": needs displacement > 0",
     "axes.radius = [50, -5]": "axes.radius[1] = -5: needs 1e-12 ≤ radius ≤ 1e24",
     "constants.radius = inf": ": needs a finite number",
@@ -227,13 +221,11 @@ WRONG = {
     'stages = ["contact"]\noutputs.tractions_at = [0, 5]': (
         'outputs.tractions_at = [0, 5]: needs stage "slip" for the events after 0'
     ),
-    "effects.plasticity = true": "…effects.plasticity = true: unknown…",
     "heterogeneity.roughness = 1": ": needs the path of a CSV file with xi and height",
     'heterogeneity.roughness = "none.csv"': "…none.csv: cannot be read…",
     "heterogeneity.spread = -0.1": "…needs 0 ≤ spread…",
     "ensemble.members = true": ": needs a whole number from 1 to 10000",
     "ensemble.members = 10001": ": needs a whole number from 1 to 10000",
-    "ensemble = 8": ": needs a table [ensemble]",
     "target = {within = 5, of = ['plateau_mean'], most = 9}": "target.within = 5: needs a relative error, 0 < within < 1",
     "target = {within = 0.1, most = 2}": "target.most = 2: needs a whole number from 3 to 10000",
     "target.within = 0.1\nensemble.members = 8": "…ensemble.members = 8: needs to be left out beside [target]…",
