@@ -16,9 +16,9 @@ from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.view import Labels, in_words
 
 PERIODS: Final = 2.0
-"""Of its own motion that a pin has to slide before a mean driving force is friction, not inertia."""
+"""Of its own motion that a pin has to slide before its mean friction is that of steady sliding."""
 BLOCKS: Final = 32
-"""Equal parts of the steady driving force: its mean is that of theirs, and four at a time they show whether it changes."""
+"""Equal parts of the steady friction force: its mean is that of theirs, and four at a time they show whether it changes."""
 LEAST_SHARE: Final = 0.25
 """Share of the binned force that truncation always keeps."""
 LARGEST_CHANGE: Final = 0.01
@@ -34,7 +34,8 @@ class FrictionCoefficients(Labels):
 
     static_friction: largest driving force before the first macroscopic slip ran off (μ_s); NaN where it is beyond all that the
     record holds by more than that: most of it is inertia and damper then. every_static_friction: (s,) the driving force of each
-    slip. kinetic_friction: mean of the driving force where it is steady (μ_k).
+    slip. kinetic_friction: mean of the driving force while the pin slides steadily (μ_k), less the pin's
+    change of momentum: so of the friction force, without what rings on after the start.
     """
 
     static_friction: float = field(
@@ -78,12 +79,12 @@ def friction_coefficients(
     if outcome.ok and slides < PERIODS * result.settling_time:
         periods = math.floor(100.0 * slides / result.settling_time) / 100.0  # never rounded up to those that are needed
         message = f"the pin slid for {periods:g} oscillation periods; averaging μ_k needs {PERIODS:g}: raise {ended_by}"
-        outcome = Outcome(Ending.NO_PLATEAU, f"the driving force is not steady: {message}")
+        outcome = Outcome(Ending.NO_PLATEAU, f"the friction force is not steady: {message}")
     if outcome.ok:
         blocks, complaint = steady_blocks(result.binned_force / record.normal_load)
         kinetic = nan if complaint else float(blocks.mean())
         if complaint:
-            outcome = Outcome(Ending.NO_PLATEAU, f"the driving force {complaint}: raise {ended_by}")
+            outcome = Outcome(Ending.NO_PLATEAU, f"the friction force {complaint}: raise {ended_by}")
     return FrictionCoefficients(
         static_friction=first,
         static_friction_excess=_beyond(record, first),
@@ -96,11 +97,11 @@ def friction_coefficients(
 
 def _no_slip(result: DynamicsResult, plateau: Plateau, normal_load: float) -> Outcome:
     """Why a pin never slipped macroscopically: nothing pulls, nothing pulls hard enough, or its slips are too short."""
-    pull = result.binned_force / normal_load
-    reached = max(float(pull.max()), float(result.spring_force[-1]) / normal_load)
+    spring = result.spring_force / normal_load
+    reached = max(float(result.binned_force.max()) / normal_load, float(spring[-1]))
     if result.stick_velocity == 0.0:
         message = "the stage is at rest: raise stage_velocity"
-    elif reached < plateau.peak and pull[-1] == pull.max():
+    elif reached < plateau.peak and spring[-1] == spring.max():  # that of a stuck pin only rises
         message = (
             f"the pin is pulled with F/W = {reached:.3g} in the end, it slips at {plateau.mean:.3g} to {plateau.peak:.3g}: "
             "raise the drive's duration, stage_velocity or spring_stiffness"

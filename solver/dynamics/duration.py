@@ -1,6 +1,6 @@
 """Duration of a drive without a given one: to its first slip, and as many cycles as its numbers need.
 
-The first slip has to lie in the first half of the time (nanoslip.solver.dynamics.regime), and the mean of the driving force needs
+The first slip has to lie in the first half of the time (nanoslip.solver.dynamics.regime), and the mean friction force needs
 some cycles (nanoslip.solver.dynamics.coefficients). The first duration is an estimate. It is doubled until the numbers are
 determined, within step_limit.
 
@@ -12,7 +12,6 @@ import math
 from typing import Final
 
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE
 
 CYCLES: Final = 4
 """Cycles of stick-slip, or periods of a pin that slides, after the first slip: twice the periods that μ_k needs at the least."""
@@ -26,7 +25,7 @@ def expected_duration(drive: Drive, peak: float, mean: float, surface_stiffness:
     way: of the friction record, after which the friction repeats, in L_x.
     """
     k, stage = drive.spring_stiffness, drive.stage_velocity
-    settling = settling_time(drive, peak, mean)
+    settling = settling_time(drive, peak)
     if stage == 0.0:
         return CYCLES * settling
     if settling < lag_time(drive):
@@ -40,17 +39,11 @@ def lag_time(drive: Drive) -> float:
     return 2.0 * drive.damping_ratio / math.sqrt(drive.spring_stiffness)
 
 
-def settling_time(drive: Drive, peak: float, mean: float) -> float:
-    """The time in which the driving force of a sliding pin becomes the friction force: its period, or c/k where that is longer.
+def settling_time(drive: Drive, peak: float) -> float:
+    """The pin's period, or c/k where that is longer: in it the driving force of a sliding pin becomes the friction force.
 
-    Of a pin that its damper drags: until inertia, m·z'' of the lag z, is `LARGEST_CHANGE` of friction. With z = 0 and z' = V at
-    first, m·z'' + c·z' + k·z = mean makes z'' a sum of two exponentials, each of which is to be below that.
+    A pin that its damper drags moves with the stage at once, however long its spring still stretches.
     """
-    k, stage, ratio = drive.spring_stiffness, drive.stage_velocity, drive.damping_ratio
-    period, lag = 2.0 * math.pi / math.sqrt(k), lag_time(drive)
-    if lag <= period or mean == 0.0 or peak > k * lag * stage:
-        return max(period, lag)
-    fast = math.sqrt(k) * (ratio + math.sqrt(ratio**2 - 1.0))
-    slow = k / fast  # the product of the rates
-    inertia = {rate: abs(stage - mean / rate) * rate**2 / (fast - slow) for rate in (slow, fast)}
-    return min(lag, max(math.log(max(force / (LARGEST_CHANGE * mean), 1.0)) / rate for rate, force in inertia.items()))
+    period, lag = 2.0 * math.pi / math.sqrt(drive.spring_stiffness), lag_time(drive)
+    dragged = lag > period and peak <= drive.spring_stiffness * lag * drive.stage_velocity
+    return period if dragged else max(period, lag)

@@ -304,7 +304,7 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
         friction_work=run.friction_work,
         stick_velocity=motion.stick_velocity,
         presliding_length=motion.presliding,
-        settling_time=settling_time(drive, peak, mean),
+        settling_time=settling_time(drive, peak),
         steps=run.steps,
         end_time=float(time[-1]),
         spring_force_range=spring_range if math.isfinite(spring_range) else math.nan,

@@ -124,7 +124,7 @@ def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_]) ->
 def _ramp_left(result: DynamicsResult, drive: Drive, slips: int) -> float:
     """By how much the spring force still rises in the second half: nothing once the ramp is over.
 
-    Before any slip the driving force shows it. A pin that its damper drags stretches the spring within c/k.
+    Before any slip the friction force shows it. A pin that its damper drags stretches the spring within c/k.
     """
     before, after = np.split(result.binned_force, [BINS // 2])
     lag, end = lag_time(drive), result.end_time

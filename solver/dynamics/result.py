@@ -13,7 +13,7 @@ from nanoslip.solver.parameter import quantity
 from nanoslip.solver.view import Curve, OneLine, Picture, in_words
 
 BINS: Final = 256
-"""Stretches of time over which the driving force is averaged."""
+"""Stretches of time over which the friction force is averaged."""
 
 
 def sample(meaning: str, name: str, units: str = "1", **more: Any) -> dict[str, Any]:
@@ -84,7 +84,7 @@ class DynamicsResult(OneLine):
     micro_slips: int = field(metadata=quantity("slips shorter than presliding_length"))
     micro_travel: float = field(metadata=quantity("total length of the micro slips", "", "m", per="length"))
     binned_force: NDArray[np.float64]
-    """(256,) mean driving force in equal stretches of time."""
+    """(256,) mean friction force in equal stretches of time: that of spring and damper, less by the change of momentum."""
     spring_force_range: float
     """Largest less least spring force in the second half of the time, in G·L_x·L_y."""
     friction_work: float = field(metadata=quantity("work against friction, in W·L_x", per="normal_load"))
@@ -105,8 +105,8 @@ class DynamicsResult(OneLine):
             "",
             "s",
             per="time",
-            comment="natural period of the pin on its spring, or c/k where that is longer; of a pin that its damper drags "
-            "over all friction, until inertia is 1 % of friction",
+            comment="natural period of the pin on its spring, or c/k where that is longer and the damper does not drag the pin "
+            "over all friction",
         )
     )
     presliding_length: float = field(metadata=quantity("stretch of the contact before sliding", "", "m", per="length"))

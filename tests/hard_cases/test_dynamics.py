@@ -95,7 +95,7 @@ def errors(result: DynamicsResult, drive: Drive, profile: FrictionLimit) -> dict
 def _energy_error(result: DynamicsResult, drive: Drive) -> float:
     k, V, end = drive.spring_stiffness, drive.stage_velocity, drive.duration
     stretch = V * end - float(result.position[-1])
-    work = V * float(result.binned_force.sum()) * end / len(result.binned_force)
+    work = V * (float(result.binned_force.sum()) * end / len(result.binned_force) + float(result.velocity[-1]))
     stored = 0.5 * float(result.velocity[-1]) ** 2 + 0.5 * k * stretch**2
     damped = work - stored - result.friction_work
     least = 2.0 * drive.damping_ratio * math.sqrt(k) * stretch**2 / end

@@ -94,8 +94,7 @@ def test_a_drive_that_stops_amid_the_first_oscillations_has_static_friction_only
     assert math.isnan(found.kinetic_friction)
 
 
-def test_a_pin_too_heavy_to_swing_twice_has_no_mean_driving_force():
-    """Its driving force is inertia: in a fifth of a period it looked steady, at twice the friction."""
+def test_a_pin_too_heavy_to_swing_twice_has_no_kinetic_friction():
     period = 2.0 * math.pi / math.sqrt(PAPER.spring_stiffness)
     result, found = pulled(stage_velocity=20.0 * PAPER.stage_velocity, duration=1.5 * period)
     assert len(result.slip_time)
@@ -113,7 +112,6 @@ def test_a_pin_that_its_damper_drags_is_pulled_over_its_record_not_until_its_lag
     assert motion.end_time == pytest.approx(
         4.0 * (motion.settling_time + RECORD.final_displacement / drive.stage_velocity), rel=0.01
     )
-    assert motion.steps < 20 * len(RECORD.displacement)
     assert found.outcome.ok
     assert found.kinetic_friction == pytest.approx(PLATEAU.mean, rel=2e-3)  # to the part of a period that is missing
     assert count_sticks(motion, drive).regime == "slides"
@@ -130,12 +128,12 @@ def test_the_ramp_of_a_pin_that_its_damper_drags_is_no_amplitude():
     assert 0.0 < long.spring_force_amplitude < 0.02  # f/(cV) of a period of 1/2: 0.05·0.5/10, and the first tooth's
 
 
-def test_inertia_of_a_pin_that_its_damper_drags_is_a_hundredth_of_friction_when_it_has_settled():
-    drive = replace(PAPER, damping_ratio=30.0, stage_velocity=100.0 * PAPER.stage_velocity, profile="mean")
-    motion = integrate(constant_profile(0.27 * LOAD), replace(drive, duration=50.0, samples=500_000), STIFFNESS)
-    inertia = np.abs(np.gradient(motion.velocity, motion.time)) / (0.27 * LOAD)
-    last = motion.time[np.flatnonzero(inertia > 0.01)[-1]]
-    assert motion.settling_time == pytest.approx(last, rel=0.02)
+@pytest.mark.parametrize("damping_ratio", [0.01, 0.1, 1.0])
+def test_kinetic_friction_is_that_of_the_record_while_the_pin_still_rings_from_its_start(damping_ratio):
+    """Four periods at twenty times the paper's velocity: the mean driving force is 2 % off, by inertia."""
+    period = 2.0 * math.pi / math.sqrt(PAPER.spring_stiffness)
+    found = pulled(damping_ratio=damping_ratio, stage_velocity=20.0 * PAPER.stage_velocity, duration=4.0 * period)[1]
+    assert found.kinetic_friction == pytest.approx(PLATEAU.mean, rel=1e-5)  # 2e-7 seen: teeth passed unevenly
 
 
 def test_a_drive_without_duration_is_not_pulled_longer_than_its_segments_allow():

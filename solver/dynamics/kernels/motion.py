@@ -82,7 +82,7 @@ class Run(NamedTuple):
     samples: Floats
     """(n + 1, 3): position, velocity, friction force at evenly spaced times."""
     impulse: Floats
-    """(b + 1,): time integral of the driving force up to the edges of equal stretches of time."""
+    """(b + 1,): time integral of the friction force up to the edges of equal stretches of time."""
     slips: Floats
     """(s, 5): time and position of slip, largest driving force, time and position of re-stick."""
     micro_slips: int

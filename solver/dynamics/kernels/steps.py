@@ -248,8 +248,8 @@ def write_samples(
         row += 1
     while edge <= bins and duration * (edge / bins) <= until:
         tau = duration * (edge / bins) - pin.time
-        _, v, area = state_at(segment, tau)
-        impulse[edge] = v + resisted + (pin.friction_force * tau + segment.slope * area)  # balance: the momentum is v
+        _, _, area = state_at(segment, tau)
+        impulse[edge] = resisted + (pin.friction_force * tau + segment.slope * area)
         edge += 1
     return row, edge
 
@@ -595,7 +595,10 @@ def _cubic(s: float, old: float, new: float, old_rate: float, new_rate: float) -
 def _write_step(
     record: Record, motion: Motion, old: Pin, new: Pin, row: int, edge: int, pushed: float
 ) -> tuple[int, int]:
-    """Write samples within a step; returns the next row and entry. pushed: impulse up to the step's start."""
+    """Write samples within a step; returns the next row and entry. pushed: ∫ of the driving force up to the step's start.
+
+    The driving force has no jumps, so the impulse of friction is taken from it: less by the momentum, which is v.
+    """
     samples, impulse, recorded = record.samples, record.impulse, record.duration
     last, bins = samples.shape[0] - 1, impulse.size - 1
     t, dt = old.time, new.time - old.time
@@ -608,8 +611,9 @@ def _write_step(
         samples[row, 2] = old.friction_force + s * (new.friction_force - old.friction_force)
         row += 1
     while edge <= bins and recorded * (edge / bins) <= new.time:
-        s = recorded * (edge / bins) - t
-        impulse[edge] = pushed + s * (driving + 0.5 * (new_driving - driving) * s / dt)
+        s = (recorded * (edge / bins) - t) / dt
+        v = _cubic(s, old.velocity, new.velocity, dt * a, dt * new_a)
+        impulse[edge] = pushed + dt * s * (driving + 0.5 * (new_driving - driving) * s) - v
         edge += 1
     return row, edge
 

@@ -173,4 +173,4 @@ def test_the_work_of_pin_and_load_is_stored_or_lost(residual_shear: float) -> No
 
 def test_no_error_of_a_grid_is_known_of_it() -> None:
     assert np.isnan(load_front().expected_error(Case(slab=Slab(129, scheme="chain"))))
-    assert all(each["scheme"] != "chain" for each in discretizations(33))
+    assert all(each.scheme.continuum for each in discretizations(Slab(), 33))
