@@ -115,6 +115,15 @@ def test_failures_come_first_each_with_its_advice_and_the_answer_before_what_is_
     assert places == sorted(places)
 
 
+def test_advice_is_red_only_where_something_failed(failing):
+    assert '<section class="advice bad">' in failing
+    advised = made_up()
+    advised["drive_message"][:] = "its period is not known: raise stage_travel"
+    told = report_page.page(advised, [])
+    assert '<section class="advice">' in told
+    assert "raise stage_travel</li>" in told
+
+
 def test_the_numbers_of_a_figure_are_behind_its_link(failing):
     record = "displacement,friction_force 0,0 0.1,0.1 0.1,0.05 0.3,0.12 0.3,0.06 0.4,0.1"
     assert data_of(failing, "records_1").split() == record.split()
