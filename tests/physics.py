@@ -140,12 +140,14 @@ class Energy(NamedTuple):
     """Gained by the slab, less what the load has done."""
     lost: float
     largest: float
-    """The pin's work if all of it had one sign, or what is kept if that is more: rounding is a share of it."""
+    """The pin's work if all of it had one sign, or what is kept if that is more."""
+    rounding: float
+    """Of `kept`, the difference of much larger energies."""
 
     @property
     def missing(self) -> float:
-        """Work that is neither kept nor lost, as a share."""
-        return abs(self.work - self.kept - self.lost) / self.largest
+        """Work that is neither kept nor lost, beyond rounding, as a share."""
+        return max(abs(self.work - self.kept - self.lost) - self.rounding, 0.0) / self.largest
 
 
 def energy(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Energy:
@@ -155,7 +157,8 @@ def energy(case: Case, start: ContactState, record: FrictionRecord, end: Contact
     after = np.append(record.initial_force, record.force_after)
     kept = stored_energy(end) - stored_energy(start) - case.normal_load * (end.approach - start.approach)
     largest = max(float((np.abs(before) + np.abs(after)) @ steps) / 2, abs(kept))
-    return Energy(float((before + after) @ steps) / 2, kept, float(record.dissipated.sum()), largest)
+    rounding = CARRIED * (stored_energy(end) + case.normal_load * abs(end.approach))
+    return Energy(float((before + after) @ steps) / 2, kept, float(record.dissipated.sum()), largest, rounding)
 
 
 def smallest_step(case: Case, stiffness: float) -> float:
