@@ -25,7 +25,6 @@ LARGEST_CHANGE: Final = 0.01
 """Change along the steady part, as a fraction of its mean, that still counts as steady."""
 SIGNIFICANT: Final = 5.0
 """Standard errors beyond which a change is no accident (one motion in four hundred with eight blocks)."""
-_BEYOND: Final = "excess of {} over all forces of the record, as F/W, by inertia and damper; the same for all starts"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -44,14 +43,14 @@ class FrictionCoefficients(Labels):
         )
     )
     static_friction_excess: float = field(
-        metadata=quantity("μ_s beyond the record", comment=_BEYOND.format("static_friction"))
+        metadata=quantity(
+            "μ_s beyond the record",
+            comment="by inertia and damper: excess over all forces of the record, as F/W; the same for all starts",
+        )
     )
     every_static_friction: NDArray[np.float64]
     kinetic_friction: float = field(
         metadata=quantity("kinetic friction coefficient", symbol="μ_k", comment="from steady sliding", ensemble=True)
-    )
-    kinetic_friction_excess: float = field(
-        metadata=quantity("μ_k beyond the record", comment=_BEYOND.format("kinetic_friction"))
     )
     outcome: Outcome
 
@@ -71,7 +70,7 @@ def friction_coefficients(
     nan = float("nan")
     if not len(result.slip_force):
         failed = result.outcome if not result.outcome.ok else _no_slip(result, plateau, record.normal_load)
-        return FrictionCoefficients(nan, nan, result.slip_force, nan, nan, failed)
+        return FrictionCoefficients(nan, nan, result.slip_force, nan, failed)
     static = result.slip_force / record.normal_load
     first, excess = _first_slip(record, static)
     kinetic, outcome = nan, result.outcome
@@ -90,7 +89,6 @@ def friction_coefficients(
         static_friction_excess=_beyond(record, first),
         every_static_friction=static,
         kinetic_friction=kinetic,
-        kinetic_friction_excess=_beyond(record, kinetic),
         outcome=outcome.adding(excess),
     )
 
@@ -126,11 +124,8 @@ def _first_slip(record: FrictionRecord, static: NDArray[np.float64]) -> tuple[fl
 
 
 def _beyond(record: FrictionRecord, coefficient: float) -> float:
-    """By how much a coefficient lies outside all that the record holds, F/W: inertia and damper are in the driving force too.
-
-    NaN of none.
-    """
-    return max(coefficient - _highest(record), -coefficient, 0.0) if math.isfinite(coefficient) else math.nan
+    """By how much a driving force is above all forces of the record, F/W, by inertia and damper; NaN of none."""
+    return max(coefficient - _highest(record), 0.0) if math.isfinite(coefficient) else math.nan
 
 
 def _highest(record: FrictionRecord) -> float:
