@@ -412,14 +412,16 @@ class NamedFiles(Checker):
         """The profiles on an axis, whose names take the place of the files: all of their texts, one after the other."""
         given, named = axes.pop("roughness", []), dict[str, Rows]()
         for number, (where, value) in enumerate(given):
-            name = str(value.get("file", "") if isinstance(value, dict) else value)
+            if not (read := self._rows("roughness", where, value, scales, number)):
+                continue
+            name = value["file"] if isinstance(value, dict) else value
             if name in named:
                 self.problems.append(f"{where} = {shown(value)}: needs a file of its own, whose name the case has")
-            elif read := self._rows("roughness", where, value, scales, number):
-                named[name] = read
-                label = FileName(name)
-                label.content = read.value
-                axes.setdefault("roughness", []).append(Given(where, label))
+                continue
+            named[name] = read
+            label = FileName(name)
+            label.content = read.value
+            axes.setdefault("roughness", []).append(Given(where, label))
         text = BETWEEN.join(each.text for each in named.values())
         return {"roughness": Rows(text.encode(), text, ())} if given else {}
 
