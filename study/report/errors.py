@@ -116,20 +116,24 @@ def error_lines(
 
     cost, measured: see `errors_of`.
     """
-    of, asked = summary.cases_of(dataset), _asked(dataset)
-    for case in summary.each_case(dataset, of, most):
-        place = summary.words({str(dim): case[dim].item() for dim in of.dims if dataset.sizes[dim] > 1})
+    cases, asked = summary.cases_of(dataset), _asked(dataset)
+    unknown = [name for name in asked if GRID_ERROR not in dataset[name].attrs.get("ancillary_variables", "")]
+    partly = unknown if not measured else []
+    if cases.size > most > 1:
+        yield f"{most} of {cases.size} drives, the first to the last:"
+    for case in summary.each_case(dataset, cases, most):
+        place = summary.words({str(dim): case[dim].item() for dim in cases.dims if dataset.sizes[dim] > 1})
         for name in asked:
-            yield _line(case, name, f" ({place})" if place else "", errors_of(case, name, cost, measured))
+            of = "of what is known, " if name in partly else ""
+            yield _line(case, name, f" ({place})" if place else "", of, errors_of(case, name, cost, measured))
     mask = int(dataset[variables.VALIDITY.name].values.flat[0]) if variables.VALIDITY.name in dataset else 0
     if unresolved := [flag for flag in flags_in(mask) if flag.name.startswith(UNRESOLVED)]:
         yield f"nodes miss part of what these numbers depend on: {advice_on(unresolved)}"
-    unknown = [name for name in asked if GRID_ERROR not in dataset[name].attrs.get("ancillary_variables", "")]
-    if unknown and not measured:
-        yield f"the grid's part of {', '.join(unknown)} is not known; {_UNKNOWN}"
+    if partly:
+        yield f"the grid's part of {', '.join(partly)} is not known; {_UNKNOWN}"
 
 
-def _line(case: xr.Dataset, name: str, where: str, errors: list[Error]) -> str:
+def _line(case: xr.Dataset, name: str, where: str, of: str, errors: list[Error]) -> str:
     value, error = float(case[name]), float(case.get(f"{name}{summary.UNCERTAINTY}", math.nan))
     if math.isnan(value):
         return f"{name}{where}: not known"
@@ -138,4 +142,6 @@ def _line(case: xr.Dataset, name: str, where: str, errors: list[Error]) -> str:
     first, *others = errors
     beside = "".join(f"; {each.source} {each.share:.1%}" for each in others)
     verb = "dominates" if first.source.startswith("the ") else "dominate"
-    return f"{name} {with_error(value, error)}{where}: {first.source} {verb} ({first.share:.1%}), {first.cure}{beside}"
+    return (
+        f"{name} {with_error(value, error)}{where}: {of}{first.source} {verb} ({first.share:.1%}), {first.cure}{beside}"
+    )

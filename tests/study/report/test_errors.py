@@ -32,7 +32,9 @@ def test_starts_are_named_with_the_members_that_halve_their_part() -> None:
     assert error.share == pytest.approx(float(data["plateau_mean_uncertainty"] / data["plateau_mean"]))
     assert error.cure == "16 members halve it: about 1 s more"
     lines = list(error_lines(data))
-    assert re.match(r"plateau_mean 0\.\d+ ± 0\.\d+: starts dominate \(\d+\.\d%\), 16 members halve it$", lines[0])
+    assert re.match(
+        r"plateau_mean 0\.\d+ ± 0\.\d+: of what is known, starts dominate \(\d+\.\d%\), 16 members halve it$", lines[0]
+    )
     assert "the grid's part of plateau_mean is not known" in lines[-1]
     grid = {"plateau_mean": Error("the grid", 0.9, "a finer one")}
     assert [each.source for each in errors_of(data, "plateau_mean", "", grid)] == ["the grid", "starts"]
