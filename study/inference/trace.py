@@ -378,7 +378,7 @@ def _notes(trace: Trace, force: Floats, unit: str, cycles: Sequence[Cycle], nois
     begins = float(force[0])
     if abs(begins) > max(NOISE * noise, 0.02 * float(force.max())):
         notes.append(f"the trace begins at {begins:.3g}{own}: if nothing pulls there, take it off by offset")
-    if NOISE * noise > drop and cycles:
+    if NOISE * noise > drop:
         notes.append(f"where the force falls by less than {NOISE * noise:.2g}{own} it counts as noise, not as a slip")
     if not cycles:
         return notes
