@@ -460,8 +460,8 @@ def in_words(found: Sequence[Points]) -> Iterator[str]:
 
 
 def sentence(text: str) -> str:
-    """A text that begins with a capital letter."""
-    return text[0].upper() + text[1:]
+    """A text that begins with a capital letter, or with a symbol as it is."""
+    return text[0].upper() + text[1:] if text[0].isascii() else text
 
 
 def _value(points: Points) -> str:
