@@ -259,12 +259,8 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
     k, stage = drive.spring_stiffness, drive.stage_velocity
     damping = 2.0 * drive.damping_ratio * math.sqrt(k)
     rises = np.maximum(friction_limit.slope, 0.0) * np.diff(friction_limit.edges)
-    peak, mean, way = (
-        float((friction_limit.force + rises).max()),
-        friction_limit.steady_force,
-        float(friction_limit.edges[-1]),
-    )
-    duration = drive.duration or expected_duration(drive, peak, mean, surface_stiffness, way)
+    peak, way = float((friction_limit.force + rises).max()), float(friction_limit.edges[-1])
+    duration = drive.duration or expected_duration(drive, peak, friction_limit.steady_force, surface_stiffness, way)
     compliant = drive.surface_compliance
     stiffest = surface_stiffness if compliant else float(np.abs(friction_limit.slope).max())
     motion = Motion(

@@ -117,8 +117,8 @@ def error_lines(
     cost, measured: see `errors_of`.
     """
     cases, asked = summary.cases_of(dataset), _asked(dataset)
-    unknown = [name for name in asked if GRID_ERROR not in dataset[name].attrs.get("ancillary_variables", "")]
-    partly = unknown if not measured else []
+    attributes = {name: dataset[name].attrs.get("ancillary_variables", "") for name in asked}
+    partly = [name for name in asked if not measured and GRID_ERROR not in attributes[name]]
     if cases.size > most > 1:
         yield f"{most} of {cases.size} drives, the first to the last:"
     for case in summary.each_case(dataset, cases, most):
