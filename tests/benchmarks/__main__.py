@@ -19,14 +19,12 @@ from tests.benchmarks.table import as_markdown
 NAMES = (
     "sliding",
     "events",
-    "coulomb",
     "growth",
     "half_plane",
     "compliance",
     "dynamics",
     "effects",
     "campaign",
-    "memory",
     "start_up",
     "scale",
 )

@@ -24,7 +24,7 @@ from nanoslip.study.run.dispatch import Watch
 from nanoslip.study.run.farm import Farm, ProcessFarm
 from nanoslip.study.run.launch import Program
 from nanoslip.study.run.mpi import open_farm
-from nanoslip.study.run.warm_up import miniatures, warm_up
+from nanoslip.study.run.warm_up import WarmUp, miniatures
 from tests.benchmarks import campaign
 from tests.benchmarks.ranks import found
 from tests.benchmarks.table import Row, seconds, timed, verdict, versus
@@ -74,30 +74,22 @@ def _shared(folder: Path) -> list[Row]:
         took, computing, used = found(2, __name__, "cases", folder, f"pair{attempt}")
         other = float((folder / f"pair{attempt}" / OTHER).read_text())
         pair.append((took, computing / (2 * took), used + other))
-    peer = _run("futures", folder, "peer", 2)
     (alone, _, used_alone), (ours, share, used_by_both) = min(serial), min(pair)
-    wall, undisturbed = alone / ours, 2 * share * used_alone / used_by_both
     both = f"ranks compute {share:.1%} of the wall clock; tasks are slower"
     rows = (
+        ("n_x = 129, 2 ranks, wall clock", ours, alone, alone / ours),
         (
-            "n_x = 129, 2 ranks, wall clock",
-            ours,
-            alone,
+            f"n_x = 129, in processor time: {both} on shared caches",
+            *(used_by_both, used_alone, 2 * share * used_alone / used_by_both),
         ),
-        (f"n_x = 129, in processor time: {both} on shared caches", used_by_both, used_alone),
     )
     return [
-        *(
-            versus(
-                f"200 cases at {what}",
-                *(mine, one, "one process", verdict("≥ 1.9 × serial", gain >= 1.9)),
-                ratio=f"{gain:.2f} × as fast",
-            )
-            for (what, mine, one), gain in zip(rows, (wall, undisturbed), strict=True)
-        ),
         versus(
-            "the same", ours, peer, "MPICommExecutor of mpi4py.futures, 2 ranks", ratio=f"{peer / ours:.2f} × as fast"
-        ),
+            f"200 cases at {what}",
+            *(mine, one, "one process", verdict("≥ 1.9 × serial", gain >= 1.9)),
+            ratio=f"{gain:.2f} × as fast",
+        )
+        for what, mine, one, gain in rows
     ]
 
 
@@ -112,9 +104,6 @@ def _describe(folder: Path, count: int) -> None:
 
 def _program(mode: str, folder: Path, what: str) -> None:
     """What the ranks run; the root prints its finding as JSON."""
-    if mode == "futures":
-        _futures(folder, what)
-        return
     with open_farm(Program(__name__, "executor", (mode, folder, what))) as farm:
         if not farm.root:
             code = farm.serve()
@@ -139,7 +128,7 @@ def executor(given: tuple[str, Path, str]) -> Callable[[Any], Outcome]:
         return lambda task: COMPLETED
     if mode == "written":
         return _files(folder)
-    warm_up(miniatures(_plan(folder).tasks))
+    WarmUp(miniatures(_plan(folder).tasks)).run()
     compute = _executor(Store(folder / what))
     return lambda task: COMPLETED if isinstance(task, Work) else compute(task)
 
@@ -191,32 +180,6 @@ def _files(folder: Path) -> Callable[[Any], Outcome]:
         return COMPLETED
 
     return execute
-
-
-_store: Store | None = None
-
-
-def _submitted(task: Task) -> Outcome:
-    assert _store is not None
-    return _executor(_store)(task)
-
-
-def _futures(folder: Path, what: str) -> None:
-    """The same tasks through mpi4py's executor, whose root hands out and waits."""
-    global _store  # noqa: PLW0603  an executor takes module functions only
-    from mpi4py.futures import MPICommExecutor
-
-    _store = Store(folder / what)
-    warm_up(miniatures(_plan(folder).tasks))
-    with MPICommExecutor() as executor:
-        if executor is not None:
-            plan = _plan(folder)
-            _store.prepare()
-            start = time.perf_counter()
-            pool: Any = executor  # mpi4py's own types leave `map` out
-            for kind in ("compliance", "record"):
-                list(pool.map(_submitted, [task for task in plan.tasks if task.kind == kind]))
-            print(json.dumps(time.perf_counter() - start), flush=True)
 
 
 if __name__ == "__main__":

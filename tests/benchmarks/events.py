@@ -1,34 +1,23 @@
-"""An event without its slips, a whole small record, and members of a case: what is around the slips."""
+"""An event without its slips, and a whole small record: what is around the slips."""
 
-import time
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 
 from nanoslip import Case, Slab, surface_compliance
 from nanoslip.solver.elasticity.schemes.chain import Chain
-from nanoslip.solver.ensemble import Ensemble
-from nanoslip.solver.sliding import slide as full_contact
 from nanoslip.solver.sliding.slide import slide, slide_to_state
 from nanoslip.study.commands.plans import planned
-from nanoslip.study.plan.kinds import RECORD, record_task
-from nanoslip.study.run.compute import computed_members, computed_record, numbers, run_task
+from nanoslip.study.run.compute import run_task
 from tests.benchmarks.scale import campaign_of
-from tests.benchmarks.table import Row, at_most, best, seconds, verdict, versus
+from tests.benchmarks.table import Row, at_most, best, seconds, versus
 
 EVENTS = 2000
 LONG_EVENT = 0.7e-6
 LONG_TASK = 0.8e-3
 TASKS = 200
-MEMBER = 0.25e-3
-"""Of 50 events at n_x = 33: 8000 a second on two ranks."""
-BESIDE = 0.05
-"""Share of a member of EVENTS events."""
-RUNS = 5
 
 
 def rows() -> list[Row]:
@@ -40,42 +29,7 @@ def rows() -> list[Row]:
     return [
         versus(what, event, slip, "a slip", at_most(event, LONG_EVENT), ratio=ratio),
         Row(small, seconds(task), target=at_most(task, LONG_TASK)),
-        *(_member(n_x, events) for n_x, events in ((33, 50), (65, EVENTS), (129, EVENTS))),
     ]
-
-
-def _member(n_x: int, events: int) -> Row:
-    """A member of a case, and how much of its time is the compiled loop over events, in the same runs."""
-    case, ensemble = Case(slab=Slab(n_x=n_x), max_events=events), Ensemble(8)
-    compliance = surface_compliance(case.slab)
-    cases = (replace(case, intrinsic_friction=friction) for friction in (0.25, 0.5))
-    tasks = [record_task(each, ensemble, scalars_only=True) for each in cases]
-    spent, inside = 0.0, full_contact.slide_events
-
-    def timed(*arguments: Any) -> Any:
-        nonlocal spent
-        start = time.process_time()
-        found = inside(*arguments)
-        spent += time.process_time() - start
-        return found
-
-    def run() -> None:
-        for task in tasks:
-            members = computed_members(RECORD, task, lambda case, _: computed_record(case, compliance))
-            numbers(RECORD, members, scalars_only=True)
-
-    runs = []
-    with patch.object(full_contact, "slide_events", timed):
-        for _ in range(RUNS):
-            spent, start = 0.0, time.process_time()
-            run()
-            runs.append((time.process_time() - start, spent))
-    whole, events_alone = (taken / (len(tasks) * ensemble.members) for taken in min(runs))
-    beside = 1.0 - events_alone / whole
-    little = verdict(f"≤ {BESIDE:.0%} beside it", beside <= BESIDE)
-    target = little if events == EVENTS else at_most(whole, MEMBER)
-    what = f"one of 8 members, n_x = {n_x}, {events} events, scalars only"
-    return versus(what, whole, events_alone, "its loop over events", target, ratio=f"{beside:.1%} beside it")
 
 
 def _event_and_slip() -> tuple[float, float]:

@@ -1,28 +1,24 @@
-"""Contact without shear on a half-plane, which needs no matrix, beside Tamaas, its matrix, and Hertz."""
+"""Contact without shear on a half-plane, which needs no matrix, beside Tamaas and Hertz."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from nanoslip.solver.case import Case, Effects, Heterogeneity
 from nanoslip.solver.contact.closed_forms import hertz
-from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.simulate import contact_state
 from nanoslip.solver.slab import Slab
-from tests.benchmarks.table import Row, arrays_of, best, seconds, verdict, versus
+from tests.benchmarks.table import Row, arrays_of, best, seconds, verdict
 from tests.benchmarks.tamaas_peer import beside_tamaas
 
-DENSE, FINE, FINEST = 1025, 16_385, 100_001
+FINE, FINEST = 16_385, 100_001
 MOST_SECONDS, MOST_TIMES, MOST_BYTES = 0.1, 2.0, 1e8
 EFFECTS = {"without coupling": Effects(coupling=False), "without friction": Effects(friction=False)}
 
 
 def rows() -> list[Row]:
-    """Time of contacts of 1025 to 100 001 nodes, and what the largest takes of memory and is off."""
+    """Time of contacts of 16 385 and 100 001 nodes, and what the largest takes of memory and is off."""
     return [
-        *(_beside_the_matrix(name) for name in EFFECTS),
         *(_beside_tamaas(name) for name in EFFECTS),
         _rough(),
         *_finest(),
@@ -31,14 +27,6 @@ def rows() -> list[Row]:
 
 def _case(n_x: int, effects: str = "without coupling") -> Case:
     return Case(slab=Slab(n_x=n_x, scheme="half_plane"), effects=EFFECTS[effects])
-
-
-def _beside_the_matrix(effects: str) -> Row:
-    case = _case(DENSE, effects)
-    convolved = surface_compliance(case.slab)
-    dense = SurfaceCompliance(convolved.matrix, case.slab)
-    ours, peer = (best(partial(initial_contact, case, each)) for each in (convolved, dense))
-    return versus(f"contact on a half-plane {effects}, n_x = {DENSE}", ours, peer, "from its matrix")
 
 
 def _beside_tamaas(effects: str) -> Row:

@@ -1,4 +1,4 @@
-"""What comes before the first task: the command line, imports, and kernels that are compiled once and for all."""
+"""What comes before the first task: the command line, and kernels that are compiled once and for all."""
 
 import os
 import resource
@@ -37,10 +37,10 @@ class Run:
 
 
 def rows() -> list[Row]:
-    """Commands that compute nothing, a rank's imports, and runs with empty and with filled caches of kernels."""
+    """Commands that compute nothing, and runs with empty and with filled caches of kernels."""
     with TemporaryDirectory() as folder:
         looks = _looks(Path(folder))
-    return [*looks, _imports(), *_kernels()]
+    return [*looks, *_kernels()]
 
 
 def _looks(folder: Path) -> list[Row]:
@@ -60,14 +60,6 @@ def _command(*arguments: str, limit: float, environment: dict[str, str]) -> Row:
     python = best(_quiet([sys.executable, "-c", "pass"], environment), clock=_children)
     what, ratio = f"nanoslip {arguments[0]}: processor time", f"{took / python:.1f}"
     return versus(what, took, python, "Python alone", at_most(took, limit), ratio=ratio)
-
-
-def _imports() -> Row:
-    loaded = subprocess.run([sys.executable, "-c", RANK], capture_output=True, text=True, check=True).stdout.split()
-    took = best(_quiet([sys.executable, "-c", RANK]), repeats=3, clock=time.perf_counter)
-    solver = best(_quiet([sys.executable, "-c", "import numpy, numba, scipy.optimize"]), 3, time.perf_counter)
-    what = f"start of a rank; {', '.join(HEAVY)} loaded: {', '.join(loaded) or 'none'}"
-    return versus(what, took, solver, "numpy, numba and scipy.optimize alone", verdict("none", not loaded))
 
 
 def _kernels() -> list[Row]:

@@ -1,10 +1,12 @@
-"""No benchmark's memory is counted as that of the next."""
+"""Every benchmark can be begun, and no benchmark's memory is counted as that of the next."""
 
+import importlib
 import resource
 
 import numpy as np
 import pytest
 
+from tests.benchmarks import __main__ as benchmarks
 from tests.benchmarks import apart
 from tests.benchmarks.table import Row
 
@@ -21,3 +23,8 @@ def test_each_benchmark_has_a_process_of_its_own(capsys: pytest.CaptureFixture[s
     first, second = apart.rows_of(["test_apart", "test_apart"])
     assert int(second.ours) < int(first.ours) + 100
     assert capsys.readouterr().err == "test_apart …\ntest_apart …\n"
+
+
+@pytest.mark.parametrize("name", benchmarks.NAMES)
+def test_every_benchmark_can_be_imported(name: str) -> None:
+    assert importlib.import_module(f"tests.benchmarks.{name}").rows
