@@ -1,13 +1,15 @@
-"""Tables that commands write into a page by hand: each stands between two marks, and what is around them stays."""
+"""Tables that commands measure, as CSV files: the site shows them (docs/measured.md)."""
 
+import csv
+import io
+from collections.abc import Iterable
 from pathlib import Path
 
 
-def put(page: Path, name: str, lines: list[str]) -> None:
-    """Write these lines between the marks of that name. Raises ValueError where the page has none."""
-    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->\n"
-    before, found, rest = page.read_text("utf-8").partition(begin)
-    _, also, after = rest.partition(end)
-    if not (found and also):
-        raise ValueError(f"{page}: no marks for a table, {begin!r} and {end!r}")
-    page.write_text("".join((before, begin, *(f"{line}\n" for line in lines), end, after)), "utf-8")
+def show(rows: Iterable[Iterable[object]], path: Path | None = None) -> None:
+    """Print the rows, the header first, and write them where a path is given."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    print(text.getvalue())
+    if path:
+        path.write_text(text.getvalue(), "utf-8")

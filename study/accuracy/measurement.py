@@ -1,9 +1,11 @@
 """Work-precision diagrams as table and picture (`nanoslip accuracy`)."""
 
+import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from io import StringIO
 from pathlib import Path
 from typing import Any, Final
 
@@ -157,7 +159,7 @@ def _apart(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean((found - truth) ** 2) / np.mean(truth**2)))
 
 
-# Diagrams as tables: on the terminal, and in Markdown.
+# Diagrams as tables: on the terminal, and as CSV.
 
 MARK = "*"
 
@@ -173,16 +175,19 @@ def as_table(diagram: Diagram) -> Table:
     return Table((*header, "front"), tuple(rows))
 
 
+def as_csv(diagram: Diagram) -> str:
+    """The table of a diagram."""
+    table, text = as_table(diagram), StringIO()
+    csv.writer(text, lineterminator="\n").writerows((table.header, *table.rows))
+    return text.getvalue()
+
+
 def as_markdown(measurement: "Measurement") -> str:
-    """All diagrams as Markdown, each with its reference, and the machine of the measurement."""
+    """The machine of the measurement, and each diagram's reference and file."""
     on = ", ".join(f"{name} {value}" for name, value in machine().items())
-    parts = [f"# {measurement.title}\n", f"Measured with: {on}.\n"]
-    for diagram in measurement.diagrams:
-        table = as_table(diagram)
-        lines = [table.header, ("---",) * len(table.header), *table.rows]
-        parts.append(f"## {diagram.title}\n\nReference: {diagram.reference}. {MARK}: on the front.\n")
-        parts.append("\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n")
-    return "\n".join(parts)
+    parts = [f"# {measurement.title}\n\nMeasured with: {on}. {MARK}: on the front.\n"]
+    parts += [f"- [{each.title}]({each.file}). Reference: {each.reference}." for each in measurement.diagrams]
+    return "\n".join(parts) + "\n"
 
 
 def _cell(value: Value, uncertainty: Value | None) -> str:
@@ -259,10 +264,11 @@ def measure(setup: Setup, effort: Effort) -> Measurement:
 
 
 def write(measurement: Measurement, out: Path, front: Path | None = None) -> list[Path]:
-    """Write table and picture to `out`, and the front where it is wanted; returns the files. Raises StoreError."""
+    """Write tables and picture to `out`, and the front where it is wanted; returns the files. Raises StoreError."""
     contents = {
         out / "accuracy.md": as_markdown(measurement).encode(),
         out / "accuracy.png": draw(measurement.diagrams),
+        **{out / each.file: as_csv(each).encode() for each in measurement.diagrams},
     }
     if front is not None:
         contents[front] = as_text(machine(), measurement.contacts, measurement.front).encode()

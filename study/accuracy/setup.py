@@ -158,6 +158,11 @@ class Diagram:
     rows: tuple[Row, ...]
 
     @property
+    def file(self) -> str:
+        """Name of its table."""
+        return f"{self.title.lower().replace(' ', '_')}.csv"
+
+    @property
     def groups(self) -> list[NDArray[np.bool_]]:
         """Masks of the rows that are rivals."""
         if self.rivals:

@@ -1,4 +1,4 @@
-"""Run every benchmark, print one table, and write it to tests/benchmarks/table.md: `python -m tests.benchmarks [NAME …]`.
+"""Run every benchmark, print one table, and write it to tests/benchmarks/table.csv: `python -m tests.benchmarks [NAME …]`.
 
 Timings are processor seconds of the best of several runs, so that other work on the machine disturbs them little; ours and
 the peer or limit are measured in the same run. NAME picks files of this folder, e.g. `sliding`.
@@ -14,7 +14,8 @@ import sys
 from pathlib import Path
 
 from tests.benchmarks.apart import rows_of
-from tests.benchmarks.table import as_markdown
+from tests.benchmarks.table import as_rows
+from tests.written_tables import show
 
 NAMES = (
     "sliding",
@@ -32,10 +33,7 @@ NAMES = (
 
 def main(names: list[str]) -> None:
     """Run the benchmarks named (all without names); only a whole run replaces the table in the repository."""
-    text = as_markdown(list(rows_of(names or NAMES)))
-    print(text)
-    if not names:
-        Path(__file__).with_name("table.md").write_text(text + "\n", encoding="utf-8")
+    show(as_rows(rows_of(names or NAMES)), None if names else Path(__file__).with_name("table.csv"))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 Three cases whose starts differ for different reasons, with the paper's drive: few nodes, unlike nodes, many nodes. Errors are
 those of means over disjoint groups of members, each against all other members' longest records; seconds those of contact, record
-and drive. It takes six minutes, and writes tests/benchmarks/digit.md.
+and drive. It takes six minutes, and writes tests/benchmarks/digit.csv.
 """
 
 import math
@@ -28,6 +28,7 @@ from nanoslip.solver.view import with_error
 from nanoslip.study.manifest.manifest import MEMBERS, NamedDrive
 from nanoslip.study.manifest.parameters import LIMITS
 from tests.benchmarks.table import timed
+from tests.written_tables import show
 
 Vector = NDArray[np.float64]
 WithError = tuple[float, float]
@@ -169,27 +170,8 @@ def rows_of(samples: Mapping[float, Sample]) -> Iterator[dict[str, str]]:
 def main() -> None:
     """Measure all cases and write the table."""
     rows = [{"case": name, **row} for name, case in CASES.items() for row in rows_of(samples_of(case))]
-    lines = [list(rows[0]), ["---"] * len(rows[0]), *(list(row.values()) for row in rows)]
-    text = "".join(f"| {' | '.join(line)} |\n" for line in lines)
-    print(text)
-    Path(__file__).with_suffix(".md").write_text(HEAD + text, encoding="utf-8")
+    show([rows[0], *(row.values() for row in rows)], Path(__file__).with_suffix(".csv"))
 
-
-HEAD: Final = f"""\
-# One more digit
-
-Errors relative to means over all others of {STARTS} members, with records of {LENGTHS[-1]:g} presliding lengths.
-
-- *mean*: the reference
-- *seconds*: core seconds of {MEMBERS} members with records of {LENGTH:g} presliding lengths, the default
-- *error*: their relative error, root mean square
-- *stated*: median relative ±
-- *exponent*: p of seconds ∝ error^p for more members
-- *time 3*: core seconds for the same error with records of 3 presliding lengths, over those of {LENGTH:g}; others likewise
-- *short bias*: relative difference of records of {LENGTHS[0]:g} from the longest ones of the same starts
-- *default bias*: the same for records of {LENGTH:g}
-
-"""
 
 if __name__ == "__main__":
     main()

@@ -18,7 +18,8 @@ from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.compute import run_task
 from tests.benchmarks.apart import alone
-from tests.benchmarks.table import Row, as_markdown, at_most, seconds
+from tests.benchmarks.table import Row, as_rows, at_most, seconds
+from tests.written_tables import show
 
 SIZES = (10_000, 100_000)
 """Cases of the campaigns that are measured unless others are asked for."""
@@ -139,4 +140,4 @@ def _taken(*words: object) -> Taken:
 
 
 if __name__ == "__main__":
-    print(as_markdown(rows(tuple(map(int, sys.argv[1:])) or SIZES)))
+    show(as_rows(rows(tuple(map(int, sys.argv[1:])) or SIZES)))

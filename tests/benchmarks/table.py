@@ -3,8 +3,8 @@
 import resource
 import time
 import tracemalloc
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import astuple, dataclass, fields
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -73,8 +73,6 @@ def at_most(value: float, most: float) -> str:
     return verdict(f"≤ {seconds(most)}", value <= most)
 
 
-def as_markdown(rows: list[Row]) -> str:
-    """All rows as a table."""
-    lines = ["| what | ours | against | ratio | target |", "|---|---|---|---|---|"]
-    lines += [f"| {row.what} | {row.ours} | {row.against} | {row.ratio} | {row.target} |" for row in rows]
-    return "\n".join(lines)
+def as_rows(rows: Iterable[Row]) -> list[tuple[str, ...]]:
+    """All rows below their header."""
+    return [tuple(each.name for each in fields(Row)), *map(astuple, rows)]

@@ -1,6 +1,6 @@
 """What a target costs and whether it is kept: twenty campaigns drawn by seed, against eight members with everything.
 
-`python -m tests.benchmarks.target [CASES]` computes so many cases of each, evenly spread, and writes tests/benchmarks/target.md.
+`python -m tests.benchmarks.target [CASES]` computes so many cases of each, evenly spread, and writes tests/benchmarks/target.csv.
 Costs are processor seconds of compliances, records and drives. A target is kept where the mean it stopped at is no further from
 that of 32 other starts with everything than `within` and twice their own ± together.
 """
@@ -34,6 +34,7 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import KINDS, compliance_task, declared, drive_task, record_task
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
+from tests.written_tables import show
 
 CAMPAIGNS, CASES = 20, 6
 DRIVES = 8
@@ -249,17 +250,15 @@ def _member(case: Case, drives: Sequence[Drive], compliance: SurfaceCompliance) 
     return plateau.mean, found
 
 
-def as_markdown(verdicts: Sequence[Verdict]) -> str:
+def table(verdicts: Sequence[Verdict]) -> Iterator[tuple[str, ...]]:
     """What the campaigns come to, for each target."""
-    head, lines = [f"{100.0 * within:g} %" for within in WITHIN], []
-    for known, title in ((True, "cases in which 8 members suffice"), (False, "all cases")):
-        lines += ["", f"| {title} | {' | '.join(head)} |", "|---" * (1 + len(WITHIN)) + "|"]
+    yield "of cases", "number", *(f"{100.0 * within:g} %" for within in WITHIN)
+    for known, title in ((True, "in which 8 members suffice"), (False, "all")):
         columns = [
             list(_summary([(each.campaign.kind, each.judged(within, known=known)) for each in verdicts]))
             for within in WITHIN
         ]
-        lines += [f"| {what} | {' | '.join(cells)} |" for what, *cells in zip(SUMMARY, *columns, strict=True)]
-    return "\n".join(lines[1:]) + "\n"
+        yield from ((title, *row) for row in zip(SUMMARY, *columns, strict=True))
 
 
 SUMMARY = (
@@ -293,10 +292,7 @@ def main(arguments: Sequence[str]) -> None:
         for number, each in enumerate(pool.map(partial(judge, most_cases=cases), numbers)):
             print(f"campaign {number}: {each.campaign.kind}", file=sys.stderr, flush=True)
             verdicts.append(each)
-    head = f"{cases} cases of each campaign, evenly spread, or {FEWEST_CASES} with {DRIVES} drives each."
-    text = f"{head}\n\n{as_markdown(verdicts)}"
-    print(text)
-    Path(__file__).with_suffix(".md").write_text(text, "utf-8")
+    show(table(verdicts), Path(__file__).with_suffix(".csv"))
 
 
 if __name__ == "__main__":

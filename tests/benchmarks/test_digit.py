@@ -1,5 +1,6 @@
 """What a digit costs: errors, exponents and times of made-up members whose scatter is given, and the committed table."""
 
+import csv
 import math
 from pathlib import Path
 
@@ -41,11 +42,10 @@ def test_the_exponent_is_minus_two_within_its_own_error():
 
 def test_the_committed_table_obeys_the_law():
     """Every exponent is -2 within 3 of its errors, as is every error of eight members what they state."""
-    text = Path(__file__).with_name("digit.md").read_text("utf-8")
-    header, _, *rows = [line.split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    with Path(__file__).with_name("digit.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
     assert len(rows) == 9
-    for row in rows:
-        cells = dict(zip(header, row, strict=True))
+    for cells in rows:
         power, its_error = map(float, cells["exponent"].split(" ± "))
         assert abs(1.0 / power + 0.5) < 3.0 * its_error / power**2, cells  # the slope is what scatters evenly
         error, its_error = map(float, cells["error"].split(" ± "))

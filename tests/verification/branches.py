@@ -28,7 +28,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
-from tests.written_tables import put
+from tests.written_tables import show
 
 SETS = {"one node": 0.0, "half of Hertz": 0.5, "Hertz": 1.0, "1.5 Hertz": 1.5, "all nodes": math.inf}
 """Name -> half-width of a contact set, in those that Hertz or the punch has."""
@@ -145,15 +145,14 @@ def compared(case: Case) -> dict[tuple[str, str], NDArray[np.float64]] | None:
     return found if np.isfinite(list(found.values())).all() else None
 
 
-def table(found: list[dict[tuple[str, str], NDArray[np.float64]]]) -> Iterator[str]:
-    """Lines of the table: of how many cases the branch is another, and how far its numbers then are from the code's own."""
-    yield "| set of nodes | use | another branch | a/L_x | first peak | plateau |"
-    yield "|---|---|---|---|---|---|"
+def table(found: list[dict[tuple[str, str], NDArray[np.float64]]]) -> Iterator[list[str]]:
+    """Rows of the table: of how many cases the branch is another, and how far its numbers then are from the code's own."""
+    yield ["set of nodes", "use", "another branch", "a/L_x", "first peak", "plateau"]
     for use, name in found[0]:
         rows = np.array([each[use, name] for each in found])
         others = rows[rows.any(1)]
         spans = [f"{column.min():+.1%} to {column.max():+.1%}" if len(others) else "–" for column in others.T]
-        yield f"| {name} | {use} | {len(others)} of {len(rows)} | {' | '.join(spans)} |"
+        yield [name, use, f"{len(others)} of {len(rows)}", *spans]
 
 
 if __name__ == "__main__":
@@ -165,6 +164,4 @@ if __name__ == "__main__":
         measured += [branches] if branches else []
         print(f"case {number}: {len(measured) if branches else 'left out'}", file=sys.stderr, flush=True)
         number += 1
-    lines = list(table(measured))
-    put(Path(__file__).with_name("README.md"), "branches", lines)
-    print("\n".join(lines))
+    show(table(measured), Path(__file__).with_suffix(".csv"))

@@ -1,6 +1,6 @@
 """How often ± holds: fresh cases from all over the map, eight members each, against the mean over 24 other members.
 
-`python -m tests.verification.coverage [CASES]` measures and writes the table, tests/verification/coverage.md.
+`python -m tests.verification.coverage [CASES]` measures and writes the table, tests/verification/coverage.csv.
 """
 
 import math
@@ -99,5 +99,4 @@ def verdicts(number: int) -> Iterator[Verdict]:
 
 
 if __name__ == "__main__":
-    told = f"{MEMBERS} members each, against {OTHERS} others, whose own ± counts too."
-    measure(verdicts, 200, Path(__file__).with_suffix(".md"), f"fresh cases, {told}")
+    measure(verdicts, 200, Path(__file__).with_suffix(".csv"))

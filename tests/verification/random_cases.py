@@ -3,11 +3,13 @@
 import math
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+from tests.written_tables import show
 
 FORMS = (".0%", ".0%", ".2%")
 
@@ -29,27 +31,21 @@ def verdict(observable: str, number: int, value: float, stated: float, truth: fl
     return Verdict(observable, number, error / abs(truth), error / stated if stated > 0.0 else math.nan)
 
 
-def as_markdown(found: list[Verdict]) -> str:
+def table(found: list[Verdict]) -> Iterator[list[object]]:
     """Coverage by observable: how often one and two ± hold, how large errors are, and how often no ± is stated."""
     groups: dict[str, list[Verdict]] = defaultdict(list)
     for verdict in found:
         groups[verdict.observable].append(verdict)
-    lines = [
-        "| of | cases | ± holds | 2 ± holds | median error | not stated |",
-        "|---|---|---|---|---|---|",
-    ]
+    yield ["of", "cases", "± holds", "2 ± holds", "median error", "not stated"]
     for observable, group in groups.items():
         times, errors = np.array([each.times for each in group]), np.array([each.error for each in group])
         stated = np.isfinite(times)
         one, two = coverage(times)
         missing = 1.0 - stated.mean()
         middle = np.median(errors[stated]) if stated.any() else math.nan
-        shares = " | ".join(
-            "–" if math.isnan(share) else f"{share:{form}}"
-            for share, form in zip((one, two, middle), FORMS, strict=True)
-        )
-        lines.append(f"| {observable} | {len(group)} | {shares} | {missing:.0%} |")
-    return "\n".join(lines) + "\n"
+        pairs = zip((one, two, middle), FORMS, strict=True)
+        shares = ("–" if math.isnan(share) else f"{share:{form}}" for share, form in pairs)
+        yield [observable, len(group), *shares, f"{missing:.0%}"]
 
 
 def coverage(times: np.ndarray) -> tuple[float, float]:
@@ -58,8 +54,8 @@ def coverage(times: np.ndarray) -> tuple[float, float]:
     return (float(np.mean(stated <= 1.0)), float(np.mean(stated <= 2.0))) if len(stated) else (math.nan, math.nan)
 
 
-def measure(verdicts: Callable[[int], Iterable[Verdict]], wanted: int, path: Path, head: str) -> None:
-    """Measure cases until so many say something, print their table below a head, and write it there.
+def measure(verdicts: Callable[[int], Iterable[Verdict]], wanted: int, path: Path) -> None:
+    """Measure cases until so many say something, print their table, and write it there.
 
     verdicts: of the case of a number; none where it is left out. wanted: unless the command line says how many.
     """
@@ -71,6 +67,4 @@ def measure(verdicts: Callable[[int], Iterable[Verdict]], wanted: int, path: Pat
         taken, number = taken + bool(new), number + 1
         found += new
         print(f"case {number - 1}: {'left out' if not new else taken}", file=sys.stderr, flush=True)
-    text = f"{taken} {head}\n\n{as_markdown(found)}"
-    path.write_text(text, "utf-8")
-    print(text)
+    show(table(found), path)

@@ -1,6 +1,6 @@
 """Where initial contact is forgotten: means over steady parts that begin after so many presliding lengths, and are so long.
 
-`python -m tests.verification.run_in [CASES]` measures cases of `coverage` and writes the table, tests/verification/run_in.md. The
+`python -m tests.verification.run_in [CASES]` measures cases of `coverage` and writes tests/verification/run_in.csv. The
 reference is the mean over the same starts from 3 to 24 presliding lengths: what differs from it is memory of initial contact, and
 the part of a node spacing that the pin has seen.
 """
@@ -17,6 +17,7 @@ from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.slide import slide
 from tests.verification.coverage import MEMBERS, drawn
+from tests.written_tables import show
 
 BEGINS = (0.5, 1.0, 1.5, 2.0, 3.0)
 LENGTHS = (2.0, 4.0, 6.5, 12.0)
@@ -51,11 +52,7 @@ def main() -> None:
         if (each := means(number)) is not None:
             found.append(each)
         number += 1
-    lines = [f"{wanted} cases, {MEMBERS} members each; presliding lengths.\n"]
-    lines += [
-        "| steady part from | long | median difference | of 95 in 100 | less than ± | than 2 ± |",
-        "|---|---|---|---|---|---|",
-    ]
+    rows = [("steady part from", "long", "median difference", "of 95 in 100", "less than ±", "than 2 ±")]
     for key in ((begin, length) for begin in BEGINS for length in LENGTHS):
         apart, times = [], []
         for each in found:
@@ -64,8 +61,8 @@ def main() -> None:
             times.append(abs(float(mean.mean) - truth) / max(float(mean.uncertainty), math.ulp(truth)))
         shares = [np.mean(np.array(times) <= limit) for limit in (1.0, 2.0)]
         cells = (f"{np.median(apart):.2%}", f"{np.quantile(apart, 0.95):.2%}", *(f"{share:.0%}" for share in shares))
-        lines.append(f"| {key[0]:g} | {key[1]:g} | {' | '.join(cells)} |")
-    Path(__file__).with_suffix(".md").write_text("\n".join(lines) + "\n", "utf-8")
+        rows.append((f"{key[0]:g}", f"{key[1]:g}", *cells))
+    show(rows, Path(__file__).with_suffix(".csv"))
 
 
 if __name__ == "__main__":

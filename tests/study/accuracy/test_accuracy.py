@@ -121,9 +121,10 @@ def test_the_command_writes_table_picture_and_front(main: Main, tmp_path: Path):
     code, said, _ = main("accuracy", path, "--quick", "--out", tmp_path / "out", "--save", tmp_path / "mine.json")
     assert code == 0
     assert "Elastic operator" in said
-    table = (tmp_path / "out" / "accuracy.md").read_text("utf-8")
-    assert table.startswith("# What accuracy costs in time: Mine\n\nMeasured with: processor ")
-    assert set(re.findall(r"^\| 33 \| (\w+)", table, re.MULTILINE)) == {"biquadratic", "galerkin"}
+    page, table = ((tmp_path / "out" / name).read_text("utf-8") for name in ("accuracy.md", "elastic_operator.csv"))
+    assert page.startswith("# What accuracy costs in time: Mine\n\nMeasured with: processor ")
+    assert "\n- [Elastic operator](elastic_operator.csv). Reference: " in page
+    assert set(re.findall(r"^33,(\w+)", table, re.MULTILINE)) == {"biquadratic", "galerkin"}
     assert (tmp_path / "out" / "accuracy.png").read_bytes().startswith(b"\x89PNG")
     saved = load_front(tmp_path / "mine.json")
     assert {row.slab.aspect_ratio for row in saved.rows} == {1.0, 2.0}

@@ -39,7 +39,7 @@ from nanoslip.study.run.executor import executor, left
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import pin_threads
 from tests.study.results.results import OBSTACLES, flipped
-from tests.written_tables import put
+from tests.written_tables import show
 
 ALL_BITS: Final = 10_000
 CUTS: Final = 100
@@ -318,19 +318,16 @@ def trials(finished: Finished, count: int, cuts: int, seed: int) -> Iterator[Tri
         yield Trials(sort, "all else").made(finished, rough(whole, others, cuts, drawn))
 
 
-def table(found: list[Trials]) -> list[str]:
+def table(found: list[Trials]) -> list[list[object]]:
     """The trials, by sort of file and of damage."""
     every = sum((each.verdicts for each in found), Counter[Verdict]())
-    defects = sum(count for what, count in every.items() if what not in SOUND)
     shown = [what for what in Verdict if what in SOUND or every[what]]
-    rows = [["file", "damage", "times", *shown], ["---"] * (3 + len(shown))]
-    rows += [[each.sort, each.what, each.verdicts.total(), *map(each.verdicts.get, shown)] for each in found]
-    said = f"{every.total()} damages, {defects} defects."
-    return [said, "", *(f"| {' | '.join(str(cell or 0) for cell in row)} |" for row in rows)]
+    rows = ([each.sort, each.what, each.verdicts.total(), *(each.verdicts[what] for what in shown)] for each in found)
+    return [["file", "damage", "times", *shown], *rows]
 
 
 def main() -> None:
-    """Do the damages; the table of a whole set of bits is written into the page."""
+    """Do the damages; the table of a whole set of bits is written."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--bits", type=int, default=ALL_BITS, help="single bits of each sort of file")
     parser.add_argument("--seed", type=int, default=1)
@@ -341,10 +338,7 @@ def main() -> None:
         for each in trials(finished(Path(folder)), asked.bits, CUTS, asked.seed):
             found.append(each)
             print(each.sort, each.what, dict(each.verdicts), *each.defects[:3], sep="\n", flush=True)
-    rows = table(found)
-    print("\n".join(rows))
-    if asked.bits >= ALL_BITS:
-        put(Path(__file__).with_name("README.md"), "fuzz", rows)
+    show(table(found), Path(__file__).with_suffix(".csv") if asked.bits >= ALL_BITS else None)
     sys.exit(any(each.defects for each in found))
 
 
