@@ -153,6 +153,10 @@ def test_a_wrong_case_is_one_clear_message(main, finished, tmp_path):
     for words, said in (
         ((finished, "radius=50"), "needs to be one case: give also intrinsic_friction = 0.25, 0.5"),
         ((finished, "radius=51"), "radius = 51: no such case; there are 50.0, 100.0"),
+        ((finished, "radius=small"), "radius = small: no such case; there are 50.0, 100.0"),
+        ((finished, "radius=50 N"), 'radius = "50 N": needs a number, or one with a unit as "50 m"'),
+        ((finished, "raduis=50"), "raduis: no coordinate of these cases; did you mean radius?"),
+        ((finished, *ONE, "events=61"), "max_events = 61: no such case"),
         ((tmp_path / "bad.nc", *ONE), "bad.nc: no dataset"),
         ((tmp_path, *ONE), "No such file"),
     ):
@@ -234,14 +238,3 @@ def test_a_drive_of_a_contact_alone_is_refused(main):
     """It was left out without a word."""
     code, said, errors = main("try", *QUICK, "--contact", "--drive")
     assert (code, said, "--contact and --drive exclude each other" in errors) == (2, "", True)
-
-
-@pytest.mark.parametrize(
-    ("given", "reason"),
-    [
-        ((*PUNCH, "radius=30"), "radius changes nothing here: only a parabola has a radius"),
-        (("n_x=17", "--contact", "events=9"), "events changes nothing here: initial contact comes before any limit"),
-    ],
-)
-def test_what_changes_nothing_is_said_with_the_reason(main, given, reason):
-    assert main("try", *given)[1].splitlines()[0] == reason

@@ -197,21 +197,6 @@ def test_one_case_keeps_its_drives_until_one_is_named_and_a_parameter_has_its_wo
     assert full.nanoslip.events(radius=["50 mm", "10 cm"]).sizes["event"] == 800
 
 
-@pytest.mark.parametrize(
-    ("given", "kind", "said"),
-    [
-        ({"radius": "50"}, ValueError, "needs to be one case: give also intrinsic_friction = 0.25, 0.5"),
-        ({"radius": "small"}, KeyError, "radius = small: no such case; there are 50.0, 100.0"),
-        ({"radius": "50 N"}, ValueError, 'radius = "50 N": needs a number, or one with a unit as "50 m"'),
-        ({"raduis": "50"}, KeyError, "raduis: no coordinate of these cases; did you mean radius?"),
-        ({**WORDS, "events": "61"}, KeyError, "max_events = 61: no such case"),
-    ],
-)
-def test_what_is_no_single_case_is_said_with_what_there_is(full, given, kind, said):
-    with pytest.raises(kind, match=re.escape(said)):
-        one_case(full, given)
-
-
 def by_name(columns: list[Column]) -> dict[str, list]:
     found = {each.name: each.values for each in columns}
     assert len(found) == len(columns)

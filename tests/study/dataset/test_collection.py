@@ -240,7 +240,7 @@ def up_to_date(plan: Plan, store: Store, path: Path) -> bool:
     return is_made_of(path, store, made_of(plan.manifest, store))
 
 
-def test_a_result_more_or_other_numbers_or_another_title_make_another_dataset(made, small):
+def test_a_result_or_a_failure_more_other_numbers_and_another_title_make_another_dataset(made, small):
     plan, store, path = made
     before = store.read(next(iter(store.finished())))
     store.write(replace(before, scalars={**before.scalars, "another": 1.0}))
@@ -249,13 +249,12 @@ def test_a_result_more_or_other_numbers_or_another_title_make_another_dataset(ma
     assert up_to_date(*made)
     manifest = replace(plan.manifest, text=plan.manifest.text.replace("small", "large"))
     assert not up_to_date(make_plan(manifest), store, path)
-    store.write(small[1].read(min(small[1].finished())))
-    assert not up_to_date(*made)
-
-
-def test_a_failure_makes_another_dataset(made):
     failed = Attempt("a", "record", "crashed", "why", True, False, here().solver, "rank 0", "2026-01-01T00:00:00+00:00")
-    attempts.add(made[2].parent, failed)
+    attempts.add(path.parent, failed)
+    assert not up_to_date(*made)
+    (path.parent / attempts.FILE).unlink()
+    assert up_to_date(*made)
+    store.write(small[1].read(min(small[1].finished())))
     assert not up_to_date(*made)
 
 

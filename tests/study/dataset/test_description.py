@@ -19,7 +19,6 @@ from nanoslip.study.dataset.variables import (
     joined,
     rows,
     shortened,
-    text_of,
 )
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import Build
@@ -120,22 +119,8 @@ def test_each_is_described_once_in_short_and_what_it_refers_to_is_described_too(
             assert described(f"{row.name}_members").dims == row.dims
 
 
-def test_one_variable_in_full_says_all_of_it() -> None:
-    text = text_of(described("surface_stiffness_si"))
-    assert text.startswith("surface_stiffness_si\n  meaning: lateral stiffness\n  symbol: K\n")
-    assert "  unit: N m-1" in text
-    assert "  uncertainty: surface_stiffness_uncertainty" in text_of(described("surface_stiffness"))
-    assert "± of lateral stiffness" in text_of(described("surface_stiffness_uncertainty"))
-
-
 @pytest.mark.parametrize(
     ("symbol", "name"), [("ζ", "damping_ratio"), ("μ_k", "kinetic_friction"), ("mu_k", "kinetic_friction")]
 )
 def test_a_symbol_of_equations_is_the_first_variable_that_has_it(symbol: str, name: str) -> None:
     assert described(symbol) == described(name)
-
-
-@pytest.mark.parametrize(("name", "nearest"), [("plateau_meen", "; nearest: plateau_mean.*"), ("zzzz", "")])
-def test_an_unknown_name_is_answered_with_the_nearest_variables(name: str, nearest: str) -> None:
-    with pytest.raises(KeyError, match=f"{name}: no variable of a dataset{nearest}'$"):
-        described(name)

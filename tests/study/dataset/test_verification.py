@@ -17,7 +17,6 @@ from nanoslip.study.dataset import verify as verification
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.compare import Verdict
 from nanoslip.study.dataset.verify import Finding
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import computing, here
 from nanoslip.study.plan import grids
@@ -374,14 +373,6 @@ def test_all_that_a_campaign_is_made_of_is_in_its_dataset(tmp_path, text):
     findings = verified(path, tmp_path)
     assert len(findings) > 2
     assert verdicts(findings) == len(findings) * [Verdict.IDENTICAL]
-
-
-def test_a_missing_text_of_a_file_is_named(tmp_path):
-    (tmp_path / "front.json").write_text(FRONT)
-    path = computed(tmp_path / "campaign", 'front = "../front.json"\n' + RECORDS)
-    changed_file(path, lambda opened: opened.delncattr("manifest_front"))
-    with pytest.raises(ManifestError, match="front: the text of its file is missing"):
-        verified(path, tmp_path)
 
 
 def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_path, monkeypatch):

@@ -126,24 +126,6 @@ def test_what_is_out_of_range_in_other_units_is_refused_in_those_of_its_key(tmp_
     assert str(raised.value) == f"{given}: needs {need}"
 
 
-def test_every_problem_of_axes_is_told_at_once(tmp_path):
-    text = "[drive_axes]\npin_mass = [0, 1, -1]\nspring_stiffness = 3\n" + TABLE + "pin_mass = 1\nsamples = 0\n"
-    with pytest.raises(ManifestError) as error:
-        read(tmp_path, text)
-    keys = sorted(
-        line.removeprefix(f"{tmp_path}/mine.toml: ").split(":")[0].split(" = ")[0] for line in error.value.lines
-    )
-    assert keys == sorted(
-        [
-            "drive_axes.pin_mass[0]",
-            "drive_axes.pin_mass[2]",
-            "drive_axes.spring_stiffness",
-            "drives[0].pin_mass",
-            "drives[0].samples",
-        ]
-    )
-
-
 def test_a_duration_in_periods_is_that_many_of_the_pin_on_its_spring(tmp_path):
     """2π√(m/k), also where mass and stiffness are axes; in the solver's units, where m = 1, 2π/√k."""
     found = read(

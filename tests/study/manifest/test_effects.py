@@ -115,16 +115,6 @@ def test_the_effects_of_a_campaign_are_listed(tmp_path):
     assert "damping" not in without
 
 
-def test_what_is_off_costs_no_memory(tmp_path):
-    def arrays(text: str) -> float:
-        return max(task.memory for task in planned(tmp_path, ALONE + text).tasks if task.kind != "compliance")
-
-    assert arrays("effects.pin_translation = false\neffects.coupling = false") < arrays("")
-    touch = 'stages = ["contact"]\n'
-    assert arrays(touch + "effects.friction = false") < arrays(touch)
-    assert arrays("outputs.subsurface = true") > arrays("")
-
-
 @pytest.mark.parametrize("pin_translation", [True, False])
 @pytest.mark.parametrize("coupling", [True, False])
 def test_what_is_off_is_foreseen_without_its_bytes(coupling, pin_translation):
@@ -218,22 +208,6 @@ def test_first_touch_is_shared_by_cases_that_differ_in_sliding():
 # Outputs.
 
 
-def test_scalars_only_take_a_few_kilobytes(tmp_path):
-    """10 kB for a case of any size: 2000 events and 129 nodes leave no array behind."""
-    for number, stages in enumerate(('["contact"]\noutputs.tractions = false', '["contact", "slip"]')):
-        plan = planned(tmp_path, f"{ALONE}stages = {stages}\noutputs.records = false")
-        folder = tmp_path / str(number)
-        store = computed(plan, folder)
-        task = plan.tasks[-1]
-        assert store.read(task.key).outcome.ok
-        assert not store.read(task.key).arrays
-        kept = sum(path.stat().st_size for path in (folder / "results").glob("*.log"))
-        print(f"{task.kind}: {kept} bytes")
-        assert kept <= 10_000
-        collected = collect(plan, store)
-        assert set(groups_of(collected)) == {"software"}
-
-
 def test_a_record_that_only_its_drives_want_goes_with_them(tmp_path):
     """All that is left of a case are its scalars, below 10 kB, the compliance aside; they are those of a record kept."""
     folder = tmp_path / "results"
@@ -266,8 +240,10 @@ def test_scalars_are_the_same_without_the_arrays(tmp_path):
     assert whole.outcome == part.outcome
     inputs = {whole.key: whole}
     driven, alone = (run_task(drive_task(CASE, DRIVE, scalars_only=only), inputs) for only in (False, True))
-    np.testing.assert_equal(dict(alone.scalars), dict(driven.scalars))
-    assert not alone.arrays
+    touched, bare = (run_task(contact_task(CASE, scalars_only=only), compliance) for only in (False, True))
+    for each, other in ((alone, driven), (bare, touched)):
+        np.testing.assert_equal(dict(each.scalars), dict(other.scalars))
+        assert not each.arrays
 
 
 @pytest.mark.parametrize("effect", [Effects(), Effects(pin_translation=False)], ids=["whole", "frozen"])

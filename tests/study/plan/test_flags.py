@@ -2,7 +2,6 @@
 
 import itertools
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,8 +42,6 @@ events = 30
 """
 # Hertz's half-widths, in spacings: 0.9, 9.3 and the whole slab; 2.9, 29 (the whole) and the whole. 0.3 is above G/10.
 FOUND = [["few_nodes", "", "whole_slab large_strain"], ["few_nodes", "whole_slab", "whole_slab large_strain"]]
-
-Collected = Callable[[str], xr.Dataset]
 
 
 def expected(plan: Plan) -> list[str]:
@@ -140,12 +137,6 @@ def test_a_list_of_cases_names_its_first(collected):
 def test_a_single_case_needs_no_name(collected):
     one = MAP.replace("[20.0, 200.0]", "[20.0]").replace("[1e-4, 1e-2, 0.3]", "[1e-4]")
     assert flag_summary(collected(one))[0].startswith("few_nodes: 1 of 1 cases: fewer")
-
-
-def test_a_dataset_from_before_the_flags_has_none(collected):
-    old = collected(MAP).drop_vars(["validity_flags", "advice"])
-    assert flag_summary(old) == []
-    assert "[" not in scalar_table(old).rows[0][-1]
 
 
 def test_the_report_shows_flags_with_their_advice(collected, tmp_path):

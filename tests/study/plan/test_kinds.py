@@ -17,7 +17,6 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.plan.kinds import (
     KINDS,
     MEMBER,
@@ -67,18 +66,6 @@ def test_a_record_comes_back_from_its_result():
             np.testing.assert_array_equal(getattr(again, item.name), getattr(once, item.name))
 
 
-def test_a_contact_result_is_the_solvers_state():
-    state = initial_contact(CASE, surface_compliance(CASE.slab))
-    result = run(compliance_task(CASE.slab), contact_task(CASE))
-    assert result.outcome.ok
-    assert first(result)["contact_size"] == state.contact.sum() > 2
-    assert first(result)["approach"] == state.approach
-    assert first(result)["slips"] == state.slips
-    assert first(result)["maximum_pressure"] == state.pressure.max()
-    for name in ("pressure", "shear", "slip", "gap"):
-        np.testing.assert_array_equal(result.arrays[name], getattr(state, name))
-
-
 ENDLESS = replace(CASE, slab=Slab(65, scheme="half_plane"), effects=Effects(coupling=False))
 
 
@@ -109,21 +96,6 @@ def test_a_datum_too_near_is_a_result_of_the_contact_itself():
     outcome = run(contact_task(shallow)).outcome
     assert outcome.ending is Ending.INVALID
     assert "needs a deeper datum" in outcome.message
-
-
-def test_a_friction_result_holds_the_whole_record():
-    record = slide(CASE, surface_compliance(CASE.slab))
-    result = slid(CASE)
-    for name in ("displacement", "force_before", "force_after", "kind", "slips"):
-        np.testing.assert_array_equal(result.arrays[name], getattr(record, name))
-    scalars = first(result)
-    assert scalars["events"] == 300 == scalars["slips"] + scalars["releases"] + scalars["touches"]
-    assert scalars["mean_step"] == pytest.approx(record.displacement[-1] / 300, rel=1e-15)
-    assert scalars["surface_stiffness"] == record.initial_stiffness
-    assert scalars["peak_friction"] == record.force_before.max() / CASE.normal_load
-    assert scalars["plateau_start"] < scalars["plateau_end"] <= scalars["final_displacement"]
-    assert scalars["cascade_slips"] == record.slips.sum() > scalars["slips"]
-    assert 0.0 < scalars["plateau_mean"] < scalars["peak_friction"] < CASE.intrinsic_friction
 
 
 def test_a_record_without_a_plateau_says_so_and_is_kept():
@@ -214,11 +186,6 @@ def test_they_need_the_whole_record_whether_it_is_kept_or_not(tmp_path, kept):
     assert not record.scalars_only
     assert record.intermediate == (kept == "false")
     assert all(task.kind != "statistics" for task in planned(tmp_path, "").tasks)
-
-
-def test_without_events_there_is_nothing_to_count(tmp_path):
-    with pytest.raises(ManifestError, match=r'outputs.statistics = true: needs stage "slip"'):
-        planned(tmp_path, 'stages = ["contact"]\noutputs.statistics = true')
 
 
 def test_what_needs_a_failed_result_fails_with_its_reason():
