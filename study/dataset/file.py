@@ -2,7 +2,6 @@
 
 import errno
 import hashlib
-import itertools
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -13,7 +12,6 @@ from typing import Any, Final
 import netCDF4
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.results.entry import NO_FILE, is_no_file, written_whole
@@ -54,52 +52,9 @@ def _digest(path: Path, length: int) -> str:
     return found.hexdigest()
 
 
-# Texts of a variable as netCDF keeps them: characters along one dimension more, made and read a piece at a time.
-#
-# Of millions of texts few are different, while each takes as many characters as the longest one.
-
-_DIFFERENT: Final = 4096
-"""Texts that are remembered while others are read: where there are more, most are there once."""
-
-
 def are_texts(variable: xr.Variable) -> bool:
     """Whether the values of a variable are texts."""
     return variable.dtype.kind in "OUT"
-
-
-def longest(texts: NDArray[Any]) -> int:
-    """Bytes of the longest one; 1 where all are empty, as a dimension has a length."""
-    return max(1, max(map(len, map(str.encode, texts.flat)), default=0))
-
-
-def characters(texts: NDArray[Any], letters: slice) -> NDArray[np.bytes_]:
-    """These bytes of every text, in one dimension more."""
-    count = letters.stop - letters.start
-    found = np.fromiter((text.encode()[letters] for text in texts.flat), f"S{count}", texts.size)
-    return found.view("S1").reshape(*texts.shape, count)
-
-
-def read_texts(variable: xr.Variable) -> NDArray[Any]:
-    """The texts of a variable whose values are still in its file: equal ones are one object."""
-    found = np.empty(variable.shape, object)
-    known: dict[str, str] = {}
-    for block in blocks(variable.shape, variable.encoding.get("chunksizes") or variable.shape):
-        piece = variable[block].values
-        shared = np.fromiter((known.setdefault(text, text) for text in piece.flat), object, piece.size)
-        place: Any = (*block, ...)  # the dots: a single text is an array, too
-        found[place] = shared.reshape(piece.shape)
-        if len(known) > _DIFFERENT:
-            known.clear()
-    return found
-
-
-def blocks(shape: Sequence[int], chunks: Sequence[int]) -> Iterator[tuple[slice, ...]]:
-    """Where each chunk lies in an array of this shape. Chunks may have more dimensions than it."""
-    return itertools.product(*map(_cuts, shape, chunks))
-
-
-def _cuts(length: int, chunk: int) -> list[slice]:
-    return [slice(begin, min(begin + chunk, length)) for begin in range(0, length, max(chunk, 1))]
 
 
 # The groups of a dataset beside its root: records, event sizes, trajectories, contacts, the inside of the slab, the software.
@@ -158,7 +113,7 @@ def opened(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
     for each in found.values():
         for variable in each.variables.values():
             if are_texts(variable) and not isinstance(variable, xr.IndexVariable):  # which is read already
-                variable.data = read_texts(variable)  # xarray cannot transpose characters that it has not read
+                variable.load()  # xarray cannot transpose characters that it has not read
     root = found.pop(ROOT)
     root.set_close(partial(_close_all, [each._close for each in (*found.values(), root) if each._close]))
     return root, {name.strip("/"): group for name, group in found.items()}
@@ -188,10 +143,6 @@ def flattened(root: xr.Dataset) -> dict[str, xr.DataArray]:
     return found
 
 
-# A tree of datasets as a netCDF-4 file, one variable after the other, with the attributes that xarray gives them.
-#
-# xarray itself would make the characters of all texts before it writes the first.
-
 SMALLEST_COMPRESSED: Final = 512
 """Values from which a variable is compressed: below, the chunks that it then has take more than they save."""
 _COMPRESSED: Final = {"zlib": True, "complevel": 1, "shuffle": True}
@@ -200,69 +151,26 @@ _COMPRESSED: Final = {"zlib": True, "complevel": 1, "shuffle": True}
 
 def write_tree(tree: xr.DataTree, path: Path) -> None:
     """Write the file. Raises OSError, RuntimeError where the disk refuses."""
-    with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
-        for node in tree.subtree:
-            _write_group(node.to_dataset(inherit=False), file.createGroup(node.path) if node.path != "/" else file)
+    plain = {node.path: node.to_dataset(inherit=False).drop_encoding() for node in tree.subtree}
+    encoding = {
+        path: {name: _encoding(each, name in group.coords) for name, each in group.variables.items()}
+        for path, group in plain.items()
+    }
+    usual = netCDF4.get_chunk_cache()
+    netCDF4.set_chunk_cache(0)  # else all chunks of all variables stay in memory until the file is closed
+    try:
+        xr.DataTree.from_dict(plain).to_netcdf(path, engine="netcdf4", encoding=encoding)
+    finally:
+        netCDF4.set_chunk_cache(*usual)
 
 
-def _write_group(dataset: xr.Dataset, group: netCDF4.Dataset) -> None:
-    variables, attributes = xr.conventions.encode_dataset_coordinates(dataset)
-    group.setncatts(attributes)
-    for name, variable in variables.items():
-        # Coordinates have no missing values (CF 2.5.1).
-        variable.encoding = {"_FillValue": None} if name in dataset.coords else {}
-        (_write_texts if are_texts(variable) else _write_numbers)(name, variable, group)
-
-
-def _write_texts(name: str, variable: xr.Variable, group: netCDF4.Dataset) -> None:
-    """Texts as characters: netCDF 4.10 breaks down where a file with strings in groups is open twice and closed once."""
-    texts: NDArray[Any] = np.asarray(variable.values)
-    length = longest(texts)
-    target = _declare(name, "S1", {**variable.sizes, f"string{length}": length}, group, texts.size)
-    target.setncatts({**variable.attrs, "_Encoding": "utf-8"})
-    for *block, letters in _chunks(target):
-        piece: Any = (*block, ...)  # the dots: a single text is an array, too
-        target[*block, letters] = characters(texts[piece], letters)
-        _let_go(target)
-
-
-def _write_numbers(name: str, variable: xr.Variable, group: netCDF4.Dataset) -> None:
-    encoded = xr.conventions.encode_cf_variable(variable, name=name)
-    missing = encoded.attrs.pop("_FillValue", None)
-    target = _declare(name, encoded.dtype, encoded.sizes, group, encoded.size, missing)
-    target.setncatts(encoded.attrs)
-    target.set_auto_maskandscale(False)  # they are what is to be written
-    for block in _chunks(target):
-        target[block] = encoded.values[block]
-        _let_go(target)
-
-
-def _declare(
-    name: str, kind: Any, sizes: Mapping[Any, int], group: netCDF4.Dataset, values: int, missing: Any = None
-) -> "netCDF4.Variable[Any]":
-    """A variable of this type along these dimensions. values: how many. missing: what stands for none."""
-    for dimension, size in sizes.items():
-        if not _has(group, dimension):
-            group.createDimension(dimension, size)
-    compressed: Any = _COMPRESSED if values >= SMALLEST_COMPRESSED else {}
-    return group.createVariable(name, kind, tuple(sizes), fill_value=missing, **compressed)
-
-
-def _has(group: netCDF4.Dataset | None, dimension: str) -> bool:
-    """Whether a group has a dimension, or one that it is in."""
-    return group is not None and (dimension in group.dimensions or _has(group.parent, dimension))
-
-
-def _chunks(target: "netCDF4.Variable[Any]") -> Iterator[tuple[slice, ...]]:
-    """Where each chunk of a variable lies: written whole, it is compressed once. One of small variables."""
-    found = target.chunking()
-    return blocks(target.shape, target.shape if isinstance(found, str) else found)
-
-
-def _let_go(target: "netCDF4.Variable[Any]") -> None:
-    """Release written chunks of a variable from memory; otherwise all stay until the file is closed."""
-    if target.chunking() != "contiguous":
-        target.set_var_chunk_cache(size=0)
+def _encoding(variable: xr.Variable, coordinate: bool) -> dict[str, Any]:
+    found: dict[str, Any] = dict(_COMPRESSED) if variable.size >= SMALLEST_COMPRESSED else {}
+    if are_texts(variable):
+        # As characters: netCDF 4.10 breaks down where a file with strings in groups is open twice and closed once.
+        return found | {"dtype": "S1"}
+    # Coordinates have no missing values (CF 2.5.1).
+    return found | {"_FillValue": None} if coordinate and variable.dtype.kind == "f" else found
 
 
 FILE: Final = "results.nc"

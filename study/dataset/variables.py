@@ -519,7 +519,8 @@ def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
 
 def texts(values: Iterable[str]) -> NDArray[Any]:
     """Strings as an array that netCDF keeps at their length."""
-    return np.array(list(values), dtype=object)
+    found = list(values)
+    return np.array(found, dtype=object if found else str)  # xarray takes no objects for numbers
 
 
 def windows(group: xr.Dataset, declared: Group) -> dict[str, NDArray[np.int64]]:
