@@ -174,6 +174,3 @@ def main() -> None:
         os.kill(os.getpid(), signal.SIGINT)
         raise
     commands.main()
-
-
-importlib.import_module("nanoslip.study.xarray_accessor").register()

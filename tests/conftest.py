@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from nanoslip.study import xarray_accessor
 from nanoslip.study.commands import cli
 from nanoslip.study.run.launch import pin_threads
 
@@ -18,7 +17,6 @@ from nanoslip.study.run.launch import pin_threads
 UNPINNED = dict(os.environ)
 pin_threads()
 os.environ.pop("COLUMNS", None)  # tables as wide as in a pipe
-xarray_accessor.register()  # as importing nanoslip does
 
 ROOT = Path(__file__).parents[1]
 

@@ -319,6 +319,8 @@ class Accessor:
         return [name for name, own in along.items() if own and set(own) <= set(dims)]
 
 
+xr.register_dataset_accessor("nanoslip")(Accessor)  # type: ignore[no-untyped-call]
+
 MAIN: Final = ("static_friction", "kinetic_friction", "plateau_mean", "contact_half_width")
 """Numbers that a dataset is introduced with."""
 
