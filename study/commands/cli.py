@@ -257,11 +257,11 @@ def run() -> None:
 
 
 @command("prepare:show_status", CAMPAIGN, OUT, JSON)
-@flag("--watch", help="Repeat every two seconds until all is finished; stop it with Ctrl-C.")
 def status() -> None:
     """Show how much of CAMPAIGN is finished, and how cases ended.
 
-    It only reads result files. So it works during a run, after an interruption, and on another machine.
+    It only reads result files. So it works during a run (`watch nanoslip status CAMPAIGN` repeats it), after an interruption, and
+    on another machine.
     """
 
 

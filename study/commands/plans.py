@@ -104,18 +104,16 @@ def standing(
     campaign: Path,
     out: Path | None,
     measure: Callable[[Plan], Measured] | None = None,
-    before: Standing | None = None,
     *,
     sized: bool = False,
 ) -> Standing:
     """Progress of a campaign. Raises ManifestError.
 
     out: folder of the results, None for the campaign's own. measure: times of tasks; None: from the journals there.
-    before: earlier progress; unchanged files are not read again. sized: whether bytes of all tasks are estimated.
+    sized: whether bytes of all tasks are estimated.
     """
-    into, plan = folder(campaign, out), before.plan if before else planned(campaign)
-    opened = {store.folder.parent: store for store in (before.stores if before else ())}
-    stores = tuple(opened.get(each) or Store(each, whole=False) for each in (into, *folders(into)))
+    into, plan = folder(campaign, out), planned(campaign)
+    stores = tuple(Store(each, whole=False) for each in (into, *folders(into)))
     metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
     work = left(plan, failures, metas)

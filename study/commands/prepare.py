@@ -1,18 +1,13 @@
 """Commands around a run: campaigns, new, check, plan, status, submit."""
 
-import itertools
 import os
 import subprocess
 import sys
-import time
 import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
-
-import click
 
 from nanoslip.solver.outcome import Ending
 from nanoslip.study import shipped
@@ -26,7 +21,7 @@ from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.grids import choice
 from nanoslip.study.plan.outlook import duration_lines, expected_lines, out_of_reach, outlook_of, shortages, span_line
 from nanoslip.study.plan.plan import PENDING, KindCount, Plan, disk_of_plan, ended
-from nanoslip.study.report.console import Table, console, print_entries, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import Table, print_entries, print_sentences, print_table, say, whole
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
 from nanoslip.study.run.launch import cores
@@ -262,19 +257,12 @@ def _mega(number: float) -> str:
 
 # `nanoslip status`: how much of a campaign is finished, and how it ended, from the files of results alone.
 
-INTERVAL: Final = 2.0
-"""Seconds between two looks at the results."""
 
-
-def show_status(campaign: Path, out: Path | None, watch: bool, as_json: bool) -> None:
-    """Print how many of a campaign's tasks are finished and how its cases ended; with `watch` until all are finished."""
-    if watch and as_json:
-        raise click.UsageError("--watch and --json exclude each other")
+def show_status(campaign: Path, out: Path | None, as_json: bool) -> None:
+    """Print how many of a campaign's tasks are finished and how its cases ended."""
     found = plans.standing(campaign, out, sized=as_json)
     if as_json:
         plans.print_json(_status_data(found))
-    elif watch:
-        _watch(found)
     else:
         say(found.plan.manifest.title)
         print_table(*_tables(found))
@@ -290,31 +278,6 @@ def show_status(campaign: Path, out: Path | None, watch: bool, as_json: bool) ->
         plans.print_foreign(found.foreign, campaign, found.into)
 
 
-def _watch(found: plans.Standing) -> None:
-    """Redraw on a terminal, else print a line whenever something has changed; ends with the last task, or by Ctrl-C."""
-    out = console()
-    with suppress(KeyboardInterrupt):
-        if not out.is_terminal:
-            for line, _ in itertools.groupby(map(_line, _again(found))):
-                click.echo(line)
-            return
-        from rich.console import Group  # noqa: PLC0415  as is Live
-        from rich.live import Live  # noqa: PLC0415  slow to load, and only who watches needs it
-
-        with Live(console=out, auto_refresh=False) as screen:
-            for each in _again(found):
-                screen.update(Group(each.plan.manifest.title, *_tables(each)), refresh=True)
-
-
-def _again(found: plans.Standing) -> Iterator[plans.Standing]:
-    """The state of a campaign now and every few seconds, the last time when nothing is left."""
-    yield found
-    while found.remaining:
-        time.sleep(INTERVAL)
-        found = plans.standing(found.campaign, found.into, before=found)
-        yield found
-
-
 def _tables(found: plans.Standing) -> tuple[Table, Table]:
     """Tasks by kind, and cases and drives by outcome."""
     cases, drives = ended(found.plan, found.outcomes)
@@ -324,18 +287,6 @@ def _tables(found: plans.Standing) -> tuple[Table, Table]:
     failed = frozenset(number for number, word in enumerate(words) if word not in (_COMPLETED, *_UNHURT))
     tasks = _kinds(found, ("finished", "left", "core time left", "all"))
     return tasks, Table(header, tuple(rows), len(header), failed)
-
-
-def _line(found: plans.Standing) -> str:
-    """The state in one line."""
-    cases, drives = ended(found.plan, found.outcomes)
-    count = len(found.plan.distinct)
-    parts = [f"{count - len(found.remaining) - len(found.given_up)} of {count} tasks", f"cases: {_words(cases)}"]
-    return "; ".join([*parts, *([f"drives: {_words(drives)}"] if drives else [])])
-
-
-def _words(numbers: Counter[str]) -> str:
-    return ", ".join(f"{count} {word}" for word, count in sorted(numbers.items(), key=lambda item: (-item[1], item[0])))
 
 
 def _status_data(found: plans.Standing) -> dict[str, Any]:

@@ -4,15 +4,13 @@ import json
 import os
 import subprocess
 import sys
-import threading
-import time
 from dataclasses import replace
 
 import pytest
 import xarray as xr
 
 import nanoslip as nanoslip_here
-from nanoslip.study.commands import datasets, prepare
+from nanoslip.study.commands import datasets
 from nanoslip.study.origin import here
 from nanoslip.study.results import attempts, entry
 from nanoslip.study.results.store import Store, StoreError
@@ -253,50 +251,11 @@ def test_outcomes_are_counted_as_the_dataset_has_them_refused_cases_among_them(r
     assert rows["invalid"] == ["4", "8"]
 
 
-def test_a_campaign_is_watched_until_it_is_finished_a_line_for_each_change(main, campaign, finished, monkeypatch):
-    """Without a terminal; results come in while somebody looks."""
-    monkeypatch.setattr(prepare, "INTERVAL", 0.01)
-    arriving = Store(campaign.parent / "arriving")
-    arriving.prepare()
-
-    def arrive() -> None:
-        for key in sorted(Store(finished).finished()):
-            arriving.write(Store(finished).read(key))
-            time.sleep(0.02)
-
-    other = threading.Thread(target=arrive)
-    other.start()
-    code, said, _ = main("status", campaign, "--out", campaign.parent / "arriving", "--watch")
-    other.join()
-    lines = said.splitlines()
-    assert code == 0
-    assert lines[-1] == "13 of 13 tasks; cases: 4 completed; drives: 6 completed, 1 no_plateau, 1 no_slip"
-    done = [int(line.split()[0]) for line in lines]
-    assert done == sorted(done)
-    assert len(set(lines)) == len(lines) > 2
-
-
-def test_ctrl_c_ends_watching_without_a_word(ask, monkeypatch):
-    def interrupted(_: float) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(prepare.time, "sleep", interrupted)
-    code, said, errors = ask("status", "--watch")
-    assert (code, len(said.splitlines()), errors) == (0, 1, "")
-
-
 def colours(patch, columns):
     """Make this a terminal with colours, of so many columns."""
     for name, value in (("FORCE_COLOR", "1"), ("TERM", "xterm"), ("COLUMNS", columns)):
         patch.setenv(name, value)
     patch.delenv("NO_COLOR", raising=False)
-
-
-def test_a_terminal_is_redrawn_and_a_document_is_not_watched(ask, finished, monkeypatch):
-    colours(monkeypatch, "80")
-    code, said, _ = ask("status", "--watch")
-    assert (code, "A small campaign" in said, "no_slip" in said) == (0, True, True)
-    assert ask("status", "--watch", "--json")[0] == 2
 
 
 # Collecting.
