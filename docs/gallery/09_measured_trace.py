@@ -52,6 +52,7 @@ print(check_output(command.replace("trace.png", "over.png"), shell=True, text=Tr
 
 # %%
 # **What it means.** A fit of Eq. 16-19 to each slip gives μ_s, μ_k, period and stiffness, their ± from what slips
-# scatter. Which μ_i gives these numbers is the question of the next page.
+# scatter. The mean force is above μ_k by the work of the damper. Which μ_i gives these numbers is the question of the
+# next page.
 #
 # **What it costs.** Tens of milliseconds to read a trace.

@@ -157,7 +157,8 @@ def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
     needs = "needs what nanoslip trace FILE --load FORCE --json writes"
     try:
         found = json.loads(read_text(file)[1])
-        numbers = {name: found[name] for name in OF_TRACES if name in found}
+        found["kinetic_friction"] = found.get("mean_force", found.get("kinetic_friction"))  # as of a computed drive
+        numbers = {name: found[name] for name in OF_TRACES if found.get(name)}
         targets = [
             Target(name, float(each["value"]), float(each["uncertainty"] or 0.0), one_start=True)
             for name, each in numbers.items()
@@ -165,7 +166,7 @@ def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
         coefficients = all(each["unit"] == "1" for each in numbers.values())
     except json.JSONDecodeError:
         raise Refusal(f"{file}: {needs.replace('FILE', str(file))}, and is no JSON") from None
-    except (KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise Refusal(f"{file}: {needs} ({type(error).__name__}: {error})") from None
     if not (targets and coefficients):
         raise Refusal(f"{file}: {needs}, which has friction coefficients")

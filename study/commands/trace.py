@@ -24,7 +24,7 @@ from nanoslip.study.results.store import write_files
 SYMBOLS: Final = {
     "static_friction": "μ_s",
     "kinetic_friction": "μ_k",
-    "fitted_kinetic_friction": "μ_k, Eq. 16-19",
+    "mean_force": "F̄ ≥ μ_k",
     "natural_period": "2π/ω",
     "damping_ratio": "ζ",
     "rising_stiffness": "dF/dδ",
@@ -139,8 +139,10 @@ def _computed(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
             raise Refusal(f"--over {source}: {error.args[0]}") from None
 
 
-def _beside(computed: xr.Dataset, name: str) -> str:
-    """A number of a computed drive."""
+def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
+    """A number of a computed drive, whose own kinetic friction is the mean force over time, also of a periodic one."""
+    if periodic:
+        name = {"mean_force": "kinetic_friction", "kinetic_friction": "fitted_kinetic_friction"}.get(name, name)
     if name not in computed or computed[name].isnull():
         return "–"
     value, error = float(computed[name]), f"{name}_uncertainty"
@@ -155,7 +157,7 @@ def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
             with_error(number.value, number.uncertainty) if number.of > 1 else f"{number.value:.4g}",
             "" if number.unit == "1" else in_words(number.unit),
             counted(number.of, "value") if number.of else "given",
-            *([] if computed is None else [_beside(computed, name)]),
+            *([] if computed is None else [_beside(computed, name, "mean_force" in found.numbers)]),
         )
         for name, number in found.numbers.items()
     )
@@ -183,7 +185,7 @@ def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr
             for number, cycle in enumerate(found.cycles):
                 name = "Eq. 16-19" if not number else None
                 axes.plot(cycle.at, cycle.fit, color=COLORS[1], linewidth=1.0, label=name)
-            for style, name in (("--", "static_friction"), (":", "fitted_kinetic_friction"), (":", "kinetic_friction")):
+            for style, name in (("--", "static_friction"), (":", "kinetic_friction")):
                 if name in found.numbers:
                     axes.axhline(found.numbers[name].value, color=COLORS[0], linestyle=style, label=SYMBOLS[name])
             axes.set_ylabel(label)

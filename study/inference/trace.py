@@ -29,19 +29,17 @@ Floats = NDArray[np.float64]
 FEWEST_POINTS: Final = 16
 """Of a trace."""
 NOISE: Final = 10.0
-"""Standard deviations of noise by which a force falls in a slip: among a million values two of noise are that far apart."""
+"""Standard deviations of noise by which a force, or its means, falls in a slip: a million values of noise are that far apart."""
 LEAST_DROP: Final = 0.1
 """Share of the largest drop of force below which another is none of the same kind: a ringing pin, or noise."""
 RESOLVED: Final = 8
-"""Samples of a slip, from which on its shape tells the damping."""
+"""Samples of half an oscillation, from which on the shape of a slip tells the damping."""
 MOST_CYCLES: Final = 64
 """That are fitted, evenly chosen: more tell little."""
 SMALLEST, LARGEST = 1e-50, 1e50
 """Differences and sizes of forces and times: squares of their ratios, and products of two of these, are floats."""
 FASTER: Final = 1e3
 """Times that a slip's own frequency may be above or below what its length says."""
-POOR_FIT: Final = 0.1
-"""Residual over the amplitude, from which on Eq. 16-19 do not describe a trace."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,6 +68,12 @@ class Trace:
     def without(self, offset: float, drift: float) -> "Trace":
         """The trace less a constant force, and less one that grows from its start on."""
         return replace(self, force=self.force - offset - drift * (self.at - self.at[0]))
+
+    def averaged(self, width: int) -> "Trace":
+        """Means of so many neighbouring samples each."""
+        kept = len(self.at) // width * width
+        at, force = (values[:kept].reshape(-1, width).mean(axis=1) for values in (self.at, self.force))
+        return replace(self, at=at, force=force)
 
     def at_velocity(self, velocity: float) -> "Trace":
         """Over time instead of displacement, of a stage with this velocity (m/s)."""
@@ -141,6 +145,24 @@ class _Slip(NamedTuple):
     ended: bool
 
 
+class _Look(NamedTuple):
+    """The means of so many neighbouring samples each, their noise, the fall of force that is a slip, and the slips."""
+
+    width: int
+    trace: Trace
+    noise: float
+    drop: float
+    slips: list[_Slip]
+
+
+def _look(trace: Trace, width: int) -> _Look:
+    trace = trace.averaged(width)
+    force = trace.force
+    noise = 1.4826 * float(np.median(np.abs(np.diff(force, 2)))) / math.sqrt(6.0)
+    drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
+    return _Look(width, trace, noise, drop, [slip for slip in _slips(force, max(NOISE * noise, drop)) if slip.peak > 0])
+
+
 def measure(
     trace: Trace, load: float = math.nan, velocity: float = math.nan, damping: float | None = None
 ) -> TraceNumbers:
@@ -151,10 +173,12 @@ def measure(
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     newtons = load if math.isfinite(load) else 1.0
     unit = "1" if math.isfinite(load) else trace.unit
-    at, force = trace.at, replace(trace, force=trace.force / per).force
-    noise = 1.4826 * float(np.median(np.abs(np.diff(force, 2)))) / math.sqrt(6.0)
-    drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
-    slips = [slip for slip in _slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
+    trace = replace(trace, force=trace.force / per)
+    widths = [2**power for power in range((len(trace.at) // FEWEST_POINTS).bit_length() or 1)]
+    looks = [_look(trace, width) for width in widths]
+    most = max(len(look.slips) for look in looks)
+    look = next(look for look in looks if len(look.slips) >= most - 1)  # one at an end may be seen or not
+    at, force, slips = look.trace.at, look.trace.force, look.slips
     turned = _turned(at, slips)
     slips = [] if turned else slips
     peaks = at[[slip.peak for slip in slips]]
@@ -162,23 +186,25 @@ def measure(
     rates = [_rate(at, force, low, slip.peak) for low, slip in zip(_beginnings(slips), slips, strict=True)]
     whole = [number for number, slip in enumerate(slips) if slip.ended][: None if not slides else 0]
     chosen = [whole[int(place)] for place in np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))]
-    resolved = [number for number in chosen if slips[number].trough - slips[number].peak >= RESOLVED]
-    free: tuple[Cycle, ...] = ()
-    if damping is None and 2 * len(resolved) >= len(chosen):
-        chosen = resolved
-        free = tuple(_cycle(at, force, slips, number, rates[number], None) for number in chosen)
+    free: list[Cycle] = []
+    if damping is None:
+        fits = {number: _cycle(at, force, slips, number, rates[number], None) for number in chosen}
+        least = 2.0 * RESOLVED * float(np.median(np.diff(at)))
+        resolved = [number for number, cycle in fits.items() if cycle.period >= least]
+        if 2 * len(resolved) >= len(chosen):
+            chosen, free = resolved, [fits[number] for number in resolved]
     known = _mean([cycle.damping for cycle in free], "1") if damping is None else Measured(damping, math.nan, 0)
     zeta = known.value if known.value > 0.0 else 0.0
     cycles = tuple(_cycle(at, force, slips, number, rates[number], zeta) for number in chosen)
-    numbers, notes = {}, _notes(trace, force, unit, cycles, noise, drop)
+    numbers, notes = {}, _notes(look, unit, cycles)
     if cycles:
         numbers = _of_cycles(cycles, free or cycles, chosen, known, unit, "s" if trace.over == "time" else "m")
         numbers |= _mean_force(at, force, [cycle.start for cycle in cycles], unit)
     if turned:
         notes.append("the force falls more slowly than it rises, which is no stick-slip: has it the other sign?")
     if cycles and not known.of and damping is None:
-        lost = "no μ_k of Eq. 16-19, and μ_s lacks the damper's force"
-        notes.append(f"slips of fewer than {RESOLVED} samples do not tell the damping: {lost}; --damping gives it")
+        lost = "μ_k is below the mean force, and μ_s lacks the damper's force"
+        notes.append(f"slips of fewer than {RESOLVED} samples do not tell the damping: {lost}; --damping gives both")
     if slides:
         first = slips[-1].peak if slips else 0
         if slips:
@@ -249,17 +275,20 @@ def _cycle(at: Floats, force: Floats, slips: Sequence[_Slip], number: int, rate:
     behind = slips[number + 1].peak if number + 1 < len(slips) else len(at) - 1
     around = slice((before + slip.peak) // 2, (slip.trough + behind) // 2 + 1)
     time, values = at[around], force[around]
-    length, drop = float(at[slip.trough] - at[slip.peak]), float(force[slip.peak] - force[slip.trough])
+    drop, falls = float(force[slip.peak] - force[slip.trough]), force[slip.peak : slip.trough + 1]
+    high = slip.peak + int(np.flatnonzero(falls >= force[slip.peak] - 0.25 * drop)[-1])
+    low = high + int(np.argmax(force[high : slip.trough + 1] <= force[slip.trough] + 0.25 * drop))
+    length = 3.0 * float(at[low] - at[high])  # of half a cosine, a third of its time is the middle half of its fall
 
     def motion(unknown: Floats) -> _Motion:
         omega = math.exp(unknown[3]) / length
-        start, static, kinetic = at[slip.peak] + unknown[0] * length, unknown[1] * drop, unknown[2] * drop
+        start, static, kinetic = at[high] + unknown[0] * length, unknown[1] * drop, unknown[2] * drop
         zeta = unknown[4] if damping is None else damping
         return _motion(time, float(start), float(static), float(kinetic), rate, omega, zeta)
 
     count = 5 if damping is None else 4
     top, middle = force[slip.peak] / drop, 0.5 * (force[slip.peak] + force[slip.trough]) / drop
-    first = [0.0, top, middle, math.log(math.pi), 0.1][:count]
+    first = [-1.0 / 3.0, top, middle, math.log(math.pi), 0.1][:count]
     ends = np.array([np.inf, np.inf, np.inf, math.log(FASTER), 0.9][:count])
 
     def misfit(unknown: Floats) -> Floats:
@@ -324,7 +353,7 @@ def _of_cycles(
     periods = np.diff([cycle.start for cycle in cycles]) / np.diff(chosen)
     found = {
         "static_friction": mean(lambda cycle: cycle.driving, unit),
-        "fitted_kinetic_friction": mean(lambda cycle: cycle.kinetic, unit) if sure else _mean([], unit),
+        "kinetic_friction": mean(lambda cycle: cycle.kinetic, unit) if sure else _mean([], unit),
         "spring_force_amplitude": mean(lambda cycle: cycle.static - cycle.trough, unit),
         "stick_slip_period": _mean(periods[1:] if len(periods) > 1 else periods, time),
         "natural_period": mean(lambda cycle: cycle.period, time) if damping.of else _mean([], time),
@@ -334,13 +363,17 @@ def _of_cycles(
 
 
 def _mean_force(at: Floats, force: Floats, starts: Sequence[float], unit: str) -> dict[str, Measured]:
-    """The mean of the force from slip to slip, what a drive's kinetic friction is; its ± from leaving out one cycle each."""
+    """The mean of the force from slip to slip; its ± from leaving out one cycle each.
+
+    Over whole periods the stage's work is that of friction and damper, and a stuck pin does none: so it is μ_k, averaged over the
+    way of the pin, and 2ζ/(ω r T) ∫y'² dt, which the damper takes.
+    """
     ends = np.array(starts[1:] if len(starts) > FEWEST else starts)
     if len(ends) < 2:
         return {}
     work, lasts = np.diff(np.interp(ends, at, _impulse(at, force))), np.diff(ends)
     without = [] if len(lasts) < 2 else (work.sum() - work) / (lasts.sum() - lasts)
-    return {"kinetic_friction": Measured(float(work.sum() / lasts.sum()), jackknife(without), len(lasts), unit)}
+    return {"mean_force": Measured(float(work.sum() / lasts.sum()), jackknife(without), len(lasts), unit)}
 
 
 def _impulse(at: Floats, force: Floats) -> Floats:
@@ -372,10 +405,13 @@ def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dic
     return {"rising_stiffness" if far else "rising_rate": _mean(rates / per, f"{force}{over}-1")}
 
 
-def _notes(trace: Trace, force: Floats, unit: str, cycles: Sequence[Cycle], noise: float, drop: float) -> list[str]:
+def _notes(look: _Look, unit: str, cycles: Sequence[Cycle]) -> list[str]:
     """What a reader of the numbers has to know."""
     own, notes = "" if unit == "1" else f" {unit}", []
-    begins = float(force[0])
+    width, trace, noise, drop, _ = look
+    force, begins = trace.force, float(trace.force[0])
+    if width > 1:
+        notes.append(f"slips are lost in the noise of single samples: numbers are of means over {width} each")
     if abs(begins) > max(NOISE * noise, 0.02 * float(force.max())):
         notes.append(f"the trace begins at {begins:.3g}{own}: if nothing pulls there, take it off by offset")
     if NOISE * noise > drop:
@@ -384,10 +420,11 @@ def _notes(trace: Trace, force: Floats, unit: str, cycles: Sequence[Cycle], nois
         return notes
     if len(cycles) == 1:
         notes.append("one cycle only: no ±")
-    amplitude = float(np.mean([cycle.static - cycle.trough for cycle in cycles]))
     missed = math.sqrt(max(float(np.mean([cycle.residual**2 for cycle in cycles])) - noise**2, 0.0))
-    if missed > POOR_FIT * amplitude:
-        notes.append(f"Eq. 16-19 miss the force by {missed / amplitude:.0%} of its amplitude: μ_k is a rough number")
+    if missed > drop:
+        notes.append(
+            f"Eq. 16-19 miss the force by {LEAST_DROP * missed / drop:.0%} of its largest fall: μ_k is a rough number"
+        )
     static = np.array([cycle.driving for cycle in cycles])
     seen = LARGEST_CHANGE * abs(static.mean())
     if len(static) > FEWEST and static[0] - static[1:].mean() > max(SIGNIFICANT * static[1:].std(ddof=1), seen):
