@@ -18,11 +18,7 @@ EFFECTS = {"without coupling": Effects(coupling=False), "without friction": Effe
 
 def rows() -> list[Row]:
     """Time of contacts of 16 385 and 100 001 nodes, and what the largest takes of memory and is off."""
-    return [
-        *(_beside_tamaas(name) for name in EFFECTS),
-        _rough(),
-        *_finest(),
-    ]
+    return [*(_beside_tamaas(name) for name in EFFECTS), _rough(), *_finest()]
 
 
 def _case(n_x: int, effects: str = "without coupling") -> Case:

@@ -83,10 +83,7 @@ def rows() -> list[Row]:
     start = _steady(paper, compliance)
     small = slip_cost(paper, compliance, start, events=1000)
     limit, what = verdict("≤ 0.05 s", record <= 0.05), f"contact and 2000 events ({slips} slips), n_x = 129"
-    table = [
-        Row(what, seconds(record), "limit 50 ms", f"{record / 0.05:.2f}", limit),
-        *_slip_rows(small, 129, 6.5),
-    ]
+    table = [Row(what, seconds(record), "limit 50 ms", f"{record / 0.05:.2f}", limit), *_slip_rows(small, 129, 6.5)]
     slab = Slab(n_x=1025, scheme="biquadratic")
     fine = replace(paper, slab=slab, max_events=None, max_displacement=STEADY)
     compliance = surface_compliance(fine.slab)

@@ -113,10 +113,7 @@ def scenes(draw: st.DrawFn, grids: tuple[int, ...] = (5, 9, 17, 33), events: int
     limits = {"spacings": or_nonsense(SPACINGS), "displacement": or_nonsense(powers(-9, 0))}
     sections: Sections = {
         "constants": draw(tables(CONSTANTS)),
-        "numerics": {
-            **draw(tables({**NUMERICS, "start": or_nonsense(START)})),
-            "n_x": draw(st.sampled_from(grids)),
-        },
+        "numerics": {**draw(tables({**NUMERICS, "start": or_nonsense(START)})), "n_x": draw(st.sampled_from(grids))},
         "slip": {**draw(tables(SLIP)), "cascade_limit": draw(st.sampled_from([1, 100, 20_000]))},
         "limits": {"events": draw(st.integers(1, events)), **draw(tables(limits))},
         "ensemble": {"members": 1},

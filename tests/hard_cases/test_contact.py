@@ -288,13 +288,6 @@ def test_the_ends_of_every_range_are_computed_or_named() -> None:
 
 
 EXTREME_ENDINGS = {
-    Ending.COMPLETED,
-    Ending.ROUNDING,
-    Ending.STEEP_PIN,
-    Ending.OVERSHOT,
-    Ending.ENERGY_CREATED,
-    Ending.CONTACT_LOST,
-    Ending.CASCADE_LIMIT,
-    Ending.SLIP_UNBOUNDED,
-    Ending.CONTACT_NOT_CONVERGED,
-}
+    Ending.COMPLETED, Ending.ROUNDING, Ending.STEEP_PIN, Ending.OVERSHOT, Ending.ENERGY_CREATED, Ending.CONTACT_LOST,
+    Ending.CASCADE_LIMIT, Ending.SLIP_UNBOUNDED, Ending.CONTACT_NOT_CONVERGED,
+}  # fmt: skip

@@ -15,16 +15,8 @@ from tests.hard_cases.following import compliance_of
 from tests.physics import energy, half_plane, law_errors
 
 COLUMNS = (
-    "displacement",
-    "force_before",
-    "force_after",
-    "stiffness",
-    "kind",
-    "node",
-    "slips",
-    "contact_size",
-    "dissipated",
-)
+    "displacement", "force_before", "force_after", "stiffness", "kind", "node", "slips", "contact_size", "dissipated",
+)  # fmt: skip
 
 
 def _long(scheme: str, events: int) -> Case:

@@ -47,11 +47,7 @@ def _pairs() -> list[tuple[float, float]]:
 
 
 def _tried(
-    friction: float,
-    residual_shear: float,
-    scheme: str,
-    limit: int = 200_000,
-    initial_contact: InitialContact = "stick",
+    friction: float, residual_shear: float, scheme: str, limit: int = 200_000, initial_contact: InitialContact = "stick"
 ) -> Followed:
     slab = Slab(N, scheme=scheme)
     case = replace(_case(friction, residual_shear, slab, limit), initial_contact=initial_contact)

@@ -146,8 +146,7 @@ def test_the_jackknife_of_a_mean_is_its_uncertainty():
 
 
 @pytest.mark.parametrize(
-    ("scatter", "kept", "held"),
-    [(0.5, 0.99, 0.65), (1.0, 0.95, 0.58), (2.0, 0.91, 0.59), (4.0, 0.94, 0.64)],
+    ("scatter", "kept", "held"), [(0.5, 0.99, 0.65), (1.0, 0.95, 0.58), (2.0, 0.91, 0.59), (4.0, 0.94, 0.64)]
 )
 def test_a_target_that_is_stopped_at_is_kept_in_more_than_nine_of_ten(scatter, kept, held):
     """Of normal members whose scatter is so many times the error asked for: who stops when ± happens to be small states less.

@@ -15,14 +15,7 @@ from nanoslip.solver.dynamics import integrators
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
 from nanoslip.solver.dynamics.integrators import RK4, integrate
 from nanoslip.solver.dynamics.kernels import motion as kernel
-from nanoslip.solver.dynamics.kernels.motion import (
-    Motion,
-    Pin,
-    Teeth,
-    segment_from,
-    tooth_at,
-    tooth_holding,
-)
+from nanoslip.solver.dynamics.kernels.motion import Motion, Pin, Teeth, segment_from, tooth_at, tooth_holding
 from nanoslip.solver.dynamics.kernels.steps import integrate_exactly, monotone_end
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.outcome import Ending, InvalidInput

@@ -10,13 +10,7 @@ from scipy.optimize import brentq
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics import stick_slip as closed_form
 from nanoslip.solver.dynamics.integrators import integrate
-from nanoslip.solver.dynamics.stick_slip import (
-    MOST_SAMPLES,
-    MOST_SLIPS,
-    Oscillator,
-    fit_stick_slip,
-    stick_slip,
-)
+from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS, Oscillator, fit_stick_slip, stick_slip
 from tests.synthetic import constant_profile, profile_through
 
 DRIVE = Drive(1.0, 0.1, 0.2, duration=60.0)

@@ -72,10 +72,7 @@ def elliptic_energies(
     element: of each component, quadratic if not given.
     """
     right = np.concatenate(
-        (
-            graded(half_width, 0.0, smallest, growth)[::-1],
-            graded(half_width, 0.5, smallest, growth, both=True)[1:],
-        )
+        (graded(half_width, 0.0, smallest, growth)[::-1], graded(half_width, 0.5, smallest, growth, both=True)[1:])
     )
     x = np.concatenate((-right[::-1], right[1:]))
     mesh = MeshQuad.init_tensor(x, graded(-aspect_ratio, 0.0, smallest, growth, both=True))

@@ -13,12 +13,7 @@ import pytest
 from scipy.integrate import quad
 
 from nanoslip.solver.case import Case, SlipRule
-from nanoslip.solver.contact.closed_forms import (
-    cattaneo_mindlin,
-    hertz,
-    sliding_parabola,
-    sliding_punch,
-)
+from nanoslip.solver.contact.closed_forms import cattaneo_mindlin, hertz, sliding_parabola, sliding_punch
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.slab import Slab

@@ -19,30 +19,6 @@ from tests.physics import coupled_half_plane, half_plane
 N = 65
 
 
-def mirrored(matrix: np.ndarray) -> np.ndarray:
-    n = len(matrix) // 2
-    order = np.concatenate((np.arange(n)[::-1], np.arange(n)[::-1] + n))
-    sign = np.concatenate((-np.ones(n), np.ones(n)))
-    return matrix[np.ix_(order, order)] * np.outer(sign, sign)
-
-
-@pytest.mark.parametrize("support", ["bonded", "frictionless"])
-def test_mirror_symmetry(support: Support) -> None:
-    matrix = surface_compliance(Slab(n_x=N, support=support)).matrix
-    # Even and odd fields are condensed apart, so nothing but the last sum is rounded differently.
-    np.testing.assert_allclose(mirrored(matrix), matrix, atol=1e-15 * np.abs(matrix).max())
-
-
-def test_a_right_side_restraint_breaks_the_mirror() -> None:
-    matrix = surface_compliance(Slab(n_x=N, support="right_side")).matrix
-    assert np.abs(mirrored(matrix) - matrix).max() > 0.1 * np.abs(matrix).max()
-
-
-def test_forces_do_work_on_their_own_displacement() -> None:
-    matrix = surface_compliance(Slab(n_x=N)).matrix
-    assert np.all(np.linalg.eigvalsh((matrix + matrix.T) / 2) > 0.0)
-
-
 def test_signs_a_node_moves_with_its_force_and_a_drag_dents_ahead() -> None:
     """Pushed to the right, the surface sinks ahead and rises behind (z points out of the slab)."""
     matrix, middle = surface_compliance(Slab(n_x=N)).matrix, N // 2
@@ -95,8 +71,6 @@ def test_a_deeper_slab_is_softer() -> None:
 
 
 def test_wrong_input_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="n_x = 100"):
-        surface_compliance(Slab(n_x=100))
     with pytest.raises(ValueError, match=r"needs \(130, 130\)"):
         SurfaceCompliance(np.eye(4), Slab(n_x=N))
 

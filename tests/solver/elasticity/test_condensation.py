@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from nanoslip.solver.case import Case
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.condensation import definitely_eliminated, eliminated
 from nanoslip.solver.elasticity.schemes.biquadratic import Biquadratic
 from nanoslip.solver.elasticity.schemes.galerkin import Galerkin
-from nanoslip.solver.outcome import Ending, SingularOperator
-from nanoslip.solver.simulate import contact_state
+from nanoslip.solver.outcome import SingularOperator
 from nanoslip.solver.slab import Slab, Support
 from tests.benchmarks.compliance import sparse_compliance
 from tests.solver.elasticity.exact_stencil import exact_compliance
@@ -44,12 +42,6 @@ def test_a_body_too_nearly_incompressible_is_refused_by_name(poisson: float) -> 
     slab = Slab(33, 10.0, poisson, scheme=Galerkin(rows_per_level=1))
     with pytest.raises(SingularOperator, match=r"uncertain by .* use a poisson further from 0\.5"):
         surface_compliance(slab)
-
-
-def test_a_contact_on_it_ends_with_the_same_advice() -> None:
-    with pytest.raises(SingularOperator) as refused:
-        contact_state(Case(slab=Slab(33, 10.0, 0.5 - 1e-10)))
-    assert refused.value.ending is Ending.SINGULAR_OPERATOR
 
 
 @pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"])

@@ -46,49 +46,33 @@ def test_a_range_ends_where_the_scheme_does() -> None:
     assert max(read("sobol", 8, axes=axes).axes["poisson"]) < 0.5
 
 
+SOBOL = {
+    "axes.radius = 3": r"axes.radius = 3: needs a range, \{from = 20, to = 400, scale = \"log\"\}, or a list",
+    "design_seed = -1\naxes.radius = [1.0]": "design_seed = -1: needs a whole number from 0 to",
+    "axes.radius = [10, 20]": 'design = "sobol": needs a range among its axes',
+    "axes.contacts = {from = 1, to = 5}": "axes.contacts = .*: takes no range: needs a list of values",
+    "axes.coupling = {from = 0, to = 1}": "takes no range: needs a list of values",
+    'axes.radius = {from = 1e-300, to = 2, scale = "log"}': "needs 1e-12 ≤ radius ≤ 1e24",
+    "axes.intrinsic_friction = {from = 0.1, to = inf}": "needs numbers from < to",
+    "axes.radius = {from = 3}": "needs a range",
+    "axes.radius = {from = 3, to = 2}": "needs numbers from < to",
+    'axes.intrinsic_friction = {from = 0, to = 2, scale = "log"}': "above 0 with scale",
+    'axes.radius = {from = 1, to = 2, scale = "cubic"}': "a scale is",
+    'axes.radius = {from = "1 kg", to = 2}': 'axes.radius = "1 kg": needs a number, or one with a unit',
+    "axes.radus = {from = 1, to = 2}": "axes.radus = .*: unknown; did you mean radius?",
+}
+OTHERS = [
+    ("sobol", 0, AXES, "points = 0: needs a whole number from 1 to 1000000"),
+    ("sobol", 1_000_001, AXES, "points = 1000001: needs a whole number from 1 to 1000000"),
+    ("latin_hypercube", 4, "", 'design = "latin_hypercube": needs a range among its axes'),
+    ("product", 4, "axes.radius = [1.0]", 'points: needs design = "sobol" or "latin_hypercube"'),
+    ("product", 4, "axes.radius = {from = 1, to = 2}", 'axes.radius = .* for a range design = "sobol" or "latin_hyp'),
+    ("halton", 4, "axes.radius = [1.0]", 'design = "halton": needs "product", "zip", "sobol" or "latin_hypercube"'),
+]
+
+
 @pytest.mark.parametrize(
-    ("design", "points", "axes", "said"),
-    [
-        ("sobol", 0, AXES, "points = 0: needs a whole number from 1 to 1000000"),
-        (
-            "sobol",
-            4,
-            "axes.radius = 3",
-            r"axes.radius = 3: needs a range, \{from = 20, to = 400, scale = \"log\"\}, or a list",
-        ),
-        ("sobol", 1_000_001, AXES, "points = 1000001: needs a whole number from 1 to 1000000"),
-        ("sobol", 4, "design_seed = -1\naxes.radius = [1.0]", "design_seed = -1: needs a whole number from 0 to"),
-        ("latin_hypercube", 4, "", 'design = "latin_hypercube": needs a range among its axes'),
-        ("sobol", 4, "axes.radius = [10, 20]", 'design = "sobol": needs a range among its axes'),
-        (
-            "sobol",
-            4,
-            "axes.contacts = {from = 1, to = 5}",
-            "axes.contacts = .*: takes no range: needs a list of values",
-        ),
-        ("sobol", 4, "axes.coupling = {from = 0, to = 1}", "takes no range: needs a list of values"),
-        ("sobol", 4, 'axes.radius = {from = 1e-300, to = 2, scale = "log"}', "needs 1e-12 ≤ radius ≤ 1e24"),
-        ("sobol", 4, "axes.intrinsic_friction = {from = 0.1, to = inf}", "needs numbers from < to"),
-        ("sobol", 4, "axes.radius = {from = 3}", "needs a range"),
-        ("sobol", 4, "axes.radius = {from = 3, to = 2}", "needs numbers from < to"),
-        ("sobol", 4, 'axes.intrinsic_friction = {from = 0, to = 2, scale = "log"}', "above 0 with scale"),
-        ("sobol", 4, 'axes.radius = {from = 1, to = 2, scale = "cubic"}', "a scale is"),
-        (
-            "sobol",
-            4,
-            'axes.radius = {from = "1 kg", to = 2}',
-            'axes.radius = "1 kg": needs a number, or one with a unit',
-        ),
-        ("sobol", 4, "axes.radus = {from = 1, to = 2}", "axes.radus = .*: unknown; did you mean radius?"),
-        ("product", 4, "axes.radius = [1.0]", 'points: needs design = "sobol" or "latin_hypercube"'),
-        ("halton", 4, "axes.radius = [1.0]", 'design = "halton": needs "product", "zip", "sobol" or "latin_hypercube"'),
-        (
-            "product",
-            4,
-            "axes.radius = {from = 1, to = 2}",
-            'axes.radius = .* for a range design = "sobol" or "latin_hyp',
-        ),
-    ],
+    ("design", "points", "axes", "said"), [*OTHERS, *(("sobol", 4, *each) for each in SOBOL.items())]
 )
 def test_a_wrong_design_is_one_clear_message(design: str, points: int, axes: str, said: str) -> None:
     with pytest.raises(ManifestError, match=said):

@@ -151,22 +151,7 @@ def fronts() -> Iterator[tuple[str, str | bytes]]:
     """A front with one thing wrong each."""
     whole = json.loads((resources.files("nanoslip.study.plan") / SHIPPED).read_text("utf-8"))
     whole["rows"] = whole["rows"][:2]
-    nonsense: list[Any] = [
-        None,
-        True,
-        -1,
-        0,
-        2**70,
-        10**400,
-        float("nan"),
-        float("inf"),
-        "",
-        "x",
-        [],
-        [[1]],
-        {},
-        {"a": 1},
-    ]
+    nonsense: list[Any] = [None, True, -1, 0, 2**70, 10**400, math.nan, math.inf, "", "x", [], [[1]], {}, {"a": 1}]
     for key in whole:
         yield f"no {key}", json.dumps({name: value for name, value in whole.items() if name != key})
         for value in nonsense:

@@ -170,9 +170,7 @@ def test_a_row_is_a_line_and_no_cell_covers_another(show: Show, name: str, width
     assert max(map(abs, gaps), default=0.0) < 1.0
 
 
-def test_the_menu_leads_to_every_section_and_the_filter_leaves_matching_rows(
-    show: Show,
-) -> None:
+def test_the_menu_leads_to_every_section_and_the_filter_leaves_matching_rows(show: Show) -> None:
     seen = show("failing", 390)
     titles = seen.evaluate('[...document.querySelectorAll("section[id] > h2")].map(each => each.textContent)')
     assert seen.evaluate('[...document.querySelectorAll("nav a")].map(each => each.textContent)') == titles

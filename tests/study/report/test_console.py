@@ -10,15 +10,7 @@ import rich.console
 from rich.cells import cell_len
 
 from nanoslip.study.report import console
-from nanoslip.study.report.console import (
-    WIDE,
-    Table,
-    print_error,
-    print_sentences,
-    print_table,
-    say,
-    whole,
-)
+from nanoslip.study.report.console import WIDE, Table, print_error, print_sentences, print_table, say, whole
 
 PROSE = "The drives of four cases did not slip, as the spring that pulls them is too soft for the time they have. " * 2
 TYPED = "nanoslip run campaigns/a question of mine.toml --recompute-foreign"

@@ -65,17 +65,6 @@ def test_rigid_motions_need_no_force(poisson: float) -> None:
         assert np.abs(k.matrix @ np.concatenate((u, w))).max() <= ROUNDING * largest
 
 
-def test_the_mirrored_slab_is_the_same_slab() -> None:
-    k = stiffness(paper(n_x=17))
-    nodes = np.concatenate([k.grid.row_nodes(row)[::-1] for row in range(k.grid.rows)])
-    mirror = np.concatenate((nodes, nodes + k.grid.nodes))
-    sign = np.concatenate((-np.ones(k.grid.nodes), np.ones(k.grid.nodes)))
-    dense = k.matrix.toarray()
-    np.testing.assert_allclose(
-        dense[np.ix_(mirror, mirror)] * np.outer(sign, sign), dense, atol=1e-14 * np.abs(dense).max()
-    )
-
-
 def test_a_quadratic_field_is_interpolated_exactly_in_the_volumes_that_see_three_nodes_a_row() -> None:
     """w = x² on top of a coincident interior node: σ_x = 2λ·0, τ = 2x: the force is -∂τ/∂x × volume area."""
     slab = paper(n_x=33, poisson=0.2)

@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import quad
 
 from nanoslip.solver.elasticity.compliance import surface_compliance
-from nanoslip.solver.elasticity.grid_scheme import stiffness
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
 
@@ -74,13 +73,6 @@ def test_reciprocal_definite_and_the_same_everywhere(poisson: float) -> None:
     for block in compliance.matrix.reshape(2, 65, 2, 65).transpose(0, 2, 1, 3).reshape(4, 65, 65):
         np.testing.assert_array_equal(block[1:, 1:], block[:-1, :-1])
     np.testing.assert_array_equal(compliance.widths, slab.spacing)  # hats are whole at the ends too
-
-
-def test_a_datum_too_near_is_refused_by_name() -> None:
-    with pytest.raises(InvalidInput, match=r"aspect_ratio = 0\.3: needs a deeper datum"):
-        surface_compliance(Slab(n_x=33, aspect_ratio=0.3, scheme="half_plane"))
-    with pytest.raises(InvalidInput, match="scheme = 'half_plane': needs one that has a grid"):
-        stiffness(Slab(n_x=33, scheme="half_plane"))
 
 
 @pytest.mark.parametrize("poisson", [-0.99, -0.5, 0.0, 1 / 3, 0.4999])
