@@ -6,7 +6,7 @@ from tests.mpi import kills
 from tests.study.results.results import until_written
 
 pytestmark = [pytest.mark.mpi, pytest.mark.slow]
-NUMBERS = (0, 5, 8, 12, 15, 16)
+NUMBERS = (0, 1, 5, 8, 12, 15, 16)
 """Of trials: each target, each signal."""
 RACES = (0, 4, 8, 16)
 """Of trials: SIGKILL to each target but a child, whose run goes on."""

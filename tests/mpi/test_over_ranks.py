@@ -1,17 +1,14 @@
 """The farm and whole campaigns over ranks give what one process gives."""
 
-import os
 import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
-from nanoslip.study.results.store import FOLDER
-from tests.conftest import SMALL, launcher, longer, polite_signal
-from tests.study.results.results import as_clients, until_written, written
+from tests.conftest import SMALL, launcher, polite_signal
+from tests.study.results.results import as_clients
 
 # Ranks share the tasks; a defect, a signal or the death of one of them never leaves the others waiting.
 
@@ -111,9 +108,6 @@ def test_the_end_of_a_rank_is_the_end_of_all(start, what, told):
 
 # A campaign's dataset is the same, byte for byte, on any number of ranks, in one go or in several.
 
-LONG = longer(radii=20, events=600)
-"""A few seconds on two ranks."""
-
 
 def dataset(nanoslip, campaign, out, ranks, **changes):
     """What so many ranks make of a campaign; none: one process without a launcher."""
@@ -141,18 +135,6 @@ def test_what_ranks_keep_until_their_logs_are_closed_is_in_the_dataset(nanoslip,
     assert dataset(nanoslip, campaign, tmp_path / "out", 2, PYTHONPATH=as_clients(tmp_path)) == alone
 
 
-@pytest.mark.slow
-def test_a_run_that_goes_on_gives_the_same_dataset(nanoslip, campaign, tmp_path, alone):
-    out = tmp_path / "out"
-    dataset(nanoslip, campaign, out, 2)
-    first, *_, last = sorted((out / FOLDER).glob("*.log"))
-    first.unlink()
-    last.write_bytes(last.read_bytes()[:-100])
-    done = nanoslip("run", campaign, "--out", out, ranks=4)
-    assert (done.returncode, done.stderr.count("will be computed again")) == (0, 1), done.stderr
-    assert (out / "results.nc").read_bytes() == alone
-
-
 @pytest.mark.parametrize(
     ("n_x", "option", "said"),
     [(18, "--retry", "n_x = 18"), pytest.param(17, "--nonsense", "No such option", marks=pytest.mark.slow)],
@@ -162,35 +144,6 @@ def test_wrong_input_is_said_once_by_all_ranks_together(nanoslip, campaign, n_x,
     done = nanoslip("run", campaign, option, ranks=2)
     assert (done.returncode, done.stderr.count(said)) == (2, 1)
     assert "Traceback" not in done.stderr
-
-
-@pytest.fixture(scope="module")
-def whole(nanoslip, tmp_path_factory) -> Path:
-    """The folder of the long campaign, computed in one go."""
-    folder = tmp_path_factory.mktemp("whole")
-    (folder / "long.toml").write_text(LONG)
-    assert nanoslip("run", folder / "long.toml", "--out", folder).returncode == 0
-    return folder
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kill", [True, False], ids=["killed", "told to stop"])
-def test_a_run_cut_short_goes_on_to_the_same_dataset(nanoslip, environment, whole, tmp_path, kill):
-    campaign, cut = whole / "long.toml", tmp_path / "cut"
-    words = [*launcher(2), sys.executable, "-m", "nanoslip", "run", str(campaign), "--out", str(cut)]
-    running = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    until_written(cut, 5, running)
-    if kill:
-        os.killpg(running.pid, signal.SIGKILL)  # launcher and ranks at once
-    else:
-        running.send_signal(polite_signal())
-    running.communicate(timeout=60)
-    assert running.returncode == (-signal.SIGKILL if kill else 99)
-    assert not (cut / "results.nc").exists()
-    assert len(written(cut)) < len(written(whole))
-    assert dataset(nanoslip, campaign, cut, 2) == (whole / "results.nc").read_bytes()
-    assert written(cut) == written(whole)  # finished tasks were not computed twice
-    assert not list((cut / FOLDER).glob(".*"))  # nor are scratch files left
 
 
 @pytest.mark.slow

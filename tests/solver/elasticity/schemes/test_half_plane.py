@@ -1,12 +1,18 @@
-"""The half-plane in closed form: reciprocal, the same everywhere, and the integral of Flamant's line forces."""
+"""The half-plane in closed form: reciprocal, the same everywhere, and the integral of Flamant's line forces.
+
+It has no rows of nodes to be halved: any odd n_x does, and a convolution gives the displacements that its matrix gives.
+"""
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from nanoslip.solver.case import Case
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.slab import Slab
+from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, Slab
+from nanoslip.solver.sliding.slide import slide_to_state
+from tests.physics import assert_contact_laws
 
 
 def flamant(x: float, z: float, poisson: float) -> np.ndarray:
@@ -107,3 +113,56 @@ def test_the_datum_shifts_all_displacements_along_the_force_alike() -> None:
     shift = 0.75 / np.pi * np.log(5.0)
     expected = np.kron(np.eye(2), np.full((17, 17), shift))
     np.testing.assert_allclose(far - near, expected, atol=1e-15 * np.abs(far).max())
+
+
+@pytest.mark.parametrize("n_x", [FEWEST_NODES, 7, 1001, 100_001, MOST_NODES])
+def test_every_odd_number_of_nodes_is_taken(n_x: int) -> None:
+    assert Slab(n_x=n_x, scheme="half_plane").n_x == n_x
+
+
+@pytest.mark.parametrize("n_x", [FEWEST_NODES - 2, 6, 100_000, MOST_NODES + 2])
+def test_other_numbers_of_nodes_are_refused_by_name(n_x: int) -> None:
+    with pytest.raises(InvalidInput, match=rf"n_x = {n_x}: needs an odd number from 5 to 1048577"):
+        Slab(n_x=n_x, scheme="half_plane")
+
+
+def test_a_pin_slides_over_an_odd_number_of_nodes_as_over_any() -> None:
+    case = Case(slab=Slab(n_x=71, scheme="half_plane"), max_events=50)
+    compliance = surface_compliance(case.slab)
+    record, end = slide_to_state(case, compliance)
+    assert record.outcome.ok
+    assert len(record.displacement) == 50
+    assert_contact_laws(end, case, compliance)
+
+
+@pytest.fixture(params=[(5, 1 / 3), (33, 0.0), (101, 0.49), (64 + 1, -0.5)], ids=str)
+def slab(request: pytest.FixtureRequest) -> Slab:
+    n_x, poisson = request.param
+    return Slab(n_x=n_x, poisson=poisson, aspect_ratio=2.0, scheme="half_plane")
+
+
+def test_displacements_are_those_of_the_matrix(slab: Slab) -> None:
+    """Rounding of an FFT: some machine epsilons of the largest sum of displacements."""
+    n, found = slab.n_x, surface_compliance(slab).convolution
+    forces = np.random.default_rng(1).standard_normal(n)
+    expected = slab.scheme.matrix(slab)[:, n:] @ forces
+    rounding = 1e-14 * np.abs(found.along_z).max() * np.abs(forces).sum()
+    np.testing.assert_allclose(found.u(forces), expected[:n], rtol=0.0, atol=rounding)
+    np.testing.assert_allclose(found.w(forces), expected[n:], rtol=0.0, atol=rounding)
+
+
+def test_forces_about_a_displacement_do_positive_work_on_it(slab: Slab) -> None:
+    """What conjugate gradients ask of them: symmetric and positive definite on forces without a sum."""
+    found, identity = surface_compliance(slab).convolution, np.eye(slab.n_x)
+    matrix = np.array([found.forces_about(column) for column in identity])
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-13 * np.abs(matrix).max())
+    assert np.linalg.eigvalsh(matrix)[0] > 0.0
+
+
+def test_on_the_whole_circle_the_forces_about_a_displacement_are_those_that_cause_it() -> None:
+    """A wave that fits the circle of 2(n-1) nodes, far smaller there than its sum over all turns: to a share of its length."""
+    slab = Slab(n_x=1025, scheme="half_plane")
+    found, nodes = surface_compliance(slab).convolution, np.arange(slab.n_x)
+    wave = np.cos(2 * np.pi * 256 * nodes / 2048) * np.sin(np.pi * nodes / 1024) ** 2
+    inside = slice(256, -256)
+    np.testing.assert_allclose(found.w(found.forces_about(wave))[inside], wave[inside], atol=2e-3)
