@@ -8,7 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import nanoslip
@@ -66,13 +65,6 @@ def test_the_examples_in_docstrings_hold(module):
     found = doctest.testmod(importlib.import_module(module))
     assert found.attempted >= 2
     assert found.failed == 0
-
-
-def test_a_slab_has_a_compliance_of_its_default_scheme():
-    compliance = nanoslip.surface_compliance(nanoslip.Slab(n_x=17))
-    assert isinstance(compliance.slab.scheme, nanoslip.Galerkin)
-    assert compliance.matrix.shape == (34, 34)
-    np.testing.assert_array_equal(compliance.matrix, compliance.matrix.T)
 
 
 def python(*words: str, folder: Path, environment: dict[str, str]) -> "subprocess.CompletedProcess[str]":

@@ -16,7 +16,7 @@ from nanoslip.study import api
 from nanoslip.study.api import open_dataset, run
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.results import entry as own
-from nanoslip.study.results.store import FOLDER, StoreError
+from nanoslip.study.results.store import FOLDER
 from nanoslip.study.run import campaign as run_of_campaign
 from nanoslip.study.run import executor
 from nanoslip.study.run.compute import run_task
@@ -198,11 +198,6 @@ def test_progress_is_shown_where_somebody_watches(monkeypatch, capsys, place):
 def test_progress_is_printed_when_asked_for(capsys):
     run(TINY, progress=True)
     assert "3 of 3 tasks done" in capsys.readouterr().err
-
-
-def test_no_dataset_is_one_clear_error(tmp_path):
-    with pytest.raises(StoreError, match="no dataset"):
-        open_dataset(tmp_path)
 
 
 def test_a_rank_of_several_is_told_that_it_computes_all_by_itself(monkeypatch):

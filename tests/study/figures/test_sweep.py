@@ -119,7 +119,9 @@ LOADS = [1e-4, 1e-3]
 
 def test_every_case_is_a_point_beside_its_axes() -> None:
     cases = product(intrinsic_friction=[0.2, 0.4, 0.6], normal_load=LOADS, n_x=[33])
-    points = points_of(cases, "plateau_mean")
+    counts = cases["plateau_mean"].dims, np.arange(3, 9).reshape(3, 2, 1)
+    points = points_of(cases.assign(plateau_mean_members=counts, members=counts), "plateau_mean")
+    assert points.members.tolist() == [3, 4, 5, 6, 7, 8]
     assert not points_of(cases.drop_vars("validity_flags"), "plateau_mean").flagged.any()
     assert list(points.axes) == ["intrinsic_friction", "normal_load"]  # one n_x is no axis
     np.testing.assert_array_equal(points.values, 0.5 * points.axes["intrinsic_friction"])
@@ -160,23 +162,6 @@ def test_a_setting_that_some_cases_lack_becomes_words() -> None:
     assert points_of(data, "plateau_mean").axes["coupling_stiffness"].tolist() == ["–", "10"]
     never = listed({"intrinsic_friction": [np.inf, 0.5]}, [0.2, 0.3])
     assert points_of(never, "plateau_mean").axes["intrinsic_friction"].tolist() == ["inf", "0.5"]
-
-
-def test_numbers_are_means_with_their_uncertainty() -> None:
-    data = nanoslip.run({
-        "title": "Starts",
-        "stages": ["contact", "slip"],
-        "axes": {"intrinsic_friction": [0.25, 0.5]},
-        "numerics": {"n_x": 17},
-        "limits": {"presliding": 3.0},
-        "ensemble": {"members": 3},
-    })  # fmt: skip
-    points = points_of(data, "plateau_mean")
-    assert points.values.shape == (2,)
-    np.testing.assert_array_equal(points.values, data.plateau_mean.values.ravel())
-    np.testing.assert_array_equal(points.errors, data.plateau_mean_uncertainty.values.ravel())
-    assert (points.errors > 0.0).all()
-    assert points.members.tolist() == [3, 3]
 
 
 # From Python: the axes of a figure with the numbers and their ±, of the cases that are chosen.

@@ -24,12 +24,12 @@ from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report.summary import flag_summary, scalar_table
 from nanoslip.study.results.store import Store
-from nanoslip.study.run.compute import run_task
 from nanoslip.study.toml_text import as_toml
 from tests.conftest import ROOT
+from tests.study.dataset.campaigns import compute
+from tests.study.plan.running import planned
 
 MAP = """\
-title = "A map"
 stages = ["contact", "slip"]
 ensemble.members = 1
 [axes]
@@ -48,25 +48,18 @@ def expected(plan: Plan) -> list[str]:
     return expected_lines(plan, outlook_of(plan))
 
 
-def planned(folder: Path, text: str) -> Plan:
-    (folder / "map.toml").write_text(text, "utf-8")
-    return make_plan(load_manifest(folder / "map.toml"))
-
-
 @pytest.fixture
 def collected(tmp_path):
     """The dataset of a campaign, given as text, from its file."""
 
-    def compute(text: str) -> xr.Dataset:
+    def computed(text: str) -> xr.Dataset:
         plan, store = planned(tmp_path, text), Store(tmp_path)
-        store.prepare()
-        for task in plan.remaining(store.finished()):
-            store.write(run_task(task, {key: store.read(key) for key in task.needs}))
+        compute(plan, store)
         file.write(collect(plan, store), tmp_path / file.FILE)
         with file.read(tmp_path / file.FILE) as found:
             return found.load()
 
-    return compute
+    return computed
 
 
 def names(found: xr.Dataset) -> list[list[str]]:
