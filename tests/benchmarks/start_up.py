@@ -70,27 +70,15 @@ def _kernels() -> list[Row]:
     compiling = cold.processor - warm.processor
     times = (together.processor - again.processor) / compiling
     same = again.kernels == together.kernels and len(together.kernels) == len(cold.kernels)
-    fewer = f"{cold.wall / warm.wall:.1f} × as fast"
-    second, left = _compiled(cold, warm), f"{len(together.kernels)}, {_compiled(together, again)}"
-    four = "4 ranks, empty cache"
+    second, again_compiled = _compiled(cold, warm), _compiled(together, again)
+    what, ours = f"second run, {len(cold.kernels)} kernels in the cache: compiled", f"{second}, in {seconds(warm.wall)}"
+    fewer, once = f"{cold.wall / warm.wall:.1f} × as fast", verdict("once, not four times", times < 1.5)
+    four, left = "4 ranks, empty cache", f"{len(together.kernels)}, {again_compiled}"
+    of_one = f"{len(cold.kernels)}, {second} (one process)"
     return [
-        Row(
-            f"second run, {len(cold.kernels)} kernels in the cache: compiled",
-            *(
-                f"{second}, in {seconds(warm.wall)}",
-                f"{seconds(cold.wall)} (first run)",
-                fewer,
-                verdict("0", second == 0),
-            ),
-        ),
-        versus(
-            f"{four}: time for compiling",
-            *(times * compiling, compiling, "one process", verdict("once, not four times", times < 1.5)),
-        ),
-        Row(
-            f"{four}: kernels cached, compiled by the next run",
-            *(left, f"{len(cold.kernels)}, {second} (one process)", "", verdict("the same", same)),
-        ),
+        Row(what, ours, f"{seconds(cold.wall)} (first run)", fewer, verdict("0", second == 0)),
+        versus(f"{four}: time for compiling", times * compiling, compiling, "one process", once),
+        Row(f"{four}: kernels cached, compiled by the next run", left, of_one, "", verdict("the same", same)),
     ]
 
 

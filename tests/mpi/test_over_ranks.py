@@ -166,14 +166,8 @@ def test_ranks_of_a_program_share_campaigns_and_go_on_whatever_comes_of_them(env
     for name, text in texts.items():
         (tmp_path / f"{name}.toml").write_text(text)
     (tmp_path / "3").touch()
-    words = [
-        *launcher(3),
-        sys.executable,
-        "-m",
-        "tests.mpi.own_program",
-        str(tmp_path),
-        *(f"{tmp_path / name}.toml" for name in texts),
-    ]
+    words = [*launcher(3), sys.executable, "-m", "tests.mpi.own_program", str(tmp_path)]
+    words += [f"{tmp_path / name}.toml" for name in texts]
     done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 0, done.stderr
     root, idle, other = done.stdout.splitlines()

@@ -41,21 +41,8 @@ def site(tmp_path: Path) -> Path:
 def submitted(slurm, campaign: Path, site: Path, *options: object) -> tuple[str, Path]:
     """Hand a campaign to sbatch as a user would; the last job's number and the folder of results."""
     out = campaign.parent / "out"
-    said = slurm(
-        "env",
-        f"PYTHONPATH={ROOT}",
-        sys.executable,
-        "-m",
-        "nanoslip",
-        "submit",
-        campaign,
-        "--out",
-        out,
-        "--site",
-        site,
-        "--submit",
-        *options,
-    )
+    nanoslip = ("env", f"PYTHONPATH={ROOT}", sys.executable, "-m", "nanoslip")
+    said = slurm(*nanoslip, "submit", campaign, "--out", out, "--site", site, "--submit", *options)
     return said.split()[-1], out
 
 

@@ -45,19 +45,7 @@ NONSENSE = {
 
 PLACES: dict[str, list[str]] = {
     "top level": [
-        *(
-            "title",
-            "stages",
-            "design",
-            "table",
-            "accuracy",
-            "front",
-            "axes",
-            "drives",
-            "drive_axes",
-            "scales",
-            "ensemble",
-        ),
+        "title", "stages", "design", "table", "accuracy", "front", "axes", "drives", "drive_axes", "scales", "ensemble",
         *TABLES,
     ],
     **{table: list(words_of(table)) for table in TABLES},
@@ -68,7 +56,7 @@ PLACES: dict[str, list[str]] = {
     "drives": ["name", *drive_parameters()],
     "drive_axes": ["name", *drive_parameters()],
     "unknown": ["nonsense", '"two words"', '"a\\nb"', "x" * 5000, ".".join("x" * 2000), '""'],
-}
+}  # fmt: skip
 KEYS = [(place, key) for place, keys in PLACES.items() for key in keys]
 
 LONGEST = 300
