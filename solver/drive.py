@@ -38,6 +38,10 @@ INTEGRATORS: Family[Integrator] = Family("integrator")
 """Every integrator there is."""
 
 
+FEWER_STEPS: Final = "raise step_limit, shorten the drive, slow the stage or soften the spring"
+"""Advice where a drive needs more segments than its step_limit."""
+
+
 @dataclass(frozen=True, slots=True)
 class Scales:
     """What the dimensionless numbers stand for: slab width L_x (m), slab depth L_y (m), shear modulus G (Pa)."""

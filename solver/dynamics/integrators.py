@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from nanoslip.solver.drive import INTEGRATORS, Drive, Integrator
+from nanoslip.solver.drive import FEWER_STEPS, INTEGRATORS, Drive, Integrator
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
 from nanoslip.solver.dynamics.duration import DOUBLINGS, expected_duration, lag_time, settling_time
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
@@ -115,11 +115,7 @@ def _outcome_of_segments(run: Run, motion: Motion, step_limit: int) -> Outcome:
         return COMPLETED
     if run.steps < step_limit:
         return reversed_at(run, motion)
-    message = (
-        f"{step_limit} segments reached {part_reached(run, motion)}: "
-        "raise step_limit, shorten the drive, slow the stage or soften the spring"
-    )
-    return Outcome(Ending.STEP_LIMIT, message)
+    return Outcome(Ending.STEP_LIMIT, f"{step_limit} segments reached {part_reached(run, motion)}: {FEWER_STEPS}")
 
 
 def part_reached(run: Run, motion: Motion) -> str:

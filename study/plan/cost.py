@@ -194,14 +194,18 @@ def drive_duration(drive: Drive, case: Case) -> float:
     return min(expected_duration(drive, force, force, sizes_of(case).stiffness, expected_displacement(case)), 1e30)
 
 
-def drive_seconds(drive: Drive, case: Case) -> float:
-    """Seconds of motion and fit: teeth on the way of the stage, or time steps, and samples."""
+def drive_steps(drive: Drive, case: Case) -> float:
+    """Segments that a drive needs, one for each tooth on the way of its stage, or time steps; step_limit aside."""
     duration = drive_duration(drive, case)
     way = drive.stage_velocity * duration
     teeth = way * PIECES / sizes_of(case).reach if case.interface.contacts > 1 else way / sizes_of(case).step
     step: float | None = getattr(drive.integrator, "time_step", None)
-    steps = duration / step if step else 0.0 if drive.profile == "mean" else teeth
-    return STEP * (min(steps, drive.step_limit) + 50.0 * min(drive.samples, MOST_SAMPLES))
+    return duration / step if step else 0.0 if drive.profile == "mean" else teeth
+
+
+def drive_seconds(drive: Drive, case: Case) -> float:
+    """Seconds of motion and fit: steps, and samples."""
+    return STEP * (min(drive_steps(drive, case), drive.step_limit) + 50.0 * min(drive.samples, MOST_SAMPLES))
 
 
 # Bytes of the arrays of contacts and friction records while they are computed.

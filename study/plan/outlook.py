@@ -5,19 +5,19 @@ import heapq
 import math
 import operator
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.drive import TRAVEL
+from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.parameters import Value, in_words
-from nanoslip.study.plan.cost import drive_duration, expected_displacement, least_plateau, record_bytes
+from nanoslip.study.plan.cost import drive_duration, drive_steps, expected_displacement, least_plateau, record_bytes
 from nanoslip.study.plan.kinds import compliance_needs
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task, TaskResult
@@ -95,9 +95,12 @@ def _words(plan: Plan, number: int) -> str:
 
 
 def out_of_reach(plan: Plan) -> list[str]:
-    """A line about drives that never pull as hard as friction holds, before any of them is computed; none where all do.
+    """Lines about drives that never pull as hard as friction holds, and that need more segments than step_limit."""
+    return [*_too_short(plan), *_too_many_steps(plan)]
 
-    Of plateaus the least is taken, which holds to spreads of 3. A drive without a duration goes on as long as its stage moves.
+
+def _too_short(plan: Plan) -> list[str]:
+    """Of plateaus the least is taken, which holds to spreads of 3. A drive without a duration goes on as long as its stage moves.
     """
     manifest = plan.manifest
     drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]
@@ -130,22 +133,54 @@ def out_of_reach(plan: Plan) -> list[str]:
 
 
 _LOOKED_AT: Final = 1000
-"""Cases whose drives are looked at, of a campaign of millions."""
+"""Drives that are looked at, of a campaign of millions."""
+
+
+class _Driven(NamedTuple):
+    """A case with a drive; dimensionless, and in SI."""
+
+    number: int
+    case: Case
+    named: NamedDrive
+    drive: Drive
+    label: str
+
+
+def _driven(plan: Plan) -> Iterator[_Driven]:
+    """Drives of cases, spread over all."""
+    scales, drives = plan.manifest.scales, plan.manifest.drives
+    some = drives[:: max(1, len(drives) // _LOOKED_AT)]
+    known = [(one.drive, one.drive.dimensionless(scales), one.label) for one in some if one.drive]
+    for number in range(0, len(plan.cases), max(1, len(plan.cases) * len(known) // _LOOKED_AT)):
+        if (case := plan.cases[number].case) is not None:
+            yield from (_Driven(number, case, *each) for each in known)
+
+
+def _too_many_steps(plan: Plan) -> list[str]:
+    driven = [each for each in _driven(plan) if each.drive.max_slips is None]
+    steps = np.array([drive_steps(each.drive, each.case) for each in driven])
+    many = steps > [each.drive.step_limit for each in driven]
+    if not many.any():
+        return []
+    worst = driven[int(np.where(many, steps, 0.0).argmax())]
+    where = ", ".join(filter(None, [_words(plan, worst.number), worst.label]))
+    return [
+        f"may end at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: needs about {steps[many].max():.1g} "
+        f"segments: {FEWER_STEPS}"
+    ]
 
 
 def duration_lines(plan: Plan) -> list[str]:
     """Expected duration of drives without one, over all cases, as a line; none if all have one."""
     manifest = plan.manifest
-    named = [each.drive for each in manifest.drives if each.drive and each.drive.in_si.duration is None]
-    cases = [each.case for each in plan.cases[:: max(1, len(plan.cases) // _LOOKED_AT)] if each.case is not None]
-    if not (named and cases):
-        return []
     times = [
-        drive_duration(drive, case) * manifest.scales.time(each.pin_mass)
-        for each in named
-        for drive in [each.dimensionless(manifest.scales)]
-        for case in cases
+        drive_duration(each.drive, each.case) * manifest.scales.time(each.named.pin_mass)
+        for each in _driven(plan)
+        if each.drive.duration is None
     ]
+    if not times:
+        return []
+    named = [each for each in manifest.drives if each.drive and each.drive.in_si.duration is None]
     low, high = f"{min(times):.2g}", f"{max(times):.2g}"
     span = low if low == high else f"{low} to {high}"
     return [

@@ -217,6 +217,20 @@ def test_a_drive_that_is_too_short_to_slip_is_named_with_what_it_needs():
     assert lines[0].endswith("the stage is at rest: raise stage_velocity")
 
 
+def test_a_drive_that_may_end_at_its_step_limit_is_named_with_the_advice_of_its_outcome():
+    """The estimate of segments holds to a factor of five."""
+    limited = {"name": "a", "step_limit": 10_000}
+    campaign = {"title": "x", "numerics": {"n_x": 33, "scheme": "strip"}, "ensemble": {"members": 1}, "drives": [limited]}
+    (line,) = out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {})))
+    data = api.run(campaign, progress=False).squeeze()
+    assert data["drive_outcome"] == "step_limit"
+    assert str(data["drive_message"].values).endswith(line.partition("segments: ")[2])
+    campaign["drives"] = [{"name": "a"}]
+    assert out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {}))) == []
+    needed = float(re.findall(r"about (\S+) segments", line)[0])
+    assert 0.2 < needed / float(api.run(campaign, progress=False)["steps"].squeeze()) < 5.0
+
+
 def test_a_drive_without_a_duration_ends_where_its_numbers_are_known():
     """The plan takes the least friction that the pin may meet: it is 7 % more, and teeth make cycles longer."""
     own = {"ensemble": {"members": 2}, "numerics": {"n_x": 65, "scheme": "strip"}, "title": "x"}
