@@ -150,14 +150,14 @@ def with_error(number: float, uncertainty: float) -> str:
     """A number as text, ± its uncertainty: `0.13670 ± 0.00009`, `0.295 ± 0.010`; `0.295 ± ?` where that is not known.
 
     The uncertainty has one significant digit, two where it begins with 1; the number ends at the same place. One of
-    rounding is 0.
+    rounding is left out.
     """
     if not np.isfinite(number):
         return f"{number:g}"
     if not np.isfinite(uncertainty):
         return f"{number:.3g} ± ?"
     if uncertainty <= ROUNDING * abs(number):
-        return f"{number:g} ± 0"
+        return f"{number:g}"
     digits, place = _digits_and_place(uncertainty)
     number, uncertainty = round(number, -place), round(uncertainty, -place)
     if number and not SMALL <= abs(number) < LARGE:

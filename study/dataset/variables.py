@@ -343,10 +343,13 @@ def ends_of(counts: xr.DataArray) -> str:
 
 
 def means_of(dataset: xr.Dataset) -> str:
-    """That numbers are means, and over how many members; empty where each is of one."""
+    """That numbers are means, over how many members, and what stands where fewer have one; empty where each is of one."""
     if MEMBERS.name not in dataset or not bool((dataset[MEMBERS.name] > 1.0).any()):
         return ""
-    return f"numbers are means over {ends_of(dataset[MEMBERS.name])} members; (k of n) {EXPLAINED}"
+    counts = filter(None, (members_of(dataset, str(name)) for name in dataset.data_vars))
+    fewer_have_it = any(bool(((having > 0) & (having < used)).any()) for having, used in counts)
+    explained = f"; (k of n) {EXPLAINED}" if fewer_have_it else ""
+    return f"numbers are means over {ends_of(dataset[MEMBERS.name])} members{explained}"
 
 
 # Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to.
