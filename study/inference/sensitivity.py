@@ -124,7 +124,8 @@ def indices(
     axes = [axis_of(name, each) for name, each in columns.items()]
     there = np.isfinite(values)
     some = np.isfinite(errors[there]).any() and np.ptp(values[there]) > 0.0
-    noise = np.nanmean(errors[there] ** 2) / np.var(values[there]) if some else np.nan
+    with np.errstate(over="ignore"):
+        noise = np.nanmean(errors[there] ** 2) / np.var(values[there]) if some else np.nan
     none, counts = np.full((len(axes), 3), np.nan), (int(there.sum()), int((~there).sum()))
     found = Sensitivity(of, tuple(columns), none, none, float(noise), np.nan, np.nan, *counts, complete=False)
     if (tied := _tied(axes, columns)) or len(axes) < 2:

@@ -138,10 +138,13 @@ def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST) -> Surrogate
     there = np.flatnonzero(np.isfinite(y))
     there = there[np.linspace(0, len(there) - 1, min(len(there), most)).astype(int)] if len(there) else there
     x, y, errors = x[there], y[there], np.nan_to_num(errors[there])
-    if len(y) < FEWEST or not y.std() > ALIKE * np.abs(y).max():
-        raise TooFewError(f"{len(y)} values, {len(np.unique(y))} of them different: needs at least {FEWEST}")
+    if len(y) < FEWEST:
+        raise TooFewError(f"{len(y)} values are known: needs at least {FEWEST}")
+    if not y.std() > ALIKE * np.abs(y).max():
+        raise TooFewError(f"all {len(y)} values are the same: no parameter that varies changes them")
     mean, scale = float(y.mean()), float(y.std())
-    residual, variance = (y - mean) / scale, (errors / scale) ** 2
+    residual = (y - mean) / scale
+    variance = (np.minimum(errors, scale * ALIKE**-0.5) / scale) ** 2  # beyond, weights are rounding
     some = np.linspace(0, len(y) - 1, min(len(y), MOST_LEARNT)).astype(int)
     kernel, found = _likeliest(x[some], residual[some], variance[some])
     lengths, amplitude, scatter = found[:-2], float(found[-2]), float(found[-1])
