@@ -32,6 +32,7 @@ from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import console
+from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, Store, StoreError
 from nanoslip.study.run.agent import Agent
 from nanoslip.study.run.campaign import UnfinishedError, compute_rest, rest_of
@@ -56,13 +57,29 @@ DICT = Path("campaign")
 """What messages call a campaign that is no file. Files that it names are looked for in the working folder."""
 
 
-class Options(TypedDict, total=False):
-    """How `run` computes, beside where."""
+Numbers = Mapping[str, tuple[float, float]]
+Vary = Mapping[str, tuple[Any, Any] | None] | Iterable[str]
+Fixed = Mapping[str, Any]
+
+
+class Computing(TypedDict, total=False):
+    """How `run` and `fit` compute, beside where."""
+
+    progress: bool | None
+    jobs: int
+
+
+class Options(Computing, total=False):
+    """What `run` computes again."""
 
     recompute_foreign: bool
     retry: bool
-    progress: bool | None
-    jobs: int
+
+
+class FitOptions(Computing, total=False):
+    """What `fit` computes at most."""
+
+    points: int
 
 
 @overload
@@ -110,18 +127,9 @@ def run(
     ('normal_load', ['completed', 'completed'])
     """
     plan = make_plan(_manifest(campaign))
-    if comm is not None and (jobs != 1 or out is None):
-        raise ValueError(f"comm with jobs = {jobs!r}, out = {out!r}: needs out, and no jobs")
-    if comm is None and (ranks := processes_started()) > 1:
-        _warn(3, f"one of {ranks} ranks computes all of this campaign itself: ranks share it with comm=MPI.COMM_WORLD")
     with ExitStack() as stack:
-        stack.enter_context(_one_thread())
-        folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
-        program = computing(folder)
-        farm = _farm(program, jobs, stack) if comm is None else stack.enter_context(sharing(comm, program))
+        folder, farm = _computing(stack, out, jobs, comm)
         if not farm.root:
-            if farm.serve():
-                raise StoreError(f"{folder}: not computed: rank 0 has raised the error")
             return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         journal = Journal(folder, "nanoslip.run")
@@ -143,37 +151,75 @@ def run(
             return loaded(opened)
 
 
+@overload
 def fit(
     campaign: Campaign,
-    numbers: Mapping[str, tuple[float, float]],
-    vary: Mapping[str, tuple[Any, Any] | None] | Iterable[str] = (),
-    fixed: Mapping[str, Any] = MappingProxyType({}),
+    numbers: Numbers,
+    vary: Vary = (),
+    fixed: Fixed = MappingProxyType({}),
+    out: Place | None = None,
+    *,
+    comm: None = None,
+    **options: Unpack[FitOptions],
+) -> Fit: ...
+@overload
+def fit(
+    campaign: Campaign,
+    numbers: Numbers,
+    vary: Vary,
+    fixed: Fixed,
+    out: Place,
+    *,
+    comm: Any,
+    **options: Unpack[FitOptions],
+) -> Fit | None: ...
+def fit(
+    campaign: Campaign,
+    numbers: Numbers,
+    vary: Vary = (),
+    fixed: Fixed = MappingProxyType({}),
     out: Place | None = None,
     *,
     points: int = MOST,
     jobs: int = 1,
     progress: bool | None = None,
-) -> Fit:
+    comm: Any = None,
+) -> Fit | None:
     """Find the parameters of a campaign that agree with measured numbers, as `nanoslip fit`.
 
     numbers: variable, symbol, or ratio of two -> value and ± (one standard deviation), as {"mu_s": (0.3, 0.01)}.
     vary: parameters to find, and the ends of their ranges; without ends, or any, the campaign's axes.
     fixed: values of other parameters; `drive` chooses a drive by its name.
-    out, jobs, progress: as of `run`. points: the most that are computed.
+    out, jobs, progress, comm: as of `run`. points: the most that are computed.
 
     Raises ManifestError and StoreError as `run` does, ValueError where too few points have the numbers.
     """
     targets = [Target(name, *given) for name, given in numbers.items()]
     ranges = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
     question = question_of(_manifest(campaign), targets, ranges, fixed)
+    question.check(Path("" if out is None else out))
     with ExitStack() as stack:
-        stack.enter_context(_one_thread())
-        folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
-        question.check(folder)
-        farm = _farm(computing(folder), jobs, stack)
+        folder, farm = _computing(stack, out, jobs, comm)
+        if not farm.root:
+            return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         compute = computing_points(farm, lease, folder, partial(_shown, progress), partial(_warn, 4))
-        return question.answer(compute, folder, points)
+        return question.answer(compute, folder, points, holes)
+
+
+def _computing(stack: ExitStack, out: Place | None, jobs: int, comm: Any) -> tuple[Path, Farm]:
+    """The folder of the results, and what computes there: ranks other than 0 have done their share. Raises StoreError."""
+    if comm is not None and (jobs != 1 or out is None):
+        raise ValueError(f"comm with jobs = {jobs!r}, out = {out!r}: needs out, and no jobs")
+    if comm is None and (ranks := processes_started()) > 1:
+        _warn(4, f"one of {ranks} ranks computes all of this campaign itself: ranks share it with comm=MPI.COMM_WORLD")
+    stack.enter_context(_one_thread())
+    folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
+    program = computing(folder)
+    farm = _farm(program, jobs, stack) if comm is None else stack.enter_context(sharing(comm, program))
+    if not farm.root and farm.serve():
+        raise StoreError(f"{folder}: not computed: rank 0 has raised the error")
+    return folder, farm
 
 
 def _warn(level: int, text: str) -> None:

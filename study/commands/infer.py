@@ -9,31 +9,35 @@ from pathlib import Path
 from typing import Any, Final
 
 import click
-import numpy as np
 
 from nanoslip.solver.case import parameters_of_a_case
+from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.datasets import dataset_of
 from nanoslip.study.commands.plans import counted, print_json, refusals
 from nanoslip.study.commands.words import Refusal, folder, show
+from nanoslip.study.dataset.variables import without_numbers
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.figures.points import in_text
 from nanoslip.study.figures.shared import format_of, image
-from nanoslip.study.inference.campaign import Ends, Question, computing, question_of
-from nanoslip.study.inference.fit import LEVELS, Fit, Target, sentences
+from nanoslip.study.inference.campaign import Ends, Question, computing, question_of, together
+from nanoslip.study.inference.fit import LEVELS, Fit, Target, filling, sentences
 from nanoslip.study.inference.pictures import bars, contours
 from nanoslip.study.inference.sensitivity import caution, sensitivity
 from nanoslip.study.manifest.checker import number_or_text, read_text
 from nanoslip.study.manifest.manifest import drive_parameters
 from nanoslip.study.manifest.parameters import of_symbol
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.manifest.units import in_si
+from nanoslip.study.plan.outlook import out_of_reach
 from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
-from nanoslip.study.report.summary import failure_summary, flag_summary
+from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError
 from nanoslip.study.run.farm import Farm, FarmError
+from nanoslip.study.run.journal import measured_in
 from nanoslip.study.run.launch import computing as program_of
 from nanoslip.study.run.mpi import open_farm
-from nanoslip.study.run.progress import open_progress
+from nanoslip.study.run.progress import makespan, open_progress, roughly
 
 # `nanoslip sensitivity`: which parameters a number depends on, from the cases of a dataset.
 
@@ -43,7 +47,7 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     form = format_of(picture) if picture else ""
     with refusals(ValueError), dataset_of(dataset, out) as opened:
         found = sensitivity(opened, of)
-        why = _holes(opened) if found.holes else []
+        why = holes(opened) if found.holes else []
     if as_json:
         parts = {"first": found.first, "total": found.total}
         rows = {
@@ -65,11 +69,6 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     if picture and not found.unknown:
         write_files({picture: image(bars(found), form)})
         say(whole(f"written: {picture}"))
-
-
-def _holes(dataset: Any) -> list[str]:
-    """Why cases have no number, or a flag."""
-    return [*failure_summary(dataset), *flag_summary(dataset)]
 
 
 def _shares(values: Any) -> tuple[str, str]:
@@ -113,16 +112,14 @@ def fit_campaign(
         except click.ClickException as error:
             show(error)
             farm.leave(INTERRUPTED if isinstance(error.__cause__, UnfinishedError) else error.exit_code)
-        missing = not np.isfinite(found.computed.values).all()
-        why = _holes(question.dataset(found.computed.x, Store(into))) if missing else []
-        notes = [*sentences(found), *why]
         if as_json:
-            print_json(_as_json(found) | {"notes": notes})
+            print_json(_as_json(found) | {"notes": list(sentences(found))})
         else:
-            _print(found)
-            print_sentences(notes)
-        write_files({picture: image(contours(found), form)})
-        say(whole(f"written: {picture}"), stderr=as_json)
+            _print(found, question.manifest.scales)
+            print_sentences(sentences(found))
+        best = campaign.with_name(f"{campaign.stem}_best.toml")
+        write_files({picture: image(contours(found), form), best: question.at(found.best).encode()})
+        say(f"{whole(f'written: {picture}')}; {whole(f'{best}')}, the best point as a campaign", stderr=as_json)
         farm.leave(0)
 
 
@@ -197,6 +194,13 @@ def read_ranges(given: Sequence[str]) -> dict[str, Ends | None]:
 
 def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
     warn = partial(say, stderr=True)
+    first = together(plans := question.plans(filling(len(question.ranges))[:points]))
+    if left := first.remaining(Store(out).inventory()):
+        time = roughly(makespan(left, farm.size, measured_in(out).seconds))
+        most = f"then more where it is open what agrees, at most {points}"
+        warn(f"{question.manifest.title}: {counted(len(left), 'task')} at first, {time}, a guess; {most} points")
+        expected = {without_numbers(line): line for plan in plans for line in out_of_reach(plan)}
+        print_sentences(expected.values(), stderr=True)
 
     def progress(tasks: Any, processes: int, measured: Any) -> Any:
         if not tasks:
@@ -205,15 +209,18 @@ def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
         return open_progress(tasks, console(stderr=True), processes, measured)
 
     with Lease(out, farm.interruption.request) as lease:
-        return question.answer(computing(farm, lease, out, progress, warn), out, points)
+        return question.answer(computing(farm, lease, out, progress, warn), out, points, holes)
 
 
-def _print(found: Fit) -> None:
+def _print(found: Fit, scales: Scales) -> None:
     rows = []
-    for axis, each in enumerate(found.ranges):
-        best = in_text(float(f"{each.at(found.best)[axis]:.4g}"))
-        ends = [_interval(found.interval(axis, level)) for level in LEVELS]
-        rows.append((each.name, best, *ends, f"{in_text(each.low)} to {in_text(each.high)}"))
+    for place, (x, _) in enumerate(found.islands or [(found.best[None], None)]):
+        for axis, each in enumerate(found.ranges):
+            value = float(f"{each.at(x[0])[axis]:.4g}")
+            si = in_si(scales, each.name, value)
+            best = f"{in_text(value)} ({si})" if si else in_text(value)
+            ends = [_interval([*found.intervals(axis, level), None][place]) for level in LEVELS]
+            rows.append((each.name, best, *ends, f"{in_text(each.low)} to {in_text(each.high)}"))
     header = (
         "parameter",
         "best" if found.reached else "nearest",
@@ -228,7 +235,7 @@ def _as_json(found: Fit) -> dict[str, Any]:
     parameters = {
         each.name: {
             "best": each.at(found.best)[axis],
-            **{f"{100 * level:.0f}": found.interval(axis, level) for level in LEVELS},
+            **{f"{100 * level:.0f}": found.intervals(axis, level) for level in LEVELS},
             "range": (each.low, each.high),
         }
         for axis, each in enumerate(found.ranges)

@@ -2,9 +2,10 @@
 
 import csv
 import io
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,18 +13,21 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.case import Case, parameters_of_a_case
+from nanoslip.solver.drive import DURATIONS
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.variables import without_numbers
 from nanoslip.study.exit_codes import INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import Points, points_named
 from nanoslip.study.inference.fit import Computed, Fit, Range, Target, fit
 from nanoslip.study.inference.sensitivity import axis_of
 from nanoslip.study.inference.surrogate import Floats
 from nanoslip.study.manifest.checker import ManifestError, unknown
-from nanoslip.study.manifest.manifest import Manifest, drive_parameters
+from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, of_symbol, table_of, words
 from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.plan.kinds import in_stages
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Lease, Store, StoreError
 from nanoslip.study.run.campaign import Show, UnfinishedError, compute_rest, rest_of
@@ -58,34 +62,44 @@ class Question:
     """Of the parameters that vary, named by their words in a manifest."""
     targets: tuple[Target, ...]
 
-    def plan(self, x: Floats) -> Plan:
-        """The cases at points (n, d) in the unit cube. Raises ManifestError."""
-        return self._plan(np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]))
+    def plans(self, x: Floats) -> list[Plan]:
+        """The cases at points (n, d) in the unit cube, in their order: a plan for each setting of the drives.
 
-    def dataset(self, x: Floats, store: Store) -> xr.Dataset:
-        """What is in the results at points (n, d) in the unit cube."""
-        return collect(self.plan(x), store)
+        Raises ManifestError.
+        """
+        return self._plans(np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]))
 
     def simulator(self, compute: Compute) -> Callable[[Floats], Computed]:
         """What computes the numbers at points in the unit cube. Flagged numbers count as missing."""
 
         def simulate(x: Floats) -> Computed:
-            plan = self.plan(x)
-            return Computed(x, *self._numbers(plan, compute(plan)))
+            plans = self.plans(x)
+            return Computed(x, *self._numbers(plans, compute(together(plans))))
 
         return simulate
 
-    def answer(self, compute: Compute, out: Path, most: int) -> Fit:
+    def answer(self, compute: Compute, out: Path, most: int, why: Callable[[xr.Dataset], list[str]]) -> Fit:
         """The parameters that agree, from at most so many computed points; the campaign's own that are finished are used.
 
-        out: folder of the campaign's results. Raises what `compute` does, TooFewError.
+        out: folder of the campaign's results. why: what ended the cases of a dataset, and what helps. Raises what `compute`
+        does, TooFewError.
         """
         simulate, known = self.simulator(compute), self.known(Store(out))
-        return fit(self.targets, self.ranges, simulate, simulate(known) if len(known) else None, most)
+
+        def reasons(x: Floats) -> list[str]:
+            lines = (line for plan in self.plans(x) for line in why(collect(plan, Store(out))))
+            return list({without_numbers(line): line for line in lines}.values())
+
+        return fit(self.targets, self.ranges, simulate, simulate(known) if len(known) else None, most, reasons)
+
+    def at(self, x: Floats) -> str:
+        """The campaign at a point (d,) in the unit cube, as the text of a file."""
+        document = self._with({own.name: float(own.at(x)[axis]) for axis, own in enumerate(self.ranges)})
+        return as_toml({**document, "outputs": {**document.get("outputs", {}), "trajectory": True}})
 
     def known(self, store: Store) -> Floats:
         """The campaign's own cases in these ranges that are finished, as points (n, d) in the unit cube."""
-        names = [words()[each.name] for each in self.ranges]
+        names = [words().get(each.name, each.name) for each in self.ranges]
         none = np.empty((0, len(names)))
         if not set(names) <= self.manifest.axes.keys():
             return none
@@ -98,27 +112,42 @@ class Question:
         rows = np.unique(rows[((rows >= ends[:, 0]) & (rows <= ends[:, 1])).all(axis=1)], axis=0)
         if not len(rows):
             return none
-        same = [case.case_id in there for case in self._plan(rows).cases]
+        same = [case.case_id in there for case in self._plans(rows)[0].cases]
         return np.column_stack([each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)])
 
     def check(self, out: Path) -> None:
         """Raises ValueError where a target is no number of the campaign, or not one for each case."""
         middle = np.full((2, len(self.ranges)), 0.5)
         middle[1] += 0.25
-        self._numbers(self.plan(middle), Store(out))
+        self._numbers(self.plans(middle), Store(out))
 
-    def _plan(self, values: Floats) -> Plan:
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow([each.name for each in self.ranges])
-        writer.writerows(values.tolist())
-        document = as_toml({**self.document, "table": TABLE})
-        return make_plan(
-            parse_manifest(self.manifest.path, document, {**self.manifest.files, "table": text.getvalue()})
-        )
+    def _with(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        document = dict(self.document)
+        for word, value in values.items():
+            _fix(document, word, value)
+        return document
 
-    def _numbers(self, plan: Plan, store: Store) -> tuple[Floats, ...]:
-        dataset = collect(plan, store)
+    def _plans(self, values: Floats) -> list[Plan]:
+        names = np.array([each.name for each in self.ranges])
+        of_drives = np.array([table_of(name) == "" for name in names])
+        found = []
+        for settings, rows in itertools.groupby(values, lambda row: tuple(row[of_drives].tolist())):
+            text = io.StringIO()
+            writer = csv.writer(text, lineterminator="\n")
+            writer.writerow(names[~of_drives])
+            writer.writerows([row[~of_drives].tolist() for row in rows])
+            document = self._with(dict(zip(names[of_drives].tolist(), settings, strict=True)))
+            files = {**self.manifest.files}
+            if not of_drives.all():
+                document, files = {**document, "table": TABLE}, {**files, "table": text.getvalue()}
+            found.append(make_plan(parse_manifest(self.manifest.path, as_toml(document), files)))
+        return found
+
+    def _numbers(self, plans: Sequence[Plan], store: Store) -> tuple[Floats, ...]:
+        parts = [self._numbers_of(plan, collect(plan, store)) for plan in plans]
+        return tuple(np.concatenate(each) for each in zip(*parts, strict=True))
+
+    def _numbers_of(self, plan: Plan, dataset: xr.Dataset) -> tuple[Floats, ...]:
         found = [points_named(dataset, target.name) for target in self.targets]
         if len({points.name for points in found}) < len(found):
             raise ManifestError([f"{', '.join(target.name for target in self.targets)}: needs each number once"])
@@ -156,16 +185,18 @@ def question_of(
         if not (abs(value) <= LARGEST and 1.0 / LARGEST <= error <= LARGEST):
             needs = f"needs a ± above 0, and finite numbers up to {LARGEST:g}"
             raise ManifestError([f"{name} = {value:g} ± {error:g}: {needs}"])
-    stated = parameters_of_a_case()
+    stated = {**parameters_of_a_case(), **drive_parameters()}
     given = from_toml(manifest.text)
-    axes = {_word(name): values for name, values in manifest.axes.items()}
-    fixed = _by_word(fixed, {**stated, **drive_parameters()})
+    axes = {_word(name): values for name, values in manifest.axes.items()} | dict(manifest.drive_axes)
+    fixed = _by_word(fixed, stated)
     usual = [word for word, values in axes.items() if len(set(values)) > 1 and word not in fixed and _number(values[0])]
     asked = _by_word(vary, stated) or dict.fromkeys(usual)
     if not asked:
         raise ManifestError([f"{manifest.path}: no axis of several numbers: needs --vary, as --vary mu_i=0.1:0.8"])
     document = {key: value for key, value in given.items() if key not in _DESIGN}
-    document["drives"] = [dict(each) for each in given.get("drives", [])]
+    unnamed = [{"name": "default"}] if "drive_axes" in given else []
+    document["drives"] = [dict(each) for each in given.get("drives", unnamed)]
+    document["drive_axes"] = {key: each for key, each in given.get("drive_axes", {}).items() if key not in asked}
     for word, values in axes.items():
         if word not in asked and word not in fixed:
             if len(set(values)) > 1:
@@ -194,6 +225,12 @@ def _word(name: str) -> str:
     return parameters_of_a_case()[name].word or name
 
 
+def together(plans: Sequence[Plan]) -> Plan:
+    """All tasks of some plans as one; its cases are those of the first."""
+    tasks = {task.key: task for plan in plans for task in plan.distinct}
+    return replace(plans[0], distinct=tuple(in_stages(tasks.values())))
+
+
 def _number(value: Any) -> bool:
     return isinstance(value, float)
 
@@ -217,8 +254,9 @@ def _range(
     manifest: Manifest, document: Mapping[str, Any], word: str, ends: Ends | None, values: Any, given: Mapping[str, Any]
 ) -> Range:
     """The range of a parameter, its ends checked and without units. Raises ManifestError."""
-    if word not in words() or not _number(Case.of({}).flat[words()[word]]):
-        raise ManifestError([f"--vary {word}: {unknown(word, words()) if word not in words() else 'takes no range'}"])
+    usual = {word: Case.of({}).flat[name] for word, name in words().items()} | NamedDrive(DRIVE).flat
+    if word not in usual or not (_number(usual[word]) or word in DURATIONS):
+        raise ManifestError([f"--vary {word}: {unknown(word, usual) if word not in usual else 'takes no range'}"])
     own = given.get("axes", {}).get(word)
     own = own if isinstance(own, Mapping) else {}
     low, high = ends or (own.get("from"), own.get("to"))
@@ -226,8 +264,10 @@ def _range(
         if values is None or len(set(values)) < 2:
             raise ManifestError([f"{word}: has no range in the campaign: needs --vary {word}=FROM:TO"])
         low, high = min(values), max(values)
-    spanned = {**document, "design": "zip", "axes": {word: [low, high]}}
-    checked = parse_manifest(manifest.path, as_toml(spanned), manifest.files).axes[words()[word]]
+    axis = {word: [low, high]}
+    spanned = {**document, "axes": axis} if word in words() else {**document, "drive_axes": axis}
+    parsed = parse_manifest(manifest.path, as_toml(spanned), manifest.files)
+    checked = parsed.axes[words()[word]] if word in words() else parsed.drive_axes[word]
     low, high = (float(each) for each in checked)
     if not low < high < math.inf:
         raise ManifestError(

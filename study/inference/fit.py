@@ -8,7 +8,8 @@ values beyond theirs, and the error of the surrogate together are the unit of a 
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Final, NamedTuple
 
@@ -104,6 +105,10 @@ class Fit:
     computed: Computed
     surrogates: tuple[Surrogate, ...]
     """One for each target."""
+    why: tuple[str, ...] = ()
+    """Why points have no number, or a validity flag, and what helps."""
+    at_best: Computed | None = None
+    """The best point, computed as well."""
 
     def __str__(self) -> str:
         return "\n".join(sentences(self))
@@ -116,11 +121,14 @@ class Fit:
         means[~np.isfinite(self.computed.values[nearest]).all(axis=1)] = np.nan
         return means, errors
 
-    def misfit(self, x: Floats) -> Floats:
-        """Sum of the squared misfits at points (m, d); infinite where a number is missing."""
+    def misfit(self, x: Floats, unsure: bool = True) -> Floats:
+        """Sum of the squared misfits at points (m, d); infinite where a number is missing.
+
+        unsure: whether the surrogate's error counts. Else the least one is the nearest point, not the least known one.
+        """
         means, errors = self.predict(x)
         squares = (means - [target.value for target in self.targets]) ** 2
-        found = np.sum(squares / (errors**2 + self.noise**2), axis=1)
+        found = np.sum(squares / ((errors**2 if unsure else 0.0) + self.noise**2), axis=1)
         return np.where(np.isfinite(found), found, np.inf)
 
     @cached_property
@@ -146,12 +154,17 @@ class Fit:
 
     @cached_property
     def cloud(self) -> tuple[Floats, Floats]:
-        """Points (m, d) that fill the set that agrees, or the surroundings of the nearest point; and their misfits."""
+        """Points (m, d) that fill the set that agrees, or the surroundings of the nearest point; and their misfits.
+
+        Where none agrees these are without the surrogate's error.
+        """
         cube = scipy.stats.qmc.Sobol(len(self.ranges), seed=SEED).random(CLOUD)
         low, high = np.zeros(len(self.ranges)), np.ones(len(self.ranges))
         for _ in range(ZOOMS):
             cloud = low + (high - low) * cube
             misfit = self.misfit(cloud)
+            if misfit.min() > self.limit(LEVELS[-1]):
+                misfit = self.misfit(cloud, unsure=False)
             inside = cloud[misfit <= self._open(misfit)]
             if not 0 < len(inside) < ENOUGH:
                 break
@@ -174,7 +187,10 @@ class Fit:
         start = cloud[misfit.argmin()]
         minimize: Any = scipy.optimize.minimize
         found = minimize(
-            lambda x: float(self.misfit(x[None])[0]), start, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(start)
+            lambda x: float(self.misfit(x[None], self.reached)[0]),
+            start,
+            method="Nelder-Mead",
+            bounds=[(0.0, 1.0)] * len(start),
         )
         return np.asarray(found.x if found.fun < misfit.min() else start)
 
@@ -183,13 +199,34 @@ class Fit:
         cloud, misfit = self.cloud
         return cloud[misfit <= self.limit(level)]
 
-    def interval(self, axis: int, level: float) -> tuple[float, float] | None:
-        """The range of a parameter over all points that agree; None where none do."""
-        inside = np.vstack([self.agreeing(level), self.best])[:, axis]
-        if self.misfit(self.best[None])[0] > self.limit(level):
-            return None
-        low, high = self.ranges[axis].at(np.array([inside.min(), inside.max()]))
-        return float(low), float(high)
+    @cached_property
+    def islands(self) -> tuple[tuple[Floats, Floats], ...]:
+        """Each separate set at 95 %, the best one first: its points (m, d) in the unit cube and their misfits, in rising order.
+
+        Sets are separate if there are empty boxes between them, of a size that holds some points of the cloud each.
+        """
+        if not self.reached:
+            return ()
+        cloud, misfit = self.cloud
+        own = misfit <= self.limit(LEVELS[-1])
+        x = np.vstack([self.best, cloud[own]])
+        misfit = np.array([self.misfit(self.best[None])[0], *misfit[own]])
+        x, misfit = x[order := misfit.argsort()], misfit[order]
+        boxes = max(int(min((CLOUD / FEW) ** (1.0 / len(self.ranges)), len(x) / FEW)), 1)
+        low, high = cloud.min(axis=0), cloud.max(axis=0)
+        box = tuple(np.clip(boxes * (x - low) / (high - low), 0, boxes - 1).astype(int).T)
+        full = np.zeros((boxes,) * len(self.ranges), dtype=np.bool_)
+        full[box] = True
+        labels = scipy.ndimage.label(full, np.ones((3,) * full.ndim))[0][box]
+        return tuple((x[labels == each], misfit[labels == each]) for each in dict.fromkeys(labels.tolist()))
+
+    def intervals(self, axis: int, level: float) -> list[tuple[float, float] | None]:
+        """The range of a parameter over the points of each separate set that agree; None where none do."""
+        found: list[tuple[float, float] | None] = []
+        for x, misfit in self.islands:
+            inside = self.ranges[axis].at(x[misfit <= self.limit(level), axis])
+            found.append((float(inside.min()), float(inside.max())) if len(inside) else None)
+        return found
 
     def undetermined(self) -> list[str]:
         """Parameters whose whole range agrees at 95 %."""
@@ -199,7 +236,7 @@ class Fit:
 
     def tied(self) -> Iterator[tuple[Range, Range, Floats]]:
         """Pairs of parameters that cannot be told apart, and their values (2, 2) at both ends of the set at 95 %."""
-        inside = self.agreeing(LEVELS[-1])
+        inside = self.islands[0][0] if self.islands else np.empty((0, len(self.ranges)))
         if len(inside) < FEW:
             return
         for first, second in itertools.combinations(range(len(self.ranges)), 2):
@@ -215,7 +252,7 @@ class Fit:
         """Share of the set at 95 %, or of the surroundings of the nearest point, in which another fit differs."""
         cloud, misfit = self.cloud
         limit = self._open(misfit)
-        own, others = misfit <= limit, other.misfit(cloud) <= limit
+        own, others = misfit <= limit, other.misfit(cloud, other.reached) <= limit
         return float((own ^ others).sum() / max((own | others).sum(), 1))
 
     def wanted(self, count: int) -> Floats:
@@ -224,7 +261,8 @@ class Fit:
         inside = cloud[misfit <= self._open(misfit)]
         if not len(inside):  # no point has the numbers: look everywhere
             inside = cloud
-        errors = self.predict(inside)[1] / self.noise
+        beyond = max(float(misfit.min()) / self.limit(LEVELS[-1]), 1.0) if np.isfinite(misfit.min()) else 1.0
+        errors = self.predict(inside)[1] / (self.noise * beyond**0.5)
         if np.percentile(errors.max(axis=1), 95) <= PRECISE:
             return np.empty((0, len(self.ranges)))
         apart = np.asarray(scipy.spatial.KDTree(self.computed.x).query(inside)[0])
@@ -248,29 +286,33 @@ def sentences(found: Fit) -> Iterator[str]:
         ratio = f"; ratio {means[0] / means[1]:.3g}, measured {targets[0].value / targets[1].value:.3g}"
     if not found.reached:
         yield f"Not reached: {asked}. Nearest: {shown}{ratio}, at {place}."
-        if ends := [own.name for own, share in zip(ranges, found.best, strict=True) if abs(share - 0.5) > 0.5 - EDGE]:
-            yield f"At an end of its range: {', '.join(ends)}. A wider one may come nearer."
     else:
         yield f"Best: {shown}{ratio}, at {place}."
         if not len(found.agreeing(LEVELS[0])):
             yield "Nothing agrees at 68 %."
+    if ends := [own.name for own, share in zip(ranges, found.best, strict=True) if abs(share - 0.5) > 0.5 - EDGE]:
+        yield f"At an end of its range: {', '.join(ends)}. A wider one may come nearer."
+    if found.at_best and np.isfinite(found.at_best.values).all():
+        there = zip(targets, found.at_best.values[0].tolist(), found.at_best.errors[0].tolist(), strict=True)
+        yield f"Computed there: {', '.join(f'{target.name} = {with_error(*known)}' for target, *known in there)}."
+    if len(found.islands) > 1:
+        yield f"{len(found.islands)} separate sets agree at 95 %, the best one first."
     for name in found.undetermined():
         yield f"{name} is not determined by these numbers: its whole range agrees at 95 %."
     for first, second, ((a, b), (c, d)) in found.tied():
         yield (
             f"{first.name} and {second.name} cannot be told apart: a larger {first.name} with a "
-            f"{'larger' if d > c else 'smaller'} {second.name} agrees as well, from {first.name} = {a:.3g}, {second.name} = "
+            f"{'larger' if d > c else 'smaller'} {second.name} agrees at 95 %, from {first.name} = {a:.3g}, {second.name} = "
             f"{c:.3g} to {first.name} = {b:.3g}, {second.name} = {d:.3g}. It needs a measurement of one of them."
         )
     yield f"{len(found.computed.x)} points are computed."
     if missing := int((~np.isfinite(found.computed.values).all(axis=1)).sum()):
         yield (
-            f"Without a number, or with a validity flag: {missing} of them. Around these nothing counts as agreeing; "
-            f"{FLAGS_HELP}."
+            f"Without a number, or with a validity flag: {missing} of them. Around these nothing counts as agreeing."
         )
+        yield from found.why
 
 
-FLAGS_HELP: Final = "nanoslip describe validity_flags says what helps"
 EDGE: Final = 0.02
 """Share of a range that counts as its end."""
 SEED: Final = 1
@@ -284,32 +326,51 @@ def fit(
     simulate: Simulate,
     known: Computed | None = None,
     most: int = MOST,
+    why: Callable[[Floats], Sequence[str]] = lambda _: (),
 ) -> Fit:
     """Find the parameters that agree with measured numbers. Raises TooFewError where too few points have them.
 
     simulate: called with points that fill the ranges, then with more where it is open which agree, until these change little, or
         `most` are computed.
-    known: computed before.
+    known: computed before; where these show already that the numbers are out of reach, no more are.
+    why: called with points without a number, for what ended them and what helps.
     """
-    filling = scipy.stats.qmc.Sobol(len(ranges), seed=SEED)
-    x = filling.random_base2(math.ceil(math.log2(10 * len(ranges))))[:most]
-    computed = known.with_these(simulate(x)) if known else simulate(x)
-    before = None
-    while True:
-        found = Fit(tuple(targets), tuple(ranges), computed, _surrogates(targets, computed))
-        x = found.wanted(min(6 * len(ranges), most - len(computed.x)))
-        if not len(x) or (before and found.differs(before) <= SETTLED):
-            return found
-        before, computed = found, computed.with_these(simulate(x))
+
+    def fitted(computed: Computed) -> Fit:
+        holes = computed.x[~np.isfinite(computed.values).all(axis=1)]
+        reasons = tuple(why(holes)) if len(holes) else ()
+        return Fit(tuple(targets), tuple(ranges), computed, _surrogates(targets, computed, reasons), reasons)
+
+    before: Fit | None
+    found: Fit | None = None
+    if known is not None:
+        with suppress(TooFewError):
+            found = fitted(known)
+    if found is None or found.reached or len(found.wanted(1)):
+        x = filling(len(ranges))[:most]
+        computed, found = known.with_these(simulate(x)) if known else simulate(x), None
+        while True:
+            before, found = found, fitted(computed)
+            x = found.wanted(min(6 * len(ranges), most - len(computed.x)))
+            if not len(x) or (before and found.differs(before) <= SETTLED):
+                break
+            computed = computed.with_these(simulate(x))
+    return replace(found, at_best=simulate(found.best[None]))
 
 
-def _surrogates(targets: Sequence[Target], computed: Computed) -> tuple[Surrogate, ...]:
+def filling(dimensions: int) -> Floats:
+    """The points that are computed first."""
+    sobol = scipy.stats.qmc.Sobol(dimensions, seed=SEED)
+    return np.asarray(sobol.random_base2(math.ceil(math.log2(10 * dimensions))))
+
+
+def _surrogates(targets: Sequence[Target], computed: Computed, why: Sequence[str]) -> tuple[Surrogate, ...]:
     found = []
     for target, values, errors in zip(targets, computed.values.T, computed.errors.T, strict=True):
         try:
             found.append(regress(computed.x, values, errors))
         except TooFewError as error:
             missing = int(np.isnan(values).sum())
-            why = f"; {missing} of {len(values)} points are without, or with a validity flag: {FLAGS_HELP}"
-            raise TooFewError(f"{target.name}: {error}{why if missing else ''}") from None
+            holes = [f"; {missing} of {len(values)} points are without, or with a validity flag"] if missing else []
+            raise TooFewError("\n".join([f"{target.name}: {error}{''.join(holes)}", *why])) from None
     return tuple(found)

@@ -157,8 +157,10 @@ def _along(found: Fit) -> Figure:
         panels = figure.subplots(len(found.targets), squeeze=False, sharex=True).ravel()
         for number, (axes, target) in enumerate(zip(panels, found.targets, strict=True)):
             for level, shade in zip(LEVELS, _SHADES, strict=True):
-                ends = found.interval(0, level) or (np.nan, np.nan)
-                axes.axvspan(*ends, color=shade, alpha=0.35, label=f"agrees at {100 * level:.0f} %", linewidth=0.0)
+                label_of = f"agrees at {100 * level:.0f} %"
+                for ends in filter(None, found.intervals(0, level)):
+                    axes.axvspan(*ends, color=shade, alpha=0.35, label=label_of, linewidth=0.0)
+                    label_of = ""
             axes.axhspan(
                 target.value - target.error, target.value + target.error, color=COLORS[3], alpha=0.3, label="measured"
             )

@@ -15,7 +15,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
-from nanoslip.study.manifest.manifest import NamedDrive
+from nanoslip.study.manifest.manifest import CampaignDrive, NamedDrive
 from nanoslip.study.manifest.parameters import Value, in_words
 from nanoslip.study.plan.cost import drive_duration, drive_steps, expected_displacement, least_plateau, record_bytes
 from nanoslip.study.plan.kinds import compliance_needs
@@ -100,8 +100,7 @@ def out_of_reach(plan: Plan) -> list[str]:
 
 
 def _too_short(plan: Plan) -> list[str]:
-    """Of plateaus the least is taken, which holds to spreads of 3. A drive without a duration goes on as long as its stage moves.
-    """
+    """Of plateaus the least is taken, which holds to spreads of 3. Without a duration a drive lasts while its stage moves."""
     manifest = plan.manifest
     drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]
     cases = [(number, each.case) for number, each in enumerate(plan.cases) if each.case is not None]
@@ -136,55 +135,43 @@ _LOOKED_AT: Final = 1000
 """Drives that are looked at, of a campaign of millions."""
 
 
-class _Driven(NamedTuple):
-    """A case with a drive; dimensionless, and in SI."""
-
-    number: int
-    case: Case
-    named: NamedDrive
-    drive: Drive
-    label: str
-
-
-def _driven(plan: Plan) -> Iterator[_Driven]:
-    """Drives of cases, spread over all."""
+def _driven(plan: Plan) -> Iterator[tuple[int, Case, CampaignDrive, Drive]]:
+    """Number of a case, the case, and a drive in SI and dimensionless: some drives of some cases, spread over all."""
     scales, drives = plan.manifest.scales, plan.manifest.drives
     some = drives[:: max(1, len(drives) // _LOOKED_AT)]
-    known = [(one.drive, one.drive.dimensionless(scales), one.label) for one in some if one.drive]
+    known = [(one, one.drive.dimensionless(scales)) for one in some if one.drive]
     for number in range(0, len(plan.cases), max(1, len(plan.cases) * len(known) // _LOOKED_AT)):
         if (case := plan.cases[number].case) is not None:
-            yield from (_Driven(number, case, *each) for each in known)
+            yield from ((number, case, *each) for each in known)
 
 
 def _too_many_steps(plan: Plan) -> list[str]:
-    driven = [each for each in _driven(plan) if each.drive.max_slips is None]
-    steps = np.array([drive_steps(each.drive, each.case) for each in driven])
-    many = steps > [each.drive.step_limit for each in driven]
+    driven = [each for each in _driven(plan) if each[-1].max_slips is None]
+    steps = np.array([drive_steps(drive, case) for _, case, _, drive in driven])
+    many = steps > [drive.step_limit for *_, drive in driven]
     if not many.any():
         return []
-    worst = driven[int(np.where(many, steps, 0.0).argmax())]
-    where = ", ".join(filter(None, [_words(plan, worst.number), worst.label]))
-    return [
-        f"may end at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: needs about {steps[many].max():.1g} "
-        f"segments: {FEWER_STEPS}"
-    ]
+    number, _, named, _ = driven[int(np.where(many, steps, 0.0).argmax())]
+    where = ", ".join(filter(None, [_words(plan, number), named.label]))
+    needs = f"needs about {steps[many].max():.1g} segments: {FEWER_STEPS}"
+    return [f"may end at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: {needs}"]
 
 
 def duration_lines(plan: Plan) -> list[str]:
     """Expected duration of drives without one, over all cases, as a line; none if all have one."""
-    manifest = plan.manifest
+    drives, time = plan.manifest.drives, plan.manifest.scales.time
     times = [
-        drive_duration(each.drive, each.case) * manifest.scales.time(each.named.pin_mass)
-        for each in _driven(plan)
-        if each.drive.duration is None
+        drive_duration(drive, case) * time(named.drive.pin_mass)
+        for _, case, named, drive in _driven(plan)
+        if named.drive and drive.duration is None
     ]
     if not times:
         return []
-    named = [each for each in manifest.drives if each.drive and each.drive.in_si.duration is None]
+    count = sum(each.drive is not None and each.drive.in_si.duration is None for each in drives)
     low, high = f"{min(times):.2g}", f"{max(times):.2g}"
     span = low if low == high else f"{low} to {high}"
     return [
-        f"duration: auto for {len(named)} of {len(manifest.drives)} drives, to the first slip and as many cycles as the numbers "
+        f"duration: auto for {count} of {len(drives)} drives, to the first slip and as many cycles as the numbers "
         f"need: about {span} s, which end_time will say"
     ]
 

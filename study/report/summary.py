@@ -362,6 +362,11 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
     return lines
 
 
+def holes(dataset: xr.Dataset) -> list[str]:
+    """Why cases have no number, or a flag, and what helps."""
+    return [*failure_summary(dataset), *flag_summary(dataset)]
+
+
 def _where(dataset: xr.Dataset, of: xr.DataArray, numbers: Sequence[int], what: str = "cases") -> str:
     """How many of a variable's cases or drives these are, and the first of them."""
     place = _place(dataset, of, numbers[0])

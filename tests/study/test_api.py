@@ -13,7 +13,7 @@ import rich.console
 import xarray as xr
 
 from nanoslip.study import api
-from nanoslip.study.api import open_dataset, run
+from nanoslip.study.api import fit, open_dataset, run
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import FOLDER
@@ -202,7 +202,11 @@ def test_progress_is_printed_when_asked_for(capsys):
 
 def test_a_rank_of_several_is_told_that_it_computes_all_by_itself(monkeypatch):
     monkeypatch.setenv("PMI_SIZE", "4")
-    with pytest.warns(
-        RuntimeWarning, match="one of 4 ranks computes all of this campaign itself: .* with comm=MPI.COMM_WORLD"
-    ):
-        run({"title": "x", "stages": ["contact"], "numerics": {"n_x": 17}}, progress=False)
+    told = "one of 4 ranks computes all of this campaign itself: .* with comm=MPI.COMM_WORLD"
+    campaign = {"title": "x", "stages": ["contact"], "numerics": {"n_x": 129}}
+    with pytest.warns(RuntimeWarning, match=told):
+        run(campaign, progress=False)
+    with pytest.warns(RuntimeWarning, match=told):
+        fit(campaign, {"contact_half_width": (0.15, 0.01)}, {"radius": (20.0, 40.0)}, points=16, progress=False)
+    with pytest.raises(ValueError, match="comm with jobs = 1, out = None: needs out, and no jobs"):
+        fit(campaign, {"contact_half_width": (0.15, 0.01)}, {"radius": (20.0, 40.0)}, comm=object())  # type: ignore[call-overload]

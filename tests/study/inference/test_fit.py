@@ -64,10 +64,10 @@ def test_a_point_within_reach_is_found():
     found = fit(measured(static, kinetic, 2e-3), RANGES, laboratory)
     assert found.reached
     for axis, each in enumerate(RANGES):
-        low, high = found.interval(axis, 0.95) or (np.nan, np.nan)
+        low, high = found.intervals(axis, 0.95)[0] or (np.nan, np.nan)
         assert low <= each.at(truth[0])[axis] <= high
     assert found.misfit(truth)[0] < found.limit(0.95)
-    low, high = found.interval(0, 0.95) or (0.0, 0.0)
+    low, high = found.intervals(0, 0.95)[0] or (0.0, 0.0)
     assert high - low < 0.05  # 2e-3 of mu_k are 4e-3 of mu_i, times 2.4 to both sides, and as much for the excess
     assert all(np.abs(each).max() <= 1.0 for each in laboratory.calls)
 
@@ -92,6 +92,34 @@ def test_what_is_out_of_reach_is_said_with_the_nearest():
     assert "radius = 20." in sentence
 
 
+def test_of_a_number_far_out_of_reach_the_nearest_is_that_of_the_nearest_number():
+    """Its points show that at once, so that no more are computed than at first; those of another target before even these."""
+    laboratory = Laboratory()
+    found = fit([Target("mu_s", 30.0, 0.01), Target("mu_k", 0.3, 0.01)], RANGES, laboratory)
+    assert found.ranges[0].at(found.best)[0] == pytest.approx(0.8, abs=0.005)
+    assert found.predict(found.best[None])[0][0, 0] > 0.98 * friction(np.array([[1.0, 0.0]]))[0, 0]
+    assert [len(x) for x in laboratory.calls] == [32, 1]
+    again = Laboratory()
+    fit(found.targets, RANGES, again, found.computed)
+    assert [len(x) for x in again.calls] == [1]
+
+
+def test_two_islands_are_two_ranges():
+    """A number that is the same on both sides of the middle: neither range has the middle, and the best one is computed."""
+
+    def simulate(x: Floats) -> Computed:
+        values = np.column_stack([(x[:, 0] - 0.5) ** 2, x[:, 1]])
+        return Computed(x, values, *np.full((2, *values.shape), 1e-4))
+
+    found = fit([Target("a", 0.09, 0.01), Target("b", 0.5, 0.05)], (Range("x", 0, 1, False), RANGES[1]), simulate)
+    ends = sorted(each for each in found.intervals(0, 0.95) if each)
+    assert np.array(ends) == pytest.approx(np.array([[0.156, 0.244], [0.756, 0.844]]), abs=0.01)  # 0.3 ± 2.4·0.01/0.6
+    text = str(found)
+    assert "2 separate sets agree at 95 %" in text
+    assert "cannot be told apart" not in text
+    assert "Computed there: a = 0.0" in text
+
+
 def test_a_measured_number_may_be_zero():
     """At a corner of what is looked at: it is reached, and has no ratio."""
 
@@ -101,6 +129,7 @@ def test_a_measured_number_may_be_zero():
     found = fit([Target("a", 1.0, 0.01), Target("b", 0.0, 0.01)], RANGES, simulate)
     assert found.reached
     assert "ratio" not in "".join(sentences(found))
+    assert "At an end of its range: mu_i, radius" in "".join(sentences(found))
     assert found.agreeing(0.95).min(axis=0) == pytest.approx([1.0, 0.0], abs=0.03)
 
 
@@ -118,7 +147,7 @@ def test_what_cannot_be_told_apart_is_named():
     assert (first.name, second.name) == ("mu_i", "residual_shear")
     np.testing.assert_allclose(ends[0] * (1.0 + ends[1]) / 2.0, 0.26, rtol=0.05)
     assert ends[0, 1] > 1.7 * ends[0, 0]
-    assert any("a larger mu_i with a smaller residual_shear agrees as well" in each for each in sentences(found))
+    assert any("a larger mu_i with a smaller residual_shear agrees at 95 %" in each for each in sentences(found))
 
 
 def test_a_share_of_a_range_is_the_inverse_of_its_values():
@@ -156,8 +185,10 @@ def test_where_too_few_points_have_a_number_it_is_said_how_many_and_what_helps()
         values = np.where(x[:, 1:] > 0.1, np.nan, friction(x)[:, 1:])
         return Computed(x, values, *np.zeros((2, *values.shape)))
 
-    with pytest.raises(TooFewError, match=r"mu_k: .*needs at least 8; 2[0-9] of 32 points .*describe validity_flags"):
-        fit([Target("mu_k", 0.26, 0.01)], RANGES, simulate)
+    with pytest.raises(
+        TooFewError, match=r"mu_k: \d values are known: needs at least 8; 2\d of 32 points .*\nstep_limit: \d+"
+    ):
+        fit([Target("mu_k", 0.26, 0.01)], RANGES, simulate, why=lambda x: [f"step_limit: {len(x)}"])
 
 
 STAGE = """\

@@ -220,7 +220,12 @@ def test_a_drive_that_is_too_short_to_slip_is_named_with_what_it_needs():
 def test_a_drive_that_may_end_at_its_step_limit_is_named_with_the_advice_of_its_outcome():
     """The estimate of segments holds to a factor of five."""
     limited = {"name": "a", "step_limit": 10_000}
-    campaign = {"title": "x", "numerics": {"n_x": 33, "scheme": "strip"}, "ensemble": {"members": 1}, "drives": [limited]}
+    campaign = {
+        "title": "x",
+        "numerics": {"n_x": 33, "scheme": "strip"},
+        "ensemble": {"members": 1},
+        "drives": [limited],
+    }
     (line,) = out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {})))
     data = api.run(campaign, progress=False).squeeze()
     assert data["drive_outcome"] == "step_limit"
