@@ -238,13 +238,13 @@ def _number(value: Any) -> bool:
 def _fix(document: dict[str, Any], word: str, value: Any) -> None:
     """Give a parameter, or all drives a setting, a value."""
     if word == DRIVE:
-        document["drives"] = [each for each in document["drives"] if each.get("name") == value]
+        document["drives"] = [each for each in document.get("drives", []) if each.get("name") == value]
         if not document["drives"]:
             raise ManifestError([f"{DRIVE}={value}: no drive of this campaign"])
     elif table := table_of(word):
-        document[table] = {**document[table], word: value}
+        document[table] = {**document.get(table, {}), word: value}
     elif word in drive_parameters():
-        document["drives"] = [{**each, word: value} for each in document["drives"]]
+        document["drives"] = [{**each, word: value} for each in document.get("drives", [])]
         document["drive_axes"] = {key: each for key, each in document.get("drive_axes", {}).items() if key != word}
     else:
         raise ManifestError([f"{word}={value}: {unknown(word, [*words(), *drive_parameters()])}"])
