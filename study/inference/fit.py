@@ -15,6 +15,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.inference.surrogate import Floats, Surrogate, TooFewError, regress
@@ -165,14 +166,15 @@ class Fit:
             misfit = self.misfit(cloud)
             if misfit.min() > self.limit(LEVELS[-1]):
                 misfit = self.misfit(cloud, unsure=False)
-            inside = cloud[misfit <= self._open(misfit)]
+            inside = cloud[misfit <= self.open_to(misfit)]
             if not 0 < len(inside) < ENOUGH:
                 break
             room = 2.0 * (high - low) * CLOUD ** (-1.0 / len(self.ranges)) + 0.25 * np.ptp(inside, axis=0)
             low, high = np.maximum(inside.min(axis=0) - room, low), np.minimum(inside.max(axis=0) + room, high)
         return cloud, misfit
 
-    def _open(self, misfit: Floats) -> float:
+    def open_to(self, misfit: Floats) -> float:
+        """The misfit up to which points may agree, or are near the nearest."""
         return max(self.limit(LEVELS[-1]), float(misfit.min()) + self.limit(LEVELS[0]))
 
     @property
@@ -201,10 +203,7 @@ class Fit:
 
     @cached_property
     def islands(self) -> tuple[tuple[Floats, Floats], ...]:
-        """Each separate set at 95 %, the best one first: its points (m, d) in the unit cube and their misfits, in rising order.
-
-        Sets are separate if there are empty boxes between them, of a size that holds some points of the cloud each.
-        """
+        """Each separate set at 95 %, the best one first: its points (m, d) in the unit cube and misfits, in rising order."""
         if not self.reached:
             return ()
         cloud, misfit = self.cloud
@@ -212,12 +211,7 @@ class Fit:
         x = np.vstack([self.best, cloud[own]])
         misfit = np.array([self.misfit(self.best[None])[0], *misfit[own]])
         x, misfit = x[order := misfit.argsort()], misfit[order]
-        boxes = max(int(min((CLOUD / FEW) ** (1.0 / len(self.ranges)), len(x) / FEW)), 1)
-        low, high = cloud.min(axis=0), cloud.max(axis=0)
-        box = tuple(np.clip(boxes * (x - low) / (high - low), 0, boxes - 1).astype(int).T)
-        full = np.zeros((boxes,) * len(self.ranges), dtype=np.bool_)
-        full[box] = True
-        labels = scipy.ndimage.label(full, np.ones((3,) * full.ndim))[0][box]
+        labels = _separate((x - cloud.min(axis=0)) / np.ptp(cloud, axis=0))
         return tuple((x[labels == each], misfit[labels == each]) for each in dict.fromkeys(labels.tolist()))
 
     def intervals(self, axis: int, level: float) -> list[tuple[float, float] | None]:
@@ -251,26 +245,36 @@ class Fit:
     def differs(self, other: "Fit") -> float:
         """Share of the set at 95 %, or of the surroundings of the nearest point, in which another fit differs."""
         cloud, misfit = self.cloud
-        limit = self._open(misfit)
+        limit = self.open_to(misfit)
         own, others = misfit <= limit, other.misfit(cloud, other.reached) <= limit
         return float((own ^ others).sum() / max((own | others).sum(), 1))
 
-    def wanted(self, count: int) -> Floats:
-        """Points to be computed next: spread over the set while the surrogate's error matters there; none when it does not."""
-        cloud, misfit = self.cloud
-        inside = cloud[misfit <= self._open(misfit)]
-        if not len(inside):  # no point has the numbers: look everywhere
-            inside = cloud
-        beyond = max(float(misfit.min()) / self.limit(LEVELS[-1]), 1.0) if np.isfinite(misfit.min()) else 1.0
-        errors = self.predict(inside)[1] / (self.noise * beyond**0.5)
-        if np.percentile(errors.max(axis=1), 95) <= PRECISE:
-            return np.empty((0, len(self.ranges)))
-        apart = np.asarray(scipy.spatial.KDTree(self.computed.x).query(inside)[0])
-        found = []
-        for _ in range(min(count, len(inside))):
-            found.append(inside[apart.argmax()])
-            apart = np.minimum(apart, np.linalg.norm(inside - found[-1], axis=1))
-        return np.array(found)
+
+def _wanted(found: Fit, count: int) -> Floats:
+    """Points to be computed next: spread over the set while the surrogate's error matters there; none when it does not."""
+    cloud, misfit = found.cloud
+    inside = cloud[misfit <= found.open_to(misfit)]
+    if not len(inside):  # no point has the numbers: look everywhere
+        inside = cloud
+    beyond = max(float(misfit.min()) / found.limit(LEVELS[-1]), 1.0) if np.isfinite(misfit.min()) else 1.0
+    errors = found.predict(inside)[1] / (found.noise * beyond**0.5)
+    if np.percentile(errors.max(axis=1), 95) <= PRECISE:
+        return np.empty((0, len(found.ranges)))
+    apart = np.asarray(scipy.spatial.KDTree(found.computed.x).query(inside)[0])
+    chosen = []
+    for _ in range(min(count, len(inside))):
+        chosen.append(inside[apart.argmax()])
+        apart = np.minimum(apart, np.linalg.norm(inside - chosen[-1], axis=1))
+    return np.array(chosen)
+
+
+def _separate(x: Floats) -> NDArray[np.int_]:
+    """Which set each point (m, d) in the unit cube is in: sets have empty boxes between them, wide enough for some points."""
+    boxes = max(int(min((CLOUD / FEW) ** (1.0 / x.shape[1]), len(x) / FEW)), 1)
+    box = tuple(np.clip(boxes * x, 0, boxes - 1).astype(int).T)
+    full = np.zeros((boxes,) * x.shape[1], dtype=np.bool_)
+    full[box] = True
+    return np.asarray(scipy.ndimage.label(full, np.ones((3,) * full.ndim))[0][box])
 
 
 def sentences(found: Fit) -> Iterator[str]:
@@ -346,12 +350,12 @@ def fit(
     if known is not None:
         with suppress(TooFewError):
             found = fitted(known)
-    if found is None or found.reached or len(found.wanted(1)):
+    if found is None or found.reached or len(_wanted(found, 1)):
         x = filling(len(ranges))[:most]
         computed, found = known.with_these(simulate(x)) if known else simulate(x), None
         while True:
             before, found = found, fitted(computed)
-            x = found.wanted(min(6 * len(ranges), most - len(computed.x)))
+            x = _wanted(found, min(6 * len(ranges), most - len(computed.x)))
             if not len(x) or (before and found.differs(before) <= SETTLED):
                 break
             computed = computed.with_these(simulate(x))
