@@ -59,21 +59,6 @@ MOST_PATTERNS: Final = 2**14
 """Patterns that are kept: one for each case of the largest ensemble, at 1 kB or two each."""
 
 
-class _Digits(dict[float, str]):
-    """Number -> its hexadecimal digits, cached."""
-
-    def __missing__(self, number: float) -> str:
-        digits = number.hex()
-        if number:  # 0.0 and -0.0 are equal
-            if len(self) >= MOST_PATTERNS:
-                self.clear()
-            self[number] = digits
-        return digits
-
-
-_digits: Final = _Digits()
-
-
 class _Pattern(NamedTuple):
     """A text with places for numbers, and which of a value's numbers go there."""
 
@@ -115,7 +100,7 @@ class Texts:
                 self._patterns.clear()
             found = self._patterns[alike] = _pattern(self._content(value), its.names)
         numbers = its.numbers(value)
-        return CanonicalText(found.text % tuple([_digits[numbers[place]] for place in found.places]))
+        return CanonicalText(found.text % tuple([numbers[place].hex() for place in found.places]))
 
 
 def _fields_of(kind: type) -> _Fields:
