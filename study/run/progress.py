@@ -1,6 +1,5 @@
 """Forecast of task times from finished tasks, and the progress bar."""
 
-import heapq
 import math
 import sys
 import time
@@ -11,7 +10,7 @@ from types import TracebackType
 from typing import Any, Self, TextIO
 
 from nanoslip.solver.outcome import Outcome
-from nanoslip.study.run.queue import TaskQueue, Work
+from nanoslip.study.run.queue import Work
 
 # How long tasks take, from what each is estimated to cost and what others of its kind have cost so far.
 
@@ -86,22 +85,14 @@ class Forecast:
 
 
 def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float] = attrgetter("cost")) -> float:
-    """Seconds until so many ranks have done all tasks, each after its needs, every rank taking the next ready one.
+    """Seconds that so many ranks need for all tasks at least: their sum shared evenly, or the longest chain of needs.
 
-    seconds: of each task.
+    tasks: needs first. seconds: of each task.
     """
-    if ranks == 1:
-        return sum(map(seconds, tasks), 0.0)
-    queue = TaskQueue(tasks)
-    running: list[tuple[float, str]] = []
-    now = 0.0
-    while len(queue) or running:
-        while len(running) < ranks and queue.ready:
-            task = queue.take()
-            heapq.heappush(running, (now + seconds(task), task.key))
-        now, key = heapq.heappop(running)
-        queue.finish(key)
-    return now
+    chains: dict[str, float] = {}
+    for task in tasks:
+        chains[task.key] = seconds(task) + max((chains.get(need, 0.0) for need in task.needs), default=0.0)
+    return max(sum(map(seconds, tasks)) / ranks, max(chains.values(), default=0.0))
 
 
 def roughly(seconds: float) -> str:
