@@ -181,7 +181,6 @@ def check() -> None:
 @command("prepare:show_plan", CAMPAIGN, OUT, JSON)
 @click.option("--ranks", type=POSITIVE, help="Number of ranks to estimate the time for [default: cores here]")
 @flag("--measure", help="Measure a few tasks on this machine first; no result is kept.")
-@flag("--effects", "show_effects", help="Show which effects are on, and what is left out.")
 def plan() -> None:
     """Show the tasks of CAMPAIGN, their time, memory and disk.
 

@@ -105,9 +105,7 @@ def _counted(campaign: Path, plan: Plan) -> str:
 # `nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed.
 
 
-def show_plan(
-    campaign: Path, out: Path | None, ranks: int | None, measure: bool, show_effects: bool, as_json: bool
-) -> None:
+def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool, as_json: bool) -> None:
     """Print the plan of a campaign, its remaining tasks, and tasks too large for the memory here.
 
     ranks: number for which the time is estimated beside that of one, None for the cores here. measure: whether tasks are
@@ -117,19 +115,15 @@ def show_plan(
     if as_json:
         plans.print_json(_data(found, ranks or cores()))
     else:
-        _print(found, ranks or cores(), show_effects)
+        _print(found, ranks or cores())
 
 
-def _print(found: plans.Standing, ranks: int, show_effects: bool) -> None:
+def _print(found: plans.Standing, ranks: int) -> None:
     plan, outlook = found.plan, outlook_of(found.plan)
-    on_or_off = effects(plan.manifest)
     print_sentences([plan.manifest.title, *_cases(plan), _in_si(plan), *plans.idle_lines(plan), *duration_lines(plan)])
-    if show_effects:
-        rows = tuple((each.name, each.setting, "" if each.setting == "on" else each.without) for each in on_or_off)
-        print_table(Table(("effect", "here", "left out where off"), rows, 2))
-    else:
-        off = ", ".join(each.name for each in on_or_off if each.setting != "on") or "none"
-        say(f"effects that are off or vary: {off} (--effects says what that leaves out)")
+    not_on = {name: each for name, each in effects(plan.manifest).items() if each != "on"}
+    off = (name if each == "off" else f"{name} ({each})" for name, each in not_on.items())
+    say(f"effects that are off or vary: {', '.join(off) or 'none'}")
     print_table(_kinds(found, _CELLS))
     print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), _disk(plan), span_line(outlook)])
     for what, lines in (
@@ -238,7 +232,7 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
             {"drive": each.label, "refused": each.outcome.message if each.drive is None else ""}
             for each in plan.manifest.drives
         ],
-        "effects": {each.name: each.setting for each in effects(plan.manifest)},
+        "effects": effects(plan.manifest),
         "tasks": plans.kinds_as_data(found.kinds),
         "seconds_left": {
             str(number): makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})

@@ -566,61 +566,26 @@ def refusal(manifest: Manifest, case: Case) -> str:
     return ""
 
 
-class Effect(NamedTuple):
-    """One effect in a manifest: its name, its setting, and what is left out where it is off."""
-
-    name: str
-    setting: str
-    """`on`, `off`, or the values where they differ from case to case or from drive to drive."""
-    without: str
-
-
-def effects(manifest: Manifest) -> tuple[Effect, ...]:
-    """Every effect that a manifest can switch, with the setting that this one has."""
-    stages, outputs = manifest.stages, manifest.outputs
-    found = [
-        Effect("slip", _word("slip" in stages), "no friction record: nothing slides"),
-        Effect("dynamics", _word("dynamics" in stages), "Eq. 12 is not integrated"),
-        *(Effect(name, _setting(manifest, name), without) for name, without in _OF_CASES.items()),
-    ]
+def effects(manifest: Manifest) -> dict[str, str]:
+    """Every effect that a manifest can switch -> its setting here: `on`, `off`, or values that differ from case to case or drive
+    to drive."""
+    found = {name: _word(name in manifest.stages) for name in ("slip", "dynamics")}
+    found |= {name: _setting(manifest, name) for name in declared(Effects)}
     schemes = manifest.axes.get("scheme", (manifest.fixed.get("scheme", Slab().scheme.name),))
-    kinds = [SCHEMES[str(scheme)] for scheme in schemes]
-    finite = [_word(not kind.bottomless) for kind in kinds]
-    without = "strip: no sides; half_plane: no bottom either; chain: blocks on springs, no slab at all"
-    found.append(Effect("finite slab (scheme)", _joint(finite), without))
-    found.append(Effect("spread of μ_i", _spread(manifest), "one μ_i for all nodes, nothing is drawn"))
-    rough = bool(manifest.fixed.get("roughness") or manifest.axes.get("roughness"))
-    found.append(Effect("roughness of the pin", _word(rough), "a smooth pin, whose height a slip takes in closed form"))
-    for name, without in _OF_DRIVES.items() if manifest.drives else ():
-        values = [_drive_setting(each.drive, name) for each in manifest.drives if each.drive]
-        found.append(Effect(name, _joint(values), without))
-    for name, without in _OF_OUTPUTS.items():
-        if name not in ("trajectory", "phases", "fit") or manifest.drives:
-            found.append(Effect(f"outputs.{name}", _word(bool(getattr(outputs, name))), without))
-    return tuple(found)
+    found["finite slab (scheme)"] = _joint([_word(not SCHEMES[str(scheme)].bottomless) for scheme in schemes])
+    found["spread of μ_i"] = _spread(manifest)
+    rough = manifest.fixed.get("roughness") or manifest.axes.get("roughness")
+    found["roughness of the pin"] = _word(bool(rough))
+    for name in _OF_DRIVES if manifest.drives else ():
+        found[name] = _joint([_drive_setting(each.drive, name) for each in manifest.drives if each.drive])
+    for name in field_names(Outputs):
+        if name not in _OUTPUTS_OF_DRIVES or manifest.drives:
+            found[f"outputs.{name}"] = _word(bool(getattr(manifest.outputs, name)))
+    return found
 
 
-_OF_CASES = {
-    "friction": "no shear: half of the compliance is not read",
-    "coupling": "shear and pressure do not act on each other; initial contact is the normal problem alone",
-    "pin_translation": "pressures stay those of initial contact: no touch, no release, a slip is a row of the tangential tableau",
-}
-_OF_DRIVES = {
-    "surface_compliance": "rigid stick (K → ∞), no hysteresis",
-    "reverse_motion": "no negative branch of Eq. 13: a drive that would slip back ends",
-    "damping": "no damper",
-    "sawtooth": "no teeth: lines, or one mean force",
-}
-_OF_OUTPUTS = {
-    "records": "friction records are not kept once their drives are done",
-    "statistics": "sizes of events are not fitted",
-    "trajectory": "no motion over time",
-    "phases": "no start and end of macroscopic slips",
-    "fit": "Eq. 16-19 are not fitted to the spring force",
-    "tractions": "no tractions after initial contact",
-    "tractions_at": "no tractions after chosen events",
-    "subsurface": "nothing is solved for inside the slab",
-}
+_OF_DRIVES: Final = ("surface_compliance", "reverse_motion", "damping", "sawtooth")
+_OUTPUTS_OF_DRIVES: Final = ("trajectory", "phases", "fit")
 
 
 def _setting(manifest: Manifest, name: str) -> str:

@@ -200,7 +200,7 @@ def test_documents_have_the_keys_of_their_page(main, ask, finished):
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
 def test_a_terminal_without_greek_letters_shows_question_marks(nanoslip, campaign, encoding):
-    done = nanoslip("plan", campaign, "--effects", PYTHONIOENCODING=encoding)
+    done = nanoslip("plan", campaign, PYTHONIOENCODING=encoding)
     assert (done.returncode, done.stderr, "?_i" in done.stdout) == (0, "", True)
 
 
@@ -215,7 +215,7 @@ LIFE = """\
 new
 campaigns
 check small.toml
-plan small.toml --effects
+plan small.toml
 explain small.toml intrinsic_friction=0.5 radius=50
 run small.toml --serial
 collect small.toml

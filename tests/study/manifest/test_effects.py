@@ -102,7 +102,7 @@ def test_combinations_that_mean_nothing_are_refused(tmp_path):
 def test_the_effects_of_a_campaign_are_listed(tmp_path):
     text = "axes.coupling = [true, false]\nheterogeneity.spread = 0.2\noutputs.records = false\n"
     drives = DRIVES + 'profile = "mean"\n[[drives]]\nname = "b"\ndamping_ratio = 0\n'
-    found = {effect.name: effect.setting for effect in effects(planned(tmp_path, text + drives).manifest)}
+    found = effects(planned(tmp_path, text + drives).manifest)
     assert found["coupling"] == "on, off"
     assert found["friction"] == found["pin_translation"] == found["dynamics"] == "on"
     assert found["spread of μ_i"] == "0.2"
@@ -110,7 +110,7 @@ def test_the_effects_of_a_campaign_are_listed(tmp_path):
     assert found["damping"] == "on, off"
     assert found["outputs.records"] == "off"
     assert found["outputs.phases"] == "on"
-    without = {effect.name: effect.setting for effect in effects(planned(tmp_path, "").manifest)}
+    without = effects(planned(tmp_path, "").manifest)
     assert without["dynamics"] == "off"
     assert "damping" not in without
 
@@ -134,7 +134,7 @@ def test_a_half_plane_has_no_inside(tmp_path):
     plan = planned(tmp_path, 'axes.scheme = ["galerkin", "half_plane"]\noutputs.subsurface = true')
     assert [case.outcome.ok for case in plan.cases] == [True, False]
     assert "needs a scheme that has a grid" in plan.cases[1].outcome.message
-    found = {effect.name: effect.setting for effect in effects(plan.manifest)}
+    found = effects(plan.manifest)
     assert found["finite slab (scheme)"] == "on, off"
 
 
