@@ -11,6 +11,7 @@ from typing import Final
 
 import click
 
+from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.accuracy.measurement import as_table, measure, write
 from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
@@ -171,6 +172,7 @@ def _print_worst(seen: Sequence[compare.Observed]) -> None:
     if worst:
         header = ("observable", "A", "B", "verdict", "apart/σ", "case")
         print_table(Table(header, tuple(map(_row, worst)), labels=4))
+        say("apart/σ: the difference of A and B over the ± of both combined")
     if len(apart) > len(worst):
         say(f"and {len(apart) - len(worst)} smaller differences")
 
@@ -263,6 +265,10 @@ def _print_findings(findings: list[Finding]) -> None:
 def describe_variables(name: str | None, as_json: bool) -> None:
     """Print one variable or key in full, or a table of all variables."""
     key = keys.key_of(name) if name else None
+    flag = next((f"{each.name}: {each.meaning}; {each.advice}" for each in FLAGS if each.name == name), "")
+    if not as_json and (text := flag or keys.text_of_table(name or "")):
+        print_sentences(text.splitlines())
+        return
     try:
         found = [described(name)] if name else rows()
     except KeyError as error:

@@ -18,6 +18,7 @@ from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
 from nanoslip.study.manifest.parameters import (
     BETWEEN,
+    SMOOTH,
     Alike,
     FileName,
     Value,
@@ -411,8 +412,10 @@ class NamedFiles(Checker):
     def rows_of_axis(self, axes: Columns, scales: Scales) -> dict[str, Rows]:
         """The profiles on an axis, whose names take the place of the files: all of their texts, one after the other."""
         given, named = axes.pop("roughness", []), dict[str, Rows]()
-        for number, (where, value) in enumerate(given):
-            if not (read := self._rows("roughness", where, value, scales, number)):
+        for where, value in given:
+            smooth = Rows(b"", "", ()) if value == SMOOTH else None
+            files = len(named) - (SMOOTH in named)
+            if not (read := smooth or self._rows("roughness", where, value, scales, files)):
                 continue
             name = value["file"] if isinstance(value, dict) else value
             if name in named:
@@ -422,7 +425,7 @@ class NamedFiles(Checker):
             label = FileName(name)
             label.content = read.value
             axes.setdefault("roughness", []).append(Given(where, label))
-        text = BETWEEN.join(each.text for each in named.values())
+        text = BETWEEN.join(each.text for name, each in named.items() if name != SMOOTH)
         return {"roughness": Rows(text.encode(), text, ())} if given else {}
 
     def _rows(self, word: str, where: str, name: Any, scales: Scales, number: int | None = None) -> Rows | None:

@@ -10,7 +10,8 @@ from nanoslip.solver.case import PARTS, Case
 from nanoslip.solver.drive import AUTO, INTEGRATORS, Drive, Scales
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, choices_of, declared
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.study.manifest.manifest import NamedDrive
+from nanoslip.study.manifest.about import About
+from nanoslip.study.manifest.manifest import EnsembleTable, NamedDrive, Outputs, TargetTable
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, typed
 from nanoslip.study.manifest.units import UNITS, compact
 
@@ -49,7 +50,8 @@ class Key:
     def example(self) -> str:
         """The default as a line of a campaign, and with a unit; empty without a default."""
         if self.stated.columns:
-            return f'{self.word} = "mine.csv"'
+            own = f', or {self.word} = {{file = "afm.csv", x = "um", z = "nm"}}' if self.word == "roughness" else ""
+            return f'{self.word} = "mine.csv"{own}'
         value, unit = self.default.partition(" ")[0], _unit(self)
         if value == "none" or not unit or value.startswith('"'):
             return "" if value == "none" else f"{self.word} = {value}"
@@ -85,6 +87,18 @@ def text_of(key: Key) -> str:
         "comment": stated.comment,
     }
     return "\n".join([key.word, *(f"  {fact}: {text}" for fact, text in facts.items() if text)])
+
+
+def text_of_table(name: str) -> str:
+    """A table of a campaign, and what each key means or is without it, line by line; empty without one of this name."""
+    name = name.strip("[]")
+    named = {key.word: key.stated.meaning for key in keys() if key.table == name}
+    of = {"ensemble": EnsembleTable, "target": TargetTable, "outputs": Outputs, "about": About}.get(name)
+    meaning = str(of.__doc__).splitlines() if of else []
+    given = fields(of) if of else ()
+    lines = [*meaning, *(f"{word}: {text}" for word, text in named.items())]
+    lines += [f"{each.name} = {'needed' if each.default is MISSING else _text(each.default)}" for each in given]
+    return "\n  ".join([f"[{name}]", *(line.strip() for line in lines if line.strip())]) if lines else ""
 
 
 @cache

@@ -178,7 +178,10 @@ class Outputs:
 
 @dataclass(frozen=True, slots=True)
 class EnsembleTable:
-    """The table `ensemble`: how many starts of every case are computed, 1 to MOST_MEMBERS. places: see `Ensemble`."""
+    """Starts that are computed of every case, and where each is.
+
+    members: how many. places: "drawn" anywhere on a profile and between two nodes, or at the "given" place of the profile.
+    """
 
     members: int = MEMBERS
     places: Places = "drawn"
@@ -191,7 +194,7 @@ class EnsembleTable:
 
 @dataclass(frozen=True, slots=True)
 class TargetTable:
-    """The table `target`: required error of the means of some variables, instead of a number of members.
+    """Required error of the means of some variables, instead of a number of members.
 
     within: largest relative error of each variable in `of` (default: those of the last stage), from ± and from effects left out.
     most: largest number of members.

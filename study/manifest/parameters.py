@@ -64,6 +64,8 @@ class FileName(str):
     content: tuple[Any, ...]
 
 
+SMOOTH: Final = "none"
+"""What stands on an axis of files for a pin without roughness."""
 BETWEEN: Final = "\f"
 """Between the texts of the files of an axis, where they are one text."""
 

@@ -53,7 +53,18 @@ from nanoslip.study.manifest.manifest import (
     field_names,
     is_share,
 )
-from nanoslip.study.manifest.parameters import HASHED, NAMED, TABLES, Value, axes, in_files, make_case, settings, words
+from nanoslip.study.manifest.parameters import (
+    HASHED,
+    NAMED,
+    SMOOTH,
+    TABLES,
+    Value,
+    axes,
+    in_files,
+    make_case,
+    settings,
+    words,
+)
 from nanoslip.study.manifest.units import YOUNG
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
@@ -235,6 +246,7 @@ def files_named_in(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
         names = given[0] if given and isinstance(given[0], list) else given
         named[word] = [name.get("file") if isinstance(name, Mapping) else name for name in names]
     found = {key: [str(name) for name in names if isinstance(name, str | PathLike)] for key, names in named.items()}
+    found["roughness"] = [name for name in found["roughness"] if name != SMOOTH]
     return {key: names for key, names in found.items() if names}
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from nanoslip.solver.drive import Scales
-from nanoslip.study.manifest.keys import Key, key_of, keys, text_of
+from nanoslip.study.manifest.keys import Key, key_of, keys, text_of, text_of_table
 from nanoslip.study.manifest.units import plain
 
 
@@ -36,6 +36,14 @@ def test_a_key_is_found_by_its_symbol(name: str, word: str) -> None:
     found = key_of(name)
     assert found is not None
     assert found.word == word
+
+
+@pytest.mark.parametrize("table", ["scales", "[slip]", "drives", "ensemble", "target", "outputs", "about"])
+def test_a_table_has_all_its_keys(table: str) -> None:
+    lines = text_of_table(table).splitlines()
+    assert len(lines) >= 3
+    assert lines[0] == f"[{table.strip('[]')}]"
+    assert not text_of_table("tables")
 
 
 def test_all_of_a_key_fits_a_terminal_of_80_columns_or_is_a_sentence() -> None:
