@@ -298,8 +298,8 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         lstrip_blocks=True,
     )
     environment.filters |= {"lowered": lowered, "slug": lambda title: title.lower().replace(" ", "-")}
-    answer, *others = SORTS.values()
-    sections = tuple(found for sort in (answer, SENSITIVITY, *others) if (found := section(dataset, sort)))
+    drawn = SENSITIVITY, *SORTS.values()
+    sections = tuple(found for sort in drawn if (found := section(dataset, sort)))
     table, alike = summary.said_once(summary.scalar_table(with_largest(dataset), scales=scales_of(dataset.attrs)))
     titles = (*(each.title for each in sections), "Cases", "About these numbers", *(["Runs"] if journal else []))
     return environment.get_template("report.html.j2").render(
