@@ -504,7 +504,7 @@ OBSERVED: Final = (
     ("mean_step", ""),
     ("contact_half_width", ""),
 )
-"""Variable and what it is divided by: what a record or a drive is asked for, first what a campaign asks for on purpose."""
+"""Variable of a record or a drive, and what divides it where that varies; first what a campaign asks for on purpose."""
 PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
 """What a contact at rest is asked for."""
 
@@ -522,7 +522,8 @@ def notes(dataset: xr.Dataset) -> Iterator[str]:
 def _asked(dataset: xr.Dataset) -> Iterator[Points]:
     for name, over in OBSERVED if "plateau_mean" in dataset else PRESSED:
         if name in dataset and (not over or over in dataset.variables):
-            yield points_of(dataset, name, over)
+            alike = not over or np.unique(dataset[over]).size == 1
+            yield points_of(dataset, name, "" if alike else over)
 
 
 def view_of(points: Points, x: str = "", hue: str = "") -> View:
