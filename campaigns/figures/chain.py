@@ -148,25 +148,26 @@ def _draw_reference(axes: Axes, panel: Panel) -> None:
 
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
-    """The power law of every size of every case, and how the slab's events differ from those of blocks."""
+    """The power laws of the sizes of every case, and how the slab's events differ from those of blocks."""
     for number, name in names(dataset).items():
         for size, panel in PANELS.items():
             reference = f"{panel.exponent:.3g} ({panel.reference})" if panel.reference else ""
             found = Accessor(dataset).event_sizes(size, case=number)
-            yield Claim(f"{plain(name)}: {size}", reference, *_fit(found, size))
+            if _fits(found, size):
+                yield Claim(f"{plain(name)}: {size}", reference, *_fit(found, size))
     for meaning, share in SHARES.items():
         shares = [f"{plain(name)}: {share(steady(dataset, number)):.2g} %" for number, name in names(dataset).items()]
         yield Claim(meaning, "", shares[0], "; ".join(shares[1:]))
 
 
 def _fit(found: xr.Dataset, size: str) -> tuple[str, str]:
-    """Exponent of a size, unless its power law is refused; the share of events that that is of, and the law that fits best."""
+    """Exponent of a size, the share of events of its power law, and the law that fits best."""
     exponent, uncertainty, cutoff, tail, goodness = (
         float(found[f"{size}_{name}"]) for name in ("exponent", "exponent_uncertainty", "cutoff", "tail", "goodness")
     )
     preferred = str(found[f"{size}_preferred"].item())
     return (
-        with_error(exponent, uncertainty) if _fits(found, size) else "no power law",
+        with_error(exponent, uncertainty),
         f"from {_size(cutoff)}, goodness {goodness:.2g}, {100.0 * tail / float(found['bin_events'].sum()):.3g} %; "
         f"{LAW_WORDS.get(preferred, preferred)}",
     )
@@ -201,8 +202,8 @@ SIZES: Final = CampaignFigure(
     "sizes",
     "Sizes of events: slab against chain of blocks",
     "Densities of event sizes on the plateaus of all starts, in logarithmic bins, of an elastic slab and of blocks on springs "
-    "with increasing coupling. Broad: power laws of the largest sizes with a goodness of fit of at least 0.1. Dotted: mean-field "
-    "avalanches, and Gutenberg and Richter's law.",
+    "with increasing coupling. Broad, and in the table: power laws of the largest sizes with a goodness of fit of at least 0.1. "
+    "Dotted: mean-field avalanches, and Gutenberg and Richter's law.",
     draw,
     claims,
     ("", "reference", "exponent", "cut-off, goodness, share of events, preferred law"),
@@ -214,8 +215,6 @@ SIZES: Final = CampaignFigure(
 Floats = NDArray[np.float64]
 LAGS: Final = np.array([1, 2, 3, 5, 7, 10, 20, 30, 50, 100, 200, 300])
 """Events apart."""
-AFTERWARDS: Final = np.array([10, 100, 300])
-"""Those of the table."""
 PARTS: Final = 32
 """Of a node spacing, in which medians are taken."""
 PAIRS: Final = {
@@ -263,21 +262,17 @@ def draw_of_correlations(dataset: xr.Dataset) -> Figure:
 
 
 def claims_of_correlations(dataset: xr.Dataset) -> Iterator[Claim]:
-    """The correlations of successive events, and of the first start what is left of them further apart."""
+    """The correlations of successive events, and of the first start those of places one node spacing apart."""
     for number, name in names(dataset).items():
-        scalars, sizes = numbers_of(dataset, number), steady_sizes(dataset, number)
-        lags = AFTERWARDS[len(sizes.slips) // 4 > AFTERWARDS]
-        for variable, (earlier, later, label) in PAIRS.items():
-            left = zip(at_lags(sizes, earlier, later, lags), lags, strict=True)
-            remark = ", ".join(f"{each:.2f} at {lag}" for each, lag in left)
-            yield Claim(f"{plain(name)}: {label}", "", _stated(scalars, variable), remark)
-        waits = f"{_stated(scalars, 'step_variation')} (at random: 1)"
-        yield Claim(f"{plain(name)}: scatter over mean of steps", "", waits)
-        run = steady(dataset, number)
-        repeated = spacing_apart(run["displacement"].values, sizes.drop, 1.0 / (float(run["n_x"]) - 1.0))
-        events = f"{float(scalars['events']) / float(scalars['record_spacings']):.0f} events in a node spacing"
-        found = f"{repeated:.2f}" if np.isfinite(repeated) else "the record is too short"
-        yield Claim(f"{plain(name)}: drop and drop a node spacing on", "", found, events)
+        scalars, run = numbers_of(dataset, number), steady(dataset, number)
+        for variable, (_, _, label) in PAIRS.items():
+            yield Claim(f"{plain(name)}: {label}", "", _stated(scalars, variable))
+        yield Claim(f"{plain(name)}: scatter over mean of steps", "", _stated(scalars, "step_variation"))
+        drops = steady_sizes(dataset, number).drop
+        repeated = spacing_apart(run["displacement"].values, drops, 1.0 / (float(run["n_x"]) - 1.0))
+        if np.isfinite(repeated):
+            events = f"{float(scalars['events']) / float(scalars['record_spacings']):.0f} events"
+            yield Claim(f"{plain(name)}: drop and drop a node spacing ({events}) on", "", f"{repeated:.2f}")
 
 
 def _stated(scalars: xr.Dataset, variable: str) -> str:
@@ -298,8 +293,8 @@ CORRELATIONS: Final = CampaignFigure(
     "Correlation of successive events",
     "Rank correlations (Spearman) of event sizes over the number of events between them: slips, drops of F/W, displacements to "
     "the next event, and drop with the following displacement. Grey: 95 % interval for independent events. Drawn for one start; "
-    "the table has means over all starts for successive events. Correlations over hundreds of events come from slow changes "
-    "along the surface.",
+    "the table has means over all starts for successive events (scatter of random steps: 1). Correlations over hundreds of "
+    "events come from slow changes along the surface.",
     draw_of_correlations,
     claims_of_correlations,
 )

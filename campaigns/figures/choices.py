@@ -158,7 +158,8 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         )
     if default > MOST:
         score = f"{found[default - 1].score:.3g}"
-        yield Claim(str(default), "the defaults", score, f"of {len(found)} combinations")
+        alike = sum(each.reproduced == found[0].reproduced for each in found)
+        yield Claim(str(default), "the defaults", score, f"of {len(found)} combinations; {alike} as good as the first")
     yield _independence(dataset)
     yield from _by_value(dataset, found)
     for number, (stated, name, friction, _) in enumerate(NUMBERS):
@@ -180,9 +181,9 @@ def _by_value(dataset: xr.Dataset, found: list[Scored]) -> Iterator[Claim]:
     for axis in axes_of(dataset):
         for value in dataset[axis].values:
             best = next(each for each in found if each.choices[axis] == value)
-            near = sum(each.reproduced == found[0].reproduced for each in found if each.choices[axis] == value)
-            remark = f"{best.reproduced} of {len(best.misses)}; {near} as good as the first"
-            yield Claim("best with", f"{axis} = {value}", f"{best.score:.3g}", remark)
+            yield Claim(
+                "best with", f"{axis} = {value}", f"{best.score:.3g}", f"{best.reproduced} of {len(best.misses)}"
+            )
 
 
 _DEFAULTS: Final = {
