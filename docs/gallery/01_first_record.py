@@ -9,7 +9,7 @@ leave or join the contact.
 """
 
 # %%
-# The manifest: one case. What is not given has the paper's value.
+# The manifest: one case. Omitted keys have the paper's values.
 from pathlib import Path
 from subprocess import check_output
 
@@ -28,7 +28,7 @@ scheme = "strip"
 Path("first.toml").write_text(MANIFEST)
 
 # %%
-# One command computes it. Eight starts of the case give each number its ±.
+# One command computes it. The ± of each number is from eight starts of the case.
 print(check_output("nanoslip run first.toml -j 2", shell=True, text=True))
 
 # %%
@@ -43,8 +43,7 @@ plt.axhline(float(results.plateau_mean.squeeze()), color="k", linestyle="--", la
 plt.legend()
 
 # %%
-# **What it means.** F/W stays below μ_i = 0.5: a node that has slipped takes up its shear again little by
-# little, so never all nodes are at their limit. The plateau is the mean of F/W over displacement after run-in,
-# 1.5 presliding lengths.
+# **What it means.** F/W stays below μ_i = 0.5: after a slip a node regains its shear only gradually, so at no time
+# are all nodes at their limit. The plateau is the mean of F/W over displacement after run-in, 1.5 presliding lengths.
 #
-# **What it costs.** A record of this length takes hundredths of a second; starting the program takes longer.
+# **What it costs.** Hundredths of a second; starting the program takes longer.

@@ -6,7 +6,7 @@ Does friction depend on the load?
 """
 
 # %%
-# The manifest: two axes, and every combination of them is a case.
+# The manifest: two axes. Every combination is a case.
 from pathlib import Path
 from subprocess import check_output
 
@@ -30,8 +30,7 @@ print(check_output("nanoslip run load.toml -j 2", shell=True, text=True))
 print(check_output("nanoslip figure load.toml --y plateau/mu_i --x normal_load -o load.png", shell=True, text=True))
 
 # %%
-# **What it means.** The share of μ_i that is left in the plateau hardly depends on the load: Amontons' law,
-# from nodes that each slip by it. Where few nodes are in contact the steps are large and ± with them; the table
-# marks such cases with ``few_nodes``.
+# **What it means.** Plateau over μ_i hardly depends on the load: Amontons' law. If few nodes are in contact, steps
+# and ± are large; the table marks such cases with ``few_nodes``.
 #
 # **What it costs.** 64 records, a few seconds. With 257 nodes about a minute.

@@ -4,8 +4,8 @@ Static friction over velocity
 
 How does static friction depend on the velocity of the stage?
 
-Nodes know no rate: the contact's friction limit is the same at every velocity. What depends on velocity is the mass on its
-spring.
+The friction law of a node has no rate, so the contact's friction limit is the same at every velocity. Velocity matters through
+the pin's inertia and damping.
 """
 
 # %%
@@ -43,8 +43,8 @@ for number in ("mu_s", "mu_k"):
     )
 
 # %%
-# **What it means.** μ_s is the largest driving force, spring and damper, before the pin first slides
-# macroscopically. It rises with velocity, as the damper's share c·V and inertia add to what the contact holds.
-# An increase of μ_s with *rest* time, or a decrease of μ_k with velocity by ageing, is not in the model.
+# **What it means.** μ_s is the largest driving force, of spring and damper, of the first macroscopic slip, over load.
+# It rises with velocity, because the damper's force c·V and inertia add to the friction of the contact. An
+# increase of μ_s with *rest* time, or a decrease of μ_k with velocity by ageing, is not in the model.
 #
-# **What it costs.** A drive takes milliseconds; slow stages take more slips, and so longer.
+# **What it costs.** Milliseconds for each drive; slow stages slip more often and take longer.

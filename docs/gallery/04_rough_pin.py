@@ -4,11 +4,11 @@ Rough pin from a profile
 
 What does my own rough surface do?
 
-A measured profile is two columns, place and height, as the instrument wrote them.
+A measured profile is a text file of two columns, position and height.
 """
 
 # %%
-# A profile. This one is drawn: heights whose spectrum falls as wavenumber to the power -3, 2 nm high.
+# A random profile: its spectrum falls as wavenumber to the power -3, its rms height is 2 nm.
 from pathlib import Path
 from subprocess import check_output
 
@@ -22,7 +22,7 @@ np.savetxt("afm.csv", np.column_stack([x, 2.0 * height / height.std()]), delimit
 print(check_output("nanoslip profile afm.csv --x nm --z nm --width '2 um' -o profile.png", shell=True, text=True))
 
 # %%
-# The manifest: a slab 2 µm wide, the smooth pin beside the rough one would be the same without ``roughness``.
+# The manifest: a slab 2 µm wide. Without ``roughness`` the pin is smooth.
 MANIFEST = """
 title = "A rough pin"
 stages = ["contact", "slip"]
@@ -56,13 +56,12 @@ command = "nanoslip frames rough.toml normal_load=1.5e-3 --events 0:60:30 -o con
 print(check_output(command, shell=True, text=True))
 
 # %%
-# **What it means.** Members of the ensemble come down at places of their own on the profile, so ± contains how
-# much your surface differs from place to place. Heed the flags: ``unresolved_roughness`` asks for more nodes,
-# or a smoother profile; ``short_profile`` for a longer one.
+# **What it means.** Each member of the ensemble starts at its own place of the profile, so ± contains the
+# differences between places. The flag ``unresolved_roughness`` requires more nodes or a smoother profile,
+# ``short_profile`` a longer one.
 #
 # **A file of your instrument.** The package `SurfaceTopography <https://contactengineering.github.io/SurfaceTopography/>`__
-# reads some forty formats. nanoslip does not need it, and this page does not execute the code below; it was tried with
-# version 1.27 and a map in the format SDF.
+# reads some forty formats. The code below is not executed here; it was tried with version 1.27 and a map in SDF.
 #
 # .. code-block:: python
 #

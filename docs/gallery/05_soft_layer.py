@@ -4,7 +4,7 @@ Soft layer at ν = 0.5
 
 Does it hold for rubber?
 
-An incompressible layer on a rigid base, from thin films to thick ones. The scheme ``strip`` is right at any Poisson's ratio.
+Layers on a rigid base, from thin films to thick ones. The scheme ``strip`` is correct at any Poisson's ratio.
 """
 
 # %%
@@ -38,8 +38,8 @@ for number in ("plateau/mu_i", "contact_half_width"):
     print(check_output(command, shell=True, text=True))
 
 # %%
-# **What it means.** A thin incompressible layer cannot escape: the contact is narrower than Hertz's, and
-# pressure is higher. Plateau over μ_i hardly changes. A grid (``galerkin``) at ν above 0.38 gives too high a
-# friction, and says so by the flag ``unresolved_slab``.
+# **What it means.** A thin incompressible layer cannot flow out from under the pin: the contact is narrower than
+# Hertz's, pressure is higher. Plateau over μ_i hardly changes. A grid (``galerkin``) at ν above 0.38 gives too
+# high a friction, with the flag ``unresolved_slab``.
 #
 # **What it costs.** The same as at any other ν.

@@ -57,9 +57,8 @@ plt.legend(bbox_to_anchor=(1, 1))
 plt.tight_layout()
 
 # %%
-# **What it means.** Slow stages and soft springs stick and slip; above a velocity that falls with stiffness the
-# pin slides on. Members may disagree close to the boundary: the dataset then counts them, ``5 stick_slip; 3
-# slides``.
+# **What it means.** With slow stages and soft springs the pin sticks and slips; above a velocity that falls with
+# stiffness it slides steadily. Near the boundary members may differ and are counted: ``5 stick_slip; 3 slides``.
 #
 # **What it costs.** Twenty drives of eight starts, a second. ``max_slips`` ends a drive once its regime is
 # known.

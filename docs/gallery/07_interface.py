@@ -2,7 +2,7 @@
 Interface
 =========
 
-What is left of static friction when many contacts add up?
+How much static friction remains if many contacts add up?
 """
 
 # %%
@@ -40,9 +40,9 @@ print(check_output("nanoslip run slider.toml -j 2", shell=True, text=True))
 print(check_output("nanoslip figure slider.toml --y static_excess -o slider.png", shell=True, text=True))
 
 # %%
-# **What it means.** ``static_excess`` is the peak of the record over its plateau. One contact has a peak before
-# it slides on, as all of its nodes were loaded alike. Contacts that differ reach theirs at different
-# displacements, and the sum loses it as one over the root of their number. So the static friction of a large
-# interface needs another cause, ageing for example, that is not in the model.
+# **What it means.** ``static_excess`` is the peak of the record over its plateau, less 1. One contact has a peak,
+# because all of its nodes were loaded alike. Different contacts reach their peaks at different displacements,
+# so that of the sum falls as one over the root of their number. Static friction of a large interface needs
+# another cause, for example ageing, that is not in the model.
 #
 # **What it costs.** A record for each contact of each member.

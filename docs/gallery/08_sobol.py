@@ -56,7 +56,7 @@ panels[0].set_ylabel("plateau over μ_i")
 print(check_output("nanoslip sensitivity results/sobol --of plateau_ratio -o shares.png", shell=True, text=True))
 
 # %%
-# **What it means.** The one clear trend is what a slip leaves: plateau/μ_i is about (1 + r)/2. More ``points``
-# keep the first ones, so only the new ones are computed.
+# **What it means.** Residual shear r decides: plateau/μ_i is about (1 + r)/2. More ``points`` keep the first ones,
+# so only new ones are computed.
 #
 # **What it costs.** 32 cases of eight starts, seconds.

@@ -2,12 +2,11 @@
 A measured trace
 ================
 
-Which numbers are in the force that my stage recorded?
+Which μ_s, μ_k and period has the force that my stage recorded?
 """
 
 # %%
-# A trace is two columns, time and force. This one is computed, with μ_i = 0.4 on a soft spring and noise of 20
-# mN, so that what is found can be compared.
+# A trace is two columns, time and force. This one is computed: μ_i = 0.4 on a soft spring, with noise of 20 mN.
 from pathlib import Path
 from subprocess import check_output
 
@@ -46,13 +45,13 @@ command = 'nanoslip trace lab.csv --time s --force N --load "100 N" --velocity "
 print(check_output(command, shell=True, text=True))
 
 # %%
-# Laid over the computed drive, slip on slip:
+# The same over the computed drive, slip on slip:
 command += " --over stage.toml"
 print(check_output(command.replace("trace.png", "over.png"), shell=True, text=True))
 
 # %%
-# **What it means.** A fit of Eq. 16-19 to each slip gives μ_s, μ_k, period and stiffness, their ± from what slips
-# scatter. The mean force is above μ_k by the work of the damper. Which μ_i gives these numbers is the question of the
+# **What it means.** A fit of Eq. 16-19 to each slip gives μ_s, μ_k, period and stiffness. ± is from the scatter of
+# slips. The mean force is above μ_k by the work of the damper. Which μ_i gives these numbers is the question of the
 # next page.
 #
 # **What it costs.** Tens of milliseconds to read a trace.

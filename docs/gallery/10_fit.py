@@ -6,8 +6,8 @@ Which local friction and pin radius give μ_s = 0.30 and μ_k = 0.26 on my stage
 """
 
 # %%
-# The manifest: the stage as it is, and ranges of what is not known. A slow stage on a soft spring sticks and
-# slips, so that μ_s and μ_k differ.
+# The manifest: your stage, and ranges of the unknown parameters. On a soft spring a slow stage sticks and slips,
+# so μ_s and μ_k differ.
 from pathlib import Path
 from subprocess import check_output
 
@@ -42,9 +42,8 @@ command = (
 print(check_output(command, shell=True, text=True))
 
 # %%
-# **What it means.** The best point, and the ranges of all points that agree. A range as wide as what was
-# searched means that your two numbers do not determine this parameter: measure another one, or hold it
-# (``radius=50``).
+# **What it means.** The table has the best point and the range of all points that agree. A range as wide as the
+# searched one means that the two numbers do not determine this parameter: measure another number, or fix the
+# parameter (``radius=50``).
 #
-# **What it costs.** At most ``--points`` cases; points that are finished are used again. Here each takes a
-# tenth of a second.
+# **What it costs.** At most ``--points`` cases, here a tenth of a second each. Finished points are used again.

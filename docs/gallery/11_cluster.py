@@ -6,7 +6,7 @@ How do I compute a campaign on a cluster, and what if jobs end early?
 """
 
 # %%
-# A manifest; any of them runs anywhere.
+# The manifest:
 from pathlib import Path
 from subprocess import check_output
 
@@ -25,13 +25,13 @@ scheme = "strip"
 Path("parts.toml").write_text(MANIFEST)
 
 # %%
-# One job: ``nanoslip submit`` writes the script, ``--submit`` hands it to sbatch. The settings of a cluster are
-# a small file.
+# One job: ``nanoslip submit`` writes the script, ``--submit`` hands it to sbatch. ``--site`` names the settings of
+# your cluster.
 print(check_output("nanoslip submit parts.toml --out scripts", shell=True, text=True))
 print(Path("scripts/job.sh").read_text())
 
 # %%
-# Many small jobs: each computes a shard, wherever it sees the folder, with or without a scheduler.
+# Many small jobs: each computes a shard, with or without a scheduler.
 print(check_output("nanoslip run parts.toml --shard 1/2 -j 2", shell=True, text=True))
 print(check_output("nanoslip run parts.toml --shard 2/2 -j 2", shell=True, text=True))
 print(check_output("nanoslip merge parts.toml", shell=True, text=True)[-700:])
@@ -42,6 +42,6 @@ print(check_output("nanoslip figure parts.toml --y plateau --x mu_i -o parts.png
 
 # %%
 # **What it means.** The dataset has the same bytes as that of one run, on any number of ranks. A job that ends
-# early loses the tasks in hand; the same command continues. Failures are outcomes with advice.
+# early loses only tasks in progress; the same command continues.
 #
-# **What it costs.** 23 µs to hand out a task, so tasks of milliseconds are worth a rank.
+# **What it costs.** 23 µs to distribute a task.

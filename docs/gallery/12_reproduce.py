@@ -2,7 +2,7 @@
 Reproducing a dataset
 =====================
 
-Somebody sends me a dataset. Does it come out again?
+Somebody sends me a dataset. Can I reproduce it?
 """
 
 # %%
@@ -24,7 +24,7 @@ print(check_output("nanoslip run sent.toml -j 2", shell=True, text=True))
 print(check_output("nanoslip verify results/sent/results.nc", shell=True, text=True))
 
 # %%
-# Two datasets that should agree, say with other nodes, are compared beyond their uncertainties:
+# Two datasets, here with different n_x, are compared within their uncertainties:
 Path("finer.toml").write_text(MANIFEST.replace("n_x = 33", "n_x = 65"))
 print(check_output("nanoslip run finer.toml -j 2", shell=True, text=True))
 print(check_output("nanoslip compare results/sent results/finer || true", shell=True, text=True))
@@ -44,8 +44,8 @@ plt.ylabel("μ_k")
 plt.legend()
 
 # %%
-# **What it means.** *bit-identical*: the same software on a like processor. *within tolerance*: another
-# processor or library changed last digits. *different* names the cases, and the exit code is 1. Finer nodes are
-# another surface, so ``compare`` finds differences that ± does not explain.
+# **What it means.** *bit-identical*: the same software on a similar processor. *within tolerance*: another
+# processor or library changed last digits. *different*: the exit code is 1. Another n_x is another surface, so
+# ``compare`` finds differences beyond ±.
 #
-# **What it costs.** As much as computing it; ``--sample 20`` takes twenty cases.
+# **What it costs.** As much as computing the dataset; ``--sample 20`` takes twenty cases.

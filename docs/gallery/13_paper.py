@@ -6,8 +6,8 @@ How do I draw the figures of Streator (2022), and what differs?
 """
 
 # %%
-# One command computes what is missing and draws a figure, with a table of the paper's numbers beside those
-# found. Without names all figures are listed; ``--all`` draws them, in some twenty minutes.
+# One command computes and draws a figure, with a table of the paper's numbers and ours. Without names it lists all
+# figures; ``--all`` draws them in some twenty minutes.
 from subprocess import check_output
 
 print(check_output("nanoslip figure", shell=True, text=True))
@@ -17,7 +17,7 @@ print(check_output("nanoslip figure", shell=True, text=True))
 print(check_output("nanoslip figure fig6 fig7 --into results --format png", shell=True, text=True))
 
 # %%
-# **What it means.** Plateaus and coefficients agree with the paper to 2-7 %; the remarks say what differs and
-# why. Its manifests are the shipped campaigns ``figures/...``: ``nanoslip campaigns`` lists them.
+# **What it means.** Plateaus and coefficients agree with the paper to 2-7 %; remarks give reasons for differences.
+# The manifests are the shipped campaigns ``figures/...`` (``nanoslip campaigns``).
 #
 # **What it costs.** Seconds for each figure; ``choices`` and ``continuum`` a quarter of an hour each.

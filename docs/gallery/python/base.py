@@ -2,14 +2,14 @@
 Base of a film
 ==============
 
-What does a sensor under an elastomer film see while a cylinder slides over it?
+What does a sensor under an elastomer film measure while a cylinder slides over it?
 
 Pressure p and shear q at the base of an incompressible film, bonded there, under a contact three heights wide that slides to
-the right. The film blurs slips: at any of ten moments nodes that stick and slip are within 4 % of Amontons' law q = 0.52 p,
-with their mean friction, and the mean of these moments is within 0.5 %. Friction also moves the pressure on the surface ahead.
-With the pressure of a contact at rest both peaks come 0.4 heights early, and stresses are up to 28 % of the peak off. So the
-base tells the mean friction and where the pressure is, not how nodes slip. Measured profiles are within 14 % of Amontons' law,
-which fits high loads better than the pressure at rest does (Scheibert et al., J. Mech. Phys. Solids 57, 1921, 2009).
+the right. The film blurs slips: at any of ten moments the stresses agree within 4 % with Amontons' law q = 0.52 p, their mean
+within 0.5 %. Friction also moves the pressure on the surface ahead: with the pressure of a contact at rest both peaks come 0.4
+heights early, and stresses differ by up to 28 % of the peak. So the base shows the mean friction and the place of the pressure,
+not the slips of nodes. Measured profiles agree within 14 % with Amontons' law, at high loads better than with the pressure at
+rest (Scheibert et al., J. Mech. Phys. Solids 57, 1921, 2009).
 """
 
 import matplotlib.pyplot as plt

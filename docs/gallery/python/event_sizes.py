@@ -4,9 +4,8 @@ Sizes of events
 
 How large are the events, and do their sizes follow a power law?
 
-One case without a campaign: its record, the sizes of its events once the pin slides, and the law that describes them
-best. Each line is the share of events that are at least so large. A power law would be straight; goodness is the
-share of its samples that fit it worse than the events do, below 0.1 it is none.
+One case without a campaign: its record, the sizes of its events on the plateau, and the law that fits them best. Each line
+is the share of events that are at least so large. A power law is a straight line; with a goodness below 0.1 it is rejected.
 """
 
 import nanoslip

@@ -2,10 +2,10 @@
 Contacts of one body
 ====================
 
-Do contacts of one body feel each other?
+Do contacts of one body interact?
 
-Four caps of one pin on a layer, nearer and farther apart, beside four caps on layers of their own: what `[interface]` sums up.
-Stiffness knows its neighbours until they are some heights of the layer away; friction over load hardly does.
+Four caps of one pin on a layer, at several distances, compared with four caps on separate layers, as `[interface]` adds them up.
+Neighbours within some heights of the layer reduce the stiffness; friction over load hardly changes.
 """
 
 import matplotlib.pyplot as plt
