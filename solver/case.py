@@ -40,15 +40,9 @@ MOST_EVENTS = 10**9
 class SlipRule:
     """When a node slips and where it comes to rest (§2.1.1, §1).
 
-    slip_order: `worst_first` slips the node with the largest |shear|/(μ_i·pressure), the others held; `simultaneous`
-        slips every node above its limit by the distance it would slip alone.
-    residual_shear: shear left after a slip, as a fraction of μ_i·pressure, in [0, 1]; 0 is a full stress drop, 1 is classical
-        Coulomb sliding without single slips (slip_order, event_floor and cascade_limit have no effect then).
-    limited_shear: `both_ways` limits |shear| to μ_i·pressure; `forward` limits only shear along the drag, as §2.1.1 prints it: a
-        node pushed back by the slab keeps any shear until its pressure vanishes.
-    event_floor: smallest displacement step, in surface node spacings (the paper: 1e-6), or in 24 times the elastic stretch by
-        μ_i·W if that is less (not in the paper's case). It has to exceed rounding, not to move the pin.
-    cascade_limit: largest number of slips in one event.
+    slip_order: `worst_first`, or `simultaneous`: every node above its limit slips the distance it would slip alone.
+    residual_shear: 1 is Coulomb sliding without single slips; slip_order, event_floor and cascade_limit then have no effect.
+    event_floor: in node spacings, or in 24 elastic stretches by μ_i·W if these are less (not in the paper's case).
     """
 
     slip_order: SlipOrder = parameter(
@@ -98,15 +92,11 @@ class SlipRule:
 
 @dataclass(frozen=True, slots=True)
 class Effects:
-    """Effects that a case can leave out; they are then not computed. With all on it is the paper's model.
+    """Effects that a case can leave out; they are then not computed. With all of them it is the paper's model.
 
-    friction: the pin drags the surface. Without, only pressures act (half of the compliance): the pin can be pressed down,
-        and there is nothing to slide.
-    coupling: tangential forces lift the surface, and normal ones move it sideways. Without (Goodman's approximation) both
-        blocks of the compliance count as zero: pressing causes no shear, so all kinds of initial contact are one.
-    pin_translation: the pin's profile is carried along, so that slips change the pin's height over a node, and nodes touch
-        and are released. Without, every node keeps the pressure of initial contact and slides along x alone; events are slips.
-        With coupling it counts at initial contact, then no longer; without either, the normal problem is solved just once.
+    friction: without, only pressures act and nothing slides.
+    coupling: without (Goodman's approximation), pressing causes no shear, so all kinds of initial contact agree.
+    pin_translation: without, nodes keep their initial pressure; all events are slips.
     """
 
     friction: bool = parameter(True, table="effects", meaning="the pin drags the surface", unit="")
@@ -131,15 +121,11 @@ class Effects:
 
 @dataclass(frozen=True, slots=True)
 class Heterogeneity:
-    """Heterogeneity of μ_i over the slab's nodes, and of the pin's profile.
+    """Heterogeneity of μ_i over the slab's nodes (independent, with mean intrinsic_friction), and of the pin's profile.
 
-    μ_i is drawn independently for each node, with the case's intrinsic_friction as mean.
-
-    spread: standard deviation over mean, 0 for none: `normal` up to 0.25 (cut off at μ_i = 0), `uniform` up to 1/√3,
-    `lognormal` up to 100. seed: the same seed and n_x give the same nodes in every case.
-    roughness: (ξ, height) in L_x of two or more points, ξ increasing, added to the parabola's height at pin coordinate ξ;
-    linear between the points and constant beyond them; () is a smooth pin. Points at least 1e-12 apart,
-        ξ and height up to 1e6.
+    seed: the same seed and n_x give the same nodes in every case. `normal` is cut off at μ_i = 0.
+    roughness: two or more points (ξ, height) in L_x, ξ increasing by at least 1e-12, added to the parabola's height; linear
+        between the points, constant beyond; () is a smooth pin.
     """
 
     distribution: Distribution = parameter(
@@ -184,11 +170,9 @@ def _check_roughness(points: Roughness) -> None:
 class Interface:
     """Contacts of one rigid slider, moved together and elastically independent: each has its own slab.
 
-    contacts: their number N; 1 is a single pin. The others have their own start, node friction and position on the profile.
-    loads: `equal`; or those under a rigid plane of asperities with exponentially distributed heights (Greenwood and Williamson):
-        `exponential` where load grows as compression, `heights` by the normal contact of this pin on this slab without friction.
-        The case's normal_load is their mean: N times it is what the slider weighs.
-    measured_loads: loads, in any unit, from which those of the contacts are drawn instead; () is none.
+    contacts: the first is the case; the others have their own start, node friction and position on the profile.
+    loads: `equal`; or those of exponentially distributed heights under a rigid plane (Greenwood and Williamson), by load
+        proportional to compression (`exponential`) or by this pin's frictionless contact (`heights`).
     """
 
     contacts: int = parameter(
@@ -222,15 +206,10 @@ class Interface:
 class Case:
     """One physics point: pin, slab, load, friction and the limits of the run; no path, no rank.
 
-    intrinsic_friction: μ_i, 0 or 1e-8 to 1e12; `inf` is adhesive stick.
-    radius: R/L_x of a parabolic pin (ignored by a flat punch). half_width: a/L_x of a flat punch (ignored by a parabola).
-    normal_load: W/(G·L_x·L_y).
-    initial_contact: `stick` brings all nodes in contact down stuck at u = 0 and slips them afterwards,
-    `frictionless` sticks them where frictionless contact leaves them, `gradual` raises the load event by event.
-    start: where the pin comes down, in node spacings right of the slab's middle node, 0 to 1: the surface
-    pattern repeats every spacing, so starts within one sample all there is.
-    max_events, max_presliding (presliding lengths μ_i·W/K), max_displacement (L_x), max_spacings (node spacings): the record
-    ends at whichever comes first; at least one is needed.
+    intrinsic_friction: μ_i; `inf` is adhesive stick. radius: R/L_x of a parabola. half_width: a/L_x of a flat punch.
+    normal_load: W/(G·L_x·L_y). start: in node spacings right of the slab's middle node, 0 to 1.
+    initial_contact: `stick` (at u = 0, then slips), `frictionless` (then stuck), `gradual` (load raised event by event).
+    max_events, max_presliding (μ_i·W/K), max_displacement (L_x), max_spacings: the record ends at the first; one is needed.
     """
 
     # Forces are known to 1e-12 of the load: a limit of shear must be well above that, or none.

@@ -88,18 +88,12 @@ class Drive:
     """How the pin is pulled (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time).
 
     In these units the pin's mass is 1; `from_si` takes values in SI. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
-    integrator: settings of one of the integrators, or the name of one, with its own values.
-    samples: number of evenly spaced output times after t = 0; a choice of storage, never a change of the result.
-    duration: None continues until μ_s and μ_k are determined (`nanoslip.solver.dynamics.duration`).
-    max_slips: stop (completed) at the end of this many macroscopic slips, or at `duration`.
-    step_limit: segments (exact) or time steps (rk4) after which the drive stops as failed.
-
-    surface_compliance: the contact yields with K before it slips (Eq. 13-14). Without, K → ∞: the pin is at rest while
-        spring and damper pull no harder than F̃(x), and slides against exactly F̃(x) (Eq. 16-19). This is also Eq. 13-14
-        without hysteresis: x_R = x at all times, F depends on position and direction only. Needs `exact`, as a step has
-        no rest.
-    reverse_motion: the pin may slip back, against -F̃ (the negative branch of Eq. 13). Without, only elastic stretch is
-        given back, and a run whose pin would slip back ends there as `reversed`.
+    integrator: the settings of one, or its name. samples: evenly spaced output times after t = 0, without effect on the result.
+    duration: None continues until μ_s and μ_k are determined (`nanoslip.solver.dynamics.duration`). max_slips: ends the drive
+        (completed) with this macroscopic slip. step_limit: segments (exact) or time steps (rk4) after which it fails.
+    surface_compliance: without, K → ∞: the pin rests while spring and damper pull at most with F̃(x), and slides against F̃(x)
+        (Eq. 16-19); x_R = x at all times. Needs `exact`.
+    reverse_motion: without, a run whose pin would slip back against -F̃ ends as `reversed`.
     """
 
     spring_stiffness: float = parameter(

@@ -32,10 +32,9 @@ SEEDS: Final = 2**32
 class Ensemble:
     """How many starts of a case are computed.
 
-    members: their number; 1 is the case as it stands. within: relative error of the mean of each variable in `of`: `members` are
-    then the most, from FEWEST on by doubling, until twice the ± of all these means is at most that. places: where on a rough
-    pin's profile members come down, `drawn` anywhere, as on a measured surface, or `given` all where it stands, as on a designed
-    one.
+    members: their number; 1 is the case alone. within: largest relative error (2 ±) of the means of the variables in `of`:
+    members double from FEWEST until it is reached, up to `members`. places: positions on a rough profile, `drawn` at random, as
+    on a measured surface, or `given`, all at the same, as on a designed one.
     """
 
     members: int = 1

@@ -29,12 +29,11 @@ SIGNIFICANT: Final = 5.0
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FrictionCoefficients(Labels):
-    """Macroscopic friction of one drive, as forces over W; NaN where it could not be measured, for which see `outcome`.
+    """Macroscopic friction of one drive, as forces over W; NaN if it could not be measured (see `outcome`).
 
-    static_friction: largest driving force before the first macroscopic slip ran off (μ_s); NaN where it is beyond all that the
-    record holds by more than that: most of it is inertia and damper then. every_static_friction: (s,) the driving force of each
-    slip. kinetic_friction: mean of the driving force while the pin slides steadily (μ_k), less the pin's
-    change of momentum: so of the friction force, without what rings on after the start.
+    static_friction: μ_s, largest driving force of the first macroscopic slip; NaN if it exceeds the record's largest force by
+        more than that force (mostly inertia and damper). every_static_friction: (s,) the same of each slip.
+    kinetic_friction: μ_k, mean driving force while the pin slides steadily, less the pin's change of momentum.
     """
 
     static_friction: float = field(

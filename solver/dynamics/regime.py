@@ -35,15 +35,9 @@ RISING: Final = 0.1
 class StickSlipCount:
     """How often and how long the pin of one drive stuck.
 
-    resticks: macroscopic slips that ended: the pin slowed down to `stick_velocity`, or to rest.
-    time_stuck: share of the drive's time outside macroscopic slips; the micro slips of a stuck pin count as stuck.
-    spring_force_amplitude: in G·L_x·L_y, largest less least spring force in the second half of the time; NaN unless two
-        macroscopic slips begin in it, one lasts all through it, or the pin follows in micro slips; NaN where the first slip or
-        the end of the loading ramp is in it.
-    stick_slip_period: mean time from one slip's start to the next one's there; NaN of a pin that slides or sticks, and where the
-        first slip is in it.
-    unsettled: why both are missing although slips repeat, with advice; empty otherwise.
-    All but the counts are NaN, and regime None, of a run that ended early.
+    spring_force_amplitude: in G·L_x·L_y. stick_slip_period: mean time between starts of slips in the second half of the time;
+        NaN of a pin that slides or sticks. unsettled: why both are missing although slips repeat, with advice; else empty.
+    If the run ended early, regime is None and all but the counts are NaN.
     """
 
     macroscopic_slips: int = field(

@@ -431,10 +431,9 @@ WayToSlide = Callable[[Case, ContactState, Compliance], tuple[FrictionRecord, Co
 def slide(case: Case, compliance: Compliance, start: ContactState | None = None) -> FrictionRecord:
     """Slide the pin of `case` from initial contact (or from `start`) to its limits, event by event.
 
-    Between events all is linear in δ_p (free gaps: quadratic), so the next event is found in closed form: the smallest step
-    at which |shear| = μ_i·pressure, pressure = 0 or gap = 0; a step below the event floor is raised to it. The event's node
-    is answered first, then the worst offender until constraints I-III hold. Never raises for physics: the record holds the
-    events so far and the outcome says why it ended.
+    The next event is the smallest step at which |shear| = μ_i·pressure, pressure = 0 or gap = 0, in closed form; it is raised
+    to the event floor. The event's node comes first, then the worst offender until constraints I-III hold. Never raises for
+    physics: the record holds the events so far and its outcome the reason of its end.
     """
     return slide_to_state(case, compliance, start)[0]
 

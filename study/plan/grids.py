@@ -72,9 +72,8 @@ class Front:
     def expected_error(self, case: Case) -> float:
         """Relative error to expect of a case: the largest that was measured on its slab with contacts about as wide as its own.
 
-        A contact is made of whole nodes, so the error jumps as its width grows; contacts of similar width show how far.
-        NaN where nothing comparable was measured: for a flat punch (its pressure is singular) and a rough pin, for
-        another discretization or slab, and for a contact whose width is unlike all that were measured.
+        A contact consists of whole nodes, so the error jumps as its width grows. NaN if nothing comparable was measured: a flat
+        punch, a rough pin, another discretization or slab, another width.
         """
         return self.worst_error(case.slab, self.comparable(case))
 

@@ -79,11 +79,11 @@ class Watch:
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """Tasks done; tasks that crashed, ran out of memory or time or needed one that did; whether tasks were left undone.
+    """Numbers of tasks done and failed, and whether tasks remain.
 
-    interrupted: by a signal, or as all that is left would outlast the job. halt: why no task could be finished any more.
-    outlasting: tasks that would. seconds: of all processes together in the tasks that ended. hosts: how many processes there have
-    ended a task. Tallies that differ in nothing else are equal.
+    interrupted: by a signal, or because all remaining tasks would outlast the job (outlasting: their number). halt: reason why
+    no task could be finished any more. seconds: of all processes in finished tasks. hosts: host -> processes that finished a
+    task. seconds and hosts do not count in comparisons.
     """
 
     done: int = 0

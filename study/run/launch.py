@@ -133,11 +133,10 @@ LAST_WORDS = 0.5
 
 
 class Interruption:
-    """While entered, a first signal only sets a flag; a later one, or the grace (s) running out, ends the process.
+    """While entered, a first signal only sets a flag; a later one, or the end of the grace (s), ends the process.
 
-    A thread watches rather than a handler: Python's handlers wait for the main thread, which may sit in a kernel that
-    takes minutes. Results are written whole or not at all, so leaving in the middle of a task loses that task only. Once it
-    is entered, entering it again changes nothing.
+    A thread waits for signals, because Python's handlers wait for the main thread, which may be in a kernel for minutes.
+    The end of the process loses only the task in progress. Nested entries have no effect.
     """
 
     def __init__(self, grace: float) -> None:

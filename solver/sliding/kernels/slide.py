@@ -96,9 +96,8 @@ OVERSHOOT = 1e-4
 def smallest_step(constants: SlipConstants, stiffness: float, displacement: float) -> float:
     """The event floor as a length, at δ_p = displacement.
 
-    A step is to outlive rounding, so the floor counts in stretches of the contact where those are shorter than a node spacing
-    (in the paper's case a node spacing is shorter). It is never so small that all forces stay within the tolerance, or δ_p
-    stays the same number. stiffness: by how much shear and its limits change per displacement.
+    It is in stretches of the contact if these are shorter than a node spacing (not in the paper's case), and large enough to
+    change a force beyond its tolerance and δ_p beyond rounding. stiffness: change of shear and its limits per displacement.
     """
     least = 4.5e-16 * displacement
     if not stiffness > 0.0:
