@@ -30,7 +30,7 @@ def write_indexes(root: Path) -> list[Path]:
 def _entry(figure: CampaignFigure) -> str:
     """A figure in its gallery: title and picture lead to its page."""
     page = f"{figure.name}.md"
-    return f"## [{figure.title}]({page})\n\n[![{figure.title}]({figure.name}.png)]({page})"
+    return f"## [{figure.title}]({page})\n\n[![{figure.name}]({figure.name}.png)]({page})"
 
 
 def _head(folder: Path) -> str:
@@ -48,8 +48,8 @@ def _head(folder: Path) -> str:
     others = ", ".join(f"[{page}](../{page})" for page in pages)
     return f"""# {folder.name.capitalize()}{begin}
 
-Each title links to the numbers. Brackets: standard deviation (s.d.) and range over starts. `nanoslip figure NAME` draws a figure,
-`make figures FIGURES=campaigns` writes this page. See also {others}."""
+Each title links to the numbers. `nanoslip figure NAME` draws a figure, `make figures FIGURES=campaigns` writes this page. Brackets:
+standard deviation (s.d.) and range over starts. See also {others}."""
 
 
 def _title(page: Path) -> str:
