@@ -45,8 +45,8 @@ class DriveResult(Viewed):
     def to_xarray(self, scales: Scales | None = None, pin_mass: float = 0.5) -> "xr.Dataset":
         """The motion over `sample`, its slips over `slip_phase`, coefficients and plateau, as a campaign's dataset names them.
 
-        scales, pin_mass (kg): lead to m, s and m/s, as in that dataset. Without scales the numbers are in the solver's units,
-        which `long_name` says.
+        scales, pin_mass (kg): lead to m, s and m/s, as in that dataset. Without scales the numbers are in the solver's units, as
+        `long_name` states.
         """
         units = scales.units(pin_mass) if scales else {}
         return as_dataset(self._labelled(), self._factors() | units, self.outcome)

@@ -165,7 +165,7 @@ def goodness_of_fit(sizes: Sizes, law: PowerLaw, draws: int = DRAWS) -> float:
     """Share of drawn samples that are further from their own fit than the sizes are from theirs: below 0.1 it is no power law.
 
     Each sample has as many sizes, from the cut-off on drawn from the law, below it from the sizes themselves; its cut-off is
-    looked for again. The seed is the number of sizes: the same sizes have the same goodness, whoever asks. NaN of no draws.
+    fitted again. The seed follows from the number of sizes, so the result is reproducible. NaN without draws.
     """
     if not draws:
         return math.nan

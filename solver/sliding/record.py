@@ -75,8 +75,7 @@ class FrictionRecord(Viewed):
         metadata=event("nodes in contact after the event", "contact_size", dtype=np.int32)
     )
     extent: NDArray[np.int32] = field(metadata=event("nodes that slip in the cascade", "extent", dtype=np.int32))
-    """Each counted once. Shear reaches far through the slab, so nodes that slip need not be neighbours: the distance from the
-    first to the last of them says how wide the contact is, their number how much of it gave way."""
+    """Each counted once. They need not be neighbours, as shear reaches far through the slab."""
     dissipated: NDArray[np.float64] = field(
         metadata=event("energy lost in the event, in W·L_x", "dissipated", per="normal_load")
     )

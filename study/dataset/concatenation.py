@@ -49,9 +49,7 @@ def _merged(
             )
         except xr.MergeError as error:
             odd = str(error).split("'")[1]
-            raise NotJoinableError(
-                f"{source}: says something else of {odd} than {sources[0]} does of the same cases"
-            ) from None
+            raise NotJoinableError(f"{source}: {odd} differs from that of {sources[0]} in the same cases") from None
     return found.sel({dim: _union(dim, roots) for dim in (*added, *dims)})
 
 

@@ -265,7 +265,7 @@ class Recomputed:
 
     def __init__(self, found: xr.Dataset, again: xr.Dataset) -> None:
         self._found, self._again = found, again
-        # A later package may come with a front measured anew: what it says of a grid is then another estimate.
+        # A later package may have a newly measured front: its estimates of a grid's error then differ.
         same_front = found.attrs.get(_FRONT) == again.attrs.get(_FRONT) or "manifest_front" in again.attrs
         self._of_front = set() if same_front else {_FRONT, DISCRETIZATION_ERROR.name}
         groups = groups_of(found), groups_of(again)
@@ -361,7 +361,7 @@ class Recomputed:
         error = f"{name}_uncertainty"
         if error not in now:
             return Difference(name, Verdict.WITHIN, 0.0, _NOT_COMPARED)
-        # An error that nobody knows is taken for `LITTLE` in all.
+        # An unknown error counts as `LITTLE`.
         errors = [np.nan_to_num(each[error].values, nan=LITTLE * scale / STANDARD_ERRORS) for each in (kept, now)]
         close = deviations(kept[name].values, now[name].values, (errors[0], errors[1])) <= STANDARD_ERRORS
         return replace(found, verdict=Verdict.WITHIN) if np.all(close) else found

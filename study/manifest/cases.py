@@ -169,8 +169,8 @@ def tables() -> dict[str, tuple[str, ...]]:
 def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = False) -> dict[str, Any]:
     """The content of a campaign file with one case and at most one drive. Values are checked where it is read.
 
-    given: key -> value as text. contact: stop after initial contact. drive: pull the pin by the default drive; any key of a
-    drive asks for one too. Raises ManifestError with every key that is unknown, or of a drive where the contact is all.
+    given: key -> value as text. contact: stop after initial contact. drive: pull the pin by the default drive, as any key of a
+    drive does. Raises ManifestError with every key that is unknown, or of a drive if `contact`.
     """
     places = {key: table for table, keys in tables().items() for key in keys}
     advice = {key: _advice(key, places, contact) for key in given}

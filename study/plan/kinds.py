@@ -326,8 +326,7 @@ RECORD: Final = Kind(
 )
 
 
-# How the sizes of the events of all members of a case are distributed: read off their records, where a campaign asks for it. It
-# takes longer than a small record itself, so no record has it by itself.
+# Distributions of the event sizes of all members of a case. They take longer than a small record, so they are an output.
 
 
 def statistics_task(case: Case, ensemble: Ensemble = ALONE) -> Task:

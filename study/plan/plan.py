@@ -155,11 +155,9 @@ class Plan:
 
 
 def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
-    """Everything a campaign has to compute. Raises ManifestError where two cases are the same.
+    """Everything a campaign has to compute. Raises ManifestError if two cases are the same.
 
-    Of an error asked for, the plan's manifest has the numerics that were chosen for it (see
-    nanoslip.study.plan.grids).
-    heard: callback, called with the number of cases so far.
+    The plan's manifest has the grid chosen for `accuracy` (nanoslip.study.plan.grids). heard: called with the number of cases.
     """
     chosen = settled(manifest)
     return plan_of(chosen, expand(chosen), heard)

@@ -116,7 +116,7 @@ def _read(line: str, kind: type[Record]) -> Record | None:
 #
 # It stands beside the dataset and never in it: the same results are the same bytes, whoever computed them, on however many
 # ranks. A run adds a line when it begins to compute, one when it has ended, and a few on the way, at ever longer intervals.
-# Each says all of it again; the last line of a run counts.
+# Each line is complete; the last one of a run counts.
 
 RUNS_FILE: Final = "runs.jsonl"
 

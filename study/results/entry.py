@@ -1,8 +1,7 @@
 """A result as bytes, in a log or in a file of its own; files that appear whole or not at all.
 
-All of them count towards a checksum, so that none can change without being found.
-An entry is a head, what the result says of itself (JSON), a table of its numbers (JSON) and its arrays as they lie in memory,
-each part filled up to a multiple of ALIGNED bytes. It stands by itself, or behind others in a log.
+An entry is a head, the description of the result (JSON), a table of its numbers (JSON) and its arrays as they lie in memory,
+each part filled up to a multiple of ALIGNED bytes. A checksum of all of them finds every change.
 """
 
 import errno

@@ -1,10 +1,9 @@
 """Logs of results, and where each result is in them.
 
-In a log they lie one behind the other, added at the end by one process, read by any.
+One process appends to a log, any process reads it.
 
-A killed writer loses nothing that it has added; when a machine loses power, that of the last seconds may be lost (the system
-writes it to disk every second while tasks end, and within half a minute else). The end of a log may be torn, which costs the
-last result.
+A killed writer loses nothing that it has added. A power failure may lose the last second while tasks end, else the last half
+minute. The end of a log may be torn, which costs the last result.
 """
 
 import errno

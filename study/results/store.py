@@ -204,13 +204,12 @@ def _say_unsound(error: CorruptResultError) -> None:
 
 # One run at a time in a folder: two would compute everything twice, and the first would drop what the second still reads.
 #
-# Whoever runs keeps a file fresh that says who it is. It is stale when its process has ended, or when nobody has touched it for
-# a minute, by the clock of the file system that holds it: the run was killed, on whatever host. One that was only suspended
-# finds its lease with another run when it wakes, or gone with the end of that run, and stops.
+# A run holds a lease: a file with its name, touched again and again. It is stale when its process has ended, or untouched for
+# a minute by the clock of its file system (the run was killed). A suspended run stops when it wakes and another has the lease.
 #
-# No lock is needed. A lease appears by a hard link to a complete file, which one run alone can make. The heir of a stale lease
-# is such a link too, under a name that belongs to that lease alone, and is renamed into its place. Files are opened to be
-# looked at: network file systems remember times and contents for a minute, but not of what is opened anew.
+# No lock is needed. A lease appears by a hard link to a complete file, which only one run can make. The heir of a stale lease
+# is such a link too, under a name that belongs to that lease alone, and is renamed into its place. Files are opened before
+# they are examined: network file systems cache times and contents for a minute, but not of newly opened files.
 
 FILE: Final = "running.json"
 FRESH: Final = 60.0

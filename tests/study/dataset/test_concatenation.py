@@ -143,7 +143,7 @@ def test_each_dataset_may_have_an_axis_that_the_other_has_not():
 def test_results_that_contradict_each_other_are_refused():
     one = run(BASE)
     other = one.assign(plateau_mean=one["plateau_mean"] + 0.1, peak_friction=one["peak_friction"] + 0.1)
-    with pytest.raises(NotJoinableError, match="dataset 2: says something else of peak_friction than dataset 1"):
+    with pytest.raises(NotJoinableError, match="dataset 2: peak_friction differs from that of dataset 1"):
         concat([one, other])
 
 
