@@ -48,8 +48,8 @@ def _head(folder: Path) -> str:
     others = ", ".join(f"[{page}](../{page})" for page in pages)
     return f"""# {folder.name.capitalize()}{begin}
 
-Each title links to the numbers. `nanoslip figure NAME` draws a figure, `make figures FIGURES=campaigns` writes this page. Brackets:
-standard deviation (s.d.) and range over starts. See also {others}."""
+Each title links to the numbers. `nanoslip figure NAME` draws a figure, `make figures FIGURES=campaigns` writes this page.
+Brackets: standard deviation (s.d.) and range over starts. See also {others}."""
 
 
 def _title(page: Path) -> str:
