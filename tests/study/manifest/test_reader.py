@@ -377,8 +377,9 @@ def test_the_campaigns_of_the_repository_are_good(path):
     assert load_manifest(path).title
 
 
-def test_the_reference_starts_with_a_campaign_that_works(tmp_path):
-    text = (ROOT / "docs" / "campaigns.md").read_text("utf-8").split("```toml\n")[1].split("```")[0]
+@pytest.mark.parametrize("page", ["README.md", "docs/start.md"])
+def test_the_first_campaign_that_a_reader_meets_works(tmp_path, page):
+    text = (ROOT / page).read_text("utf-8").split("```toml\n")[1].split("```")[0]
     assert len(read(tmp_path, text).axes["normal_load"]) == 4
 
 
