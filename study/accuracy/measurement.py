@@ -1,11 +1,9 @@
 """Work-precision diagrams as table and picture (`nanoslip accuracy`)."""
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from io import StringIO
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,6 +25,7 @@ from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.elastic_operator import measure_elastic_operator
 from nanoslip.study.accuracy.setup import QUICK, Diagram, Effort, Row, Setup, contacts, machine, on, timed
 from nanoslip.study.figures.shared import COLUMN, MARKERS, column, image
+from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.parameters import Value, words_of
 from nanoslip.study.plan.grids import Measured, as_text
 from nanoslip.study.report.console import Table
@@ -177,9 +176,8 @@ def as_table(diagram: Diagram) -> Table:
 
 def as_csv(diagram: Diagram) -> str:
     """The table of a diagram."""
-    table, text = as_table(diagram), StringIO()
-    csv.writer(text, lineterminator="\n").writerows((table.header, *table.rows))
-    return text.getvalue()
+    table = as_table(diagram)
+    return rows_as_csv((table.header, *table.rows))
 
 
 def as_markdown(measurement: "Measurement") -> str:

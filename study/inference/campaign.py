@@ -1,7 +1,5 @@
 """A campaign computes any point of some of its parameters: each is a case, and its tasks stand in the campaign's results."""
 
-import csv
-import io
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -24,6 +22,7 @@ from nanoslip.study.inference.fit import Computed, Fit, Range, Target, fit
 from nanoslip.study.inference.sensitivity import axis_of
 from nanoslip.study.inference.surrogate import Floats
 from nanoslip.study.manifest.checker import ManifestError, unknown
+from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, of_symbol, table_of, words
 from nanoslip.study.manifest.reader import parse_manifest
@@ -132,14 +131,11 @@ class Question:
         of_drives = np.array([table_of(name) == "" for name in names])
         found = []
         for settings, rows in itertools.groupby(values, lambda row: tuple(row[of_drives].tolist())):
-            text = io.StringIO()
-            writer = csv.writer(text, lineterminator="\n")
-            writer.writerow(names[~of_drives])
-            writer.writerows([row[~of_drives].tolist() for row in rows])
+            table = rows_as_csv((names[~of_drives], *(row[~of_drives].tolist() for row in rows)))
             document = self._with(dict(zip(names[of_drives].tolist(), settings, strict=True)))
             files = {**self.manifest.files}
             if not of_drives.all():
-                document, files = {**document, "table": TABLE}, {**files, "table": text.getvalue()}
+                document, files = {**document, "table": TABLE}, {**files, "table": table}
             found.append(make_plan(parse_manifest(self.manifest.path, as_toml(document), files)))
         return found
 

@@ -1,8 +1,11 @@
-"""Columns of numbers in a text file of an instrument: a header or none, separators guessed, decimal points or commas."""
+"""Columns of numbers in a text file of an instrument: a header or none, separators guessed, decimal points or commas. And CSV."""
 
 import codecs
+import csv
+import io
 import math
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -20,6 +23,13 @@ _SEPARATORS: Final = (
 _NUMBER: Final = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|nan|inf)", re.IGNORECASE)
 _LOOKED_AT: Final = 10_000
 """Lines that tell what separates numbers."""
+
+
+def rows_as_csv(rows: Iterable[Iterable[object]]) -> str:
+    """The rows as CSV, the header first."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def text_of(path: Path) -> str:

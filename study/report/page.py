@@ -4,8 +4,7 @@ Everything is inside: figures as SVG with their numbers as CSV, style and script
 """
 
 import base64
-import csv
-import io
+import itertools
 import json
 import math
 import re
@@ -27,6 +26,7 @@ from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image, spr
 from nanoslip.study.figures.sweep import sentence
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
+from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.manifest.units import compact, si_line
 from nanoslip.study.report import summary
@@ -45,13 +45,9 @@ def as_csv(columns: Sequence[Column]) -> str:
 
     Numbers have all their digits; `true`, `false` and `inf` are words, as in a table of cases.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([each.name for each in columns])
     first, *others = (each.units for each in columns)
-    writer.writerow([f"# {first}", *others])
-    writer.writerows(zip(*([_cell(value) for value in each.values] for each in columns), strict=True))
-    return text.getvalue()
+    rows = zip(*([_cell(value) for value in each.values] for each in columns), strict=True)
+    return rows_as_csv(itertools.chain(([each.name for each in columns], [f"# {first}", *others]), rows))
 
 
 def as_json(columns: Sequence[Column], title: str) -> str:
