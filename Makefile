@@ -9,8 +9,6 @@ BIN := .venv/bin
 unexport PYTHONDONTWRITEBYTECODE
 # Tests on all cores.
 SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
-# Those that need the cores for themselves.
-ALONE := slurm or timed
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.slow' tests)
 
@@ -38,8 +36,8 @@ test: .venv/installed  ## the everyday tests, each file's in one process, which 
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow"
 
 test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler, long computations; an idle process takes the next
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist worksteal -m "slow and not ($(ALONE))" $(HEAVY)
-	$(BIN)/python -m pytest -m "slow and ($(ALONE))" $(HEAVY)
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist worksteal -m "slow and not slurm" $(HEAVY)
+	$(BIN)/python -m pytest -m "slow and slurm" $(HEAVY)
 
 test-all: test test-slow
 

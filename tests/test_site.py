@@ -61,7 +61,6 @@ def test_one_version_is_everywhere() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timed
 def test_the_site_builds_without_warnings_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     """Without a network: warnings, broken links among them, are errors."""
     site = tmp_path / "site"

@@ -28,6 +28,7 @@ NAMES = (
     "campaign",
     "start_up",
     "scale",
+    "estimates",
 )
 
 
