@@ -28,7 +28,9 @@ GRID_ERROR: Final = "discretization_error"
 SCALED: Final = ("", "normal_load", "contact_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
 """What a number may be scaled with: nothing, the load W of all contacts or of one, or μ_i (it becomes a share of it), or the
 case's unit (it becomes SI)."""
-PLUS_MINUS: Final = "at 68 %, Student's t over independent starts; NaN of one member alone"
+PLUS_MINUS: Final = (
+    "at 68 %, Student's t over independent starts; NaN of one member alone, and of members with the same events"
+)
 _KEY: Final = "quantity"
 
 

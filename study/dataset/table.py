@@ -209,6 +209,8 @@ class Table:
         self._values: dict[str, NDArray[Any]] = {}
         """By name, the drives of a case one behind the other."""
         self._waiting: dict[str, list[_Row]] = {kind: [] for kind in KINDS}
+        self._as_one = np.zeros(math.prod(layout.shape), bool)
+        """(cases,) Whether the records of all members have the same events: one start, of which no mean has a ±."""
         self._declare_all(manifest, groups)
 
     def variables(self) -> dict[str, xr.Variable]:
@@ -216,6 +218,8 @@ class Table:
         layout, found = self._layout, {}
         for kind in self._waiting:
             self._enter_waiting(kind)
+        for quantity in (each for each in self._quantities.values() if each.uncertainty in self._values):
+            self._values[quantity.uncertainty].reshape(len(self._as_one), -1)[self._as_one] = np.nan
         for name, values in self._values.items():
             axes = layout.axes | layout.drive_axes if self._driven[name] else layout.axes
             shaped = values.reshape(tuple(map(len, axes.values())))
@@ -297,6 +301,10 @@ class Table:
         numbers = np.array([list(row.scalars.values()) for row in rows], float).swapaxes(0, 1)
         found = dict(zip(rows[0].scalars, numbers, strict=True))
         places = np.array([row.place for row in rows])
+        if kind == "record":
+            counts = np.where(numbers == np.floor(numbers), numbers, np.nan)
+            differ = np.fmax.reduce(counts, axis=2) > np.fmin.reduce(counts, axis=2)
+            self._as_one[places] = ~differ.any(axis=0)
         for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
             if quantity.name == VALIDITY.name or name not in found or quantity.name not in self._values:
                 continue

@@ -138,7 +138,7 @@ def _line(case: xr.Dataset, name: str, where: str, of: str, errors: list[Error])
     if math.isnan(value):
         return f"{name}{where}: not known"
     if not errors:
-        return f"{name} {value:.4g}{where}: one start has no ±: ensemble.members = 8 tell"
+        return f"{name} {value:.4g}{where}: no ± without several starts that differ (ensemble.members)"
     first, *others = errors
     beside = "".join(f"; {each.source} {each.share:.1%}" for each in others)
     verb = "dominates" if first.source.startswith("the ") else "dominate"

@@ -456,6 +456,15 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     assert means_of(case) == f"numbers are means over 4 members; (k of n) {EXPLAINED}"
 
 
+def test_members_with_the_same_events_are_one_start_and_give_no_error(build: Build) -> None:
+    """A pin as flat as a punch meets the nodes alike from every start; so do the pulls that follow."""
+    found = collect(*build(FOUR.replace("radius = [50.0]", "radius = [50.0, 1e9]"))).squeeze()
+    for name in ("plateau_mean", "mean_step", "static_friction"):
+        known = np.isfinite(found[f"{name}_uncertainty"]).any([dim for dim in found[name].dims if dim != "radius"])
+        assert (name, known.values.tolist()) == (name, [True, False])
+    assert np.isfinite(found["plateau_mean"]).all()
+
+
 def test_a_target_is_reached_or_the_most_are_computed(build: Build) -> None:
     asked = 0.008
     text = FOUR.replace("ensemble.members = 4", f"target = {{within = {asked}, most = 24, of = ['plateau_mean']}}")
