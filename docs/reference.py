@@ -10,7 +10,7 @@ import nanoslip
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.variables import Described, rows
-from nanoslip.study.manifest.keys import KINDS, Key, keys
+from nanoslip.study.manifest.keys import KINDS, OTHERS, Key, keys, other_keys
 
 Row = tuple[str, ...]
 
@@ -30,6 +30,8 @@ def tables_of_keys() -> Iterator[tuple[str, str]]:
     """Name of a table of a campaign -> its keys, as Markdown."""
     for name in KINDS:
         yield name, table(HEAD, (_key(key) for key in keys() if key.table == name))
+    body = ((f"`{word}`", meaning, f"`{default}`") for word, default, meaning in other_keys(OTHERS["outputs"]))
+    yield "outputs", table(("key", "in the dataset", "default"), body)
 
 
 def _key(key: Key) -> Row:

@@ -14,7 +14,13 @@ _LICENCE: Final = re.compile(r"https?://[!-~]+|[A-Za-z0-9]+(?:[-.+][A-Za-z0-9]+)
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """Authors and the ORCID of each, the licence (an identifier of SPDX, or a URL), and the DOI of the dataset."""
+    """Authors, licence and DOI, for attributes of the dataset.
+
+    author: a name, or a list of names
+    orcid: ORCID of each author
+    licence: an identifier of SPDX, as CC-BY-4.0, or a URL
+    doi: DOI of the dataset, as reserved by an archive
+    """
 
     author: tuple[str, ...] = ()
     orcid: tuple[str, ...] = ()

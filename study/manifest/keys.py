@@ -92,13 +92,21 @@ def text_of(key: Key) -> str:
 def text_of_table(name: str) -> str:
     """A table of a campaign, and what each key means or is without it, line by line; empty without one of this name."""
     name = name.strip("[]")
-    named = {key.word: key.stated.meaning for key in keys() if key.table == name}
-    of = {"ensemble": EnsembleTable, "target": TargetTable, "outputs": Outputs, "about": About}.get(name)
-    meaning = str(of.__doc__).splitlines() if of else []
-    given = fields(of) if of else ()
-    lines = [*meaning, *(f"{word}: {text}" for word, text in named.items())]
-    lines += [f"{each.name} = {'needed' if each.default is MISSING else _text(each.default)}" for each in given]
-    return "\n  ".join([f"[{name}]", *(line.strip() for line in lines if line.strip())]) if lines else ""
+    lines = [f"{key.word}: {key.stated.meaning}" for key in keys() if key.table == name]
+    if of := OTHERS.get(name):
+        lines = [str(of.__doc__).partition("\n")[0], *(f"{key} = {text}: {why}" for key, text, why in other_keys(of))]
+    return "\n  ".join([f"[{name}]", *lines]) if lines else ""
+
+
+OTHERS: Final = {"ensemble": EnsembleTable, "target": TargetTable, "outputs": Outputs, "about": About}
+"""Table of a campaign without parameters -> type that declares its keys, which its docstring explains line by line."""
+
+
+def other_keys(of: type) -> Iterator[tuple[str, str, str]]:
+    """Word, default and meaning of each key of one of OTHERS."""
+    meanings = dict(line.strip().split(": ", 1) for line in str(of.__doc__).splitlines() if ": " in line)
+    for each in fields(of):
+        yield each.name, "needed" if each.default is MISSING else _text(each.default), meanings[each.name]
 
 
 @cache

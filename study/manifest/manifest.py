@@ -144,24 +144,26 @@ def _is_whole(value: Any) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """Contents of the dataset besides the scalars of each case."""
+    """Contents of the dataset besides the scalars of each case.
+
+    records: friction records, event by event, and slips of each surface node
+    statistics: distributions of event sizes over all members: exponents, cut-offs, goodness of fit, preferred laws, correlations
+    trajectory: motion and forces of each drive, at its `samples`
+    phases: start and end of each macroscopic slip of a drive; default: as `trajectory`
+    fit: Eq. 16-19 fitted to the spring force of each drive (`fitted_…`): most of a short drive's time
+    tractions: pressure and shear after initial contact; default with stage `contact` alone: true
+    tractions_at: list of events after which pressure, shear, slip and gap are kept, from 0 (initial contact) to 1e9
+    subsurface: displacements and stresses of all nodes inside the slab, after those events or initial contact
+    """
 
     records: bool = True
-    """Friction records, event by event."""
     statistics: bool = False
-    """Distributions of the sizes of events: exponents, cut-offs, goodness of fit, correlations."""
     trajectory: bool = True
-    """Position, velocity and forces of each drive over time."""
     phases: bool = True
-    """Start and end of each macroscopic slip of a drive; as `trajectory` is where it is not given."""
     fit: bool = True
-    """Eq. 16-19 fitted to the spring force of each drive."""
     tractions: bool = False
-    """Pressure and shear of the slab's surface after initial contact; on by default where `contact` is the only stage."""
     tractions_at: tuple[int, ...] = ()
-    """Events after which pressure, shear, slip and gap are kept too; 0 is initial contact."""
     subsurface: bool = False
-    """Displacements and stresses inside the slab, after initial contact or after the events of `tractions_at`."""
 
     def __post_init__(self) -> None:
         for name in field_names(Outputs):
@@ -180,7 +182,8 @@ class Outputs:
 class EnsembleTable:
     """Starts that are computed of every case, and where each is.
 
-    members: how many. places: "drawn" anywhere on a profile and between two nodes, or at the "given" place of the profile.
+    members: independent starts of each case, uniform within a node spacing; 1: the case alone
+    places: positions of members on a rough profile: "drawn" at random, or all at the "given" one
     """
 
     members: int = MEMBERS
@@ -196,8 +199,9 @@ class EnsembleTable:
 class TargetTable:
     """Required error of the means of some variables, instead of a number of members.
 
-    within: largest relative error of each variable in `of` (default: those of the last stage), from ± and from effects left out.
-    most: largest number of members.
+    within: largest relative error of each mean in `of`: twice its ±, and the change by effects left out
+    of: list of variables; default: those of the last stage
+    most: largest number of members
     """
 
     within: float

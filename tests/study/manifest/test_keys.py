@@ -43,6 +43,7 @@ def test_a_table_has_all_its_keys(table: str) -> None:
     lines = text_of_table(table).splitlines()
     assert len(lines) >= 3
     assert lines[0] == f"[{table.strip('[]')}]"
+    assert all(": " in line for line in lines[2:])  # what each key means
     assert not text_of_table("tables")
 
 
