@@ -98,7 +98,7 @@ def _counted(campaign: Path, plan: Plan) -> str:
     said = []
     for number, what, refused in (cases, drives, (len(plan.distinct), "task", 0)):
         why = f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""
-        said.append(f"{plans.counted(number, what)}{why}")
+        said.append(f"{'each with ' * (what == 'drive')}{plans.counted(number, what)}{why}")
     return f"{whole(campaign)}: fine: {', '.join(said)}"
 
 

@@ -112,9 +112,9 @@ def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View]:
     numbers = cache(partial(family.columns, dataset))  # two figures show a run, and two files hold it
     if family.together and len(runs) > 1:
         shown = [runs[position] for position in spread([run.label for run in runs], MOST_TOGETHER)]
-        which = "all cases" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)} cases, spread over all axes"
+        counted = "all" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)}, spread over all axes"
         draw, columns = partial(_drawn, family, numbers, shown), partial(_joined, numbers, shown)
-        yield View(f"{family.name}_together", f"{caption}: {which}.", draw, columns)
+        yield View(f"{family.name}_together", f"{caption}: {counted}.", draw, columns)
     for run in runs if family.alone or len(runs) == 1 else ():
         which = f": {words(run.label)}" if run.label else ""
         draw, columns = partial(_drawn, family, numbers, [run]), partial(numbers, run)

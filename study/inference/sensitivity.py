@@ -261,11 +261,11 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST) -> Sensitivity:
 
 def caution(found: Sensitivity) -> str:
     """How sure the indices are, in sentences; or why they are not known."""
-    cases = f"{found.known} of {found.known + found.holes} cases" if found.holes else f"all {found.known} cases"
+    points = f"{found.known} of {found.known + found.holes} points" if found.holes else f"all {found.known} points"
     if found.unknown:
-        return f"What {found.of} depends on is not known from {cases}: {found.unknown}."
+        return f"What {found.of} depends on is not known from {points}: {found.unknown}."
     told = [
-        f"From {cases}, a complete table" if found.complete else f"From {cases} by a Gaussian process, which predicts"
+        f"From {points}, a complete table" if found.complete else f"From {points} by a Gaussian process, which predicts"
     ]
     if not found.complete:
         told[0] += f" {100.0 * found.predictivity:.3g} % of the variance of cases left out, beyond their ±"

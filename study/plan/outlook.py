@@ -171,8 +171,8 @@ def duration_lines(plan: Plan) -> list[str]:
     low, high = f"{min(times):.2g}", f"{max(times):.2g}"
     span = low if low == high else f"{low} to {high}"
     return [
-        f"duration: auto for {count} of {len(drives)} drives, to the first slip and as many cycles as the numbers "
-        f"need: about {span} s, which end_time will say"
+        f"duration: auto (drives: {count} of {len(drives)}), to the first slip and as many cycles as the "
+        f"numbers need: about {span} s, which end_time will say"
     ]
 
 

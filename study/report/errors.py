@@ -91,6 +91,7 @@ def spread_lines(dataset: xr.Dataset) -> Iterator[str]:
     Of a single case `error_lines`.
     """
     of = summary.cases_of(dataset)
+    what = "cases" if of.name == "outcome" else "drives"
     if of.size == 1:
         yield from error_lines(dataset)
         return
@@ -101,7 +102,7 @@ def spread_lines(dataset: xr.Dataset) -> Iterator[str]:
         ruling = ((source, int((known & (share.values == largest)).sum())) for source, share in parts.items())
         named = ", ".join(f"{source.replace('_', ' ')} in {count}" for source, count in ruling if count)
         if named:
-            span = f"{largest[known].min():.1%} to {largest.max():.1%} in {known.sum()} of {of.size} cases"
+            span = f"{largest[known].min():.1%} to {largest.max():.1%} in {known.sum()} of {of.size} {what}"
             yield f"{name}: {span}; largest: {named}"
     yield f"explain names what makes them less; {_UNKNOWN}"
 

@@ -44,7 +44,7 @@ def test_what_matters_to_a_contact(main: Main, contacts: Path):
     assert found.first[:, 0] == pytest.approx([0.5, 0.5], abs=0.06)  # and what they do together, and the slab's ends
     code, out, _ = main("sensitivity", contacts, "--of", SIZE, "-o", "bars.png")
     assert code == 0
-    assert "From all 9 cases, a complete table" in out
+    assert "From all 9 points, a complete table" in out
     assert Path("bars.png").stat().st_size > 5000
     code, out, _ = main("sensitivity", contacts, "--of", SIZE, "--json")
     rows = json.loads(out)["axes"]
@@ -116,7 +116,7 @@ def test_why_cases_have_no_number_is_said(main: Main, contacts: Path):
     contacts.write_text(CONTACTS.replace("radius = [20.0,", "radius = [0.2, 20.0,"))
     nanoslip.run(contacts, "results/contacts")
     text = " ".join(main("sensitivity", contacts, "--of", SIZE)[1].split())
-    assert "From 9 of 12 cases" in text
+    assert "From 9 of 12 points" in text
     assert "few_nodes: 3 of 12 cases, first" in text
     text = main("fit", contacts, f"{SIZE}=0.1±0.01", "normal_load=1e-3", "--vary", "radius=0.2:45")[1]
     count = re.findall(r"with a validity flag: (\d+) of them", text)[0]

@@ -100,7 +100,7 @@ def test_all_problems_of_all_files_are_shown_and_the_others_are_fine_and_nothing
     wrong.write_text(SMALL.replace("n_x = 17", "n_y = 17").replace("[50.0, 100.0]", "[-50.0]"))
     again.write_text(SMALL.replace("[50.0, 100.0]", "[50.0, 50]"))
     code, said, errors = main("check", wrong, campaign, again, missing)
-    assert (code, said) == (2, f"{campaign}: fine: 4 cases, 2 drives, 13 tasks\n")
+    assert (code, said) == (2, f"{campaign}: fine: 4 cases, each with 2 drives, 13 tasks\n")
     lines = errors.splitlines()
     assert [sum(str(path) in line for line in lines) for path in (wrong, again, missing)] == [2, 2, 1]
     for said in (f"{wrong}: axes.radius[0] = -50.0: needs ", "did you mean n_x?", "cases 1 and 2 are the same"):

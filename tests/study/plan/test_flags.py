@@ -243,7 +243,7 @@ def test_a_drive_without_a_duration_ends_where_its_numbers_are_known():
     campaign = {**own, "drives": [soft, paper, {"name": "named", "duration": 0.3}]}
     manifest = parse_manifest(Path("mine.toml"), as_toml(campaign), {})
     (line,) = duration_lines(make_plan(manifest))
-    assert line.startswith("duration: auto for 2 of 3 drives")
+    assert line.startswith("duration: auto (drives: 2 of 3)")
     found = re.search(r"about (\S+) to (\S+) s", line)
     assert found
     data = api.run(campaign, progress=False).squeeze()
