@@ -365,7 +365,7 @@ def explain_case(
 
 def _of_finer(each: Influence) -> Error:
     change = f"twice as many nodes change it by {each.largest.change:+.1%} ± {each.largest.uncertainty:.1%}"
-    cure = f"{change}, in {each.seconds:.2g} × the time (another surface for what slips)"
+    cure = f"{change}, in {each.seconds:.2g} × the time of this grid (another surface for what slips)"
     return Error("the grid", abs(each.largest.change), cure)
 
 
@@ -402,7 +402,7 @@ def _of_grid(case: Case, front: Front, slides: bool) -> str:
     best = min(better, key=lambda row: row.seconds)
     times = _seconds(replace(case, slab=best.slab), slides) / _seconds(case, slides)
     grid = f"n_x = {best.slab.n_x}, {best.slab.scheme} (another surface for what slips)"
-    return f"{said}; half of it costs {times:.2g} × the time: {grid}"
+    return f"{said}; half of it costs {times:.2g} × the time of this grid: {grid}"
 
 
 def _of_roughness(case: Case, slides: bool) -> str:
@@ -415,7 +415,7 @@ def _of_roughness(case: Case, slides: bool) -> str:
     if missed <= MISSED * slope or not (nodes := nodes_for(pin)):
         return said
     times = _seconds(replace(case, slab=replace(case.slab, n_x=nodes)), slides) / _seconds(case, slides)
-    return f"{said}; n_x = {nodes} resolves it, in {times:.2g} × the time"
+    return f"{said}; n_x = {nodes} resolves it, in {times:.2g} × the time of this grid"
 
 
 def _seconds(case: Case, slides: bool) -> float:
