@@ -309,19 +309,10 @@ def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Descr
 EXPLAINED: Final = "behind a mean: as many members have this number, the others have none"
 
 
-def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, xr.DataArray] | None:
-    """Number of members with a value, and of computed members; None unless it is a mean with uncertainty."""
-    counters = _counters(dataset, name)
-    if not counters:
-        return None
-    having, used = xr.broadcast(*(dataset[each] for each in counters))
-    return having, used
-
-
-def _counters(dataset: xr.Dataset, name: str) -> tuple[str, ...]:
-    """The variables that count the members having a number and the members computed; none of what is no such mean."""
+def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.Variable, ...]:
+    """Number of members with a value, and of computed members; empty unless it is a mean with uncertainty."""
     names = (f"{name}_members", (DRIVE_MEMBERS if name in of_drives() else MEMBERS).name)
-    return names if set(names) <= dataset.variables.keys() else ()
+    return tuple(dataset.variables[each] for each in names) if set(names) <= dataset.variables.keys() else ()
 
 
 @cache
@@ -332,7 +323,7 @@ def of_drives() -> set[str]:
 
 def fewer(case: xr.Dataset, name: str) -> str:
     """Behind a number of one case, where fewer members have it than were computed: ` (5 of 8)`."""
-    counts = [case.variables[each].values.item() for each in _counters(case, name)]
+    counts = [each.values.item() for each in members_of(case, name)]
     return f" ({counts[0]:.0f} of {counts[1]:.0f})" if counts and 0 < counts[0] < counts[1] else ""
 
 

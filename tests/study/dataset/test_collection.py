@@ -450,7 +450,7 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     case = collect(plan, part).isel(intrinsic_friction=0).squeeze()
     assert case["plateau_mean"].item() == pytest.approx(np.mean(values[1:]), rel=1e-15)
     assert (fewer(case, "plateau_mean"), fewer(case, "mean_step")) == (" (3 of 4)", "")
-    assert members_of(case, "events") is None
+    assert not members_of(case, "events")
     assert (case["outcome"].item(), case["message"].item()) == ("completed", lost.message)
     assert case["regime"].sel(drive="fast").item() == "2 slides; 1 sticks"
     assert means_of(case) == f"numbers are means over 4 members; (k of n) {EXPLAINED}"
