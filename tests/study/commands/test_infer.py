@@ -133,7 +133,7 @@ def test_a_page_of_three_axes_shows_what_matters(contacts: Path):
     assert "a complete table" in text
     assert "What matters" not in page(data.isel(poisson=[0]), [])
     few = data.assign({SIZE: data[SIZE].where(data.radius < 25.0)})  # of one radius, six cases
-    assert f"What {SIZE} depends on is not known from 6 of 18 cases" in page(few, [])
+    assert f"What {SIZE} depends on is not known from 6 of 18 points" in page(few, [])
 
 
 @pytest.mark.parametrize(
