@@ -65,8 +65,9 @@ def plain_text(_app, *given):  # type: ignore[no-untyped-def]
     lines[:] = found
 
 
-def titled(_app, docname, source):  # type: ignore[no-untyped-def]
-    """Give a page that is a table alone the name of its file."""
+def as_on_the_site(_app, docname, source):  # type: ignore[no-untyped-def]
+    """Links to the gallery's sources lead to its pages; a page that is a table alone has the name of its file."""
+    source[0] = re.sub(r"\(gallery/(\w+)\.py\)", r"(project:examples/\1.rst)", source[0])
     if docname.startswith(("tests/", "study/")) and not source[0].startswith("# "):
         folder, name = docname.split("/")[-2:]
         source[0] = f"# {folder.replace('_', ' ').capitalize()}: {name.replace('_', ' ')}\n\n{source[0]}"
@@ -74,7 +75,7 @@ def titled(_app, docname, source):  # type: ignore[no-untyped-def]
 
 def setup(app):  # type: ignore[no-untyped-def]
     """Sphinx calls it."""
-    app.connect("source-read", titled)
+    app.connect("source-read", as_on_the_site)
     app.connect("autodoc-process-docstring", plain_text)
     for part in ("description", "epilog"):
         app.connect(f"sphinx-click-process-{part}", plain_text)
