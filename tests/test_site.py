@@ -4,6 +4,7 @@ import re
 import runpy
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,24 @@ def test_one_version_is_everywhere() -> None:
     }
     assert set(found.values()) == {nanoslip.__version__}
     assert f"\n## {nanoslip.__version__} - " in (ROOT / "CHANGELOG.md").read_text("utf-8")
+
+
+def test_the_recipe_needs_what_the_package_needs() -> None:
+    names = {"matplotlib": "matplotlib-base", "netCDF4": "netcdf4"}  # of conda
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    given = (re.match(r"(\w+)(.+)", each) for each in project["dependencies"])
+    needs = {f"{names.get(each[1], each[1])} {each[2]}" for each in given if each}
+    run = (
+        (ROOT / "docs" / "release" / "recipe.yaml").read_text("utf-8").partition("  run:\n")[2].partition("  run_c")[0]
+    )
+    assert set(re.findall(r"- (.+)", run)) == {*needs, f"python {project['requires-python']}"}
+
+
+def test_the_paper_cites_what_its_bibliography_has() -> None:
+    text, entries = ((ROOT / "docs" / "paper" / name).read_text("utf-8") for name in ("paper.md", "paper.bib"))
+    assert set(re.findall(r"@(\w+)", text.partition("# Summary")[2])) == set(
+        re.findall(r"^@\w+\{(\w+),", entries, re.MULTILINE)
+    )
 
 
 @pytest.mark.slow
