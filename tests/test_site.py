@@ -5,6 +5,7 @@ import runpy
 import subprocess
 import sys
 import tomllib
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ import pytest
 import nanoslip
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset.variables import rows
-from nanoslip.study.manifest.manifest import drive_parameters
+from nanoslip.study.manifest.manifest import Outputs, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, words_of
 from tests.conftest import ROOT
 
@@ -31,6 +32,7 @@ def test_every_key_is_on_its_page() -> None:
     tables = {name: first_column(text) for name, text in REFERENCE["tables_of_keys"]()}
     assert {name: tables[name] for name in TABLES} == {name: set(words_of(name)) for name in TABLES}
     assert tables["drives"] == drive_parameters().keys()
+    assert tables["outputs"] == {each.name for each in fields(Outputs)}
 
 
 def test_every_variable_is_on_its_page_by_itself_or_with_those_that_differ_by_the_size_of_an_event() -> None:

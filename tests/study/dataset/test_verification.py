@@ -291,7 +291,10 @@ def test_a_drive_may_take_another_path_only_where_last_digits_moved(tmp_path):
             result = once(task, inputs)
             if task.kind == "compliance":
                 return result
-            scalars = {name: [value * (1.0 + digits) for value in each] for name, each in result.scalars.items()}
+            scalars = {
+                name: [value * (1.0 + digits) if isinstance(value, float) else value for value in each]
+                for name, each in result.scalars.items()
+            }
             arrays = {name: v * (1 + digits) if v.dtype == float else v for name, v in result.arrays.items()}
             if task.kind == "drive":
                 scalars["steps"] = [steps + 1 for steps in result.scalars["steps"]]
