@@ -238,10 +238,8 @@ class Sort:
 
     name: str
     title: str
-    views: Callable[[xr.Dataset], Iterator[View]]
-    """Those that a dataset calls for; none where it has nothing of the sort."""
-    notes: Callable[[xr.Dataset], Iterator[str]]
-    """Sentences on what is not drawn, and why."""
+    of: Callable[[xr.Dataset], Iterator[View | str]]
+    """Views that a dataset calls for, and sentences on what is not drawn; none where it has nothing of the sort."""
 
 
 def csv_of(columns: Columns) -> str:

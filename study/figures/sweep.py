@@ -509,14 +509,11 @@ PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approa
 """What a contact at rest is asked for."""
 
 
-def answers(dataset: xr.Dataset) -> Iterator[View]:
-    """A figure for each number that differs between cases; none of a single case."""
-    return (view_of(points) for points in _asked(dataset) if differs(points))
-
-
-def notes(dataset: xr.Dataset) -> Iterator[str]:
-    """The numbers that do not differ, in words."""
-    return in_words([points for points in _asked(dataset) if not differs(points)])
+def answers(dataset: xr.Dataset) -> Iterator[View | str]:
+    """A figure for each number that differs between cases, none of a single case; the others in words."""
+    asked = list(_asked(dataset))
+    yield from (view_of(points) for points in asked if differs(points))
+    yield from in_words([points for points in asked if not differs(points)])
 
 
 def _asked(dataset: xr.Dataset) -> Iterator[Points]:

@@ -19,7 +19,7 @@ from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.variables import means_of
 from nanoslip.study.figures.points import Columns, label, typeset, varying, words
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
-from nanoslip.study.figures.sweep import answers, notes
+from nanoslip.study.figures.sweep import answers
 
 # Runs of a dataset (records, trajectories, contacts) as views: a few together in one figure, then each alone.
 
@@ -105,8 +105,8 @@ def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[R
     ]
 
 
-def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View]:
-    """One figure of several runs together, then one of each."""
+def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View | str]:
+    """One figure of several runs together, then one of each; and how many are not drawn, and why."""
     caption = f"{family.caption}, of the first member" if means_of(dataset) and not family.of_all else family.caption
     runs = runs_of(dataset, family.group, family.need)
     numbers = cache(partial(family.columns, dataset))  # two figures show a run, and two files hold it
@@ -121,14 +121,9 @@ def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View]:
         yield View(
             f"{family.name}_{run.number}", f"{caption}{which}.", draw, columns, run.label if len(runs) > 1 else {}
         )
-
-
-def notes_of(dataset: xr.Dataset, family: Family) -> Iterator[str]:
-    """How many runs are not drawn as there is nothing in them, and why."""
-    every, drawn = runs_of(dataset, family.group), runs_of(dataset, family.group, family.need)
-    if family.need and len(drawn) < len(every):
-        count = "None" if not drawn else f"{len(every) - len(drawn)}"
-        yield f"{count} of {len(every)} {'is' if not drawn else 'are not'} drawn: {family.need.otherwise}."
+    if family.need and len(runs) < (every := len(runs_of(dataset, family.group))):
+        count, verb = (every - len(runs), "are not") if runs else ("None", "is")
+        yield f"{count} of {every} {verb} drawn: {family.need.otherwise}."
 
 
 def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int64]:
@@ -391,15 +386,14 @@ RECORDS: Final = Family(
 )
 
 
-def _sort_of(family: Family) -> Sort:
-    return Sort(family.name, family.title, partial(views_of, family=family), partial(notes_of, family=family))
-
-
 SORTS: Final = {
     sort.name: sort
     for sort in (
-        Sort("answer", "Answer", answers, notes),
-        *map(_sort_of, (CONTACTS, DRIVES, SIZES, INTERIORS, RECORDS)),
+        Sort("answer", "Answer", answers),
+        *(
+            Sort(family.name, family.title, partial(views_of, family=family))
+            for family in (CONTACTS, DRIVES, SIZES, INTERIORS, RECORDS)
+        ),
     )
 }
 """Every sort by name, in the order of a page."""

@@ -73,23 +73,16 @@ def view_of(found: Sensitivity) -> View:
     )
 
 
-def _on_page(dataset: xr.Dataset) -> list[Sensitivity]:
-    """Of each number that a page shows it of; none with fewer than three axes."""
+def _on_page(dataset: xr.Dataset) -> Iterator[View | str]:
+    """Bars of each number that a page shows it of, or why they are not known; none with fewer than three axes."""
     names = next((group for group in NUMBERS if group[0] in dataset), ())
-    there = [name for name in names if name in dataset and len(points_of(dataset, name).axes) >= FEWEST_AXES]
-    return [sensitivity(dataset, name, ON_PAGE) for name in there]
+    for name in names:
+        if name in dataset and len(points_of(dataset, name).axes) >= FEWEST_AXES:
+            found = sensitivity(dataset, name, ON_PAGE)
+            yield caution(found) if found.unknown else view_of(found)
 
 
-def _views(dataset: xr.Dataset) -> Iterator[View]:
-    return (view_of(found) for found in _on_page(dataset) if not found.unknown)
-
-
-def _notes(dataset: xr.Dataset) -> Iterator[str]:
-    return (caution(found) for found in _on_page(dataset) if found.unknown)
-
-
-SENSITIVITY: Final = Sort("sensitivity", "What matters", _views, _notes)
-"""Of a page: bars where indices are known, else why they are not."""
+SENSITIVITY: Final = Sort("sensitivity", "What matters", _on_page)
 
 # The set of parameters that agrees with measured numbers.
 

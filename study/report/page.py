@@ -328,9 +328,10 @@ def lowered(text: str) -> Markup:
 
 def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
     """The figures of a sort, and notes on those left out; None where a dataset has neither."""
-    views, notes = list(sort.views(dataset)), list(sort.notes(dataset))
-    if not views and not notes:
+    seen = list(sort.of(dataset))
+    if not seen:
         return None
+    views, notes = [each for each in seen if isinstance(each, View)], [each for each in seen if isinstance(each, str)]
     single = [view for view in views if view.place]
     chosen = spread([view.place for view in single], MOST_SINGLE)
     if left := len(single) - len(chosen):
