@@ -1,6 +1,7 @@
 """The dataset says what the results say, with names, units and provenance, in bytes that depend on nothing else."""
 
 import math
+import shutil
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -223,15 +224,24 @@ def test_a_result_that_does_not_say_is_of_unknown_software_and_no_result_of_none
 Made = tuple[Plan, Store, Path]
 
 
-@pytest.fixture
-def made(small, tmp_path: Path) -> Made:
-    """A dataset of all results but the first."""
+@pytest.fixture(scope="module")
+def collected(small, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a dataset of all results but the first: not to be changed."""
     plan, known, _ = small
-    store, path = prepared(tmp_path), tmp_path / file.FILE
+    store = prepared(tmp_path_factory.mktemp("collected"))
     for key in sorted(known.finished())[1:]:
         store.write(known.read(key))
+    path = store.folder.with_name(file.FILE)
     file.write(collect(plan, store), path)
     note(path, store, made_of(plan.manifest, store))
+    return path.parent
+
+
+@pytest.fixture
+def made(small, collected: Path, tmp_path: Path) -> Made:
+    """A copy of it."""
+    folder = shutil.copytree(collected, tmp_path / "made")
+    plan, store, path = small[0], Store(folder), folder / file.FILE
     assert up_to_date(plan, store, path)
     return plan, store, path
 
