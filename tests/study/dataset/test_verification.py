@@ -337,15 +337,18 @@ def test_a_sample_is_spread_evenly_and_is_the_same_every_time(kept, tmp_path):
     assert len(Store(tmp_path / "again").finished()) == 1 + 2 + 4
 
 
-@pytest.mark.parametrize("ending", UNDONE)
+UNTOLD = {
+    "a record": (SMALL, "record", 1, 3),
+    "a drive": (SMALL, "drive", 3, 4),
+    "records with a target": (RECORDS.replace("ensemble.members = 1", "target.within = 0.02"), "record", 2, 3),
+}
+
+
 @pytest.mark.parametrize(
-    ("text", "kind", "number", "cases"),
+    ("ending", "text", "kind", "number", "cases"),
     [
-        pytest.param(SMALL, "record", 1, 3, id="a record"),
-        pytest.param(SMALL, "drive", 3, 4, id="a drive"),
-        pytest.param(
-            RECORDS.replace("ensemble.members = 1", "target.within = 0.02"), "record", 2, 3, id="records with a target"
-        ),
+        *((ending, *UNTOLD["a record"]) for ending in UNDONE),
+        *((Ending.CRASHED, *UNTOLD[of]) for of in ("a drive", "records with a target")),
     ],
 )
 def test_a_failure_that_says_nothing_of_its_case_is_no_disagreement(tmp_path, ending, text, kind, number, cases):
