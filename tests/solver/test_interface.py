@@ -42,6 +42,9 @@ def test_as_many_equal_contacts_are_so_many_times_one() -> None:
     found = slider(interface_of(4), [one] * 4)
     np.testing.assert_array_equal(found.record.force_before, 4.0 * one.force[1:])
     assert found.record.initial_stiffness == 4.0 * one.stiffness
+    rises = found.record.stiffness * np.diff(found.record.displacement, append=found.record.displacement[-1])
+    np.testing.assert_allclose((found.record.force_after + rises)[:-1], found.record.force_before[1:], rtol=1e-9)
+    assert found.record.stiffness[-1] == 0.0  # nothing comes after it
     assert found.statistics.mean_drop == pytest.approx(
         slider(interface_of(1), [one]).statistics.mean_drop / 4.0, rel=1e-12
     )

@@ -202,7 +202,7 @@ def facts(radius: list[float], manifest: str, **attributes: object) -> xr.Datase
 
 
 def test_facts_that_differ_are_told_once_parameters_keys_files_scales_and_software() -> None:
-    one = facts([50.0], "[outputs]\nrecords = true\n[axes]\nradius = [50]\n", slab_width=1e-3, source_hash="a")
+    one = facts([50.0], "[outputs]\nrecords = true\n[constants]\nradius = 50\n", slab_width=1e-3, source_hash="a")
     more = {"slab_width": 2e-3, "source_hash": "b", "manifest_table": "radius\n50\n60\n"}
     found = {
         fact.name: fact.values for fact in differing((one, facts([50.0, 60.0], "[ensemble]\nmembers = 2\n", **more)))

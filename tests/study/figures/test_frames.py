@@ -99,6 +99,10 @@ def test_pictures_of_a_film_share_their_scales(film_shown: Moments) -> None:
         figure = Figure()
         draw_frame(figure, film_shown, moment)
         limits.add(tuple((axes.get_xlim(), axes.get_ylim()) for axes in figure.axes))
+        contact, slips, record = (axes.get_position() for axes in figure.axes)
+        assert contact.y0 > slips.y1
+        assert contact.x1 < record.x0
+        assert (slips.x0, slips.x1) == (contact.x0, contact.x1)
         pressure = figure.axes[0].lines[0]
         np.testing.assert_array_equal(pressure.get_ydata(), moment.pressure)
     assert len(limits) == 1
