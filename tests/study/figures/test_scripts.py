@@ -1,4 +1,4 @@
-"""Scripts beside the shipped campaigns: their claims are those of the datasets, their closed forms and fits hold."""
+"""Scripts beside the shipped campaigns: each figure can be drawn, claims are those of datasets, closed forms and fits hold."""
 
 import csv
 import math
@@ -48,8 +48,9 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.sliding.power_law import SIGNIFICANT
 from nanoslip.solver.sliding.sizes import DISCRETE, EventSizes
 from nanoslip.study import shipped
-from nanoslip.study.figures.shared import column
-from tests.study.figures.shipped_small import small
+from nanoslip.study.figures.gallery import shipped_figures
+from nanoslip.study.figures.shared import COLUMN, PAGE, column
+from tests.study.figures.shipped_small import SMALLER, small
 
 # The closed form of Eq. 16-19 is what the exact integrator gives where friction is constant and the contact is rigid.
 
@@ -524,3 +525,38 @@ def test_a_slider_weighs_what_its_contacts_carry() -> None:
     np.testing.assert_allclose(load_of_slider(data), [100.0, 400.0], rtol=1e-12)
     drop = drop_of(data).sel(contacts=1)  # contact 0 is alone: it carries all, however loads are shared
     np.testing.assert_array_equal(drop.sel(loads="equal"), drop.sel(loads="exponential"))
+
+
+# Every figure belongs to a shipped campaign, can be drawn of it, and says something in every row of its table.
+
+FIGURES = shipped_figures()
+
+
+def test_every_campaign_of_figures_has_a_figure_and_the_other_way_round() -> None:
+    folders = ("figures/", "maps/", "interface/")
+    campaigns = {name for name in shipped.campaigns() if name.startswith(folders) or name == "schemes"}
+    assert {figure.campaign for figure in FIGURES.values()} == campaigns
+    assert set(SMALLER) <= campaigns
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_has_a_journal_s_width_and_data_in_all_axes(name: str) -> None:
+    figure = FIGURES[name].draw(small(FIGURES[name].campaign))
+    assert figure.get_figwidth() in (COLUMN, PAGE)
+    for axes in (axes for axes in figure.axes if axes.get_visible()):
+        assert axes.has_data()
+        assert axes.get_xlabel() or len(figure.axes) > 1
+        drawn = [np.asarray(line.get_ydata(), dtype=float) for line in axes.lines]
+        drawn += [
+            np.ma.filled(tiles.get_array(), np.nan) for tiles in axes.collections if tiles.get_array() is not None
+        ]
+        assert any(np.isfinite(values).any() for values in drawn)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_table_has_no_empty_row_and_no_number_that_is_none(name: str) -> None:
+    claims = tuple(FIGURES[name].claims(small(FIGURES[name].campaign)))
+    assert claims
+    for claim in claims:
+        assert claim.meaning
+        assert claim.found not in ("", "none", "nan"), claim
