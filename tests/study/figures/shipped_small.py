@@ -25,7 +25,8 @@ SMALLER: Mapping[str, str] = {
     "interface/shear": "axes.residual_shear = [0.0, 0.9]\naxes.intrinsic_friction = [0.2, 0.5]\naxes.spread = [0.0, 0.1]\n"
     "axes.contacts = [1, 4, 16]\nnumerics.n_x = 33\nlimits.presliding = 4.0\nensemble.members = 3",
     "maps/slider": "axes = {loads = ['equal', 'exponential'], contacts = [1, 4]}\nnumerics.n_x = 33\nlimits.presliding = 4.0\n"
-    "ensemble.members = 3\ndrive_axes = {spring_stiffness = [1e6, 1e7], stage_velocity = [1e-3, 1e-2]}",
+    "ensemble.members = 3\ndrive_axes = {spring_stiffness = [1e7, 1e8], stage_velocity = [1e-3, 1e-2]}\n"
+    "drives = [{name = 'stage', stage_travel = 1e-4, max_slips = 300, samples = 1}]",
     "maps/stick_slip": "numerics.n_x = 17\n[drive_axes]\nspring_stiffness = [1e5, 1e6]\nstage_velocity = [1e-4, 1e-2]\n"
     "damping_ratio = [0.01, 0.3]\npin_mass = [0.016, 0.5]",
     "maps/friction": "numerics.n_x = 65\n[axes]\nintrinsic_friction = [0.2, 0.5]\nradius = [50.0, 200.0]\n"
@@ -46,5 +47,5 @@ def small(campaign: str) -> xr.Dataset:
     if "table" in content:
         content["table"] = str(path.parent / content["table"])
     for table, changes in tomllib.loads(SMALLER.get(campaign, "")).items():
-        content[table] = {**content.get(table, {}), **changes}
+        content[table] = {**content.get(table, {}), **changes} if isinstance(changes, Mapping) else changes
     return nanoslip.run(content)
