@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.access import Places, places
 from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, described, members_of, parameters
@@ -86,6 +87,11 @@ def in_text(value: Any) -> str:
     digits, _, exponent = f"{value:.5e}".partition("e")
     powers = f"{digits.rstrip('0').rstrip('.')}e{int(exponent)}"
     return powers if len(powers) < len(plain) and abs(int(exponent)) > 3 else plain
+
+
+def spoken(text: str) -> str:
+    """A text with the regimes in it as people write them: stick-slip."""
+    return re.sub("|".join(REGIMES), lambda found: found.group().replace("_", "-"), text)
 
 
 def words(values: Mapping[str, Any]) -> str:

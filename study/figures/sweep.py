@@ -31,6 +31,7 @@ from nanoslip.study.figures.points import (
     points_of,
     selected,
     short,
+    spoken,
     symbol,
     typeset,
     words,
@@ -352,7 +353,7 @@ def _finish(figure: Figure, points: Points, title: str = "") -> None:
     for axes in figure.axes:
         if points.text:
             names = names_of(points)
-            axes.set_yticks(range(len(names)), [name.replace("_", "-") for name in names])
+            axes.set_yticks(range(len(names)), [*map(spoken, names)])
             axes.set_ylim(-0.5, len(names) - 0.5)
         elif is_logarithmic(points.values):
             axes.set_yscale("log")
@@ -430,7 +431,7 @@ def _palette(names: Sequence[str]) -> list[Any]:
 
 def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
     for color, name in zip(_palette(names), names, strict=True):
-        figure.axes[0].plot([], [], "s", color=color, label=name.replace("_", "-"))
+        figure.axes[0].plot([], [], "s", color=color, label=spoken(name))
     beside = LETTERS_OF_TILES // (max(map(len, names)) + len("■   "))
     _named(figure, ncols=max(min(len(names), beside), 1))
 
@@ -468,7 +469,7 @@ def _value(points: Points) -> str:
     first = int(np.flatnonzero(points.there)[0])
     value = points.values[first]
     if points.text:
-        return str(value).replace("_", "-")
+        return spoken(value)
     return with_error(float(value), float(points.errors[first])) if points.stated else f"{value:.5g}"
 
 

@@ -79,6 +79,9 @@ def test_every_drive_of_the_axes_is_a_row_that_names_its_place() -> None:
     assert table.header == ("k (N/m)", "V_o (m/s)", "μ_s", "regime", "outcome")
     assert table.rows[1] == ("1e4", "0.002", "0.3", "slides", "completed")
     assert table.rows[4] == ("1e5", "0.002", "0.3", "–", "invalid: needs another value")
+    assert table.rows[5][3] == "stick-slip"
+    flagged = scalar_table(over_axes().assign(validity_flags=("intrinsic_friction", [1])))
+    assert (flagged.header[-1], flagged.rows[1][-1]) == ("outcome [flag]", "completed [few_nodes]")
     assert scalar_table(over_axes(), why=False).rows[4][-1] == "invalid"
 
 
@@ -199,7 +202,7 @@ def test_the_endings_and_regimes_of_many_drives_are_counted_by_what_most_members
     many = xr.concat([over_axes()] * 10, "pin_mass", data_vars="all")
     said = [
         "drive_outcome of 60 drives: 50 completed, 10 invalid",
-        "regime of 60 drives: 30 slides, 10 sticks, 10 stick_slip",
+        "regime of 60 drives: 30 slides, 10 sticks, 10 stick-slip",
     ]
     assert drive_summary(many) == said
     mixed = many.assign(regime=many.regime.where(many.regime != "slides", "7 slides; 1 stick_slip"))
