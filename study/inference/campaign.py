@@ -25,7 +25,7 @@ from nanoslip.study.manifest.checker import ManifestError, unknown
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, of_symbol, table_of, words
-from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.manifest.reader import DEFAULT, parse_manifest
 from nanoslip.study.plan.kinds import in_stages
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Lease, Store, StoreError
@@ -190,8 +190,8 @@ def question_of(
     if not asked:
         raise ManifestError([f"{manifest.path}: no axis of several numbers: needs --vary, as --vary mu_i=0.1:0.8"])
     document = {key: value for key, value in given.items() if key not in _DESIGN}
-    unnamed = [{"name": "default"}] if "drive_axes" in given else []
-    document["drives"] = [dict(each) for each in given.get("drives", unnamed)]
+    tables: list[dict[str, Any]] = given.get("drives", [{}] if "drive_axes" in given else [])
+    document["drives"] = [{"name": DEFAULT, **each} for each in tables]
     document["drive_axes"] = {key: each for key, each in given.get("drive_axes", {}).items() if key not in asked}
     for word, values in axes.items():
         if word not in asked and word not in fixed:

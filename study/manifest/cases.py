@@ -134,8 +134,6 @@ def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 # The campaign of a single case, from its parameters in the words of a manifest.
 
-NAME: Final = "try"
-"""Of the campaign's drive."""
 _DRIVES: Final = "drives"
 
 
@@ -178,12 +176,11 @@ def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = F
         raise ManifestError(
             f"{key_shown(key)} = {shown(number_or_text(given[key]))}: {wrong}" for key, wrong in advice.items() if wrong
         )
-    content: dict[str, dict[str, Value]] = {_DRIVES: {"name": NAME}} if drive else {}
+    content: dict[str, dict[str, Value]] = {_DRIVES: {}} if drive else {}
     for key, text in given.items():
         content.setdefault(places[key], {})[key] = number_or_text(text)
-    driven = {"name": NAME, **content.pop(_DRIVES)} if _DRIVES in content else None
-    stages = STAGES[: 1 if contact else 3 if driven else 2]
-    drives = {_DRIVES: [driven]} if driven else {}
+    drives = {_DRIVES: [content.pop(_DRIVES)]} if _DRIVES in content else {}
+    stages = STAGES[: 1 if contact else 3 if drives else 2]
     return {"title": "One case", "stages": list(stages), **content, **drives}
 
 

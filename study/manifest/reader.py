@@ -72,7 +72,7 @@ from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 AXES: Final = "drive_axes"
 DEFAULT: Final = "default"
-"""Name of the drive of a campaign that has axes for it and no table."""
+"""Name of a drive whose table gives none, or that has axes and no table."""
 
 
 class Drives(NamedTuple):
@@ -123,11 +123,11 @@ def _tables(checker: Checker, top: Mapping[str, Any], axes: Mapping[str, Any]) -
             continue
         for key in (key for key in content if key in axes):
             checker.refuse(f"{where}.{key}", f"is in [{AXES}] too: needs one place")
-        entries = {key: value for key, value in content.items() if key not in axes}
+        entries = {"name": DEFAULT} | {key: value for key, value in content.items() if key not in axes}
         table = _table(checker, where, checker.in_si(where, entries, drive_parameters()))
         if table.name in found:
             checker.refuse(f"{where}.name = {shown(table.name)}", "is another drive's name too: needs its own")
-        found[table.name if "name" in content else where] = table
+        found[table.name] = table
     if axes and not top.get("drives"):
         return [_Table(AXES, DEFAULT, {})]
     return list(found.values())
@@ -138,8 +138,6 @@ def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
     last = {key: content[key] for key in (INTEGRATORS.word, *INTEGRATORS.settings()) if key in content}
     alone = {key: value for key, value in content.items() if key not in last}
     good = checker.checked(where, alone, NamedDrive.of, ("name", *drive_parameters()), name="-")
-    if "name" not in content:
-        checker.refuse(f"{where}.name", "missing: needs a name")
     for key, value in list(last.items()):
         if wrong := need(_typed, key, value):
             checker.refuse(f"{where}.{key} = {shown(value)}", wrong)

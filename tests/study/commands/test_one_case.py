@@ -186,7 +186,7 @@ def test_a_case_is_computed_and_nothing_stays(main, tmp_path, monkeypatch):
 def test_a_key_of_a_drive_pulls_the_pin(main):
     code, said, _ = main("try", *QUICK, "stage_velocity=1e-3", "samples=40")
     assert (code, "static_friction" in said, said.count("┤")) == (0, True, 24)
-    assert campaign_of({}, drive=True)["drives"] == [{"name": "try"}]
+    assert campaign_of({}, drive=True)["drives"] == [{}]
 
 
 def test_a_contact_alone_is_its_pressure_and_a_punch_named_by_its_half_width_and_no_radius(main):

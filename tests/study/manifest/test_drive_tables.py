@@ -36,6 +36,10 @@ def test_axes_alone_are_of_the_default_drive_and_of_several_tables_of_each(tmp_p
     assert read(tmp_path, TABLE).drives[0].label == "a"
 
 
+def test_one_table_needs_no_name(tmp_path):
+    assert read(tmp_path, "[[drives]]\npin_mass = 2\n").drives[0].drive == NamedDrive.of("default", pin_mass=2.0)
+
+
 def test_parameters_of_a_drive_have_no_other_word_in_a_file_which_tables_of_drives_would_not_know():
     assert not [name for name, stated in drive_parameters().items() if stated.word]
 

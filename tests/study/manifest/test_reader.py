@@ -169,7 +169,7 @@ WRONG = {
         'drives: missing: stage "dynamics" needs at least one [[drives]] or [drive_axes]'
     ),
     "drives = [1]": "drives[0] = 1: needs a table [[drives]]",
-    "[[drives]]": "drives[0].name: missing: needs a name",
+    "[[drives]]\n[[drives]]": 'drives[1].name = "default": is another drive\'s name too: needs its own',
     "[[drives]]\nname = 3": "drives[0].name = 3: needs a name",
     '[[drives]]\nname = "\\u001b[31m"': 'drives[0].name = "\\u001b[31m": needs to be one line without control characters',
     DRIVE + DRIVE: 'drives[1].name = "a": is another drive\'s name too: needs its own',
@@ -306,7 +306,7 @@ def test_every_problem_is_told_at_once(tmp_path):
     text += "[[drives]]\npin_mass = -1\nduration = 0\n"
     found = problems(tmp_path, text)
     keys = "title stages axes.radius[0] axes.radius[2] numerics.n_x drive_axes.spring_stiffness[1]"
-    keys += " drive_axes.spring_stiffness[2] drives[0].pin_mass drives[0].duration drives[0].name"
+    keys += " drive_axes.spring_stiffness[2] drives[0].pin_mass drives[0].duration"
     assert sorted(line.split(":")[0].split(" = ")[0] for line in found) == sorted(keys.split())
 
 
