@@ -9,7 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from nanoslip.solver.dynamics.regime import REGIMES
-from nanoslip.study.figures.points import spoken
+from nanoslip.study.figures.points import hyphenated
 from nanoslip.study.figures.shared import REGIME_COLORS, Floats, edges
 
 _SHADES: Final = ListedColormap(list(REGIME_COLORS.values()))
@@ -49,7 +49,7 @@ def regime_legend(figure: Figure) -> None:
     """The regimes' colours above all panels."""
     axes = figure.axes[0]
     patches = [
-        axes.plot([], [], "s", color=_SHADES(number), label=spoken(name))[0] for number, name in enumerate(REGIMES)
+        axes.plot([], [], "s", color=_SHADES(number), label=hyphenated(name))[0] for number, name in enumerate(REGIMES)
     ]
     figure.legend(handles=patches, loc="outside upper center", ncols=len(patches))
 
@@ -57,4 +57,4 @@ def regime_legend(figure: Figure) -> None:
 def counted(regime: xr.DataArray) -> str:
     """How many drives there are of each regime, in words."""
     found = {name: int((regime == name).sum()) for name in REGIMES}
-    return ", ".join(f"{count} {spoken(name)}" for name, count in found.items() if count)
+    return ", ".join(f"{count} {hyphenated(name)}" for name, count in found.items() if count)

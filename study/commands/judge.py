@@ -24,7 +24,7 @@ from nanoslip.study.dataset.compare import Verdict
 from nanoslip.study.dataset.variables import OUTCOMES, described, rows, shortened, text_of
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
-from nanoslip.study.figures.points import spoken
+from nanoslip.study.figures.points import hyphenated
 from nanoslip.study.manifest import keys
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task
@@ -184,7 +184,7 @@ def _row(each: compare.Observed) -> tuple[str, ...]:
         here, there = each.values
     verdict = {Verdict.DIFFERENT: "beyond", Verdict.WITHIN: "within"}.get(each.verdict, "not known")  # type: ignore[arg-type]
     apart = "–" if math.isnan(each.apart) else f"{each.apart:.2g}"
-    return each.name, spoken(str(here)), spoken(str(there)), verdict, apart, words(each.label)
+    return each.name, hyphenated(str(here)), hyphenated(str(there)), verdict, apart, words(each.label)
 
 
 # `nanoslip verify`: compute a dataset again from itself alone, and compare.

@@ -89,7 +89,7 @@ def in_text(value: Any) -> str:
     return powers if len(powers) < len(plain) and abs(int(exponent)) > 3 else plain
 
 
-def spoken(text: str) -> str:
+def hyphenated(text: str) -> str:
     """A text with the regimes in it as people write them: stick-slip."""
     return re.sub("|".join(REGIMES), lambda found: found.group().replace("_", "-"), text)
 

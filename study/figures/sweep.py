@@ -24,6 +24,7 @@ from nanoslip.study.figures.points import (
     Points,
     UnknownNameError,
     axis_named,
+    hyphenated,
     in_text,
     label,
     ordered,
@@ -31,7 +32,6 @@ from nanoslip.study.figures.points import (
     points_of,
     selected,
     short,
-    spoken,
     symbol,
     typeset,
     words,
@@ -353,7 +353,7 @@ def _finish(figure: Figure, points: Points, title: str = "") -> None:
     for axes in figure.axes:
         if points.text:
             names = names_of(points)
-            axes.set_yticks(range(len(names)), [*map(spoken, names)])
+            axes.set_yticks(range(len(names)), [*map(hyphenated, names)])
             axes.set_ylim(-0.5, len(names) - 0.5)
         elif is_logarithmic(points.values):
             axes.set_yscale("log")
@@ -431,7 +431,7 @@ def _palette(names: Sequence[str]) -> list[Any]:
 
 def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
     for color, name in zip(_palette(names), names, strict=True):
-        figure.axes[0].plot([], [], "s", color=color, label=spoken(name))
+        figure.axes[0].plot([], [], "s", color=color, label=hyphenated(name))
     beside = LETTERS_OF_TILES // (max(map(len, names)) + len("■   "))
     _named(figure, ncols=max(min(len(names), beside), 1))
 
@@ -469,7 +469,7 @@ def _value(points: Points) -> str:
     first = int(np.flatnonzero(points.there)[0])
     value = points.values[first]
     if points.text:
-        return spoken(value)
+        return hyphenated(value)
     return with_error(float(value), float(points.errors[first])) if points.stated else f"{value:.5g}"
 
 

@@ -22,7 +22,7 @@ from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import scales_of
 from nanoslip.study.dataset.file import are_texts
-from nanoslip.study.figures.points import in_text, in_unit, listed, readable, spoken, symbol, unit_of
+from nanoslip.study.figures.points import hyphenated, in_text, in_unit, listed, readable, symbol, unit_of
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.manifest.units import compact, in_si
@@ -126,7 +126,7 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     if error in values:
         return with_error(value, float(values[error]))
     if isinstance(value, str | bool):
-        return spoken(variables.shortened(str(value)))
+        return hyphenated(variables.shortened(str(value)))
     return plain(value, digits)
 
 
@@ -388,7 +388,7 @@ def _commonest(outcomes: xr.DataArray) -> list[tuple[str, int]]:
 def drive_summary(dataset: xr.Dataset) -> list[str]:
     """Number of drives by outcome and by regime; nothing of few, as the table shows them."""
     many = [dataset[name] for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
-    counted = [(each, ", ".join(f"{count} {spoken(word)}" for word, count in _commonest(each))) for each in many]
+    counted = [(each, ", ".join(f"{count} {hyphenated(word)}" for word, count in _commonest(each))) for each in many]
     return [f"{each.name} of {each.size} drives: {said}" for each, said in counted if said]
 
 

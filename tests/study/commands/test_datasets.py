@@ -138,8 +138,8 @@ def test_words_of_members_are_told_in_short_unless_the_difference_hides_behind_t
     one, other = (shutil.copytree(three, tmp_path / name) for name in ("one", "other"))
     write_regimes(one, "2 sticks; 1 stick_slip; 1 micro_slip")
     for words, told in (
-        ("2 sticks; 1 slides; 1 micro_slip", r"2 sticks; 1 stick_slip; 1 micro_slip  2 sticks; 1 slides; 1 micro_slip"),
-        ("2 stick_slip; 1 sticks; 1 micro_slip", "2 sticks; 2 others  2 stick_slip; 2 others"),
+        ("2 sticks; 1 slides; 1 micro_slip", "2 sticks; 1 stick-slip; 1 micro-slip  2 sticks; 1 slides; 1 micro-slip"),
+        ("2 stick_slip; 1 sticks; 1 micro_slip", "2 sticks; 2 others  2 stick-slip; 2 others"),
     ):
         write_regimes(other, words)
         assert " ".join(told.split()) in " ".join(main("compare", one, other)[1].split())

@@ -92,7 +92,7 @@ def test_what_no_case_has_is_named_together() -> None:
     points = [points_of(data, name) for name in ("plateau_mean", "peak_friction", "outcome")]
     assert not any(map(differs, points))
     assert list(in_words(points)) == [
-        "How the case ended: no-plateau in all cases.",
+        "How the case ended: no_plateau in all cases.",
         "Not known of any case: F/W on the plateau, largest F/W of the record.",
     ]
 
