@@ -47,4 +47,4 @@ for number in ("mu_s", "mu_k"):
 # It rises with velocity, because the damper's force c·V and inertia add to the friction of the contact. An
 # increase of μ_s with *rest* time, or a decrease of μ_k with velocity by ageing, is not in the model.
 #
-# **What it costs.** Milliseconds for each drive; slow stages slip more often and take longer.
+# **What it costs.** Seconds; slow stages slip more often and take longer.

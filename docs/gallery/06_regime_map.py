@@ -60,5 +60,5 @@ plt.tight_layout()
 # **What it means.** With slow stages and soft springs the pin sticks and slips; above a velocity that falls with
 # stiffness it slides steadily. Near the boundary members may differ and are counted: ``5 stick_slip; 3 slides``.
 #
-# **What it costs.** Twenty drives of eight starts, a second. ``max_slips`` ends a drive once its regime is
+# **What it costs.** Twenty drives of eight starts, seconds. ``max_slips`` ends a drive once its regime is
 # known.

@@ -54,4 +54,4 @@ print(check_output(command.replace("trace.png", "over.png"), shell=True, text=Tr
 # slips. The mean force is above μ_k by the work of the damper. Which μ_i gives these numbers is the question of the
 # next page.
 #
-# **What it costs.** Tenths of a second to read a trace.
+# **What it costs.** Seconds to compute the stage, tenths of a second to read a trace.
