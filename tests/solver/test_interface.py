@@ -98,6 +98,9 @@ def test_sum_is_exact_where_it_is_read_and_bounded_between(loads: str) -> None:
     exact = float(max(np.max(before), found.record.force_before.max()))
     assert found.record.force_before.max() <= exact <= found.bound * (1.0 + 1e-12)
     assert found.bound < 1.005 * exact  # a piece is a two thousandth of what it takes to slide
+    plateau = plateau_of(found.record)
+    unseen = collective(found.record, plateau, found.bound).unseen_force * plateau.mean * found.record.normal_load
+    assert unseen == pytest.approx(found.bound - found.record.highest_force, abs=1e-12 * found.bound)
     assert found.record.normal_load == 5.0 * CASE.normal_load
 
 

@@ -115,6 +115,7 @@ def test_a_pin_turns_back_from_far_off() -> None:
     _, end = slide_to_state(case, compliance, start)
     turned = mirrored(case, end)
     assert turned.first_node == -end.first_node < 0
+    assert not turned.pressure.flags.writeable  # as of any state, which others share
     _, home = slide_to_state(replace(case, max_spacings=None, max_displacement=1e-300), compliance, turned)
     assert home.outcome.ok
     ours, first = (np.flatnonzero(state.contact) + state.first_node for state in (home, start))

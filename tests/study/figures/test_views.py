@@ -14,7 +14,7 @@ from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import points_of
 from nanoslip.study.figures.shared import View, csv_of, image, spread
 from nanoslip.study.figures.sweep import differs, in_words, view_of
-from nanoslip.study.figures.views import SORTS, thinned
+from nanoslip.study.figures.views import SORTS, half_plane, thinned
 from nanoslip.study.report.summary import scalar_table
 from tests.study.figures.cases import listed, product
 
@@ -202,6 +202,16 @@ def test_pressures_stand_beside_those_of_a_half_plane(pressed: xr.Dataset) -> No
     spacing = np.diff(table["x"])[0]
     for name in ("pressure", "half_plane_pressure"):
         assert np.sum(table[name]) * spacing == pytest.approx(1.0, rel=0.1), name  # W, on 17 nodes
+
+
+def test_a_punch_stands_beside_the_pressure_that_it_has_on_a_half_plane() -> None:
+    """Of the load W in all, least in the middle: 1/(pi·a) of a punch of half-width a; none beside it."""
+    punch = xr.Dataset(coords={"pin": "flat_punch", "half_width": 0.1})
+    x = 0.1 * np.sin(np.linspace(-0.5, 0.5, 2001)[1:-1] * np.pi)  # finer towards the ends, where it is infinite
+    pressure = half_plane(punch, x)
+    assert np.trapezoid(pressure, x) == pytest.approx(1.0, rel=1e-3)
+    assert pressure.min() == pytest.approx(1.0 / (0.1 * np.pi), rel=1e-12)
+    assert not half_plane(punch, np.array([-0.2, 0.11])).any()
 
 
 def test_the_inside_is_drawn_by_its_largest_shear_stress(pressed: xr.Dataset) -> None:

@@ -1,5 +1,7 @@
 """The lines of one case, in text: a record's teeth, a drive's spring force, or its pressure; nothing where there is none."""
 
+import unicodedata
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -53,6 +55,16 @@ def test_a_single_high_tooth_between_many_points_is_seen():
     assert all(row[WIDTH // 2 - 1 : WIDTH // 2 + 1] != 2 * BLANK for row in rows)
     assert rows[0].replace(BLANK, "") != ""
     assert len(rows[0].replace(BLANK, "")) <= 2
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "dots"),
+    [([0.0, 0.0, 1.0], [0.0, 1.0, 1.0], ("12347", "1237")), ([0.0, 1.0, 1.0], [1.0, 1.0, 0.0], ("14568", "4568"))],
+)
+def test_letters_have_the_dots_of_their_names(x, y, dots):
+    """A column of dots and a level line from its top; Unicode names a letter by the numbers of its dots."""
+    rows = letters(text_plot(x, y, LABELS, width=1, height=2))
+    assert [unicodedata.name(row) for row in rows] == [f"BRAILLE PATTERN DOTS-{each}" for each in dots]
 
 
 def test_a_level_line_and_a_drop_at_one_place_are_drawn():
