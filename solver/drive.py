@@ -112,7 +112,7 @@ class Drive:
     duration: float | None = parameter(
         None,
         meaning="time for which the stage moves",
-        comment='NaN where it is "auto", the default: to the first slip and as many cycles as μ_k needs; end_time has it',
+        comment='"auto", the default: to the first slip and as many cycles as μ_k needs; in a dataset NaN, beside end_time',
         unit="s",
         scale="time",
         least=1e-30,
@@ -132,13 +132,13 @@ class Drive:
     reverse_motion: bool = parameter(True, meaning="the pin may slip back", unit="")
     step_limit: int = parameter(
         20_000_000,
-        meaning="most segments or time steps",
-        comment="after which a drive is given up",
+        meaning="largest number of segments or time steps",
+        comment="a drive that needs more has the outcome step_limit",
         least=1,
         most=MOST_WHOLE,
     )
     max_slips: int | None = parameter(
-        None, meaning="slips after which a drive ends", comment="macroscopic ones", least=1, most=MOST_WHOLE
+        None, meaning="macroscopic slips after which a drive ends", least=1, most=MOST_WHOLE
     )
 
     def __post_init__(self) -> None:

@@ -90,8 +90,8 @@ def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
     rows: list[tuple[str, ...]] = []
     others: dict[str, list[str]] = {"0 here": [], "not known here": []}
     for name in sorted(map(str, case.data_vars), key=lambda name: (*SHOWN, name).index(name)):
-        if case[name].dims or name in _SAID_APART or name.endswith((UNCERTAINTY, "members")):
-            continue  # ± and count of members are shown with their variable
+        if case[name].dims or name in _SAID_APART or name.endswith((UNCERTAINTY, "members", "_si")):
+            continue  # ±, count of members and size in SI are shown with their variable
         if (value := _text(case, name, 6)) == NOTHING:
             others["not known here"].append(name)
         elif value == "0":
@@ -133,7 +133,7 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
 def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
     """Size in SI of a number in units of the scales, as ` (269.8 μm)`; empty without scales."""
     scales = scales_of(case.attrs)
-    if scales is None or f"{name}_si" in case:  # which is a row of its own
+    if scales is None:
         return ""
     load = case["normal_load"].item() * case.get("contacts", 1) * scales.force
     in_si = {

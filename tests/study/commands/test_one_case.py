@@ -181,6 +181,7 @@ def test_a_case_is_computed_and_nothing_stays(main, tmp_path, monkeypatch):
         r"^contact_half_width +([0-9.]+) .*L_x +half-width of the contact \(([0-9.]+) μm\)", said, re.M
     )
     assert float(found[1]) == pytest.approx(1000.0 * float(found[0]), rel=4e-3)  # L_x is 1 mm; three digits
+    assert ("N/m)" in said, "_si " in said) == (True, False)  # the size in SI is in the row of its number
 
 
 def test_a_key_of_a_drive_pulls_the_pin(main):
