@@ -9,7 +9,7 @@ the pin's inertia and damping.
 """
 
 # %%
-# The manifest: one record, pulled at five velocities over the same distance.
+# The manifest: one record, pulled at five velocities, each for as long as μ_k needs.
 from pathlib import Path
 from subprocess import check_output
 
@@ -21,12 +21,8 @@ intrinsic_friction = 0.5
 radius = 50.0
 
 [numerics]
-n_x = 33  # full: 129
+n_x = 65  # full: 129
 scheme = "strip"
-
-[[drives]]
-name = "stage"
-stage_travel = 2e-4
 
 [drive_axes]
 stage_velocity = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2]
@@ -44,7 +40,7 @@ for number in ("mu_s", "mu_k"):
 
 # %%
 # **What it means.** μ_s is the largest driving force, of spring and damper, of the first macroscopic slip, over load.
-# It rises with velocity, because the damper's force c·V and inertia add to the friction of the contact. An
+# It rises at high velocity, because the damper's force c·V and inertia add to the friction of the contact. An
 # increase of μ_s with *rest* time, or a decrease of μ_k with velocity by ageing, is not in the model.
 #
 # **What it costs.** Seconds; slow stages slip more often and take longer.
