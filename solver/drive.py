@@ -137,9 +137,7 @@ class Drive:
         least=1,
         most=MOST_WHOLE,
     )
-    max_slips: int | None = parameter(
-        None, meaning="macroscopic slips after which a drive ends", least=1, most=MOST_WHOLE
-    )
+    max_slips: int | None = parameter(None, meaning="macroscopic slips that end a drive", least=1, most=MOST_WHOLE)
 
     def __post_init__(self) -> None:
         check(self)
