@@ -153,7 +153,7 @@ def _too_many_steps(plan: Plan) -> list[str]:
         return []
     number, _, named, _ = driven[int(np.where(many, steps, 0.0).argmax())]
     where = ", ".join(filter(None, [_words(plan, number), named.label]))
-    needs = f"needs about {steps[many].max():.1g} segments: {FEWER_STEPS}"
+    needs = f"needs about {steps[many].max():.1g} segments (to a factor of 5): {FEWER_STEPS}"
     return [f"may end at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: {needs}"]
 
 

@@ -97,6 +97,7 @@ def test_a_setting_of_a_drive_is_found_and_what_is_expected_is_printed_before(ma
     words = ("fit", contacts, "mu_s=0.3±0.02", "--points", 16, "--vary")
     code, _, errors = main(*words, "stage_velocity=1 mm/s:4 mm/s,k=1e5:4e5")
     assert (code, errors.count("may end at step_limit")) == (2, 1)
+    assert re.search(r"tasks at first; then", errors)  # no time before one is measured
     assert "Error: mu_s: 0 values are known: needs at least 8; 16 of 16 points" in " ".join(errors.split())
     assert "step_limit: " in errors
     assert "raise step_limit, shorten the drive" in " ".join(errors.partition("Error: ")[2].split())

@@ -229,7 +229,7 @@ def test_a_drive_that_may_end_at_its_step_limit_is_named_with_the_advice_of_its_
     (line,) = out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {})))
     data = api.run(campaign, progress=False).squeeze()
     assert data["drive_outcome"] == "step_limit"
-    assert str(data["drive_message"].values).endswith(line.partition("segments: ")[2])
+    assert str(data["drive_message"].values).endswith(line.rpartition(": ")[2])
     campaign["drives"] = [{"name": "a"}]
     assert out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {}))) == []
     needed = float(re.findall(r"about (\S+) segments", line)[0])
