@@ -40,7 +40,6 @@ MOST_EVENTS = 10**9
 class SlipRule:
     """When a node slips and where it comes to rest (§2.1.1, §1).
 
-    slip_order: `worst_first`, or `simultaneous`: every node above its limit slips the distance it would slip alone.
     residual_shear: 1 is Coulomb sliding without single slips; slip_order, event_floor and cascade_limit then have no effect.
     event_floor: in node spacings, or in 24 elastic stretches by μ_i·W if these are less (not in the paper's case).
     """
@@ -92,9 +91,8 @@ class SlipRule:
 
 @dataclass(frozen=True, slots=True)
 class Effects:
-    """Effects that a case can leave out; they are then not computed. With all of them it is the paper's model.
+    """Effects that a case can leave out; with all of them it is the paper's model. Without `friction` nothing slides.
 
-    friction: without, only pressures act and nothing slides.
     coupling: without (Goodman's approximation), pressing causes no shear, so all kinds of initial contact agree.
     pin_translation: without, nodes keep their initial pressure; all events are slips.
     """
@@ -124,8 +122,7 @@ class Heterogeneity:
     """Heterogeneity of μ_i over the slab's nodes (independent, with mean intrinsic_friction), and of the pin's profile.
 
     seed: the same seed and n_x give the same nodes in every case. `normal` is cut off at μ_i = 0.
-    roughness: two or more points (ξ, height) in L_x, ξ increasing by at least 1e-12, added to the parabola's height; linear
-        between the points, constant beyond; () is a smooth pin.
+    roughness: points (ξ, height) in L_x, ξ rising, added to the parabola: linear between them, constant beyond; () is smooth.
     """
 
     distribution: Distribution = parameter(
@@ -168,9 +165,8 @@ def _check_roughness(points: Roughness) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """Contacts of one rigid slider, moved together and elastically independent: each has its own slab.
+    """Contacts of one rigid slider, moved together and elastically independent. The first is the case.
 
-    contacts: the first is the case; the others have their own start, node friction and position on the profile.
     loads: `equal`; or those of exponentially distributed heights under a rigid plane (Greenwood and Williamson), by load
         proportional to compression (`exponential`) or by this pin's frictionless contact (`heights`).
     """
@@ -204,12 +200,10 @@ class Interface:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One physics point: pin, slab, load, friction and the limits of the run; no path, no rank.
+    """One physics point: pin, slab, load, friction, limits (max_…: the first ends it). Lengths in L_x, loads in G·L_x·L_y.
 
-    intrinsic_friction: μ_i; `inf` is adhesive stick. radius: R/L_x of a parabola. half_width: a/L_x of a flat punch.
-    normal_load: W/(G·L_x·L_y). start: in node spacings right of the slab's middle node, 0 to 1.
+    intrinsic_friction: μ_i; `inf` is adhesive stick. start: in node spacings, right of the middle. max_presliding: in μ_i·W/K.
     initial_contact: `stick` (at u = 0, then slips), `frictionless` (then stuck), `gradual` (load raised event by event).
-    max_events, max_presliding (μ_i·W/K), max_displacement (L_x), max_spacings: the record ends at the first; one is needed.
     """
 
     # Forces are known to 1e-12 of the load: a limit of shear must be well above that, or none.

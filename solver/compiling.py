@@ -1,8 +1,6 @@
 """Compile kernels and keep them on disk; the only place that loads numba, and is loaded when a kernel is called.
 
-Kernels stand in several files and call each other. Numba's own disk cache watches only the file of the function that it
-keeps, so a change of a function or a constant elsewhere would go unnoticed and old numbers would come back. Here what is
-kept is valid for one content of all kernel files of the package together: a change in any of them compiles all afresh.
+Numba's own disk cache watches one file. Kernels call each other across files, so here a change in any file compiles all afresh.
 """
 
 import hashlib

@@ -85,14 +85,12 @@ class Scales:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """How the pin is pulled (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time).
+    """How the pin is pulled (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time): mass 1.
 
-    In these units the pin's mass is 1; `from_si` takes values in SI. damping_ratio is ζ = c/(2√(m·k)); 0 is no damper.
-    integrator: the settings of one, or its name. samples: evenly spaced output times after t = 0, without effect on the result.
+    damping_ratio: ζ = c/(2√(m·k)). integrator: the settings of one, or its name. samples: evenly spaced output times after t = 0.
     duration: None continues until μ_s and μ_k are determined (`nanoslip.solver.dynamics.duration`). max_slips: ends the drive
         (completed) with this macroscopic slip. step_limit: segments (exact) or time steps (rk4) after which it fails.
-    surface_compliance: without, K → ∞: the pin rests while spring and damper pull at most with F̃(x), and slides against F̃(x)
-        (Eq. 16-19); x_R = x at all times. Needs `exact`.
+    surface_compliance: without, K → ∞: the pin rests or slides against F̃(x) (Eq. 16-19), x_R = x. Needs `exact`.
     reverse_motion: without, a run whose pin would slip back against -F̃ ends as `reversed`.
     """
 
@@ -162,9 +160,8 @@ class Drive:
     def from_si(cls, scales: Scales | None = None, pin_mass: float = 0.5, **parameters: Any) -> Self:
         """The drive of a pin of this mass (kg), from values in SI: N/m, m/s, s; the paper's for what is not given.
 
-        `duration_periods` instead of `duration` is that time in periods of the pin on its spring, `stage_travel` how far the
-        stage moves in it (m).
-        Raises InvalidInput for values out of range, TypeError for names that no drive has.
+        duration_periods: duration in periods of the pin on its spring. stage_travel: duration by the stage's distance (m).
+        Raises InvalidInput for values out of range, TypeError for unknown names.
         """
         if strangers := parameters.keys() - {*parameters_of_a_drive(), PERIODS, TRAVEL}:
             raise TypeError(f"Drive.from_si() got unexpected keyword arguments {sorted(strangers)}")

@@ -1,8 +1,7 @@
-"""Ensembles: a case computed from several independent starts, with mean and ±.
+"""Ensembles: a case computed from several independent starts, with mean and ± (68 % interval of Student's t over the members).
 
-A record depends on the pin's start between two surface nodes, on the nodes' random μ_i, and on the position on a rough profile.
-Members of an ensemble differ in these. They follow from the case and their number only: members 0 to 7 of 16 are those of 8.
-The uncertainty of their mean, ±, is the half-width of the 68 % interval of Student's t over the members.
+Members differ in the start between two surface nodes, the nodes' random μ_i and the position on a rough profile. Each follows
+from the case and its number only: members 0 to 7 of 16 are those of 8.
 """
 
 import math
@@ -30,11 +29,10 @@ SEEDS: Final = 2**32
 
 @dataclass(frozen=True, slots=True)
 class Ensemble:
-    """How many starts of a case are computed.
+    """How many starts of a case are computed: `members`, or as many up to `members` as `within` needs.
 
-    members: their number; 1 is the case alone. within: largest relative error (2 ±) of the means of the variables in `of`:
-    members double from FEWEST until it is reached, up to `members`. places: positions on a rough profile, `drawn` at random, as
-    on a measured surface, or `given`, all at the same, as on a designed one.
+    within: largest relative error (2 ±) of the means of the variables in `of`; members double from FEWEST until it is reached.
+    places: positions on a rough profile, `drawn` at random (measured surfaces) or `given`, all the same (designed ones).
     """
 
     members: int = 1

@@ -1,8 +1,7 @@
 """How a computation ended: an `Outcome` with advice where physics or numerics fail, an exception where the input is wrong.
 
-A case that cannot be computed is data, not a crash: functions of this package return a result whose `outcome`
-names the reason. Exceptions are for input without meaning (`InvalidInput`) and for matrices that have no inverse
-(`SingularOperator`). Both name the offending value and what is needed.
+A case that cannot be computed is data, not a crash. Exceptions are for input without meaning (`InvalidInput`) and matrices
+without an inverse (`SingularOperator`). Both name the offending value and what is needed.
 """
 
 from dataclasses import dataclass

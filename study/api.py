@@ -101,20 +101,18 @@ def run(
     """Compute a campaign and return its dataset.
 
     campaign: a campaign file, the name of a campaign that comes with nanoslip, or a dict with the keys of a campaign file.
-    out: folder of the results, as `nanoslip run --out` uses it: finished tasks are not computed again, and the dataset reads
-        its values from results.nc there when they are used. None: a temporary folder, and the dataset is in memory.
+    out: folder of the results, as `nanoslip run --out`; finished tasks are not computed again. None: a temporary folder, and the
+        dataset is in memory.
     recompute_foreign: compute results of other software again.
     retry: try failed tasks again.
     progress: print progress on standard error. None: on a terminal and in a notebook.
-    jobs: processes of this machine that compute, as `nanoslip run -j`: a task that ends its process fails alone. 1: this process
-        itself. The dataset is the same.
-    comm: communicator (mpi4py) of your program over MPI, all of whose ranks call this: they share the tasks, each by a process of
-        its own, and go on afterwards. Rank 0 returns the dataset, the others None. Needs `out`, a folder that all of them see.
+    jobs: processes, as `nanoslip run -j`: a task that ends its process fails alone. 1: this process itself.
+    comm: communicator (mpi4py) whose ranks all call this and share the tasks. Rank 0 returns the dataset, the others None. Needs
+        `out`, a folder that all ranks see.
 
-    Raises ManifestError where the campaign is wrong, StoreError where the folder cannot be used, another run is at work there or
-    not all could be computed, MemoryError where tasks need more memory than this machine has. A task that fails is a warning, and
-    an outcome of its cases. On one of several MPI ranks without `comm` it warns that this rank computes everything itself; with
-    `comm` an error is raised on all ranks.
+    Raises ManifestError if the campaign is wrong, StoreError if the folder cannot be used or not all was computed, MemoryError if
+    tasks need more memory than there is. A failed task is a warning and an outcome of its cases. One of several MPI ranks without
+    `comm` computes everything itself, with a warning; with `comm` an error is raised on all ranks.
 
     >>> import nanoslip
     >>> data = nanoslip.run({
@@ -187,12 +185,11 @@ def fit(
 ) -> Fit | None:
     """Find the parameters of a campaign that agree with measured numbers, as `nanoslip fit`.
 
-    numbers: variable, symbol, or ratio of two -> value and ± (one standard deviation), as {"mu_s": (0.3, 0.01)}.
-    vary: parameters to find, and the ends of their ranges; without ends, or any, the campaign's axes.
-    fixed: values of other parameters; `drive` chooses a drive by its name.
+    numbers: variable, symbol, or ratio of two -> (value, ± of one standard deviation), as {"mu_s": (0.3, 0.01)}.
+    vary: parameters to find -> their ranges; default: the campaign's axes. fixed: other parameters; `drive` names a drive.
     out, jobs, progress, comm: as of `run`. points: the most that are computed.
 
-    Raises ManifestError and StoreError as `run` does, ValueError where too few points have the numbers.
+    Raises ManifestError, StoreError; ValueError if too few points have the numbers.
     """
     targets = [Target(name, *given) for name, given in numbers.items()]
     ranges = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
@@ -236,25 +233,20 @@ def _one_thread() -> threadpoolctl.threadpool_limits:
 def open_dataset(path: Place) -> xr.Dataset:
     """Open a dataset: results.nc, or the folder it is in. Values are read when they are used. Raises StoreError.
 
-    It has the scalars of the cases. Its accessor `.nanoslip` (`nanoslip.study.dataset.access`) reads records, trajectories and
-    contacts; `xr.open_datatree` of the file has everything.
-
-    Axes of one value stay dimensions: `.sel(radius=200.0)` means the same in every campaign, and `concat` finds where cases
-    belong. `.squeeze()` leaves such dimensions out; the accessor does so by itself.
+    The dataset has the scalars of the cases, its accessor `.nanoslip` (`nanoslip.study.dataset.access`) records, trajectories and
+    contacts. Axes of one value stay dimensions, so `.sel(radius=200.0)` means the same in every campaign.
     """
     given = Path(path)
     return file.read(given / file.FILE if given.is_dir() else given)
 
 
 def concat(sources: Iterable[Source], join: Literal["product", "outer"] = "product") -> xr.Dataset:
-    """One dataset, in memory, of the cases of several: scalars, records, trajectories, contacts, whatever they have.
+    """One dataset, in memory, of the cases of several, with records, trajectories and contacts.
 
-    sources: datasets of `open` or `run`, paths of results.nc, or folders with one. Their cases make up a full product of
-    their axes and of parameters that each has one value of; or all are lists of cases, which are numbered on. Attributes that
-    differ are omitted, so `nanoslip verify` works on the parts only.
-    join: "outer" where the product has cases that none of them has: these are `pending`, their numbers missing.
+    sources: datasets, paths of results.nc, or folders with one; cases of a full product of axes, or lists of cases, numbered on.
+    join: "outer" if cases of the product may be missing (`pending`). Attributes that differ are omitted.
 
-    Raises StoreError where a path is no dataset, ValueError with what differs where they do not fit together.
+    Raises StoreError if a path is no dataset, ValueError with what differs if they do not fit together.
     """
     if join not in ("product", "outer"):
         raise ValueError(f'join = {join!r}: needs "product" or "outer"')

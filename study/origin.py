@@ -1,10 +1,7 @@
 """Software that computed a result: the same description on every host and rank, at any time.
 
-Its identity is a hash of the *contents* of the files that determine a result: the whole solver, and the two files that declare
-and call a computation. Commit and "+modified" are recorded if git is available.
-
-Last bits also depend on the kernels of the BLAS and on the instructions of the processor. Both are recorded, but a result of
-another processor is not of other software: a campaign continued on a newer machine computes nothing again.
+Identity: a hash of the contents of the solver and of the two files that declare and call a computation. Commit, BLAS kernels
+and instructions of the processor are recorded but not part of it: on a newer machine nothing is computed again.
 """
 
 import hashlib

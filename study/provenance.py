@@ -28,12 +28,9 @@ def version(root: Path | None = None) -> str:
 
 
 def source_commit(root: Path | None = None, within: Iterable[Path] = ()) -> str:
-    """Commit of the source tree this package was imported from, "+modified" where tracked files differ from it.
+    """Commit of the source tree this package was imported from, "+modified" if tracked files differ (`within`: those files only).
 
-    within: the files that count; without them all.
-
-    Outside a checkout: the commit that the wheel was built from, or that pip recorded when it installed from version control;
-    else "unknown".
+    Outside a checkout: the commit of the wheel, or that pip recorded on installation; else "unknown".
     """
     tree = root or _source_root()
     if not (tree / ".git").exists():

@@ -246,11 +246,10 @@ def compiled_contact(
     first_node: int = 0,
     slides: bool = False,
 ) -> CompiledContact:
-    """State and constants for a given contact set and displacements (u, v at contact nodes; others ignored), the rate that per
-    pin displacement.
+    """State and constants for a contact set and displacements u, v at its nodes, (n,) each; the rate that per pin displacement.
 
-    contact, u, v: shape (n,); followed, (n,): nodes to follow, with a margin (`within_reach`); displacement: δ_p.
-    slides: whether the grid may go on. Raises SingularOperator where the contact's compliance cannot be inverted.
+    followed, (n,): nodes to follow, with a margin (`within_reach`). displacement: δ_p. slides: whether the grid may go on.
+    Raises SingularOperator if the contact's compliance has no inverse.
     """
     window = around(followed)
     state = _state(case, compliance, window, contact[window], displacement, first_node)

@@ -24,9 +24,8 @@ LONGEST_STEP = 0.05
 class Pin:
     """A pin whose height at pin coordinate ξ is curvature·ξ²/2 for |ξ| ≤ half_width, and out of reach beyond.
 
-    curvature: L_x/R of a parabola, 0 for a flat punch. half_width: of a flat punch, rounded to whole nodes; infinite for a
-    parabola. knots, rises: a rough parabola's additional height at pin coordinates, straight between and level beyond them;
-    one knot of a smooth pin.
+    curvature: L_x/R, 0 of a flat punch. half_width: rounded to whole nodes; infinite of a parabola.
+    knots, rises: additional height of a rough parabola at pin coordinates, linear between, constant beyond; one knot: smooth.
     """
 
     curvature: float

@@ -28,11 +28,10 @@ NODE_X: Final = at_node("x from the slab's middle, in L_x", "x", coordinate=True
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ContactState(Viewed):
-    """The contact at one pin position: arrays of shape (n,) over the surface nodes, read-only.
+    """The contact at one pin position: arrays (n,) over surface nodes, read-only. Lengths in L_x, stresses in G (zero if free).
 
-    pressure ≥ 0 and shear in G (zero where free); slip s_i and gap ≥ 0 in L_x (gap zero in contact); u, w in L_x;
-    nodal_force (2, n): f_x and f_z on the slab, in G·L_x per unit depth. approach: how far the pin's lowest point lies below
-    the undeformed surface; displacement: δ_p; both in L_x. slips: node slips that constraint II needed.
+    nodal_force (2, n): f_x and f_z on the slab, in G·L_x per unit depth. approach: depth of the pin's lowest point below the
+    undeformed surface. displacement: δ_p. slips: node slips that constraint II needed.
     """
 
     contact: NDArray[np.bool_]

@@ -31,8 +31,7 @@ SIGNIFICANT: Final = 5.0
 class FrictionCoefficients(Labels):
     """Macroscopic friction of one drive, as forces over W; NaN if it could not be measured (see `outcome`).
 
-    static_friction: μ_s, largest driving force of the first macroscopic slip; NaN if it exceeds the record's largest force by
-        more than that force (mostly inertia and damper). every_static_friction: (s,) the same of each slip.
+    static_friction: μ_s, largest driving force of the first macroscopic slip; NaN above twice the record's largest force.
     kinetic_friction: μ_k, mean driving force while the pin slides steadily, less the pin's change of momentum.
     """
 
@@ -133,12 +132,10 @@ def _highest(record: FrictionRecord) -> float:
 
 
 def steady_blocks(bins: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
-    """Means of equal parts of the steady part of evenly binned values, and why it is not steady; empty where it is.
+    """Means of equal parts of the steady part of evenly binned values; and why it is not steady, or "".
 
-    It starts where truncation minimises the marginal standard error of the mean: the sum of squares about the mean over the
-    squared number of bins kept (MSER). It is refused where a line through eight block means rises or falls by more than
-    LARGEST_CHANGE of the mean, unless that is lost in the scatter of the blocks. A truncation as late as it is allowed to be
-    has no such excuse.
+    It starts where the sum of squares about the mean, over the squared number of bins kept, is least (MSER). It is refused if a
+    line through eight block means changes by more than LARGEST_CHANGE, unless the scatter explains that and it starts early.
     """
     first = truncation(bins)
     edges = np.linspace(first, len(bins), BLOCKS + 1)

@@ -1,11 +1,7 @@
-"""Duration of a drive without a given one: to its first slip, and as many cycles as its numbers need.
+"""Duration of a drive without a given one: an estimate, doubled until its numbers are determined, within step_limit.
 
-The first slip has to lie in the first half of the time (nanoslip.solver.dynamics.regime), and the mean friction force needs
-some cycles (nanoslip.solver.dynamics.coefficients). The first duration is an estimate. It is doubled until the numbers are
-determined, within step_limit.
-
-A damper stronger than all friction (c·V ≥ peak, ζ > π) drags the pin from the start without stick. Its lag relaxes within c/k and
-changes no friction. The duration then follows from the length of the record.
+The first slip must lie in the first half of the time, and the mean friction force needs some cycles. A damper stronger than
+all friction (c·V ≥ peak, ζ > π) drags the pin without stick: the duration then follows from the length of the record.
 """
 
 import math

@@ -1,9 +1,7 @@
-"""The friction limit F̃(x) that a moving pin meets (§2.2.2): teeth of a friction record, its steady part extended periodically.
+"""The friction limit F̃(x) of a moving pin (§2.2.2): straight teeth of a friction record, its steady part extended periodically.
 
-F̃ is made of straight teeth. The first ones are the record's from δ_p = 0 to the end of its plateau; from there the
-plateau's teeth repeat with its length as period (§2.2.2-3), the junction being one more jump. Behind its starting point
-the pin meets the mirror image, F̃(-x) = F̃(x): the contact it starts from has no preferred direction. Eq. 13 needs a
-limit that is not negative; where initial contact leaves one, it is taken as 0.
+Teeth from δ_p = 0 to the plateau's end, then the plateau's again and again; the junction is one more jump. Behind the start,
+F̃(-x) = F̃(x): initial contact has no preferred direction. Negative limits of initial contact are 0, as Eq. 13 needs.
 """
 
 import math
@@ -131,9 +129,8 @@ SHAPES: dict[ProfileShape, Callable[[FrictionRecord, Plateau], FrictionLimit]] =
 def taken_together(teeth: Teeth, stays: int, shortest: float) -> tuple[Teeth, int]:
     """The teeth that begin in one stretch of length `shortest` (L_x) as one, and the place of the edge that stays.
 
-    Each new tooth is straight, as long as the old ones together, ends at their highest force and has their mean force. Where it
-    would begin below zero it begins at zero instead, and ends at twice their mean. A tooth by itself stays as it is.
-    stays: number of an edge that no tooth crosses.
+    A new tooth has their length, mean and highest force, which is at its end; if it would begin below zero, it begins at zero
+    and ends at twice the mean. A single tooth is unchanged. stays: number of an edge that no tooth crosses.
     """
     kept = np.union1d(
         _edges_kept(teeth.edges[: stays + 1], shortest), stays + _edges_kept(teeth.edges[stays:], shortest)

@@ -1,8 +1,7 @@
 """Integrators of Eq. 12, whether rounding allows a drive, and the friction coefficients of a motion.
 
-A sliding pin is F/k behind the stage, at x close to V·t. Double precision resolves both to 1e-16 V·t, so the spring force
-k(Vt - x) has an error of k times that: on settled drives up to three times the share that `resolved` computes
-(tests.hard_cases.test_dynamics). Teeth narrower than this resolution cannot be followed one by one.
+The spring force k(Vt - x) has a rounding error of 1e-16 k·V·t, on settled drives up to three times the share that `resolved`
+computes (tests.hard_cases.test_dynamics). Narrower teeth cannot be followed one by one.
 """
 
 import math
@@ -245,10 +244,8 @@ def longest(motion: Motion) -> float:
 def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> DynamicsResult:
     """Integrate Eq. 12 with the friction of Eq. 13-14 by the drive's integrator.
 
-    surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only tells slip from stick (`stick_velocity`,
-    `presliding_length`).
-    Raises InvalidInput unless K > 0. An unstable step, too many segments, a reversal that the drive excludes or forces
-    below rounding are outcomes of the result.
+    surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only separates slip from stick.
+    Raises InvalidInput unless K > 0. All other failures are outcomes of the result.
     """
     if not 0.0 < surface_stiffness < math.inf:
         raise InvalidInput(f"surface_stiffness = {surface_stiffness!r}: needs surface_stiffness > 0")

@@ -1,14 +1,10 @@
 """Whether a driven pin sticks, slides or does both in turn, from the macroscopic slips of its drive.
 
-The final motion counts: many drives re-stick once or twice during the decay of the first slip, then slide (§3.3). An unfinished
-slip is sliding if it has lasted longer than every cycle before it, from one start of a slip to the next. Periodic motion never
-fulfils this, as its slips are shorter than its cycles.
+The final motion counts: many drives re-stick once or twice while the first slip decays, then slide (§3.3). An unfinished slip is
+sliding if it has lasted longer than every cycle before it. With a stiff spring the pin may follow in micro slips: then the spring
+force rises, in the second half of the time, by less than half of the rise with a stuck pin.
 
-With a stiff spring a slip relaxes before it becomes macroscopic, and the pin follows the stage in micro slips. The criterion is
-the spring force: in the second half of the time it rises by less than half of the rise with a stuck pin.
-
-Amplitude and period refer to the second half of the time, after the start has decayed. They are omitted if that half has no
-whole cycle, or contains the loading ramp or the first slip, which depends on initial contact.
+Amplitude and period refer to that half. They are omitted if it has no whole cycle, or holds the loading ramp or the first slip.
 """
 
 import math
@@ -33,11 +29,10 @@ RISING: Final = 0.1
 
 @dataclass(frozen=True, slots=True)
 class StickSlipCount:
-    """How often and how long the pin of one drive stuck.
+    """How often and how long the pin of one drive stuck. If the run ended early, all but the counts are None or NaN.
 
     spring_force_amplitude: in G·L_x·L_y. stick_slip_period: mean time between starts of slips in the second half of the time;
         NaN of a pin that slides or sticks. unsettled: why both are missing although slips repeat, with advice; else empty.
-    If the run ended early, regime is None and all but the counts are NaN.
     """
 
     macroscopic_slips: int = field(

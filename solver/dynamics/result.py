@@ -30,9 +30,9 @@ def slip_phase(meaning: str, name: str, units: str = "1", **more: Any) -> dict[s
 class DynamicsResult(OneLine):
     """The motion of a driven pin. Lengths in L_x, forces in G·L_x·L_y, time in √(m/(G·L_y)), energy in G·L_x²·L_y.
 
-    Only the first five arrays depend on the number of samples. A slip is uninterrupted motion faster than `stick_velocity`, the
-    velocity of a stuck pin. It is macroscopic if longer than `presliding_length`; motion within that length of the start does
-    not count, as the contact stretches there for the first time. Numbers beyond the end of a failed run are NaN.
+    A slip is uninterrupted motion faster than `stick_velocity`, the velocity of a stuck pin; it is macroscopic if longer than
+    `presliding_length` and not within that length of the start. Beyond the end of a failed run numbers are NaN. Only the first
+    five arrays depend on the number of samples.
     """
 
     time: NDArray[np.float64] = field(

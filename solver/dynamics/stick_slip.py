@@ -1,8 +1,7 @@
-"""The closed form of stick-slip (Eq. 16-19), and its fit to a drive.
+"""The closed form of stick-slip (Eq. 16-19), and its fit to a drive: mass 1, spring k, damper c = 2ζ√k, stage velocity V.
 
-Stick-slip (Eq. 16-19): a pin of mass 1 behind a spring k and damper c = 2ζ√k whose stage moves at V, held by a static
-friction force and slowed by a constant kinetic one. The printed velocity of Eq. 17 is not the derivative of the printed
-position: its sine lacks V ζ ω_n/ω_d. Here both follow from one solution.
+The printed velocity of Eq. 17 is not the derivative of the printed position: its sine lacks V ζ ω_n/ω_d. Here both follow
+from one solution.
 """
 
 import math
@@ -215,9 +214,8 @@ class StickSlipFit:
 def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> StickSlipFit:
     """Fit Eq. 16-19 to the computed spring force by least squares, as the paper does for Figure 9 (§3.3).
 
-    normal_load: W in G·L_x·L_y. Unknowns: one kinetic friction, and static friction of the first slip and of all later ones.
-    Needs a result with a macroscopic slip; without one, after a run that ended badly, or where motion or closed form
-    slip `MOST_SLIPS` times, every coefficient is NaN. A motion of more than `MOST_SAMPLES` times is thinned.
+    normal_load: W in G·L_x·L_y. Unknowns: one kinetic friction, and static friction of the first slip and of all later ones; NaN
+    without a macroscopic slip, after a bad end, or beyond `MOST_SLIPS`. Longer motions are thinned to `MOST_SAMPLES`.
     """
     if not result.outcome.ok or not 0 < len(result.slip_force) < MOST_SLIPS:
         return _NO_FIT

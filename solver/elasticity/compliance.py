@@ -210,9 +210,8 @@ _OPERATORS_FAULT = (
 class Conditioning:
     """Condition number, definiteness and symmetry of a compliance matrix.
 
-    reciprocal_condition: estimate in the 1-norm, from 0 to 1. Relative errors of forces are about machine precision over it.
-    positive_definite: whether all forces do positive work; only then is frictionless contact unique.
-    asymmetry: largest |c_ij - c_ji| over the largest |c_ij|; 0 where the operator is reciprocal.
+    reciprocal_condition: estimate in the 1-norm; relative errors of forces are about machine precision over it.
+    positive_definite: only then is frictionless contact unique. asymmetry: largest |c_ij - c_ji| over the largest |c_ij|.
     """
 
     reciprocal_condition: float

@@ -293,9 +293,8 @@ class _Slab:
 def surface_inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: bool = False) -> tuple[Dense, float]:
     """matrix⁻¹ at the fields `surface` alone, (len(surface), len(surface)); and the least reciprocal condition of the cuts.
 
-    places: x and z of every field, (fields, 2). The surface, given from left to right, has the largest z. symmetric: whether
-    the matrix is symmetric and positive definite, as what is found then is exactly. Raises SingularOperator where a cut's fields
-    cannot be solved for.
+    places: x and z, (fields, 2); surface fields from left to right, with the largest z. symmetric: the matrix is symmetric
+    positive definite, so the inverse is exactly. Raises SingularOperator if a cut cannot be solved.
     """
     number = np.full(len(places), -1)
     number[surface] = np.arange(len(surface))

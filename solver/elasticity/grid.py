@@ -1,9 +1,7 @@
 """Rows of nodes, the paper's binary hierarchy of rows (§2.1.2), interpolants on them (Eq. 8-10), and a slab's stiffness.
 
-In the paper's hierarchy the two uppermost rows have equal node spacing. Each row below has half the intervals of the one above.
-
-Coordinates are in L_x: x from 0 to 1 along the surface, z upwards from the surface (z = 0) to the bottom
-(z = -L_z/L_x). Nodes are numbered row by row from the surface down, left to right.
+The two uppermost rows have equal node spacing, each row below half the intervals of the one above. In L_x, x is from 0 to 1,
+z from 0 at the surface to -L_z/L_x. Nodes are numbered row by row from the surface down, left to right.
 """
 
 from collections.abc import Callable, Sequence
@@ -131,11 +129,10 @@ def gram(first: Basis, second: Basis, lower: float, upper: float) -> NDArray[np.
 
 
 def restrained(grid: Grid, support: Support) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Nodes with u = 0 and nodes with w = 0, two masks of shape (nodes,).
+    """Nodes with u = 0 and nodes with w = 0, two masks of shape (nodes,). `bonded`: u = 0 along the bottom.
 
-    `bonded`: u = 0 along the bottom. `frictionless`: u = 0 at the bottom's middle node only, a point restraint: under a
-    tangential load, displacements grow as the logarithm of the refinement there. `right_side`: u = 0 along the right side
-    below the surface; the surface corner stays free because the pin may hold it.
+    `frictionless`: u = 0 at the bottom's middle node only; there displacements grow as the logarithm of the refinement.
+    `right_side`: u = 0 along the right side, without its surface corner, which the pin may hold.
     """
     fixed_u = np.zeros(grid.nodes, dtype=np.bool_)
     fixed_w = np.zeros(grid.nodes, dtype=np.bool_)

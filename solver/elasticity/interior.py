@@ -1,11 +1,10 @@
 """Displacements and stresses inside the slab, at every node of its grid, under given nodal forces on the surface (Eq. 11).
 
-A derivative at a node is that of a parabola: along x through neighbouring nodes of its row, along z through the three nearest
-rows. Where a row has no node above or below this one, its value comes from a cubic spline along that row. Linear fields
-have exact derivatives.
+Derivatives are those of parabolas along the row and through the three nearest rows; where a row has no node in this column, a
+cubic spline along it gives the value. Linear fields have exact derivatives.
 
-A tall slab (schemes/column.py) has a grid in its upper and lower end only. The lower end bears the stresses of a bar, with the
-bending moment that the shear force adds on the way down.
+A tall slab (schemes/column.py) has a grid in its two ends only. The lower one bears the stresses of a bar, with the bending
+moment that the shear force adds on the way down.
 """
 
 from dataclasses import fields, replace

@@ -1,8 +1,7 @@
 """The steady part of a friction record after run-in (§3.2.1), and its mean.
 
-Run-in ends after RUN_IN presliding lengths, when initial contact has no effect any more. A shorter record has no plateau. If
-the steady part has a node spacing or more, only its last whole spacings count: the surface pattern repeats with them, so the
-mean is free of modulation.
+Run-in ends after RUN_IN presliding lengths; a shorter record has no plateau. From a steady part of a node spacing or more only
+the last whole spacings count: the surface pattern repeats with them.
 """
 
 import math

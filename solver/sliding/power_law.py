@@ -1,6 +1,4 @@
-"""Power laws of sizes by maximum likelihood, their cut-off, goodness of fit, and rivals.
-
-The method is that of Clauset, Shalizi and Newman (SIAM Review 51, 2009). Logarithmic histograms are what a law is drawn on.
+"""Power laws of sizes by maximum likelihood, cut-off, goodness of fit, rivals (Clauset, Shalizi, Newman, SIAM Review 51, 2009).
 
 Above the cut-off a continuous size has the density (τ-1)/x_min · (x/x_min)^-τ, a discrete one the probability k^-τ/ζ(τ, k_min).
 """

@@ -204,11 +204,10 @@ class SizeDistribution(OneLine):
 
 
 def size_distribution(*members: Values, discrete: bool, draws: int = DRAWS) -> SizeDistribution:
-    """The distribution of the sizes of all members together, each in any order; those not above 0 are left out.
+    """The distribution of the sizes of all members together, each in any order; sizes not above 0 are left out.
 
-    All numbers are NaN if too few members have sizes (`needed`), as for a mean.
-
-    discrete: whole numbers, such as slips. draws: samples for the goodness of fit; of 0 it is NaN.
+    All numbers are NaN if too few members have sizes (`needed`). discrete: whole numbers, such as slips. draws: samples for the
+    goodness of fit, which is NaN for 0.
     """
     each, sample = _together(members, discrete)
     count, law = len(sample.values), fitted_power_law(sample)

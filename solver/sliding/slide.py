@@ -431,9 +431,8 @@ WayToSlide = Callable[[Case, ContactState, Compliance], tuple[FrictionRecord, Co
 def slide(case: Case, compliance: Compliance, start: ContactState | None = None) -> FrictionRecord:
     """Slide the pin of `case` from initial contact (or from `start`) to its limits, event by event.
 
-    The next event is the smallest step at which |shear| = μ_i·pressure, pressure = 0 or gap = 0, in closed form; it is raised
-    to the event floor. The event's node comes first, then the worst offender until constraints I-III hold. Never raises for
-    physics: the record holds the events so far and its outcome the reason of its end.
+    The next event is the smallest step, at least the event floor, to |shear| = μ_i·pressure, pressure = 0 or gap = 0; then the
+    worst offender until constraints I-III hold. Failures of the physics are the record's outcome.
     """
     return slide_to_state(case, compliance, start)[0]
 

@@ -1,8 +1,7 @@
 """The sum of the friction records of all contacts of an interface (nanoslip.solver.sliding.interface), and its record.
 
-All contacts slide to one displacement. Forces are summed at PIECES equal distances, where they are exact, so memory does not
-grow with the number of contacts. Between these positions the sum may be higher by at most `unseen_force`, computed from each
-contact's highest force there.
+Forces are summed at PIECES equal distances, exactly, so memory does not grow with the number of contacts. Between them the
+sum may be higher by at most `unseen_force`, from each contact's highest force there.
 """
 
 import math

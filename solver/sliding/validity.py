@@ -1,13 +1,9 @@
-"""Validity flags, with advice, of contacts that obey all laws and still mean little for a pin on a slab.
+"""Validity flags, with advice, of contacts that obey all laws and still mean little for a pin on a slab; and checks of records.
 
-Before that, records are checked as a whole: a slab resists where it is pushed, and events create no energy.
-
-`expected_flags` estimates flags from Hertz's contact before a run; `contact_flags` and `record_flags` evaluate results. A flagged
-result is no failure, and its outcome does not change.
-
-Hertz's half-width neglects ends and bottom of the slab, which make the contact narrower: it is 6 % too large at a/L_x = 1/3 and
-14 % at 1/2 on a slab as tall as wide, 22 and 30 % on one a quarter as tall. For films a film's own half-width is used. Friction
-also drags the contact back, towards the left end. So flags of the ends come early for initial contact and late for long records.
+`expected_flags` estimates flags from Hertz's contact before a run; `contact_flags` and `record_flags` evaluate results. A flag
+changes no outcome. Hertz's half-width neglects the slab's ends and bottom: it is 6 % too large at a/L_x = 1/3 and 14 % at 1/2 on
+a slab as tall as wide, 22 and 30 % on one a quarter as tall (films have their own). Friction also drags the contact back, so
+flags of the ends come early for initial contact and late for long records.
 """
 
 import math

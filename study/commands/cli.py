@@ -508,9 +508,9 @@ def fit() -> None:
     """Find parameters that agree with measured numbers.
 
     NUMBER is a variable, its symbol, or a ratio of two; ERROR is one standard deviation, and ± may be typed as +-. KEY=VALUE
-    holds a parameter, or drive=NAME chooses a drive. Points are computed as cases of CAMPAIGN, more of them where it is open what
-    agrees; those that are finished are used. Shown are the best point, the range of each parameter over all that agree at 68 and
-    95 %, and which parameters cannot be told apart.
+    holds a parameter, or drive=NAME chooses a drive. Cases of CAMPAIGN are computed, more of them in doubtful places; finished
+    ones are used. The output has the best point, the range of each parameter at 68 and 95 %, and parameters that cannot be told
+    apart.
 
     Exit codes: 0 found; 2 wrong input; 99 interrupted, run again to continue.
 

@@ -153,11 +153,9 @@ def scales_of(attributes: Mapping[Any, Any]) -> Scales | None:
 
 
 def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
-    """One case of a dataset, without dimensions of one value.
+    """One case of a dataset, without dimensions of one value; it may have several drives.
 
-    given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit. The drives of the case may be
-        several.
-
+    given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit.
     Raises KeyError if no case matches, ValueError with the remaining choices if several do.
     """
     found = places(root, _ending(root), {words().get(word, word): text for word, text in given.items()})
@@ -192,10 +190,8 @@ class Accessor:
     """Ways to the groups of a dataset of `nanoslip.open`, `nanoslip.run` or `nanoslip.concat`, or of a selection of one.
 
     selection: values of coordinates, `intrinsic_friction=0.5, radius=[50.0, 200.0]`.
-    Results have the scalars of their case as variables and its parameters as coordinates, read when they are used.
-
-    All raise KeyError if no case matches, ValueError if the dataset has no such data, has lost its groups, or if several cases
-    match instead of one.
+    Results have the scalars of their case as variables, its parameters as coordinates. All methods raise KeyError if no case
+    matches; ValueError without such data or groups, or if several cases match instead of one.
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:

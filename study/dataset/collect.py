@@ -1,10 +1,8 @@
-"""Results -> one labelled dataset. The same results give the same bytes, on any machine, at any time, in any order.
+"""Results -> one labelled dataset. The same results give the same bytes, on any machine, in any order.
 
-The root has scalars over the cases: over `intrinsic_friction`, `radius`, `aspect_ratio`, `n_x` and every further axis of
-several values where the design is a full product, over `case` otherwise. Those of drives lie over `drive` too where there are
-several tables of them, and over every drive axis of several values. Records, trajectories, contacts and the inside of slabs
-differ in length: each sort is a group of contiguous ragged arrays, which `nanoslip.study.dataset.access` cuts apart. Who computed
-them is in the group `software`.
+Scalars lie over the axes of several values if the design is a full product, else over `case`; those of drives over `drive` and
+drive axes too. Records, trajectories, contacts and insides of slabs are groups of contiguous ragged arrays
+(nanoslip.study.dataset.access cuts them apart). Provenance is in the group `software`.
 """
 
 import hashlib

@@ -92,11 +92,9 @@ _CASE: Final = "case"
 
 
 def joined(roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = False) -> xr.Dataset:
-    """One dataset, in memory, of all cases, records, trajectories and whatever else the datasets have.
+    """One dataset, in memory, of all that the datasets have. Raises NotJoinableError, LostGroupsError.
 
     sources: names in messages. holes: whether cases of no dataset may be missing, as pending.
-
-    Raises NotJoinableError, LostGroupsError.
     """
     _refuse_strangers(roots, sources)
     roots = _numbered(roots)

@@ -212,9 +212,9 @@ RESOLUTION: Final = 120
 def frames(case: Case, events: str | Iterable[int], path: str | os.PathLike[str]) -> Moments:
     """Draw a case after each of some events into a file: pressure, shear, slip, and where in the friction record that is.
 
-    events: numbers, 0 is initial contact; or text, as `0:200:40` or `0,5,12`. path: its suffix says whether it is a strip (.png,
-    .pdf, .svg) or a film (.gif, .mp4). Returns the frames; events beyond the end of the record are omitted.
-    Raises InvalidInput for events, a case or a suffix that cannot be drawn, StoreError where the file cannot be written.
+    events: numbers (0 is initial contact), or text, as `0:200:40` or `0,5,12`; events beyond the record are omitted.
+    path: .png, .pdf, .svg for a strip; .gif, .mp4 for a film. Returns the frames.
+    Raises InvalidInput for events, a case or a suffix that cannot be drawn, StoreError if the file cannot be written.
 
     >>> import nanoslip
     >>> nanoslip.frames(nanoslip.Case(), "0:200:40", "strip.png").outcome.ok  # doctest: +SKIP

@@ -163,11 +163,9 @@ _ARRAYS: Final = ("values", "errors", "flagged", "members", "lacking")
 
 
 def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
-    """A variable, or its ratio to another, of every case and drive. Numbers are means with their ±.
+    """A variable, or its ratio to another, of every case and drive: means with their ±. Raises KeyError without such a variable.
 
-    The two numbers of a ratio are taken as independent: of one record they are not, and its error is too large or too small.
-
-    Raises KeyError where the dataset has no such variable.
+    The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
     widest = max((each for each in (name, over, OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim)
     value, error, stated = _ratio(dataset, name, over) if over else _number(dataset, name)

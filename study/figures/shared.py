@@ -252,11 +252,10 @@ def csv_of(columns: Columns) -> str:
 
 
 def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
-    """Positions of at most so many places, rising: each axis is divided into parts, and all its parts are shown alike.
+    """Positions of at most `most` places, rising: each axis is divided into parts, as many as values if possible, shown alike.
 
-    places: the coordinates of each, the same ones for all; those without any lie along one axis, in their order. They are taken
-    one by one: a place costs 2^m for each one taken before that it shares m parts with, so that single axes and pairs of them
-    are balanced; of equals the one nearest to the middles of its parts. An axis has as many parts as values, at most `most`.
+    places: their coordinates; without any, along one axis in their order. A place costs 2^m for each place already taken that
+    shares m parts with it, so single axes and pairs are balanced; of equals the nearest to its parts' middles is taken.
     """
     if len(places) <= most:
         return list(range(len(places)))

@@ -595,11 +595,8 @@ def _members(points: Points) -> str:
 def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any) -> "Axes":
     """Draw a number of a dataset over its axes, with its ±: lines, a map of tiles, or points, as `nanoslip figure` does.
 
-    y: a variable by its name or symbol, or a ratio of two, as `plateau/mu_i`. x, hue: axes; others than these become panels.
-    where: selected values of axes, one or a list of each. Returns the axes of matplotlib, known to pyplot; of several
-    panels the first, whose `.figure.axes` has all. A matplotlibrc and `rcParams` are respected.
-
-    Raises UnknownNameError.
+    y: a variable, its symbol, or a ratio of two, as `plateau/mu_i`. x, hue: axes; others become panels. where: selected values.
+    Returns the axes of matplotlib, known to pyplot (the first of several panels). Raises UnknownNameError.
 
     >>> import nanoslip
     >>> data = nanoslip.open("results/mine")  # doctest: +SKIP

@@ -1,8 +1,7 @@
-"""Which parameters agree with measured numbers, by a Gaussian process over computed points that are added where that is open.
+"""Which parameters agree with measured numbers, by a Gaussian process over computed points, with more points where that is open.
 
-A point agrees at 68 or 95 % if the sum of its squared misfits is below that quantile of chi-square, with one degree of freedom
-for each number: whatever the truth is, such a set holds it with that probability. The number's ±, the scatter of computed
-values beyond theirs, and the error of the surrogate together are the unit of a misfit.
+A point agrees at 68 or 95 % if the sum of its squared misfits is below that quantile of chi-square, one degree of freedom for
+each number. The unit of a misfit combines the number's ±, scatter of computed values beyond theirs, and the surrogate's error.
 """
 
 import itertools
@@ -332,12 +331,10 @@ def fit(
     most: int = MOST,
     why: Callable[[Floats], Sequence[str]] = lambda _: (),
 ) -> Fit:
-    """Find the parameters that agree with measured numbers. Raises TooFewError where too few points have them.
+    """Find the parameters that agree with measured numbers. Raises TooFewError if too few points have them.
 
-    simulate: called with points that fill the ranges, then with more where it is open which agree, until these change little, or
-        `most` are computed.
-    known: computed before; where these show already that the numbers are out of reach, no more are.
-    why: called with points without a number, for what ended them and what helps.
+    simulate: called with points that fill the ranges, then with more in doubtful places, until little changes or `most` are done.
+    known: points computed before. why: called with points without a number, for what ended them and what helps.
     """
 
     def fitted(computed: Computed) -> Fit:

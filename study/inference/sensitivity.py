@@ -1,8 +1,7 @@
 """Which parameters a number depends on: first-order and total Sobol' indices (Sobol' 2001) from the cases that are there.
 
-Of a complete product of axes they are sums over its table. Of any other design, or one with holes, they are those of functions
-drawn from a Gaussian process over the known cases. How well the indices are known is their spread, and the share of the variance
-that they do not predict at cases left out: wherever it belongs, each index is between itself without and itself with all of it.
+Sums over the table of a complete product of axes; else indices of functions drawn from a Gaussian process over known cases.
+Their uncertainty is the spread of the draws and the share of variance that the process does not predict at cases left out.
 """
 
 from collections.abc import Mapping, Sequence

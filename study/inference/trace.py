@@ -1,8 +1,7 @@
 """A force that a laboratory measured while a stage pulled a pin: friction, period and stiffness, by Eq. 16-19.
 
-While the pin sticks, the force y rises by r = k·V a second. While it slides, Eq. 16-19 hold for the force itself,
-y'' + 2ζω y' + ω² y = ω² F, with the rate r where the slip begins and ends. So neither k, V nor the mass has to be known.
-Each cycle is fitted alone; what cycles scatter is the ±, as of members of an ensemble (`nanoslip.solver.ensemble`).
+While the pin sticks, the force y rises by r = k·V a second; while it slides, y'' + 2ζω y' + ω² y = ω² F, with rate r at both
+ends. So k, V and the mass need not be known. Each cycle is fitted alone; the ± is their scatter (`nanoslip.solver.ensemble`).
 """
 
 import math

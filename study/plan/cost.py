@@ -1,8 +1,7 @@
 """Estimated cost of tasks before any has run: seconds on one core, bytes of memory and on disk.
 
-Seconds are numbers of steps times rates of an ordinary machine, right within a factor of ten: enough to order tasks. The first
-finished tasks of a campaign then scale the estimates of each kind (nanoslip.study.run.progress). Bytes are right within a
-factor of three.
+Seconds are steps times rates of an ordinary machine, within a factor of ten; the first finished tasks then scale each kind
+(nanoslip.study.run.progress). Bytes are within a factor of three.
 """
 
 import math

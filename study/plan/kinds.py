@@ -1,8 +1,7 @@
 """Kinds of task in the order of stages: condition, keys and results of each.
 
-A kind is declared here, computed in nanoslip.study.run.compute, and its cost is in nanoslip.study.plan.cost. A result holds the
-numbers of its kind's `parts`: dataclasses of the solver whose fields are declared (nanoslip.solver.parameter). Results, dataset
-and tables follow from these declarations.
+A kind is computed in nanoslip.study.run.compute; its cost is in nanoslip.study.plan.cost. A result holds the numbers of its
+`parts`, dataclasses of the solver with declared fields (nanoslip.solver.parameter); dataset and tables follow from these.
 """
 
 from collections import defaultdict

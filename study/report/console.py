@@ -58,11 +58,10 @@ def whole(text: object) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A header and rows of text, columns in the order of their importance; the last one holds an outcome or a sentence.
+    """A header and rows of text, most important columns first; the last one holds an outcome or a sentence, and alone is wrapped.
 
-    Sentences are wrapped, no other cell is. Where a table is too wide its titles are folded, then columns are left out from the
-    right and named below it, but none that says which row it is or was asked for. If these leave no room for the sentences, each
-    stands below its row; if they are too wide themselves, every cell has a line.
+    Too wide: titles are folded, then columns left out from the right and named below, but none that identifies a row or was asked
+    for. Then each sentence stands below its row; at last every cell has a line.
     """
 
     header: tuple[str, ...]

@@ -1,9 +1,7 @@
-"""Logs of results, and where each result is in them.
+"""Logs of results, and where each result is in them. One process appends to a log, any process reads it.
 
-One process appends to a log, any process reads it.
-
-A killed writer loses nothing that it has added. A power failure may lose the last second while tasks end, else the last half
-minute. The end of a log may be torn, which costs the last result.
+A killed writer loses nothing added. A power failure may lose the last second while tasks end, else the last half minute; a
+torn end costs the last result.
 """
 
 import errno

@@ -1,9 +1,7 @@
 """Results on disk: whole or not there at all. The only writer of results; the lease of a folder; shards merged.
 
-What other tasks read (a compliance, a record that is driven) is a file of its own, `results/<key>.result`. Everything else stands
-in logs, `results/*.log`, one of each process that computed: files grow with ranks and runs, not with tasks. Both hold entries
-(nanoslip.study.results.entry), which say their key and are sealed: no bit of them can change, and no two files can change places,
-without being found.
+Results that other tasks read are files, `results/<key>.result`; all others are in logs, `results/*.log`, one of each process.
+Entries (nanoslip.study.results.entry) hold their key and a seal: a changed bit or an exchanged file is found.
 """
 
 import hashlib

@@ -79,11 +79,10 @@ class Watch:
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """Numbers of tasks done and failed, and whether tasks remain.
+    """Numbers of tasks done and failed, and whether tasks remain. halt: why no task could be finished any more.
 
-    interrupted: by a signal, or because all remaining tasks would outlast the job (outlasting: their number). halt: reason why
-    no task could be finished any more. seconds: of all processes in finished tasks. hosts: host -> processes that finished a
-    task. seconds and hosts do not count in comparisons.
+    interrupted: by a signal, or because all remaining tasks would outlast the job (outlasting: their number).
+    seconds: of all processes in finished tasks. hosts: host -> processes that finished one. Neither counts in comparisons.
     """
 
     done: int = 0

@@ -187,13 +187,10 @@ def worst_violation(
     tolerance: float,
     opposite: float,
 ) -> tuple[int, float]:
-    """The offender with the largest limited shear over μ_i·pressure, of ties the one further right, or -1; the largest tension.
+    """The node with the largest limited shear over μ_i·pressure (of ties the one further right), or -1; the largest tension.
 
-    No shear does not offend, whatever a slight tension times μ_i is: no slip could lessen it.
-
-    All as maxima of integers, which compilers turn into vector instructions (`error_model` drops a branch that forbids it):
-    a ratio's lowest bits give way to the node's place. Ratios nearer than half of what is cut off fall together in at least
-    one of two cuts, half a step apart.
+    A node without shear never counts. Both are maxima of integers, for vector instructions: a ratio's lowest bits hold the node.
+    Ratios nearer than half of the cut coincide in at least one of two cuts, half a step apart.
     """
     cut, shifted, tension = 0, 0, 0
     for i in range(len(active_friction)):
@@ -357,11 +354,10 @@ def _change_contact(state: KernelState, constants: KernelConstants, kind: EventK
 
 @compiled()
 def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, node: int, pin_rate: float) -> Stop:
-    """The cascade: answer the trigger, then the worst violation until none is left: tension, then shear, then penetration.
+    """The cascade: answer the trigger (or NOTHING, -1), then the worst violation until none is left: tension, shear, penetration.
 
-    kind, node: what triggers it; NOTHING, -1 where the cascade begins with its worst violation. pin_rate: how far nodes in
-    contact move per unit step of the rate: 1 where the pin moves, 0 where the load does. Nodes that take turns in touching
-    and leaving for ever are a CONTACT_CYCLE: a change costs what hundreds of slips do, so few are waited for.
+    pin_rate: motion of contact nodes per unit step of the rate: 1 if the pin moves, 0 if the load changes. Nodes that touch and
+    leave in turns are a CONTACT_CYCLE, found early because a touch costs hundreds of slips.
     """
     changes, most = 0, 100 + CHANGES_PER_NODE * len(state.x)
     while True:

@@ -1,16 +1,14 @@
 """State of one contact as the kernels hold it, and the constants of a run.
 
-`KernelState` is a tuple of arrays over a window of the surface nodes, i = 0 … n-1. Its `tableau` is the slab's compliance
-after a principal pivot on the nodes in contact: forces of the nodes in contact and displacements of the free ones, per
-displacement of the nodes in contact and force on the free ones. One more entry exchanges the approach for the load, so that
-every column already holds the load:
+`KernelState` is a tuple of arrays over a window of the surface nodes, i = 0 … n-1. Its `tableau` is the slab's compliance after
+a principal pivot on the nodes in contact; the approach is exchanged for the load, which every column then holds:
 
     response = inputs @ tableau            (the tableau is stored transposed: row j is the response to input j)
     entry i < n:        u_i is input and f_x,i response in contact; the other way round when free
     entry n + i:        v_i = w_i + approach and f_z,i likewise
     entry 2n:           input -W, response the approach
 
-A slip is two rows of the tableau added to the response; touch and release exchange one node's two entries (a pivot).
+A slip adds two rows of it to the response; touch and release exchange one node's two entries (a pivot).
 """
 
 from enum import IntEnum
@@ -396,9 +394,7 @@ def _displaced(compliances: Floats, forces: Floats) -> tuple[float, float]:
 def _residual(state: KernelState, missing: Floats) -> float:
     """Fill `missing`, (N,), with the residual of equilibrium; returns its largest entry as a share of what is displaced.
 
-    The residual is what the compliance gives for the forces of the contact, less the inputs in contact and the responses
-    elsewhere; its last entry is the load less the sum of the forces. Infinite where anything is not a number or where nothing
-    bears the load.
+    Displacements by the compliance, less inputs and responses; last, the load less all forces. Infinite without numbers or load.
     """
     n, response, inputs = len(state.x), state.response, state.inputs
     error, largest, carried, forces = 0.0, 0.0, 0.0, np.zeros(2 * n)

@@ -337,11 +337,10 @@ class Forecast(NamedTuple):
 def _cross_tooth(
     c: float, stiffness: float, pull: float, ramp: float, width: float, t: float, v: float, old: Forecast
 ) -> tuple[bool, float, float, float, Forecast]:
-    """Whether the pin surely crosses `width` within a small phase, hardly changing its velocity v; if so the time τ
-    this takes, y' and ∫y then, all to rounding, and the forecast for the next tooth.
+    """Whether the pin surely crosses `width` in a small phase at nearly constant v; if so time, y' and ∫y then, and a forecast.
 
-    A second-order guess of the time and one step of Newton's method are exact here. The way from one velocity to the
-    next decides the speed: guesses live on forecasts, so that they need not wait for the exact velocity.
+    A second-order guess of the time and one Newton step are exact to rounding here. The forecast for the next tooth spares it
+    the wait for the exact velocity.
     """
     g = width * old.inverse
     q = pull + ramp * old.time - c * old.velocity
@@ -442,11 +441,9 @@ def integrate_exactly(
     one_way: bool | None,
     cruising: bool,
 ) -> Run:
-    """Follow the pin from rest, segment by segment, each in closed form and ended by the first of: an edge of the
-    tooth, F meeting ±F̃, a velocity of 0 or of stick, an extremum of the velocity, the end.
+    """Follow the pin from rest in closed-form segments, each to a tooth's edge, F = ±F̃, velocity 0 or of stick, or an extremum.
 
-    one_way: unless None (which compiles a function without it), stop where F would follow -F̃. cruising: cross teeth
-    the short way where that is exact.
+    one_way: stop if F would follow -F̃; None compiles a function without it. cruising: cross teeth the short way if exact.
     """
     K, duration = motion.surface_stiffness, motion.duration
     record = empty_record(motion, sample_count, bin_count)

@@ -1,9 +1,8 @@
 """The paper's control-volume stencil (Eq. 4-10): bi-quadratic interpolants, integrated exactly over each volume's faces.
 
-Around node (i, j) both displacements are φ = Σ_q γ_q(z) Σ_k α_qk(x)·(nodal value): γ_q are Lagrange polynomials through
-the node's row and its two neighbours, α_qk through the three nodes of row q nearest to x_i, or the two nearest where
-x_i falls half-way between nodes of the coarser row below. Boundary rows and columns use the three nearest rows or nodes
-on the inside. The stresses of φ (Eq. 3), integrated over the faces inside the slab, are the forces of the neighbours.
+Around node (i, j) both displacements are φ = Σ_q γ_q(z) Σ_k α_qk(x)·(nodal value): γ_q are Lagrange polynomials through the
+node's row and its two neighbours, α_qk through the three nodes of row q nearest to x_i, or two if x_i is half-way between
+coarser nodes. Boundaries use the three nearest inside. The stresses of φ (Eq. 3) over the inner faces are the neighbours' forces.
 """
 
 from collections.abc import Iterator

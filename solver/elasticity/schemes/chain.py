@@ -1,24 +1,21 @@
 """A chain of blocks in place of the slab: Burridge and Knopoff's model, Olami, Feder and Christensen's automaton.
 
-Every surface node is a block of its own. A leaf spring k_l holds it to the rigid plane sideways and a spring k_v under it
-upwards; a spring k_c couples it to either neighbour:
+Every surface node is a block. Leaf springs k_l sideways and k_v upwards hold it to the rigid plane, k_c to either neighbour:
 
     f_x,i = k_l u_i + k_c (2 u_i - u_(i-1) - u_(i+1)),    f_z,i = k_v w_i.
 
-So shear spreads from neighbour to neighbour alone, and pressure not at all. A push on one block of a long chain moves that
-at distance j by
+Pressure does not spread. A push on one block of a long chain moves that at distance j by
 
     C_ij = exp(-κ|j|) / (2 k_c sinh κ),    2 sinh(κ/2) = sqrt(k_l/k_c):
 
-it decays over 1/κ spacings, about sqrt(k_c/k_l), where the push on an elastic body decays as a power. The end blocks have no
-neighbour beyond them and are free there, as the slab's sides are.
+it decays over 1/κ spacings, about sqrt(k_c/k_l); on an elastic body as a power. The end blocks are free, as the slab's sides.
 
-A block that slips until its force f is gone, all others held, hands α f to each neighbour, and the rest to its own leaf spring:
+A block that slips until its force f is gone, all others held, hands α f to each neighbour, and the rest to its leaf spring:
 
     α = k_c / (k_l + 2 k_c),    at the ends k_c / (k_l + k_c).
 
-With full stress drop (residual_shear 0) and constant pressures that is the automaton, in one dimension and with α < 1/2;
-thresholds are μ_i times pressure. Simultaneous slips are its own order, the worst first is that of the nodes of a slab.
+With full stress drop (residual_shear 0), constant pressures and simultaneous slips that is the automaton, in one dimension
+with α < 1/2 and thresholds μ_i times pressure.
 """
 
 from dataclasses import dataclass
@@ -38,9 +35,8 @@ Dense = NDArray[np.float64]
 class Chain(Scheme):
     """Blocks on springs. It has no height, no Poisson's ratio and no other support: aspect_ratio and poisson do not matter.
 
-    leaf_stiffness: per length of surface, in G/L_x; 1 is a layer of height L_x in simple shear. coupling_stiffness: k_c/k_l,
-    0 for blocks that do not know of each other. foundation_stiffness: of the springs under the blocks, per length of
-    surface, in G/L_x. The defaults make K, and under the paper's pin the width of the contact, about those of its slab.
+    leaf_stiffness, foundation_stiffness: per length of surface, in G/L_x; 1 is a layer of height L_x in simple shear.
+    coupling_stiffness: k_c/k_l. The defaults make K and the paper's contact width about those of its slab.
     """
 
     name = "chain"

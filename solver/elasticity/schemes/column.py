@@ -1,13 +1,12 @@
 """Tall slabs with scheme `galerkin`: only the upper and lower end have a grid, as the stresses between are those of a bar.
 
-Stresses of a surface load beyond those of its resultants decay with depth as exp(-4.2 z/L_x); where the right side is held, as
-exp(-2.1 z/L_x). These rates are roots of sin 2γ = ±2γ (Saint-Venant; Fadle, Papkovich). So a slab taller than TALL is computed
-as a slab of height TALL, the `trunk`, with a bar inserted half-way. Stresses of the bar are linear in x for its axial force N
-and moment M, and a parabola for its shear force Q. Its energy per height is (N²/E' + M²/(E'I) + 6/5 Q²)/2 with E' = 2/(1 - ν)
-and I = 1/12 in the solver's units.
+Other stresses of a surface load decay with depth as exp(-4.2 z/L_x), beside a held right side as exp(-2.1 z/L_x): roots of
+sin 2γ = ±2γ (Saint-Venant; Fadle, Papkovich). So a slab taller than TALL is one of height TALL, the `trunk`, with a bar inserted
+half-way: stresses linear in x for its axial force N and moment M, a parabola for its shear force Q, and the energy per height
+(N²/E' + M²/(E'I) + 6/5 Q²)/2 with E' = 2/(1 - ν) and I = 1/12 in the solver's units.
 
-The compliance of the held end, the foot, under a bending moment adds a part that grows with the height too: it is read from
-the trunk's own field. A held right side bears shear force and moment, so that only N is left.
+The compliance of the held end under a bending moment adds a part that grows with the height: it is read from the trunk's field.
+A held right side bears shear force and moment, so that only N is left.
 """
 
 import math
