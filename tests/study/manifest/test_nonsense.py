@@ -4,13 +4,15 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Iterator
+import tomllib
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import pytest
+import xarray as xr
 
 from nanoslip.solver.drive import Scales
 from nanoslip.study.dataset import file
@@ -21,7 +23,7 @@ from nanoslip.study.manifest.manifest import EnsembleTable, Outputs, drive_param
 from nanoslip.study.manifest.parameters import TABLES, words_of
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.grids import SHIPPED, load_front
-from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
 
 PLAIN = (
@@ -63,6 +65,14 @@ LONGEST = 300
 """Characters of a line, the file's name and a list of all allowed words left out."""
 
 
+def parsed(value: str) -> Any:
+    """What TOML makes of it; the text itself where that is nothing."""
+    try:
+        return tomllib.loads(f"x = {value}")["x"]
+    except ValueError:
+        return value
+
+
 def campaign(place: str, key: str, value: str) -> str:
     """A campaign that is right but for one key."""
     title = "" if key == "title" and place == "top level" else 'title = "x"\n'
@@ -77,8 +87,8 @@ def campaign(place: str, key: str, value: str) -> str:
     return f"{title}[{place}]\n{key} = {value}\n{drive if place == 'scales' else ''}"
 
 
-def taken_or_refused(path: Path) -> tuple[str, ...]:
-    """The lines of the refusal; empty where the campaign was taken, and its dataset can be written."""
+def planned_or_refused(path: Path) -> Plan | tuple[str, ...]:
+    """The plan of a campaign with its cases' units, or the lines of its refusal."""
     try:
         planned = make_plan(load_manifest(path))
     except ManifestError as error:
@@ -87,38 +97,59 @@ def taken_or_refused(path: Path) -> tuple[str, ...]:
         for drive in (None, *(each.drive for each in planned.manifest.drives)):
             if case.case is not None:
                 factors(case.case, planned.manifest.scales, drive)
-    written = path.with_suffix(".nc")
-    file.write(collect(planned, Store(path.parent)), written)
-    with file.read(written) as opened:
-        opened.load()
-    return ()
+    return planned
+
+
+def refusals(path: Path, campaigns: Iterable[tuple[str, Any, tuple[str, ...]]]) -> Iterator[tuple[str, str]]:
+    """Name and lines of refusals of campaigns: what each is, the value of its key, texts of files. Of those that are taken, the
+    dataset of the last with a value of each type can be written and read."""
+    taken: dict[type, Plan] = {}
+    for name, value, texts in campaigns:
+        for each, text in zip((path, path.with_name("cases.csv")), texts, strict=False):
+            each.write_text(text, "utf-8")
+        found = planned_or_refused(path)
+        if isinstance(found, Plan):
+            taken[type(value)] = found
+        else:
+            yield from ((name, line) for line in found)
+    for planned in taken.values():
+        read_back(planned, path)
+
+
+def read_back(planned: Plan, path: Path) -> xr.Dataset:
+    file.write(collect(planned, Store(path.parent)), path.with_suffix(".nc"))
+    with file.read(path.with_suffix(".nc")) as opened:
+        return opened.load()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("place", "key"), KEYS, ids=[f"{place}.{key[:20]}" for place, key in KEYS])
 def test_every_key_takes_or_refuses_every_value(tmp_path, place, key):
     path = tmp_path / "mine.toml"
-    for name, value in NONSENSE.items():
-        path.write_text(campaign(place, key, value), "utf-8")
-        lines = taken_or_refused(path)
-        assert all(line.startswith(str(tmp_path)) for line in lines), (name, lines)
-        for line in lines:
-            said = re.split("needs one of|each one of", line.replace(str(tmp_path), ""))[0]
-            assert "\n" not in said, name
-            assert len(said) < LONGEST, (name, said)
-        if lines and place != "unknown" and "not TOML" not in lines[0] and lines[0].startswith(f"{path}: "):
-            assert any(key in line for line in lines), (name, lines)
+    campaigns = ((name, parsed(value), (campaign(place, key, value),)) for name, value in NONSENSE.items())
+    for name, lines in itertools.groupby(refusals(path, campaigns), lambda each: each[0]):
+        said = [line for _, line in lines]
+        for line in said:
+            assert line.startswith(str(tmp_path)), (name, line)
+            short = re.split("needs one of|each one of", line.replace(str(tmp_path), ""))[0]
+            assert "\n" not in short, name
+            assert len(short) < LONGEST, (name, short)
+        if place != "unknown" and "not TOML" not in said[0] and said[0].startswith(f"{path}: "):
+            assert any(key in line for line in said), (name, said)
 
 
 @pytest.mark.slow
 def test_a_table_takes_or_refuses_every_cell(tmp_path):
-    table, path = tmp_path / "cases.csv", tmp_path / "mine.toml"
-    path.write_text('title = "x"\ntable = "cases.csv"\n')
-    words = [word for table in TABLES for word in words_of(table) if word != "roughness"]
-    for word, value in itertools.product(words, [value.strip('"') for value in NONSENSE.values()]):
-        table.write_text(f'{word}\n"{value}"\n', "utf-8")
-        lines = taken_or_refused(path) if len(value) < 500 or word == "n_x" else ()
-        assert all(line.startswith(f"{tmp_path}/") and len(line) < LONGEST + 100 for line in lines), (word, lines)
+    path = tmp_path / "mine.toml"
+    values = [value.strip('"') for value in NONSENSE.values()]
+    for word in (word for table in TABLES for word in words_of(table) if word != "roughness"):
+        cells = (value for value in values if len(value) < 500 or word == "n_x")
+        campaigns = (
+            (cell, parsed(cell), ('title = "x"\ntable = "cases.csv"\n', f'{word}\n"{cell}"\n')) for cell in cells
+        )
+        for cell, line in refusals(path, campaigns):
+            assert line.startswith(f"{tmp_path}/"), (word, cell, line)
+            assert len(line) < LONGEST + 100, (word, cell, line)
 
 
 def test_a_value_that_is_just_small_enough_survives_to_the_dataset(tmp_path):
@@ -130,9 +161,8 @@ def test_a_value_that_is_just_small_enough_survives_to_the_dataset(tmp_path):
     more.write_text(path.read_text().replace(f"limit = {most}", f"limit = {most + 1}"))
     with pytest.raises(ManifestError, match=r"slip\.cascade_limit"):
         load_manifest(more)
-    assert taken_or_refused(path) == ()
-    with file.read(path.with_suffix(".nc")) as opened:
-        assert (int(opened.cascade_limit), opened.seed.values.tolist()) == (most, [0, most])
+    opened = read_back(make_plan(load_manifest(path)), path)
+    assert (int(opened.cascade_limit), opened.seed.values.tolist()) == (most, [0, most])
 
 
 def fronts() -> Iterator[tuple[str, str | bytes]]:
