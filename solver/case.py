@@ -200,7 +200,7 @@ class Interface:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One physics point: pin, slab, load, friction, limits (max_…: the first ends it). Lengths in L_x, loads in G·L_x·L_y.
+    """One physics point: pin, slab, load, friction, limits (`max_…`: the first ends it). Lengths in L_x, loads in G·L_x·L_y.
 
     intrinsic_friction: μ_i; `inf` is adhesive stick. start: in node spacings, right of the middle. max_presliding: in μ_i·W/K.
     initial_contact: `stick` (at u = 0, then slips), `frictionless` (then stuck), `gradual` (load raised event by event).
