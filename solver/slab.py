@@ -83,7 +83,11 @@ class Slab:
     """
 
     n_x: int = parameter(
-        129, table="numerics", meaning="surface nodes", need="2^N + 1 with N from 2 to 20; half_plane: odd"
+        129,
+        table="numerics",
+        meaning="surface nodes",
+        comment="their spacing L_x/(n_x - 1) is the size of what slips",
+        need="2^N + 1 with N from 2 to 20; strip, half_plane: odd",
     )
     aspect_ratio: float = parameter(
         1.0,
