@@ -234,9 +234,9 @@ def rows() -> list[Described]:
 def described(name: str) -> Described:
     """One variable, those beside means included.
 
-    name: its own, or its symbol, in Greek or Latin letters. Raises KeyError that names the nearest ones where there is none.
+    name: its own (also without `_mean`), or its symbol, Greek or Latin. Raises KeyError that names the nearest ones.
     """
-    if found := _by_name().get(name):
+    if found := _by_name().get(name) or _by_name().get(f"{name}_mean"):
         return found
     if called := next((each for each in rows() if name in typed(each.symbol)[0]), None):
         return called
@@ -340,7 +340,7 @@ def means_of(dataset: xr.Dataset) -> str:
     counts = filter(None, (members_of(dataset, str(name)) for name in dataset.data_vars))
     fewer_have_it = any(bool(((having > 0) & (having < used)).any()) for having, used in counts)
     explained = f"; (k of n) {EXPLAINED}" if fewer_have_it else ""
-    return f"numbers are means over {ends_of(dataset[MEMBERS.name])} members{explained}"
+    return f"numbers are means over {ends_of(dataset[MEMBERS.name])} members, ± their 68 % interval{explained}"
 
 
 # Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to.

@@ -176,6 +176,7 @@ def test_one_variable_is_explained_and_an_unknown_one_refused_with_similar_names
     code, said, _ = main("describe", words[0])
     assert (code, [word for word in words if word not in said]) == (0, [])
     assert main("describe", "mu_s")[1].startswith("static_friction\n")
+    assert main("describe", "plateau")[1].startswith("plateau_mean\n")
     one_line(main("describe", "mean_stp"), "mean_step")
 
 

@@ -463,7 +463,7 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     assert not members_of(case, "events")
     assert (case["outcome"].item(), case["message"].item()) == ("completed", lost.message)
     assert case["regime"].sel(drive="fast").item() == "2 slides; 1 sticks"
-    assert means_of(case) == f"numbers are means over 4 members; (k of n) {EXPLAINED}"
+    assert means_of(case) == f"numbers are means over 4 members, ± their 68 % interval; (k of n) {EXPLAINED}"
 
 
 def test_members_with_the_same_events_are_one_start_and_give_no_error(build: Build) -> None:
