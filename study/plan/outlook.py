@@ -172,7 +172,7 @@ def duration_lines(plan: Plan) -> list[str]:
     span = low if low == high else f"{low} to {high}"
     return [
         f"duration: auto (drives: {count} of {len(drives)}), to the first slip and as many cycles as the "
-        f"numbers need: about {span} s, which end_time will say"
+        f"numbers need: about {span} s (in the dataset: end_time)"
     ]
 
 
