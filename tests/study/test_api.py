@@ -160,23 +160,23 @@ THREADED = """
 import hashlib, sys
 from pathlib import Path
 import nanoslip
-nanoslip.run({**%r, "numerics": {"n_x": 65}}, out=sys.argv[1], progress=False, jobs=int(sys.argv[2]))
-print(hashlib.sha256(Path(sys.argv[1], "results.nc").read_bytes()).hexdigest())
+for jobs in (1, 2):
+    out = Path(sys.argv[1], str(jobs))
+    nanoslip.run({**%r, "numerics": {"n_x": 65}}, out=out, progress=False, jobs=jobs)
+    print(hashlib.sha256((out / "results.nc").read_bytes()).hexdigest())
 """
 
 
 def test_the_bits_are_those_of_one_thread_whatever_the_environment(tmp_path, environment):
     """Each in an interpreter of its own, as a library of linear algebra reads the environment when it is loaded."""
 
-    def digest(folder: str, jobs: int = 1, **threads: str) -> str:
-        program = (sys.executable, "-c", THREADED % TINY, str(tmp_path / folder), str(jobs))
-        return subprocess.run(program, env=environment | threads, check=True, capture_output=True, text=True).stdout
-
-    assert (
-        digest("one", **dict.fromkeys(THREADS, "1"))
-        == digest("four", **dict.fromkeys(THREADS, "4"))
-        == digest("two processes", jobs=2, **dict.fromkeys(THREADS, "4"))
-    )
+    digests = set()
+    for threads in "14":
+        program = (sys.executable, "-c", THREADED % TINY, str(tmp_path / threads))
+        given = environment | dict.fromkeys(THREADS, threads)
+        done = subprocess.run(program, env=given, check=True, capture_output=True, text=True)
+        digests |= set(done.stdout.split())
+    assert len(digests) == 1
 
 
 WATCHED = {"pipe": {}, "terminal": {"force_terminal": True}, "notebook": {"force_jupyter": True}}

@@ -98,14 +98,14 @@ def test_the_case_that_changes_most_is_named(tmp_path):
 
 def test_a_failure_without_an_effect_is_told_in_its_row(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Without reverse motion an undamped pin that is pulled fast ends where it would slip back."""
-    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("COLUMNS", "60")
     path = tmp_path / "back.toml"
     path.write_text(PULLED.replace("n_x = 17", "n_x = 33") + "damping_ratio = 0\nduration = 0.15\n")
     code, said, errors = main("effects", path, "--members", "4")
     assert code == 0, errors
     rows = said[said.index("reverse_motion  ") :]
     assert "reversed: the pin slips back" in " ".join(rows.split())
-    assert max(map(len, said.splitlines())) <= 80
+    assert max(map(len, said.splitlines())) <= 60
     assert sorted(each.name for each in tmp_path.iterdir()) == ["back.toml"]
 
 

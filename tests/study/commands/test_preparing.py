@@ -85,8 +85,11 @@ def test_a_campaign_is_planned_by_name_and_a_file_comes_before_it(main, campaign
 def test_an_axis_or_a_constant_that_changes_nothing_is_said_with_the_reason(main, ask, campaign, given, reason):
     """Else equal numbers over it pass for an answer, as those of a parabola where `pin` was forgotten."""
     campaign.write_text(f'title = "x"\n{given}[numerics]\nn_x = 17\n')
-    for code, said, errors in (main("check", campaign), ask("plan"), ask("run")):
+    for command in ("check", "plan"):
+        code, said, errors = main(command, campaign)
         assert (code, reason in said + errors) == (0, True)
+    if "contact" in given:
+        assert reason in ask("run", "--serial")[2]
 
 
 def test_what_matters_to_some_cases_and_limits_of_contacts_are_not_said_to_change_nothing(main, campaign):

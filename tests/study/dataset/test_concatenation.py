@@ -1,5 +1,7 @@
 """Several campaigns' datasets are one: their scalars side by side, every run cut as it was in its own."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -17,14 +19,14 @@ def folders(tmp_path_factory):
     made = []
     for name, radii in (("one", [100.0, 25.0]), ("other", [50.0])):
         folder = tmp_path_factory.mktemp(name)
-        run(FULL | {"title": name, "axes": FULL["axes"] | {"radius": radii}}, folder).close()
+        run(FULL | {"title": name, "axes": {"intrinsic_friction": [0.5], "radius": radii}}, folder).close()
         made.append(folder)
     return made
 
 
 @pytest.fixture(scope="module")
 def whole():
-    return run(FULL | {"axes": FULL["axes"] | {"radius": [100.0, 25.0, 50.0]}})
+    return run(FULL | {"axes": {"intrinsic_friction": [0.5], "radius": [100.0, 25.0, 50.0]}})
 
 
 def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folders, whole):
@@ -32,14 +34,12 @@ def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folder
         joined = concat([first, folders[1] / "results.nc"])
     xr.testing.assert_identical(joined.drop_attrs(deep=False), whole.drop_attrs(deep=False))
     for radius in (25.0, 50.0, 100.0):
-        for friction in (0.25, 0.5):
-            here = {"radius": radius, "intrinsic_friction": friction}
-            for draw in ("record", "teeth", "contact", "interior"):
-                mine, theirs = (getattr(each.nanoslip, draw)(**here) for each in (joined, whole))
-                xr.testing.assert_identical(mine, theirs)
-            for drive in ("slow", "fast"):
-                mine, theirs = (each.nanoslip.trajectory(**here, drive=drive) for each in (joined, whole))
-                xr.testing.assert_identical(mine, theirs)
+        for draw in ("record", "teeth", "contact", "interior"):
+            mine, theirs = (getattr(each.nanoslip, draw)(radius=radius) for each in (joined, whole))
+            xr.testing.assert_identical(mine, theirs)
+        for drive in ("slow", "fast"):
+            mine, theirs = (each.nanoslip.trajectory(radius=radius, drive=drive) for each in (joined, whole))
+            xr.testing.assert_identical(mine, theirs)
     xr.testing.assert_identical(joined.nanoslip.events(), whole.nanoslip.events())
     assert joined.attrs["title"] == "one; other"
     assert "manifest" not in joined.attrs
@@ -51,26 +51,36 @@ def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folder
 
 def test_xarray_itself_joins_the_scalars_of_both(folders, whole, tmp_path):
     """As `xr.open_mfdataset` does, with its own defaults: it opens every file's root, and combines by coordinates."""
-    run(FULL | {"title": "third", "axes": FULL["axes"] | {"radius": [25.0, 40.0]}}, tmp_path).close()
+    run(FULL | {"title": "third", "axes": {"intrinsic_friction": [0.5], "radius": [25.0]}}, tmp_path).close()
     parts = [xr.open_dataset(folder / "results.nc") for folder in (folders[1], tmp_path)]
     joined = xr.combine_by_coords(parts, combine_attrs="override")
-    assert joined["radius"].values.tolist() == [25.0, 40.0, 50.0]
+    assert joined["radius"].values.tolist() == [25.0, 50.0]
     for name in ("plateau_mean", "outcome", "static_friction", "record_id", "case_id"):
-        xr.testing.assert_equal(joined[name].sel(radius=[25.0, 50.0]), whole[name].sel(radius=[25.0, 50.0]))
+        xr.testing.assert_equal(joined[name], whole[name].sel(radius=[25.0, 50.0]))
     assert set(joined.dims) == {"intrinsic_friction", "radius", "aspect_ratio", "n_x", "drive"}
     with pytest.raises(ValueError, match=r"join datasets with nanoslip\.concat"):
         joined.nanoslip.record(radius=50.0, intrinsic_friction=0.5)
 
 
-BASE = {"title": "base", "stages": ["contact", "slip"], "numerics": {"n_x": 17}, "limits": {"events": 20}}
+BASE: dict[str, Any] = {
+    "title": "base",
+    "stages": ["contact", "slip"],
+    "numerics": {"n_x": 17},
+    "limits": {"events": 20},
+    "ensemble": {"members": 1},
+}
+KNOWN: dict[str, xr.Dataset] = {}
+
+
+def computed(**changes: Any) -> xr.Dataset:
+    """The dataset of the base with other tables, computed once: not to be changed."""
+    if repr(changes) not in KNOWN:
+        KNOWN[repr(changes)] = run(BASE | changes)
+    return KNOWN[repr(changes)]
 
 
 def test_lists_of_cases_are_numbered_on():
-    lists = [
-        BASE | {"design": "zip", "axes": {"radius": radii, "normal_load": [1e-3, 2e-3]}}
-        for radii in ([50.0, 60.0], [70.0, 80.0])
-    ]
-    joined = concat(map(run, lists))
+    joined = concat(computed(design="zip", axes={"radius": radii}) for radii in ([50.0, 60.0], [70.0, 80.0]))
     assert joined["case"].values.tolist() == [0, 1, 2, 3]
     assert joined["radius"].values.tolist() == [50.0, 60.0, 70.0, 80.0]
     assert joined.nanoslip.record(case=3).nanoslip is not None
@@ -79,7 +89,7 @@ def test_lists_of_cases_are_numbered_on():
 
 def test_a_record_that_both_have_is_there_once():
     """A flat punch ignores the radius."""
-    parts = [run(BASE | {"constants": {"pin": "flat_punch", "radius": radius}}) for radius in (50.0, 60.0)]
+    parts = [computed(constants={"pin": "flat_punch", "radius": radius}) for radius in (50.0, 60.0)]
     joined = concat(parts)
     assert groups_of(joined)["record"].sizes["record"] == 1
     assert joined.nanoslip.events().sizes["event"] == 40
@@ -94,9 +104,9 @@ REFUSED = {
     "other outputs": ({}, {"outputs": {"records": False}}, "dataset 2: record_id: only in dataset 1"),
     "a list beside axes": ({}, {"design": "zip", "axes": {"radius": [50.0, 60.0]}}, "needs all of one design"),
     "no full product": (
-        {"axes": {"radius": [50.0, 60.0], "normal_load": [1e-3, 2e-3]}},
+        {"axes": {"radius": [50.0], "normal_load": [1e-3, 2e-3]}},
         {"axes": {"radius": [70.0], "normal_load": [3e-3]}},
-        r"5 of 9 cases of .*radius \(3\).* are there: needs cases that make up a full product",
+        r"3 of 6 cases of .*radius \(2\).* are there: needs cases that make up a full product",
     ),
 }
 
@@ -104,12 +114,12 @@ REFUSED = {
 @pytest.mark.parametrize(("one", "other", "said"), REFUSED.values(), ids=REFUSED)
 def test_what_does_not_fit_is_refused_with_what_differs(one, other, said):
     with pytest.raises(NotJoinableError, match=said):
-        concat([run(BASE | one), run(BASE | other)])
+        concat([computed(**one), computed(**other)])
 
 
 def test_cases_of_an_outer_join_that_nobody_has_are_pending():
     parts = [
-        run(BASE | {"axes": {"radius": [radius], "normal_load": loads}})
+        computed(axes={"radius": [radius], "normal_load": loads})
         for radius, loads in ((50.0, [1e-3, 2e-3]), (60.0, [2e-3]))
     ]
     joined = concat(parts, join="outer")
@@ -129,8 +139,8 @@ def test_cases_of_an_outer_join_that_nobody_has_are_pending():
 
 def test_each_dataset_may_have_an_axis_that_the_other_has_not():
     parts = [
-        run(BASE | {"axes": {"radius": [50.0], **axis}})
-        for axis in ({"normal_load": [2e-3, 3e-3]}, {"scheme": ["biquadratic", "strip"]})
+        computed(axes={"radius": [50.0], **axis})
+        for axis in ({"normal_load": [1e-3, 2e-3]}, {"scheme": ["biquadratic", "strip"]})
     ]
     joined = concat(parts, join="outer")
     assert (joined["outcome"].values != "pending").sum() == 4
@@ -141,7 +151,7 @@ def test_each_dataset_may_have_an_axis_that_the_other_has_not():
 
 
 def test_results_that_contradict_each_other_are_refused():
-    one = run(BASE)
+    one = computed()
     other = one.assign(plateau_mean=one["plateau_mean"] + 0.1, peak_friction=one["peak_friction"] + 0.1)
     with pytest.raises(NotJoinableError, match="dataset 2: peak_friction differs from that of dataset 1"):
         concat([one, other])
@@ -159,19 +169,18 @@ def test_what_is_no_dataset_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "along", "labels", "checked"),
     [
-        ([{"constants": {"normal_load": load}} for load in (2e-3, 1e-3)], "normal_load", [1e-3, 2e-3], "plateau_mean"),
         (
             [{"axes": {"radius": radii}} for radii in ([50.0, 80.0], [60.0])],
             "radius",
             [50.0, 60.0, 80.0],
             "plateau_mean",
         ),
-        ([{"numerics": {"n_x": n}, "limits": {"events": n}} for n in (17, 33)], "n_x", [17, 33], "max_events"),
+        ([{"numerics": {"n_x": n}, "limits": {"events": n}} for n in (33, 17)], "n_x", [17, 33], "max_events"),
     ],
-    ids=["a parameter that each has one value of", "axes between each other", "what differs with an axis"],
+    ids=["axes between each other", "what differs with a parameter that each has one value of"],
 )
 def test_values_lie_where_their_labels_are(changes, along, labels, checked):
-    parts = [run(BASE | each) for each in changes]
+    parts = [computed(**each) for each in changes]
     joined = concat(parts)
     assert joined[along].values.tolist() == labels
     for part in parts:

@@ -106,7 +106,7 @@ def test_no_chunk_stays_in_memory_once_it_is_written(tmp_path):
 import resource, sys
 import numpy as np, xarray as xr
 from nanoslip.study.dataset.file import write_tree
-values = np.random.default_rng(1).normal(size=500_000)
+values = np.random.default_rng(1).normal(size=200_000)
 peaks = []
 for count in (2, 42):
     given = xr.Dataset({{f"x{{number}}": ("case", values) for number in range(count)}})
@@ -115,7 +115,7 @@ for count in (2, 42):
 print(1024 * (peaks[1] - peaks[0]))
 """
     more = int(subprocess.run([sys.executable, "-c", script], capture_output=True, check=True).stdout)
-    assert more < 20e6  # of 40 variables of 4 MB
+    assert more < 16e6  # of 40 variables of 1.6 MB
 
 
 @pytest.mark.parametrize("shape", [(2, 2, 1), (9, 8, 11), (1, 40_000, 3)])  # plain, one chunk, several of the texts

@@ -129,7 +129,7 @@ def test_outcomes_that_count_members_are_words_and_no_wider_than_the_terminal() 
 
 def test_a_wider_table_shows_no_less_and_in_the_end_all() -> None:
     gone = []
-    for width in range(40, 200):
+    for width in (40, 60, 70, 80, 90, 100, 120, 160):
         said = " ".join(" ".join(texts(cases(), width)).partition("not shown")[2].split())
         gone.append(sum(title in said for title in HEADER))
     assert gone == sorted(gone, reverse=True)
