@@ -39,7 +39,7 @@ def test_one_contact_is_the_record_that_it_is_without_an_interface() -> None:
 
 def test_a_sum_in_processes_has_the_bytes_of_one(tmp_path: Path, main: Any) -> None:
     """20 contacts are two batches. Batches are dropped, and nothing of them is computed twice."""
-    text = 'title = "i"\naxes = {contacts = [1, 20], loads = ["equal", "exponential"]}\nnumerics = {n_x = 17, scheme = "strip"}\n'
+    text = 'title = "i"\naxes.contacts = [1, 20]\ninterface.loads = "exponential"\nnumerics = {n_x = 17, scheme = "strip"}\n'
     text += "limits = {presliding = 3.0}\nheterogeneity.spread = 0.1\nensemble.members = 2\n"
     found = []
     for name, options in {"one": (), "two": ("-j", "2")}.items():

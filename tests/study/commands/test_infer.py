@@ -12,6 +12,7 @@ import nanoslip
 from nanoslip.study.commands.infer import read_trace_numbers
 from nanoslip.study.report.page import page
 from tests.conftest import Main
+from tests.study.figures.cases import product
 
 CONTACTS = """\
 title = "Contacts"
@@ -124,17 +125,19 @@ def test_why_cases_have_no_number_is_said(main: Main, contacts: Path):
     assert f"few_nodes: {count} of {count} cases" in " ".join(text.split())
 
 
-def test_a_page_of_three_axes_shows_what_matters(contacts: Path):
+def test_a_page_of_three_axes_shows_what_matters():
     """Bars with their numbers from three axes on, two have a map; and no bars, but the reason, where nothing is known."""
-    contacts.write_text(CONTACTS.replace("poisson = 0.3", "").replace("[axes]", "[axes]\npoisson = [0.0, 0.3]"))
-    data = nanoslip.run(contacts)
+    axes = {"poisson": [0.0, 0.3], "radius": [20.0, 30.0, 45.0], "normal_load": [1e-3, 1.5e-3, 2.25e-3]}
+    data = product(lambda poisson, radius, normal_load: (1.0 - poisson**2) * radius * normal_load, **axes)
+    for name, variable in data.variables.items():
+        variable.attrs |= {"long_name": str(name), "units": "1"}
     text = page(data, [])
     assert "What matters" in text
-    assert 'download="sensitivity_contact_half_width.csv"' in text
+    assert 'download="sensitivity_plateau_mean.csv"' in text
     assert "a complete table" in text
     assert "What matters" not in page(data.isel(poisson=[0]), [])
-    few = data.assign({SIZE: data[SIZE].where(data.radius < 25.0)})  # of one radius, six cases
-    assert f"What {SIZE} depends on is not known from 6 of 18 points" in page(few, [])
+    few = data.assign(plateau_mean=data["plateau_mean"].where(data.radius < 25.0))  # of one radius, six cases
+    assert "What plateau_mean depends on is not known from 6 of 18 points" in page(few, [])
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import re
 import tempfile
 
 import pytest
+from rich.cells import cell_len
 
 from nanoslip.study import api
 from nanoslip.study.commands.datasets import assignments, chosen
@@ -80,17 +81,22 @@ def test_a_case_that_physics_refuses_is_not_explained(main, campaign):
     assert (code, "coarsest_row = 17" in errors) == (2, True)
 
 
-def test_effects_of_a_case_are_those_of_a_campaign_of_it_alone(main, campaign, tmp_path):
+def test_effects_of_a_case_are_those_of_a_campaign_of_it_alone(main, campaign, tmp_path, monkeypatch):
     """Effect, number and change of each row; seconds are measured and differ."""
 
     def changes(said):
         return [line.split()[:5] for line in said.splitlines() if " ± " in line]
 
-    alone = tmp_path / "alone.toml"
-    alone.write_text(SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]"))
+    alone, text = tmp_path / "alone.toml", SMALL.partition("[[drives]]")[0].replace(', "dynamics"', "")
+    campaign.write_text(text)
+    alone.write_text(text.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]"))
     code, said, _ = main("explain", campaign, *ONE, "--effects")
     assert code == 0
     assert changes(said) == changes(main("effects", alone)[1]) != []
+    monkeypatch.setenv("COLUMNS", "60")
+    code, said, errors = main("effects", alone)
+    wide = [line for line in (said + errors).splitlines() if cell_len(line) > 60 and str(tmp_path) not in line]
+    assert (code, wide) == (0, [])
 
 
 # Shown: from a dataset, from a campaign's own, or from results that are not collected.

@@ -107,5 +107,6 @@ def test_a_crate_replaces_a_crate_and_no_other_files(main: Main, folder: Path, t
     assert "files that are of no crate" in " ".join(errors.split())
     assert [path.name for path in tmp_path.iterdir()] == ["results.nc"]
     assert (tmp_path / "results.nc").read_text() == "of another campaign"
-    for _ in range(2):
-        assert main("export", folder / "out", "--crate", "-o", tmp_path / "crate")[0] == 0
+    (tmp_path / "crate").mkdir()
+    (tmp_path / "crate" / "ro-crate-metadata.json").write_text("{}")
+    assert main("export", folder / "out", "--crate", "-o", tmp_path / "crate")[0] == 0
