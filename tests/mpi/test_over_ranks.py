@@ -125,7 +125,8 @@ def alone(nanoslip, tmp_path_factory):
     return dataset(nanoslip, folder / "small.toml", folder / "out", 0)
 
 
-@pytest.mark.parametrize("ranks", [2, *(pytest.param(ranks, marks=pytest.mark.slow) for ranks in (1, 4))])
+@pytest.mark.slow
+@pytest.mark.parametrize("ranks", [1, 2, 4])
 def test_any_number_of_ranks_gives_the_same_dataset(nanoslip, campaign, tmp_path, alone, ranks):
     assert dataset(nanoslip, campaign, tmp_path / "out", ranks) == alone
 

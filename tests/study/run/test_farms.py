@@ -296,30 +296,23 @@ def test_slurm_tasks_of_a_batch_script_do_not_mean_that_a_launcher_was_used(monk
     assert isinstance(open_farm(NOTHING, serial=True), SerialFarm)
 
 
-@pytest.mark.parametrize(
-    ("size", "rank"), [("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"), ("SLURM_STEP_NUM_TASKS", "SLURM_PROCID")]
-)
-def test_n_processes_that_see_only_themselves_are_refused_by_one_message(nanoslip, campaign, tmp_path, size, rank):
-    first, second = (nanoslip("run", campaign, **{size: "4", rank: number}) for number in "01")
+def test_n_processes_that_see_only_themselves_are_refused_by_one_message(nanoslip, campaign, tmp_path):
+    first = nanoslip("run", campaign, OMPI_COMM_WORLD_SIZE="4", OMPI_COMM_WORLD_RANK="0")
+    second = nanoslip("run", campaign, SLURM_STEP_NUM_TASKS="4", SLURM_PROCID="1")
     assert (first.returncode, second.returncode, second.stderr) == (2, 2, "")
     assert first.stderr.startswith("Error: 4 processes were started, but each sees only itself")
     assert "Traceback" not in first.stderr
     assert not (tmp_path / "results").exists()
 
 
-def test_without_an_mpi_library_one_process_computes_and_several_refuse(nanoslip, campaign, tmp_path):
-    missing = {"MPI4PY_LIBMPI": "/no/such/library"}
-    assert nanoslip("run", campaign, "--out", tmp_path / "out", **missing).returncode == 0
-    several = nanoslip("run", campaign, **missing, OMPI_COMM_WORLD_SIZE="2")
-    assert several.returncode == 2
-    assert several.stderr.startswith("Error: 2 processes were started, but none can use MPI: cannot load MPI library")
-
-
-def test_without_mpi4py_processes_compute_and_ranks_are_refused_by_one_message(environment, campaign, tmp_path):
+def test_without_mpi_processes_compute_the_dataset_of_one_and_ranks_are_refused_by_one_message(
+    nanoslip, environment, campaign, tmp_path
+):
+    """Whether mpi4py is not installed or finds no library."""
     hidden = "import sys; sys.modules['mpi4py'] = None; import nanoslip; nanoslip.main()"
 
     def run(*words, **changes):
-        command = [sys.executable, "-c", hidden, "run", campaign, "--out", tmp_path / "out", *words]
+        command = [sys.executable, "-c", hidden, "run", campaign, "--out", tmp_path / "two", *words]
         return subprocess.run(command, env=environment | changes, capture_output=True, text=True, check=False)
 
     first, last = (run(PMI_SIZE="3", PMI_RANK=rank) for rank in "02")
@@ -327,8 +320,17 @@ def test_without_mpi4py_processes_compute_and_ranks_are_refused_by_one_message(e
     message = " ".join(first.stderr.split())
     assert message.startswith("Error: 3 processes were started, but none can use MPI: mpi4py is not installed: ")
     assert message.count("Error") == 1
-    assert not (tmp_path / "out").exists()
-    assert run("-j", "2").returncode == 0
+    assert not (tmp_path / "two").exists()
+    done = run("-j", "2")
+    assert done.returncode == 0, done.stderr
+    assert "13 tasks left, 2 processes" in done.stderr
+    missing = {"MPI4PY_LIBMPI": "/no/such/library"}
+    assert nanoslip("run", campaign, "--out", tmp_path / "one", "-j", 1, **missing).returncode == 0
+    one, two = ((tmp_path / out / "results.nc").read_bytes() for out in ("one", "two"))
+    assert one == two
+    several = nanoslip("run", campaign, **missing, OMPI_COMM_WORLD_SIZE="2")
+    assert several.returncode == 2
+    assert several.stderr.startswith("Error: 2 processes were started, but none can use MPI: cannot load MPI library")
 
 
 @pytest.mark.mpi
@@ -348,15 +350,6 @@ def test_a_start_of_mpi_that_hangs_is_given_up_with_one_message_and_code_99(envi
         pytest.skip("not MPICH: it asks nobody at that place")
     assert (done.returncode, done.stderr.count("MPI has not started within 0.5 s")) == (99, messages), done.stderr
     assert "Traceback" not in done.stderr
-
-
-def test_the_dataset_of_processes_is_the_same_as_that_of_one(nanoslip, campaign, tmp_path):
-    done = nanoslip("run", campaign, "--out", tmp_path / "two", "-j", 2)
-    assert done.returncode == 0, done.stderr
-    assert "13 tasks left, 2 processes" in done.stderr
-    assert nanoslip("run", campaign, "--out", tmp_path / "one", "-j", 1).returncode == 0
-    one, two = ((tmp_path / out / "results.nc").read_bytes() for out in ("one", "two"))
-    assert one == two
 
 
 def test_a_run_whose_job_ends_before_its_tasks_would_ends_as_if_interrupted(nanoslip, campaign, tmp_path):
