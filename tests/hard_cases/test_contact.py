@@ -21,8 +21,8 @@ from tests.hard_cases.following import Followed, compliance_of, follow
 WAYS: tuple[InitialContact, ...] = get_args(InitialContact)
 N = 33
 H = 1.0 / (N - 1)
-LOADS = [10.0**exponent for exponent in range(-12, 0)]
-RADII = [10.0**exponent for exponent in range(-1, 7)]
+LOADS = [10.0**exponent for exponent in (-12, -9, -6, -4, -2, -1)]
+RADII = [10.0**exponent for exponent in (-1, 1, 4, 6)]
 
 
 def _case(scheme: str, **changes: object) -> Case:

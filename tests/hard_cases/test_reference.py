@@ -1,5 +1,7 @@
 """Two implementations agree: the compiled sliding with a plain one that solves from scratch, contact with an LCP."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -49,8 +51,10 @@ def _disagreement(case: Case) -> tuple[float, float]:
     return float(np.abs(displacement - ours.displacement).max() / displacement[-1]), float(off)
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("name", SAMPLE)
+@pytest.mark.parametrize(
+    ("name", "scheme"),
+    [each for each in product(SAMPLE, SCHEMES) if each[0] != WALKING or each[1] in ("biquadratic", "half_plane")],
+)
 def test_sliding_agrees_with_solving_from_scratch(name: str, scheme: str) -> None:
     """Kind, node, slips, releases and touches of every event; displacements and forces to 1e-9."""
     displacement, force = _disagreement(_case(scheme, name))

@@ -20,7 +20,7 @@ from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.hard_cases.following import Followed, compliance_of, follow
 from tests.physics import coupled_half_plane, energy, half_plane, smallest_step
 
-FRICTIONS = (0.0, 1e-8, 0.05, 1.0, 10.0, 1e3, 1e6, math.inf)
+FRICTIONS = (0.0, 1e-8, 0.05, 1.0, 1e3, math.inf)
 RESIDUALS = (0.0, 0.5, 0.999, 1.0)
 NAMED = {
     Ending.COMPLETED,
@@ -153,8 +153,9 @@ def _turned_back(scheme: str, residual_shear: float) -> Followed:
     return seen
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("residual_shear", [0.0, 0.5])
+@pytest.mark.parametrize(
+    ("residual_shear", "scheme"), [*((0.0, scheme) for scheme in SCHEMES), (0.5, "galerkin"), (0.5, "half_plane")]
+)
 def test_a_pin_that_turns_back_obeys_the_laws(residual_shear: float, scheme: str) -> None:
     seen = _turned_back(scheme, residual_shear)
     assert not seen.broken
@@ -282,7 +283,7 @@ def test_chatter_cannot_stop_the_pin(friction: float, floor: float) -> None:
     assert steps.min() > 0.0
 
 
-@pytest.mark.parametrize("scheme", SIDEWAYS)
+@pytest.mark.parametrize("scheme", ["biquadratic", "half_plane"])
 def test_a_cascade_of_a_million_slips_obeys_the_laws(scheme: str) -> None:
     """Without friction every shear is slipped away one node at a time: more than a million slips at n_x = 129."""
     slab = Slab(129, scheme=scheme)
