@@ -99,7 +99,7 @@ def _table(slab):
 @pytest.mark.parametrize("way", get_args(InitialContact))
 def test_what_was_computed_before_does_not_choose_a_branch(way):
     """Alone, after other cases on the same table and on those of other grids, with the table elsewhere in memory: same bits."""
-    cases = [replace(drawn(number), initial_contact=way) for number in (1, 2, 5)]
+    cases = [replace(drawn(number), initial_contact=way) for number in (1, 5)]
     tables = {case: _table(case.slab) for case in cases}
     alone = {}
     for case, compliance in tables.items():

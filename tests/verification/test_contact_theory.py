@@ -169,7 +169,7 @@ def loaded(operator, friction, half_width):
 
 @pytest.mark.parametrize(
     ("friction", "poisson", "coupled"),
-    [(0.25, 1 / 3, True), (0.1, 0.4, True), (0.5, 0.0, True), (0.3, 0.0, True), (0.25, 1 / 3, False)],
+    [(0.1, 0.4, True), (0.5, 0.0, True), (0.25, 1 / 3, False)],
 )
 def test_the_stick_zone_grows_with_the_contact(friction, poisson, coupled):
     """Over a factor of 3 in half-width. Widths are whole nodes: both ends of both zones may be off by one node.
@@ -196,7 +196,7 @@ def test_the_stick_zone_grows_with_the_contact(friction, poisson, coupled):
     assert abs(shear) <= 2e-3, line  # 5e-4 to 1.1e-3 seen
 
 
-@pytest.mark.parametrize(("friction", "poisson"), [(0.25, 1 / 3), (0.1, 1 / 3), (0.5, 0.0), (0.3, 0.0)])
+@pytest.mark.parametrize(("friction", "poisson"), [(0.1, 1 / 3), (0.5, 0.0)])
 def test_the_collocation_meets_the_closed_form_without_coupling(friction, poisson):
     found = stick_zone(friction, poisson, coupled=False).ratio
     closed = uncoupled_ratio(friction, poisson)

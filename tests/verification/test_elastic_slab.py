@@ -103,7 +103,7 @@ def test_the_reference_of_elliptic_loads_has_converged(support):
         np.testing.assert_allclose(coarse, fine, rtol=2e-4)
 
 
-@pytest.mark.parametrize("poisson", [0.0, 1 / 3, PAST_A_THIRD])
+@pytest.mark.parametrize("poisson", [pytest.param(0.0, marks=pytest.mark.slow), 1 / 3, PAST_A_THIRD])
 @pytest.mark.parametrize("aspect_ratio", [0.25, 1.0, pytest.param(4.0, marks=pytest.mark.slow)])
 def test_the_default_grid_is_right_to_a_thousandth(aspect_ratio, poisson):
     """At ν = 0.49 and height 1 the corner leaves 0.13 %, although the bottom row is as fine as the surface: hence 0.0015."""
@@ -115,7 +115,7 @@ def test_the_default_grid_is_right_to_a_thousandth(aspect_ratio, poisson):
     assert nodes <= 11, line
 
 
-@pytest.mark.parametrize("poisson", [1 / 3, PAST_A_THIRD, 0.4999])
+@pytest.mark.parametrize("poisson", [PAST_A_THIRD, 0.4999])
 def test_without_a_singular_corner_poisson_does_not_matter(poisson):
     """No locking: 2e-4 and less for all ν, ten times less than with the corner at 0.49."""
     off = off_finite(Slab(129, 1.0, poisson, "frictionless"))[1]
@@ -174,7 +174,8 @@ HALF_PLANE = "Johnson, Contact Mechanics, §2.8"
 
 @pytest.fixture(scope="module")
 def reference():
-    return flat_punch(0.25, 1 / 3, 1.0)
+    """2e-4 softer than a finer mesh of 1e-4 and 1.5, below."""
+    return flat_punch(0.25, 1 / 3, 1.0, smallest=1e-3, growth=2.0)
 
 
 def pressed(n_x, scheme, half_width=0.25):
@@ -185,10 +186,11 @@ def pressed(n_x, scheme, half_width=0.25):
     return slab.x[under], force / slab.widths[under] / force.sum(), float(force.sum())
 
 
+@pytest.mark.slow
 def test_the_reference_of_the_punch_has_converged(reference):
-    coarser = flat_punch(0.25, 1 / 3, 1.0, smallest=1e-3, growth=2.0)
+    finer = flat_punch(0.25, 1 / 3, 1.0)
     # 2e-4 seen; a mesh of smallest=1e-6 and growth=1.2 differs by 1.4e-5.
-    assert reference.stiffness == pytest.approx(coarser.stiffness, rel=5e-4)
+    assert reference.stiffness == pytest.approx(finer.stiffness, rel=5e-4)
 
 
 @pytest.mark.parametrize(
