@@ -77,11 +77,11 @@ def test_the_contact_is_that_of_the_matrix(pin, effects, slab):
 
 
 @pytest.mark.parametrize("pin", ["parabola", "punch", "rough"])
-def test_equilibrium_and_complementarity_on_a_hundred_thousand_nodes(pin):
-    """Shares of the load, and of what it displaces. A matrix would take 320 GB."""
-    # Nodes that move sideways by half a spacing, 5e-6, have come in under a punch's edge.
+def test_equilibrium_and_complementarity_on_thirty_thousand_nodes(pin):
+    """Shares of the load, and of what it displaces. A matrix would take 29 GB."""
+    # Nodes that move sideways by half a spacing, 1.7e-5, have come in under a punch's edge.
     given = {**PINS[pin], "normal_load": 1e-5} if pin == "punch" else PINS[pin]
-    case = case_of(100_001, effects=FRICTIONLESS, **given)
+    case = case_of(30_001, effects=FRICTIONLESS, **given)
     compliance = surface_compliance(case.slab)
     assert isinstance(compliance, EndlessCompliance)
     state = initial_contact(case, compliance)

@@ -14,7 +14,7 @@ from nanoslip.solver.slab import Slab, Support
 from tests.benchmarks.compliance import sparse_compliance
 
 SUPPORTS: tuple[Support, ...] = get_args(Support)
-POISSON = (-0.9, 0.0, 1 / 3, 0.49, 0.4999)
+POISSON = (-0.9, 0.0, 0.4999)
 every_support = pytest.mark.parametrize("support", SUPPORTS)
 
 
@@ -99,7 +99,7 @@ def test_a_beam_bends_and_stretches() -> None:
     np.testing.assert_allclose(moved, expected, rtol=1 / height, atol=1e-9 * bent * height)
 
 
-@pytest.mark.parametrize("poisson", [*POISSON[:4]])
+@pytest.mark.parametrize("poisson", [-0.9, 0.0, 1 / 3, 0.49])
 def test_a_frictionless_foot_is_in_closed_form(poisson: float) -> None:
     """There pure bending is exact to the bottom: the moment does not turn the foot, and the middle, which is held, is ahead of
     the mean under a parabola of shear by ν/(1-ν)·12/E'·1/40 = 0.15 ν. A width more adds a beam's bending, 6/5 and twice that.

@@ -52,8 +52,10 @@ def test_both_oracles_agree(support: Support) -> None:
         np.testing.assert_allclose(np.abs(by_exponential(k, height, poisson, support)), np.abs(four), rtol=1e-9)
 
 
-@pytest.mark.parametrize("poisson", [-0.9, 0.0, 1 / 3, 0.49, 0.5])
-@pytest.mark.parametrize(("n_x", "height"), [(129, 0.01), (257, 0.02), (65, 0.002)])
+@pytest.mark.parametrize(
+    ("n_x", "height", "poisson"),
+    [(129, 0.01, -0.9), (129, 0.01, 0.5), (257, 0.02, 0.49), (65, 0.002, 0.0), (65, 0.002, 1 / 3), (65, 0.002, 0.5)],
+)
 def test_entries_sum_to_the_layers_response_to_every_wave(n_x: int, height: float, poisson: float) -> None:
     """To a hundredth of the millionth that is promised: what 10001 aliases leave out is 1e-8 of the whole."""
     slab = Slab(n_x, height, poisson, scheme="strip")
@@ -102,8 +104,7 @@ def test_many_nodes_take_the_memory_that_a_contact_is_planned_with(height: float
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("height", [1e-3, 0.1, 1.0])
-@pytest.mark.parametrize("poisson", [-0.9, 1 / 3, 0.5])
+@pytest.mark.parametrize(("height", "poisson"), [(1e-3, -0.9), (1e-3, 0.5), (0.1, 1 / 3), (1.0, -0.9), (1.0, 0.5)])
 def test_reciprocal_and_positive_definite_to_many_nodes(height: float, poisson: float) -> None:
     matrix = surface_compliance(Slab(1025, height, poisson, scheme="strip")).matrix
     np.testing.assert_array_equal(matrix, matrix.T)
