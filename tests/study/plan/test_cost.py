@@ -167,24 +167,22 @@ def test_a_tower_whose_pin_lets_go_is_not_taken_for_days_of_slips(height, poisso
     assert record_seconds(Case(slab=Slab(33, aspect_ratio=height, poisson=poisson), max_events=2000)) < 60.0
 
 
-def test_predictions_are_in_no_key_and_no_dataset(main, campaign, monkeypatch):
+def test_predictions_are_in_no_key_and_no_dataset(main, campaign, finished, monkeypatch):
     """Another order of tasks, and the same bytes."""
     costs = {task.key: task.cost for task in make_plan(load_manifest(campaign)).tasks}
-    assert main("run", campaign, "--out", campaign.parent / "usual", "--serial")[0] == 0
     for name, factor in {"SLIP": 1e4, "NODE": 0.0, "STEP": 1e-3}.items():
         monkeypatch.setattr(rates, name, factor * getattr(rates, name))
     others = {task.key: task.cost for task in make_plan(load_manifest(campaign)).tasks}
     assert main("run", campaign, "--out", campaign.parent / "other", "--serial")[0] == 0
     assert costs.keys() == others.keys()
     assert all(costs[key] != others[key] for key in costs)
-    usual, other = ((campaign.parent / name / "results.nc").read_bytes() for name in ("usual", "other"))
+    usual, other = ((folder / "results.nc").read_bytes() for folder in (finished, campaign.parent / "other"))
     assert usual == other
 
 
-def test_only_what_is_left_is_estimated(main, campaign, monkeypatch):
+def test_only_what_is_left_is_estimated(main, campaign, finished, monkeypatch):
     """Estimates take a third of the time in which many finished cases are counted."""
-    here = campaign, "--out", campaign.parent / "results"
-    assert main("run", *here, "--serial")[0] == 0
+    here = campaign, "--out", finished
     with monkeypatch.context() as none:
         none.setattr("nanoslip.study.plan.plan.estimate", lambda task: pytest.fail(f"{task.label} is estimated"))
         assert main("status", *here)[0] == main("run", *here, "--serial")[0] == 0

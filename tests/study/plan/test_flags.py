@@ -200,10 +200,12 @@ def test_a_drive_that_is_too_short_to_slip_is_named_with_what_it_needs():
         {"name": "damped", "damping_ratio": 20.0, "spring_stiffness": 2e4},
     ]
 
+    def lines_of(campaign: dict[str, object]) -> list[str]:
+        return out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {})))
+
     def run(**more: object) -> tuple[list[str], xr.Dataset]:
         campaign = {"title": "x", **own, "drives": drives, **more}
-        manifest = parse_manifest(Path("mine.toml"), as_toml(campaign), {})
-        return out_of_reach(make_plan(manifest)), api.run(campaign, progress=False)
+        return lines_of(campaign), api.run(campaign, progress=False)
 
     lines, short = run(drive_axes={"duration": [0.1, 0.2, 0.3]})
     assert lines == [
@@ -213,8 +215,8 @@ def test_a_drive_that_is_too_short_to_slip_is_named_with_what_it_needs():
     assert (ended == "no_slip").sum() >= 4
     lines, enough = run(drive_axes={"stage_travel": [1.3 * 0.38 * 2e-3]})
     assert (lines, "no_slip" in enough["drive_outcome"].values) == ([], False)
-    lines, _ = run(drive_axes={"stage_velocity": [0.0]})
-    assert lines[0].endswith("the stage is at rest: raise stage_velocity")
+    at_rest = {"title": "x", **own, "drives": drives, "drive_axes": {"stage_velocity": [0.0]}}
+    assert lines_of(at_rest)[0].endswith("the stage is at rest: raise stage_velocity")
 
 
 def test_a_drive_that_may_end_at_its_step_limit_is_named_with_the_advice_of_its_outcome():
