@@ -39,9 +39,8 @@ def numbers(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.drop_attrs()
 
 
-def test_a_file_and_a_dict_give_the_dataset_of_the_command(main, campaign, tmp_path):
-    assert main("run", campaign, "--serial", "--out", tmp_path / "command")[0] == 0
-    with open_dataset(tmp_path / "command") as expected:
+def test_a_file_and_a_dict_give_the_dataset_of_the_command(computed, campaign):
+    with open_dataset(computed) as expected:
         xr.testing.assert_identical(run(campaign), expected.load())
         xr.testing.assert_identical(numbers(run(tomllib.loads(SMALL))), numbers(expected.load()))
 
@@ -187,10 +186,11 @@ def test_progress_is_shown_where_somebody_watches(monkeypatch, capsys, place):
     seen = io.StringIO()
     screen = rich.console.Console(file=seen, **WATCHED[place])
     monkeypatch.setattr(api, "console", lambda stderr: screen)
-    run(TINY)
+    contact = {"title": "x", "stages": ["contact"], "numerics": {"n_x": 17}}
+    run(contact)
     said = seen.getvalue() + capsys.readouterr().err
     assert ("tasks" in said) == (place != "pipe")
-    run(TINY, progress=False)
+    run(contact, progress=False)
     assert seen.getvalue() + capsys.readouterr().err in said
 
 

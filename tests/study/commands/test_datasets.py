@@ -231,11 +231,11 @@ def test_what_cannot_be_exported_is_one_clear_message(main, campaign, tmp_path):
 # Reported: the page needs a dataset, whole, and its place is said.
 
 
-def test_a_report_repeats_no_table_that_its_run_has_printed(run, ask, out):
+def test_a_report_repeats_no_table_that_its_run_has_printed(run, ask, finished):
     """One after the other, as `make run` calls them, they print it once."""
     assert "plateau" in run()[1]
-    assert ask("report")[:2] == (0, f"report: {out / page.FILE}\n")
-    assert (out / page.FILE).is_file()
+    assert ask("report")[:2] == (0, f"report: {finished / page.FILE}\n")
+    assert (finished / page.FILE).is_file()
 
 
 def test_a_report_of_a_campaign_that_has_changed_since_is_refused(ask, campaign, finished):

@@ -304,7 +304,7 @@ def dataset(out):
     return (out / "results.nc").read_bytes()
 
 
-def test_merged_shards_are_the_same_bytes_as_one_run(main, run, ask, campaign, out, tmp_path):
+def test_merged_shards_are_the_same_bytes_as_one_run(run, ask, campaign, out, computed):
     for number in (3, 1, 2):
         code, said, errors = run("--shard", f"{number}/3")
         assert (code, f"shard {number} of 3 is done; nanoslip merge {campaign} --out {out} brings" in said) == (0, True)
@@ -317,8 +317,7 @@ def test_merged_shards_are_the_same_bytes_as_one_run(main, run, ask, campaign, o
     assert (code, f"dataset: {out / 'results.nc'}" in said, errors) == (0, True, "")
     assert sorted(path.name for path in out.iterdir()) == ["results", "results.nc", "runs.jsonl"]
     assert len(attempts.read(out)) == 3
-    assert main("run", campaign, "--out", tmp_path / "alone", "--serial")[0] == 0
-    assert dataset(out) == dataset(tmp_path / "alone")
+    assert dataset(out) == dataset(computed)
     code, _, errors = run()
     assert (code, "0 tasks to do" in errors) == (0, True)
 
@@ -332,7 +331,7 @@ def test_a_shard_for_which_no_case_is_left_says_so_and_ends_well(run, ask, out):
 
 
 def test_what_a_shard_has_not_finished_is_left_and_another_run_of_it_or_of_all_computes_that_alone(
-    main, run, ask, campaign, out, tmp_path
+    run, ask, campaign, out, computed
 ):
     assert run("--shard", "1/2")[0] == 0
     code, said, _ = ask("collect")
@@ -346,8 +345,7 @@ def test_what_a_shard_has_not_finished_is_left_and_another_run_of_it_or_of_all_c
     code, _, errors = run()  # takes in what shards have
     assert (code, "0 tasks to do" in errors) == (0, True)
     assert '"pending"' not in ask("status", "--json")[1]
-    main("run", campaign, "--out", tmp_path / "alone", "--serial")
-    assert dataset(out) == dataset(tmp_path / "alone")
+    assert dataset(out) == dataset(computed)
 
 
 def test_a_shard_of_which_tasks_failed_has_ended_without_them(run, monkeypatch):

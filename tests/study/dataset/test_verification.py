@@ -346,7 +346,7 @@ UNTOLD = {
 @pytest.mark.parametrize(
     ("ending", "text", "kind", "number", "cases"),
     [
-        *((ending, *UNTOLD["a record"]) for ending in UNDONE),
+        *((ending, *UNTOLD["a record"]) for ending in UNDONE if ending is not Ending.CRASHED),
         *((Ending.CRASHED, *UNTOLD[of]) for of in ("a drive", "records with a target")),
     ],
 )

@@ -62,9 +62,8 @@ def test_the_closed_form_is_read_back() -> None:
     assert found.numbers["spring_force_amplitude"].value == pytest.approx(amplitude, rel=0.03)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty(seed: int) -> None:
-    random = np.random.default_rng(seed)
+def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty() -> None:
+    random = np.random.default_rng(0)
     time, force = analytic(SLOW, 40_001, 2.0)
     chosen = np.sort(random.choice(len(time), 10_000, replace=False))
     noisy = force[chosen] + 0.01 * LOAD * (STATIC - KINETIC) * random.standard_normal(len(chosen))
