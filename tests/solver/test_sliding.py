@@ -241,6 +241,18 @@ def test_states_of_a_record_that_only_its_length_limits():
     np.testing.assert_array_equal(found[1].u, states_at(replace(CASE, max_events=3), COMPLIANCE, (3,))[0][0].u)
 
 
+@pytest.mark.parametrize(("load", "radius", "ending"), [(1e-2, 1.0, Ending.COMPLETED), (3e-2, 0.3, Ending.STEEP_PIN)])
+def test_energy_created_on_a_flank_is_a_share_of_the_load_s_square(load, radius, ending):
+    """Flanks steeper than μ_i, classical friction: at most 6e-5 W²/G is created in an event, and 3e-4 in the first one."""
+    case = Case(
+        0.03, radius, load, slab=Slab(17, 1.0, 0.0, scheme="half_plane"), slip_rule=SlipRule(residual_shear=1.0)
+    )
+    case = replace(case, max_events=60, max_displacement=0.2)
+    record = slide(case, surface_compliance(case.slab))
+    assert record.outcome.ending is ending
+    assert -1e-4 < record.dissipated.min(initial=0.0) / load**2 < -2e-5 or not record.outcome.ok
+
+
 def test_a_failure_behind_the_end_of_the_record_is_not_the_cases():
     """This pin gets too steep where it touches, but long after its seventh event."""
     case = case_with(radius=25.0, max_events=7)
