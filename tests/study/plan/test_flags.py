@@ -271,7 +271,7 @@ def test_a_drive_without_a_duration_ends_where_its_numbers_are_known():
     ],
 )
 def test_advice_names_what_ended_a_drive(given: dict[str, float], advice: str):
-    own = {"ensemble": {"members": 1}, "numerics": {"n_x": 65, "scheme": "strip"}, "title": "x"}
+    own = {"ensemble": {"members": 1}, "numerics": {"n_x": 33, "scheme": "strip"}, "title": "x"}
     data = api.run({**own, "drives": [{"name": "a", **given}]}, progress=False).squeeze()
     assert advice in str(data["drive_message"].item())
 
