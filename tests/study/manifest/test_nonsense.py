@@ -109,7 +109,7 @@ def refusals(path: Path, campaigns: Iterable[tuple[str, Any, tuple[str, ...]]]) 
             each.write_text(text, "utf-8")
         found = planned_or_refused(path)
         if isinstance(found, Plan):
-            taken[type(value)] = found
+            taken[float if type(value) is int else type(value)] = found
         else:
             yield from ((name, line) for line in found)
     for planned in taken.values():

@@ -107,7 +107,6 @@ def in_shards(folder: Path) -> dict[str, Found]:
 
 
 PLACES: Final[dict[str, Callable[[Path], dict[str, Found]]]] = {
-    "-j 2": on_two(0, 0),
     "rank 0 of 2": on_two(2, 0),
     "rank 1 of 2": on_two(2, 1),
     "shard": in_shards,
