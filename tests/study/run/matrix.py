@@ -1,8 +1,8 @@
-"""What each fault does to a run on two processes, on each of two ranks, and in a shard.
+"""What each fault does to a run on each of two ranks, and in a shard of two processes.
 
 All faults are in one run, each followed by a sound task. As a program it is that run, and what came of it goes to standard
-output as JSON: FOLDER RANK computes made-up tasks on two processes, or under a launcher of two ranks so that this one meets the
-faults; FOLDER nanoslip ... is the command line with faults in a campaign.
+output as JSON: FOLDER RANK computes made-up tasks under a launcher of two ranks so that this one meets the faults; FOLDER
+nanoslip ... is the command line with faults in a campaign.
 """
 
 import json
@@ -18,7 +18,7 @@ from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.commands import cli, run
 from nanoslip.study.dataset import file
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
-from nanoslip.study.run.launch import Program, processes_started
+from nanoslip.study.run.launch import Program
 from nanoslip.study.run.mpi import open_farm
 from tests.conftest import clean_environment, launcher
 from tests.study.run import faults
@@ -51,12 +51,10 @@ class Found(NamedTuple):
 
 def compute(folder: Path, rank: int) -> None:
     """Compute tasks with all faults, each followed by a sound one."""
-    alone = processes_started() == 1
     tasks = [task for fault in FAULTS for task in (faults.work(fault), Work(f"sound {fault}", limit=60.0))]
-    if not alone:
-        tasks.insert(1 - rank, BLOCKER)  # idle ranks get the first ones, in their order
+    tasks.insert(1 - rank, BLOCKER)  # idle ranks get the first ones, in their order
     diary = Diary()
-    with open_farm(faults.program(folder), jobs=2 if alone else None) as farm:
+    with open_farm(faults.program(folder)) as farm:
         if not farm.root:
             farm.leave(farm.serve())
         farm.run(tasks, diary)
@@ -77,11 +75,11 @@ def command() -> None:
     cli.main()
 
 
-def on_two(ranks: int, rank: int) -> Callable[[Path], dict[str, Found]]:
-    """A run of two processes: without a launcher, or of two ranks where this one meets the faults."""
+def on_two(rank: int) -> Callable[[Path], dict[str, Found]]:
+    """A run of two ranks where this one meets the faults."""
 
     def run(folder: Path) -> dict[str, Found]:
-        said = json.loads(_run([*launcher(ranks), sys.executable, "-m", PROGRAM, str(folder), str(rank)]))
+        said = json.loads(_run([*launcher(2), sys.executable, "-m", PROGRAM, str(folder), str(rank)]))
         return {name: Found(Outcome(Ending(each[0]), each[1]), *each[2:]) for name, each in said.items()}
 
     return run
@@ -107,8 +105,8 @@ def in_shards(folder: Path) -> dict[str, Found]:
 
 
 PLACES: Final[dict[str, Callable[[Path], dict[str, Found]]]] = {
-    "rank 0 of 2": on_two(2, 0),
-    "rank 1 of 2": on_two(2, 1),
+    "rank 0 of 2": on_two(0),
+    "rank 1 of 2": on_two(1),
     "shard": in_shards,
 }
 """Where faults are met -> the run."""
