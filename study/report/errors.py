@@ -104,10 +104,10 @@ def spread_lines(dataset: xr.Dataset) -> Iterator[str]:
         if named:
             span = f"{largest[known].min():.1%} to {largest.max():.1%} in {known.sum()} of {of.size} {what}"
             yield f"{name}: {span}; largest: {named}"
-    yield f"explain names what makes them less; {_UNKNOWN}"
+    yield f"nanoslip explain says how to make each smaller; {_UNKNOWN}"
 
 
-_UNKNOWN: Final = "explain --grid measures what a finer grid changes"
+_UNKNOWN: Final = "nanoslip explain --grid measures what a finer grid changes"
 
 
 def error_lines(
