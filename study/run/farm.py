@@ -123,7 +123,9 @@ class SerialFarm(Farm):
         return keys
 
     def news(self) -> Sequence[News]:
-        """Compute the next one."""
+        """Compute the next one, if any: all that waited may have been taken back."""
+        if not self._waiting:
+            return []
         self._execute = self._execute or self._load()
         task, where = self._waiting.pop(0), f"rank 0 on {socket.gethostname()}"
         done = attempt(self._execute, task, where, survive=(Exception, SystemExit, GeneratorExit))

@@ -20,7 +20,7 @@ from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.hard_cases.following import Followed, compliance_of, follow
 from tests.physics import coupled_half_plane, energy, half_plane, smallest_step
 
-FRICTIONS = (0.0, 1e-8, 0.05, 1.0, 1e3, math.inf)
+FRICTIONS = (0.0, 1e-8, 0.05, 1.0, 10.0, 1e3, 1e6, math.inf)
 RESIDUALS = (0.0, 0.5, 0.999, 1.0)
 NAMED = {
     Ending.COMPLETED,

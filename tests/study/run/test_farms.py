@@ -198,6 +198,15 @@ def test_a_task_longer_than_any_job_is_tried_by_a_run_that_has_nothing_else():
     assert tally == Tally(done=1, interrupted=True, outlasting=1)
 
 
+def test_one_process_takes_back_what_would_outlast_the_job(monkeypatch):
+    """The first task says how long the others take, which wait already: all that waits is taken back."""
+    monkeypatch.setenv("SLURM_JOB_END_TIME", "1")
+    diary = Diary()
+    with SerialFarm(lambda: diary.execute) as farm:
+        tally = farm.run([Work("first"), *(Work(str(number), ("first",)) for number in range(5))], diary)
+    assert tally == Tally(done=1, interrupted=True, outlasting=5)
+
+
 def test_without_the_end_of_a_job_all_is_done(monkeypatch):
     monkeypatch.delenv("SLURM_JOB_END_TIME", raising=False)
     tally, _ = coordinated(MadeUpRanks(1, seconds=1e9), [Work(str(number)) for number in range(5)])
