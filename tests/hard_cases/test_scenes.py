@@ -208,7 +208,7 @@ def test_fresh_campaigns_have_the_same_dataset_on_two_ranks(
 ) -> None:
     """Byte for byte, refusals included; a campaign that is refused is so in the same words. Without ranks one process
     computes all of them."""
-    texts = drawn(campaigns(), 10, number)
+    texts = drawn(campaigns(), 6, number)
     alone, over_ranks = ([tmp_path / f"{place} on {ranks}" for place in range(len(texts))] for ranks in (0, 2))
     for folder, text in zip((*alone, *over_ranks), texts * 2, strict=True):
         folder.mkdir()
