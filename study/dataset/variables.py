@@ -236,16 +236,32 @@ def described(name: str) -> Described:
 
     name: its own (also without `_mean`), or its symbol, Greek or Latin. Raises KeyError that names the nearest ones.
     """
-    if found := _by_name().get(name) or _by_name().get(f"{name}_mean"):
-        return found
-    if called := next((each for each in rows() if name in typed(each.symbol)[0]), None):
-        return called
-    near = difflib.get_close_matches(name, {each.name: each for each in rows()}, n=3, cutoff=0.5)
+    if name in by_name():
+        return by_name()[name]
+    names = list(dict.fromkeys(each.name for each in rows()))
+    if found := called(names, name):
+        return by_name()[found[0]]
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
     raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
 
 
+def called(names: Sequence[str], word: str) -> list[str]:
+    """The variables of these names that a word means, by the first rule that finds any."""
+    known = by_name()
+    symbols = {
+        name: typed(known[name].symbol if name in known else "") for name in names if not name.startswith("fitted_")
+    }
+    rules = (
+        [word] if word in names else [],
+        [name for name, (known_as, _) in symbols.items() if word in known_as],
+        [name for name, (_, in_short) in symbols.items() if word in in_short],
+        [name for name in names if name == f"{word}_mean"],
+    )
+    return next(filter(None, rules), [])
+
+
 @cache
-def _by_name() -> dict[str, Described]:
+def by_name() -> dict[str, Described]:
     """Every variable, those beside means included; of one in several groups the first."""
     return {each.name: each for each in reversed(list(_all(beside=True)))}
 

@@ -3,7 +3,7 @@
 import difflib
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.access import Places, places
-from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, described, members_of, parameters
-from nanoslip.study.manifest.parameters import typed
+from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, by_name, called, members_of, parameters
 from nanoslip.study.toml_text import from_toml
 
 # Labels of variables and values on axes, in legends and in captions.
@@ -28,10 +27,7 @@ LETTERS: Final = 3
 
 def description_of(name: str) -> Described:
     """Declaration of a variable; only its name without one."""
-    try:
-        return described(name)
-    except KeyError:
-        return Described(name, "", "", "1", name, "", "", "", ())
+    return by_name().get(name) or Described(name, "", "", "1", name, "", "", "", ())
 
 
 def symbol(name: str) -> str:
@@ -269,7 +265,7 @@ class AmbiguousNameError(UnknownNameError):
 def variable_of(dataset: xr.Dataset, word: str) -> str:
     """The variable or coordinate of the cases that a word means. Raises UnknownNameError, AmbiguousNameError."""
     names = [str(name) for name in dataset.variables]
-    found = _called(names, word)
+    found = called(names, word)
     if len(found) == 1:
         return found[0]
     if found:
@@ -298,13 +294,13 @@ def points_named(dataset: xr.Dataset, word: str) -> Points:
 
 def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
-    if len(found := _called(list(points.axes), word)) == 1:
+    if len(found := called(list(points.axes), word)) == 1:
         return found[0]
     wrong = (
         "no variable of this dataset",
         "cases do not differ in it",
         "cases do not differ in what is called so",
-    )[min(len(_called([str(name) for name in dataset.variables], word)), 2)]
+    )[min(len(called([str(name) for name in dataset.variables], word)), 2)]
     known = (f"{name} ({sign})" if (sign := description_of(name).symbol) else name for name in points.axes)
     raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")
 
@@ -329,15 +325,3 @@ def _same(value: Any, given: Any) -> bool:
         return float(value) == float(given)
     except ValueError:
         return str(value).lower() == str(given).lower()
-
-
-def _called(names: Sequence[str], word: str) -> list[str]:
-    """The variables of these names that a word means, by the first rule that finds any."""
-    symbols = {name: typed(description_of(name).symbol) for name in names if not name.startswith("fitted_")}
-    rules = (
-        [word] if word in names else [],
-        [name for name, (known_as, _) in symbols.items() if word in known_as],
-        [name for name, (_, in_short) in symbols.items() if word in in_short],
-        [name for name in names if name == f"{word}_mean"],
-    )
-    return next(filter(None, rules), [])

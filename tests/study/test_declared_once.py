@@ -66,7 +66,7 @@ def declare(patch: pytest.MonkeyPatch, old: type, new: type) -> None:
     kind = KINDS["record"]
     parts = tuple(part._replace(type=new) if part.type is old else part for part in kind.parts)
     patch.setitem(KINDS, "record", replace(kind, parts=parts))
-    patch.setattr(variables, "_by_name", variables._by_name.__wrapped__)  # which remembers what was declared
+    patch.setattr(variables, "by_name", variables.by_name.__wrapped__)  # which remembers what was declared
 
 
 def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:

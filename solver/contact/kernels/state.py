@@ -394,7 +394,8 @@ def _displaced(compliances: Floats, forces: Floats) -> tuple[float, float]:
 def _residual(state: KernelState, missing: Floats) -> float:
     """Fill `missing`, (N,), with the residual of equilibrium; returns its largest entry as a share of what is displaced.
 
-    Displacements by the compliance, less inputs and responses; last, the load less all forces. Infinite without numbers or load.
+    Displacements by the compliance, less inputs and responses; last, the load less all forces. Infinite where a number is
+    missing or nothing bears the load.
     """
     n, response, inputs = len(state.x), state.response, state.inputs
     error, largest, carried, forces = 0.0, 0.0, 0.0, np.zeros(2 * n)
