@@ -512,7 +512,7 @@ def fit() -> None:
     ones are used. The output has the best point, the range of each parameter at 68 and 95 %, and parameters that cannot be told
     apart.
 
-    Exit codes: 0 found; 2 wrong input; 99 interrupted, run again to continue.
+    Exit codes: 0 searched, reached or not; 2 wrong input; 99 interrupted, run again to continue.
 
     Example: nanoslip fit campaigns/mine.toml mu_s=0.3+-0.01 mu_k=0.26+-0.01 --vary mu_i=0.1:0.8,radius -j 2
     """
