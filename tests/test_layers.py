@@ -32,7 +32,7 @@ ORDER = {
     "nanoslip.study.plan": "task kinds cost grids plan outlook",
     "nanoslip.study.results": "entry log attempts shard store",
     "nanoslip.study.dataset": "file crate variables table collect access concatenation compare verify",
-    "nanoslip.study.run": "launch queue progress dispatch journal child agent farm mpi compute warm_up executor batch "
+    "nanoslip.study.run": "launch queue progress dispatch journal child agent farm mpi compute warm_up executor part batch "
     "campaign",
     "nanoslip.study.report": "console summary errors curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
@@ -57,6 +57,7 @@ HOMES = {
         "nanoslip.study.inference",
         "nanoslip.study.api",
         "nanoslip.study.commands.datasets",
+        "nanoslip.study.commands.look",
         "nanoslip.study.commands.trace",
     },
     "matplotlib": {

@@ -1,13 +1,11 @@
 """Datasets behind commands: a campaign's own, written and printed; one that is named; one case of it."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields
 from pathlib import Path
-from typing import Final
 
-import click
 import xarray as xr
 
 from nanoslip.solver.case import parameters_of_a_case
@@ -15,20 +13,17 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.plans import advised, counted, planned
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.access import one_case, scales_of
+from nanoslip.study.dataset.access import one_case
 from nanoslip.study.dataset.collect import collect, is_made_of, made_of, note
 from nanoslip.study.dataset.table import coordinates, layout_of
-from nanoslip.study.dataset.variables import MEMBERS, OUTCOMES, means_of
-from nanoslip.study.figures.shared import column, format_of, image
+from nanoslip.study.dataset.variables import OUTCOMES, means_of
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
-from nanoslip.study.manifest.parameters import STANDARD, of_symbol
-from nanoslip.study.manifest.units import si_line
+from nanoslip.study.manifest.parameters import of_symbol
 from nanoslip.study.plan.plan import PENDING, Plan
 from nanoslip.study.report import summary
-from nanoslip.study.report.console import FAILED, console, counting, print_sentences, print_table, say, whole
-from nanoslip.study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
-from nanoslip.study.results.store import Store, StoreError, write_files
+from nanoslip.study.report.console import FAILED, counting, print_sentences, print_table, say, whole
+from nanoslip.study.results.store import Store, StoreError
 
 
 def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = False) -> int:
@@ -180,73 +175,3 @@ def single(dataset: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
         return one_case(dataset, given)
     except (KeyError, ValueError) as error:
         raise Refusal(str(error.args[0])) from None
-
-
-# One case of a dataset on the terminal: how it ended, its numbers, its lines in text; or its lines as a picture.
-
-_NAMES: Final = ("case_id", "case")
-"""Coordinates that are no parameters."""
-
-
-def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | None) -> None:
-    """Print the case that parameters single out, or write its picture besides. Raises Refusal where it is not one case."""
-    case = single(dataset, given)
-    _print_numbers(case, dataset)
-    lines = list(curves(case))
-    if lines and MEMBERS.name in case and int(case[MEMBERS.name].max()) > 1:
-        say("lines are those of the first member")
-    if picture:
-        write({picture: _drawn(lines, format_of(picture))})
-    else:
-        print_lines(lines)
-
-
-def write(files: Mapping[Path, bytes]) -> None:
-    """Write files, and say where. Raises StoreError."""
-    write_files(files)
-    for path in files:
-        say(whole(f"written: {path}"))
-
-
-def print_lines(lines: Iterable[Curve]) -> None:
-    """Plot lines in text, as wide as there is room."""
-    width = min(WIDTH, console().width - MARGIN)
-    for line in lines:
-        click.echo(text_plot(line.x, line.y, (line.x_label, line.y_label), width))
-
-
-def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
-    """Print parameters, outcome and numbers of a case; several drives as rows."""
-    values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
-    scales = scales_of(dataset.attrs)
-    in_si = [si_line(scales, values, {})] if scales else []
-    print_sentences([f"case {_label(case, dataset)}", *in_si, *summary.ending_lines(case)])
-    table, others = summary.case_table(case)
-    if table.rows:
-        print_table(table)
-    print_sentences(f"{why}: {', '.join(names)}" for why, names in others.items())
-    if "drive_outcome" in case and case["drive_outcome"].dims:
-        say("several drives; drive=NAME, or values of their parameters, shows one:")
-        print_table(summary.scalar_table(case, why=False))
-        print_sentences(summary.failure_summary(case), FAILED)
-
-
-def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
-    """The parameters that tell a case from the dataset's others; the standard ones always."""
-    names = [str(name) for name, each in case.coords.items() if not each.dims and name not in _NAMES]
-    told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
-    if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
-        told = ["half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")]
-        told.insert(0, "pin")
-    return summary.words({name: case[name].item() for name in told if not case[name].isnull()})
-
-
-def _drawn(lines: Sequence[Curve], form: str) -> bytes:
-    """A picture of the lines, one above the other. Raises Refusal where there is none."""
-    if not lines:
-        raise Refusal("this case has no friction record, motion or contact to be drawn: see [outputs] and stages")
-    with column(height=2.2 * len(lines)) as figure:
-        for axes, line in zip(figure.subplots(len(lines), squeeze=False).ravel(), lines, strict=True):
-            axes.plot(line.x, line.y)
-            axes.set(xlabel=line.x_label, ylabel=line.y_label)
-        return image(figure, form)

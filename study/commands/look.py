@@ -2,13 +2,14 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import click
+import xarray as xr
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import Pin, pin_of
@@ -17,19 +18,12 @@ from nanoslip.solver.parameter import Parameter
 from nanoslip.solver.sliding.validity import MISSED, MISSING
 from nanoslip.study import api, shipped
 from nanoslip.study.accuracy.effects import FINER, Influence, Scenes, influences, scenes_of
-from nanoslip.study.commands.datasets import (
-    assignments,
-    chosen,
-    dataset_of,
-    is_of,
-    print_lines,
-    show_case,
-    single,
-    write,
-)
+from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
 from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
+from nanoslip.study.dataset.access import scales_of
+from nanoslip.study.dataset.variables import MEMBERS
 from nanoslip.study.figures.frames import events_of, frames
 from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
 from nanoslip.study.figures.shared import (
@@ -48,27 +42,28 @@ from nanoslip.study.manifest.cases import campaign_of, expand
 from nanoslip.study.manifest.checker import ManifestError, number_or_text
 from nanoslip.study.manifest.columns import text_of
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import make_case, words
+from nanoslip.study.manifest.parameters import STANDARD, make_case, words
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
-from nanoslip.study.manifest.units import compact, plain
+from nanoslip.study.manifest.units import compact, plain, si_line
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
 from nanoslip.study.plan.grids import Front, load_front, settled
 from nanoslip.study.plan.plan import plan_of
 from nanoslip.study.plan.task import idle
-from nanoslip.study.report import page
+from nanoslip.study.report import page, summary
 from nanoslip.study.report.console import (
     FAILED,
     Table,
+    console,
     print_entries,
     print_sentences,
     print_table,
     say,
     whole,
 )
-from nanoslip.study.report.curves import Curve
+from nanoslip.study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
 from nanoslip.study.report.errors import Error, error_lines
-from nanoslip.study.results.store import StoreError
+from nanoslip.study.results.store import StoreError, write_files
 from nanoslip.study.run.progress import roughly
 
 
@@ -420,3 +415,73 @@ def _of_roughness(case: Case, slides: bool) -> str:
 
 def _seconds(case: Case, slides: bool) -> float:
     return condensation_seconds(case.slab) + (record_seconds(case) if slides else touch_seconds(case))
+
+
+# One case of a dataset on the terminal: how it ended, its numbers, its lines in text; or its lines as a picture.
+
+_NAMES: Final = ("case_id", "case")
+"""Coordinates that are no parameters."""
+
+
+def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | None) -> None:
+    """Print the case that parameters single out, or write its picture besides. Raises Refusal where it is not one case."""
+    case = single(dataset, given)
+    _print_numbers(case, dataset)
+    lines = list(curves(case))
+    if lines and MEMBERS.name in case and int(case[MEMBERS.name].max()) > 1:
+        say("lines are those of the first member")
+    if picture:
+        write({picture: _drawn(lines, format_of(picture))})
+    else:
+        print_lines(lines)
+
+
+def write(files: Mapping[Path, bytes]) -> None:
+    """Write files, and say where. Raises StoreError."""
+    write_files(files)
+    for path in files:
+        say(whole(f"written: {path}"))
+
+
+def print_lines(lines: Iterable[Curve]) -> None:
+    """Plot lines in text, as wide as there is room."""
+    width = min(WIDTH, console().width - MARGIN)
+    for line in lines:
+        click.echo(text_plot(line.x, line.y, (line.x_label, line.y_label), width))
+
+
+def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
+    """Print parameters, outcome and numbers of a case; several drives as rows."""
+    values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
+    scales = scales_of(dataset.attrs)
+    in_si = [si_line(scales, values, {})] if scales else []
+    print_sentences([f"case {_label(case, dataset)}", *in_si, *summary.ending_lines(case)])
+    table, others = summary.case_table(case)
+    if table.rows:
+        print_table(table)
+    print_sentences(f"{why}: {', '.join(names)}" for why, names in others.items())
+    if "drive_outcome" in case and case["drive_outcome"].dims:
+        say("several drives; drive=NAME, or values of their parameters, shows one:")
+        print_table(summary.scalar_table(case, why=False))
+        print_sentences(summary.failure_summary(case), FAILED)
+
+
+def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
+    """The parameters that tell a case from the dataset's others; the standard ones always."""
+    names = [str(name) for name, each in case.coords.items() if not each.dims and name not in _NAMES]
+    told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
+    if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
+        told = ["half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")]
+        told.insert(0, "pin")
+    return summary.words({name: case[name].item() for name in told if not case[name].isnull()})
+
+
+def _drawn(lines: Sequence[Curve], form: str) -> bytes:
+    """A picture of the lines, one above the other. Raises Refusal where there is none."""
+    if not lines:
+        raise Refusal("this case has no friction record, motion or contact to be drawn: see [outputs] and stages")
+    with column(height=2.2 * len(lines)) as figure:
+        for axes, line in zip(figure.subplots(len(lines), squeeze=False).ravel(), lines, strict=True):
+            axes.plot(line.x, line.y)
+            axes.set(xlabel=line.x_label, ylabel=line.y_label)
+        return image(figure, form)

@@ -1,12 +1,10 @@
-"""Campaigns as jobs of a batch system: tasks and script of a job."""
+"""Batch scripts of a campaign: pure functions of its path, the settings of a cluster and a template."""
 
 import shlex
-from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
-from itertools import accumulate
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any
 
 import jinja2
 from jinja2.sandbox import SandboxedEnvironment
@@ -15,86 +13,8 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study import shipped
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.manifest.checker import ManifestError, path_shown, read_text
-from nanoslip.study.plan.plan import Plan
-from nanoslip.study.results.shard import Shard
 from nanoslip.study.run.launch import WARNING
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
-
-# Which cases are a shard's: blocks of neighbours that cost about the same.
-#
-# Neighbours mostly share slabs. What several shards need, a compliance for example, each of them computes for itself.
-
-LEAST: Final = 1e-3
-"""Seconds that any case counts: those that are refused are spread, too."""
-
-Result = TypeVar("Result")
-
-
-def part(plan: Plan, shard: Shard) -> Plan:
-    """The cases of a shard, and all tasks that they need. Every case is in one of the shards."""
-    needed = _needed(plan)
-    costs = {task.key: task.cost for task in plan.tasks}
-    users = Counter(key for keys in needed.values() for key in keys)
-    weights = [LEAST + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases]
-    blocks = blocks_of(weights, shard.of)
-    cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
-    keys = {key for case in cases for key in needed[case.case_id]}
-    case_tasks = {case.case_id: plan.case_tasks[case.case_id] for case in cases}
-    distinct = tuple(task for task in plan.distinct if task.key in keys)
-    return replace(plan, cases=cases, distinct=distinct, case_tasks=case_tasks)
-
-
-def blocks_of(weights: Sequence[float], count: int) -> list[int]:
-    """The block of each weight, from 0: neighbours together, each block about as heavy as any other.
-
-    None is empty while there is another with two, and none is heavier than their mean by more than one weight.
-    """
-    ends, blocks = list(accumulate(weights)), list[int]()
-    count = min(count, len(ends))
-    for number, (end, weight) in enumerate(zip(ends, weights, strict=True)):
-        middle = int(count * (end - weight / 2.0) / ends[-1])
-        enough_for_the_others = count - (len(ends) - number)
-        after_the_last = blocks[-1] + 1 if blocks else 0
-        blocks.append(min(max(middle, enough_for_the_others), after_the_last))
-    return blocks
-
-
-def finished_with(
-    plan: Plan, own: Mapping[str, Result], merged: Mapping[str, Result], given_up: Collection[str] = ()
-) -> dict[str, Result]:
-    """Tasks that a shard skips: finished or merged ones, unless a remaining task reads them.
-
-    given_up: keys of tasks that it does not try.
-    """
-    found = {**merged, **own}
-    while lacking := _read(plan, found, given_up) - own.keys():
-        found = {key: each for key, each in found.items() if key not in lacking}
-    return found
-
-
-def _read(plan: Plan, finished: Collection[str], given_up: Collection[str]) -> set[str]:
-    """Results that a remaining task reads."""
-    tried = plan.possible(plan.remaining(finished), set(given_up) - set(finished))
-    return {need for task in tried for need in task.needs if need in finished}
-
-
-def _needed(plan: Plan) -> dict[str, set[str]]:
-    """case_id -> keys of its tasks, and of all that they need."""
-    needs = {task.key: task.needs for task in plan.distinct}
-    found = {}
-    for case in plan.cases:
-        keys: set[str] = set()
-        waiting = list(plan.case_tasks[case.case_id].keys.values())
-        while waiting:
-            key = waiting.pop()
-            if key not in keys:
-                keys.add(key)
-                waiting.extend(needs[key])
-        found[case.case_id] = keys
-    return found
-
-
-# The batch scripts of a campaign: pure functions of the campaign's path, the settings of a cluster and a template.
 
 TEMPLATE = "job.sh.j2"
 

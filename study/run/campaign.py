@@ -13,11 +13,11 @@ from nanoslip.study.plan.outlook import shortages
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
-from nanoslip.study.run.batch import finished_with
 from nanoslip.study.run.dispatch import Done, Report, Tally, Watch
 from nanoslip.study.run.executor import Left, drop_intermediates, given_up, left
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
+from nanoslip.study.run.part import finished_with
 from nanoslip.study.run.progress import Measured
 from nanoslip.study.run.warm_up import WarmUp, miniatures
 

@@ -15,13 +15,11 @@ from nanoslip.study.run.batch import (
     Site,
     SiteError,
     array_script,
-    blocks_of,
-    finished_with,
     load_site,
     merge_script,
-    part,
     script,
 )
+from nanoslip.study.run.part import blocks_of, finished_with, part
 from tests.conftest import ROOT, SMALL
 
 RECORDED = Path(__file__).with_name("job.sh")
