@@ -237,10 +237,8 @@ def address(text: str, kind: str) -> str:
 
 
 FILE: Final = "report.html"
-MOST_SINGLE: Final = 24
-"""The most figures of single records, drives, … that a page shows."""
-FEW_SINGLE: Final = 6
-"""Small figures that find room below a large one of half the page's width."""
+MOST_SINGLE: Final = 6
+"""The most figures of single records, drives, … of a section: so many find room below a large one of half the page's width."""
 LONG: Final = 40
 """Letters of an outcome that a line has room for."""
 _THINNED: Final = ("records", "drives")
@@ -260,16 +258,11 @@ class Section(NamedTuple):
 
 
 def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
-    """Sections with their places on a broad page: a `half` beside the next one, or `alone` without one.
-
-    A section of `many` small figures has them beside and below its large one; one of several large figures, "", goes all across.
-    """
+    """Sections with their places on a broad page: a `half` beside the next one, `alone` without one, "" across."""
     found: list[tuple[str, Section]] = []
     for section in sections:
         if len(section.large) > 1:
             found.append(("", section))
-        elif len(section.single) > FEW_SINGLE:
-            found.append(("many", section))
         elif found and found[-1][0] == "alone":
             found[-1:] = [("half", found[-1][1]), ("half", section)]
         else:
