@@ -144,7 +144,7 @@ class Heterogeneity:
         columns=("xi", "height"),
         least=-FARTHEST_POINT,
         most=FARTHEST_POINT,
-        need=f"|ξ| and |height| up to {FARTHEST_POINT:g}",
+        need=f'|ξ| and |height| up to {FARTHEST_POINT:g} L_x; columns of a file in nm need x = "nm", z = "nm"',
     )
 
     def __post_init__(self) -> None:

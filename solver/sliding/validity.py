@@ -62,7 +62,10 @@ class Flag(NamedTuple):
 
 
 FEW_NODES = Flag(
-    1, "few_nodes", f"fewer than {FEWEST_NODES} nodes in contact", "raise n_x or radius (half_width of a punch)"
+    1,
+    "few_nodes",
+    f"fewer than {FEWEST_NODES} nodes in contact",
+    "raise radius (half_width of a punch) or n_x",
 )
 NEAR_ENDS = Flag(
     2,
@@ -137,7 +140,7 @@ class Validity:
 
     validity_flags: int = field(
         metadata=quantity(
-            "ways in which the contact means little",
+            "warnings that the contact is doubtful",
             comment="at any time of the record; "
             "of a contact that was not reached those to be expected; bits by flag_masks; 0: none, or not computed "
             "(see outcome); what each means and asks for is in advice",

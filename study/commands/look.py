@@ -23,7 +23,7 @@ from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import scales_of
-from nanoslip.study.dataset.variables import MEMBERS
+from nanoslip.study.dataset.variables import are_means
 from nanoslip.study.figures.frames import events_of, frames
 from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
 from nanoslip.study.figures.shared import (
@@ -428,12 +428,14 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
     case = single(dataset, given)
     _print_numbers(case, dataset)
     lines = list(curves(case))
-    if lines and MEMBERS.name in case and int(case[MEMBERS.name].max()) > 1:
+    if lines and are_means(case):
         say("lines are those of the first member")
     if picture:
         write({picture: _drawn(lines, format_of(picture))})
     else:
         print_lines(lines)
+    if lines and (answer := summary.answer(case)):  # which has scrolled away
+        say(answer)
 
 
 def write(files: Mapping[Path, bytes]) -> None:

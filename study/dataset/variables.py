@@ -349,14 +349,24 @@ def ends_of(counts: xr.DataArray) -> str:
     return " to ".join(dict.fromkeys(str(int(end)) for end in (known.min(), known.max()))) if known.size else "0"
 
 
+def are_means(dataset: xr.Dataset) -> bool:
+    """Whether numbers are means over several members."""
+    return MEMBERS.name in dataset and bool((dataset[MEMBERS.name] > 1.0).any())
+
+
 def means_of(dataset: xr.Dataset) -> str:
-    """That numbers are means, over how many members, and what stands where fewer have one; empty where each is of one."""
-    if MEMBERS.name not in dataset or not bool((dataset[MEMBERS.name] > 1.0).any()):
-        return ""
-    counts = filter(None, (members_of(dataset, str(name)) for name in dataset.data_vars))
-    fewer_have_it = any(bool(((having > 0) & (having < used)).any()) for having, used in counts)
-    explained = f"; (k of n) {EXPLAINED}" if fewer_have_it else ""
-    return f"numbers are means over {ends_of(dataset[MEMBERS.name])} members, ± their 68 % interval{explained}"
+    """What numbers are means over, what ± is, and what stands where fewer members have one or ± is not known."""
+    names = list(map(str, dataset.data_vars))
+    counts = filter(None, (members_of(dataset, name) for name in names))
+    stated = {name: dataset[f"{name}_uncertainty"] for name in names if f"{name}_uncertainty" in dataset}
+    parts = []
+    if are_means(dataset):
+        parts.append(f"numbers are means over {ends_of(dataset[MEMBERS.name])} members, ± their 68 % interval")
+    if any(bool((error.isnull() & dataset[name].notnull()).any()) for name, error in stated.items()):
+        parts.append("± ?: not known of one start")
+    if any(bool(((having > 0) & (having < used)).any()) for having, used in counts):
+        parts.append(f"(k of n) {EXPLAINED}")
+    return "; ".join(parts)
 
 
 # Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to.

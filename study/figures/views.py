@@ -16,7 +16,7 @@ from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor, id_of, places, scales_of
 from nanoslip.study.dataset.file import groups_of
-from nanoslip.study.dataset.variables import means_of
+from nanoslip.study.dataset.variables import are_means
 from nanoslip.study.figures.points import Columns, label, typeset, varying, words
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
 from nanoslip.study.figures.sweep import answers
@@ -107,7 +107,7 @@ def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[R
 
 def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View | str]:
     """One figure of several runs together, then one of each; and how many are not drawn, and why."""
-    caption = f"{family.caption}, of the first member" if means_of(dataset) and not family.of_all else family.caption
+    caption = f"{family.caption}, of the first member" if are_means(dataset) and not family.of_all else family.caption
     runs = runs_of(dataset, family.group, family.need)
     numbers = cache(partial(family.columns, dataset))  # two figures show a run, and two files hold it
     if family.together and len(runs) > 1:

@@ -118,6 +118,12 @@ def ending_lines(case: xr.Dataset) -> Iterator[str]:
     yield from filter(None, [variables.means_of(case)])
 
 
+def answer(case: xr.Dataset) -> str:
+    """The first numbers of `SHOWN` that one case has, in a line."""
+    there = [(SHOWN[name], _text(case, name, 4)) for name in SHOWN if name in case and not case[name].dims]
+    return ", ".join(f"{title} {value}" for title, value in there[:4] if value != NOTHING)
+
+
 def _text(values: xr.Dataset, name: str, digits: int) -> str:
     """A scalar as text: a number in so many digits, or rounded beside the ± that it states; NOTHING where it is not known."""
     value, error = values[name].item(), f"{name}{UNCERTAINTY}"
