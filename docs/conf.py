@@ -12,9 +12,10 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 # Commands of this environment, output as wide as a page, one thread each: set before numpy is imported.
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-os.environ |= {"COLUMNS": "100", "MPLBACKEND": "agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+os.environ |= {"COLUMNS": "80", "MPLBACKEND": "agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 import reference  # noqa: E402
+import shown  # noqa: E402
 
 from nanoslip.study import provenance  # noqa: E402
 
@@ -67,8 +68,10 @@ def plain_text(_app, *given):  # type: ignore[no-untyped-def]
 
 
 def as_on_the_site(_app, docname, source):  # type: ignore[no-untyped-def]
-    """Links to the gallery's sources lead to its pages; a page that is a table alone has the name of its file."""
+    """Links to the gallery's sources lead to its pages, which show files and commands; a table alone has the name of its file."""
     source[0] = re.sub(r"\(gallery/(\w+)\.py\)", r"(project:examples/\1.rst)", source[0])
+    if docname.startswith("docs/examples/"):
+        source[0] = shown.shown(source[0])
     if docname.startswith(("tests/", "study/")) and not source[0].startswith("# "):
         folder, name = docname.split("/")[-2:]
         source[0] = f"# {folder.replace('_', ' ').capitalize()}: {name.replace('_', ' ')}\n\n{source[0]}"

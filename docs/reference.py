@@ -23,7 +23,7 @@ def table(head: Row, body: Iterable[Row]) -> str:
 
 # Keys of a campaign.
 
-HEAD = ("key", "meaning", "unit", "allowed", "default")
+HEAD = ("key", "meaning", "allowed", "default")
 
 
 def tables_of_keys() -> Iterator[tuple[str, str]]:
@@ -38,9 +38,9 @@ def _key(key: Key) -> Row:
     stated = key.stated
     meaning = f"`{key.only}`: {stated.meaning}" if key.only else stated.meaning
     meaning += f" ({stated.symbol})" * bool(stated.symbol) + f"; {stated.comment}" * bool(stated.comment)
-    unit = "" if stated.unit == "1" else stated.unit
+    meaning += f", in {stated.unit}" * (stated.unit != "1")
     default = key.default if key.default == "none" else f"`{key.default}`"
-    return f"`{key.word}`", meaning, unit, re.sub(r'"\w+"|\btrue\b|\bfalse\b', r"`\g<0>`", key.allowed), default
+    return f"`{key.word}`", meaning, re.sub(r'"\w+"|\btrue\b|\bfalse\b', r"`\g<0>`", key.allowed), default
 
 
 # Variables of a dataset.
@@ -57,7 +57,7 @@ def variables() -> str:
     parts = [f"{SIZE} is one of " + ", ".join(f"`{word}` ({meaning})" for word, meaning in SIZES.items()) + "."]
     for group, body in sections.items():
         parts.append(f"## {group[0].upper()}{group[1:]}")
-        parts.append(table(("variable", "along", "unit", "meaning", "remark"), _folded(body)))
+        parts.append(table(("variable", "meaning", "unit", "along", "remark"), _folded(body)))
     return "\n\n".join(parts) + "\n"
 
 
@@ -72,15 +72,15 @@ def _marked(row: Row) -> Row:
     word = next((word for word in SIZES if row[0].startswith(f"`{word}_")), None)
     if word is None:
         return row
-    name, along, unit, *texts = (cell.replace(SIZES[word], SIZE).replace(word, SIZE) for cell in row)
-    return name, along, unit and f"that of {SIZE}", *texts
+    name, meaning, unit, *rest = (cell.replace(SIZES[word], SIZE).replace(word, SIZE) for cell in row)
+    return name, meaning, unit and f"that of {SIZE}", *rest
 
 
 def _variable(each: Described) -> Row:
     meaning = each.meaning + (f" ({each.symbol})" if each.symbol else "")
     values = ", ".join(f"`{value}`" for value in each.values)
     remark = "; ".join(filter(None, (values, each.comment, "has a ±" if each.uncertainty else "")))
-    return f"`{each.name}`", each.dims, each.units, meaning, remark
+    return f"`{each.name}`", meaning, each.units, each.dims, remark
 
 
 def flags() -> str:

@@ -7,6 +7,7 @@ import sys
 import tomllib
 from dataclasses import fields
 from pathlib import Path
+from textwrap import dedent, indent
 
 import pytest
 
@@ -44,6 +45,24 @@ def test_every_variable_is_on_its_page_by_itself_or_with_those_that_differ_by_th
 
 def test_every_public_name_is_on_its_page() -> None:
     assert set(re.findall(r":: nanoslip\.(\w+)", REFERENCE["names"]())) == set(nanoslip.__all__)
+
+
+def test_a_page_of_the_gallery_shows_campaign_files_and_commands_and_keeps_all_other_code() -> None:
+    """A block of each page, as Sphinx has it; what is neither file nor command stays Python."""
+    shown = runpy.run_path(str(ROOT / "docs" / "shown.py"))["shown"]
+    for path in (ROOT / "docs" / "gallery").glob("*.py"):
+        _, _, code = path.read_text("utf-8").partition("# %%\n")
+        blocks = re.split(
+            r"^\.\. code-block:: ", shown(f".. code-block:: Python\n\n{indent(code, '    ')}"), flags=re.MULTILINE
+        )
+        kinds = [(block.partition("\n")[0], dedent(block.partition("\n\n")[2])) for block in blocks[1:]]
+        files = [tomllib.loads(text) for kind, text in kinds if kind == "toml"]
+        assert len(files) == code.count(".write_text(MANIFEST)")
+        assert all("title" in each for each in files)
+        commands = "".join(text for kind, text in kinds if kind == "sh")
+        assert commands.count("nanoslip ") >= code.count("check_output(") > 0
+        python = "".join(text for kind, text in kinds if kind == "Python")
+        assert python.count(" = nanoslip.") == code.count(" = nanoslip.")
 
 
 @pytest.mark.parametrize("tag", ['<script src="https://a.b/c.js">', '<link rel="stylesheet" href="//a.b/c.css">'])

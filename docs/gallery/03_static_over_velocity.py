@@ -31,16 +31,15 @@ Path("velocity.toml").write_text(MANIFEST)
 
 # %%
 print(check_output("nanoslip run velocity.toml -j 2", shell=True, text=True))
-for number in ("mu_s", "mu_k"):
-    print(
-        check_output(
-            f"nanoslip figure velocity.toml --y {number} --x stage_velocity -o {number}.png", shell=True, text=True
-        )
-    )
+command = "nanoslip figure velocity.toml --y mu_s --x stage_velocity -o 1_mu_s.png"
+print(check_output(command, shell=True, text=True))
+command = "nanoslip figure velocity.toml --y mu_k --x stage_velocity -o 2_mu_k.png"
+print(check_output(command, shell=True, text=True))
 
 # %%
-# **What it means.** μ_s is the largest driving force, of spring and damper, of the first macroscopic slip, over load.
-# It rises at high velocity, because the damper's force c·V and inertia add to the friction of the contact. An
-# increase of μ_s with *rest* time, or a decrease of μ_k with velocity by ageing, is not in the model.
+# **What it means.** μ_s is the largest force of spring and damper up to the first macroscopic slip, over load. It
+# rises at high velocity, because the damper's force c·V and the pin's inertia, about V·√(k·m), add to the friction of
+# the contact: a property of the stage, not of the surfaces. An increase of μ_s with *rest* time, or a decrease of
+# μ_k with velocity by ageing, is not in the model.
 #
 # **What it costs.** Seconds; slow stages slip more often and take longer.

@@ -8,7 +8,7 @@ A measured profile is a text file of two columns, position and height.
 """
 
 # %%
-# A random profile: its spectrum falls as wavenumber to the power -3, its rms height is 2 nm.
+# A random profile: its spectrum falls as wavenumber to the power -3, its rms height is 1 nm.
 from pathlib import Path
 from subprocess import check_output
 
@@ -18,17 +18,18 @@ x = np.linspace(0.0, 1000.0, 1001)  # nm
 wave = np.arange(3, 60)
 phase = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, wave.size)
 height = (wave**-1.5 * np.cos(2.0 * np.pi * np.outer(x / x[-1], wave) + phase)).sum(axis=1)
-np.savetxt("afm.csv", np.column_stack([x, 2.0 * height / height.std()]), delimiter=",", header="x,z")
+np.savetxt("afm.csv", np.column_stack([x, height / height.std()]), delimiter=",", header="x,z")
 print(check_output("nanoslip profile afm.csv --x nm --z nm --width '2 um' -o profile.png", shell=True, text=True))
 
 # %%
-# The manifest: a slab 2 µm wide. Without ``roughness`` the pin is smooth.
+# The manifest: a slab 2 µm wide, with a smooth pin and with this one.
 MANIFEST = """
 title = "A rough pin"
 stages = ["contact", "slip"]
 
 [axes]
-normal_load = ["1 uN", "3 uN", "10 uN"]
+normal_load = ["10 uN", "30 uN"]
+roughness = ["none", {file = "afm.csv", x = "nm", z = "nm"}]
 
 [constants]
 radius = "20 um"
@@ -38,9 +39,6 @@ intrinsic_friction = 0.5
 [numerics]
 n_x = 257  # full: 1025
 scheme = "strip"
-
-[heterogeneity]
-roughness = {file = "afm.csv", x = "nm", z = "nm"}
 
 [scales]
 slab_width = 2e-6
@@ -52,11 +50,12 @@ Path("rough.toml").write_text(MANIFEST)
 # %%
 print(check_output("nanoslip run rough.toml -j 2", shell=True, text=True))
 print(check_output("nanoslip figure rough.toml --y plateau/mu_i -o rough.png", shell=True, text=True))
-command = "nanoslip frames rough.toml normal_load=1.5e-3 --events 0:60:30 -o contact.png"
+command = "nanoslip frames rough.toml normal_load='10 uN' roughness=afm.csv --events 0:60:30 -o contact.png"
 print(check_output(command, shell=True, text=True))
 
 # %%
-# **What it means.** Each member of the ensemble starts at its own place of the profile, so ± contains the
+# **What it means.** At both loads the rough pin has F/W = 0.33 where the smooth one has 0.26: it touches
+# in many small patches. Each member of the ensemble starts at its own place of the profile, so ± contains the
 # differences between places. The flag ``unresolved_roughness`` requires more nodes or a smoother profile,
 # ``short_profile`` a longer one.
 #
@@ -74,8 +73,5 @@ print(check_output(command, shell=True, text=True))
 #     line = heights if heights.ndim == 1 else heights[:, heights.shape[1] // 2]  # of a map along x, in its middle
 #     columns = np.column_stack([np.arange(points) * length / points, line])
 #     np.savetxt("afm.csv", columns[np.isfinite(line)], delimiter=",", header="x,z", comments="")
-#
-# Several profiles are an axis: ``roughness = [{file = "a.csv", x = "nm", z = "nm"}, {file = "b.csv", ...}]`` in
-# ``[axes]``. Each case has the name of its file.
 #
 # **What it costs.** Time grows as the cube of the nodes in contact: seconds here, minutes with 1025 nodes.

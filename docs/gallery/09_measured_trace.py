@@ -46,8 +46,8 @@ print(check_output(command, shell=True, text=True))
 
 # %%
 # The same over the computed drive, slip on slip:
-command += " --over stage.toml"
-print(check_output(command.replace("trace.png", "over.png"), shell=True, text=True))
+command = 'nanoslip trace lab.csv --time s --force N --load "100 N" --velocity "0.3 mm/s" --over stage.toml -o over.png'
+print(check_output(command, shell=True, text=True))
 
 # %%
 # **What it means.** A fit of Eq. 16-19 to each slip gives μ_s, μ_k, period and stiffness. ± is from the scatter of
