@@ -265,7 +265,7 @@ def _manifest(campaign: Campaign) -> Manifest:
     except TypeError as error:
         raise ManifestError([f"{DICT}: {error}"]) from None
     named = files_named_in(campaign).items()
-    beside = {key: BETWEEN.join(read_text(Path(name))[1] for name in names) for key, names in named}
+    beside = {key: BETWEEN.join(read_text(Path(name)) for name in names) for key, names in named}
     return parse_manifest(DICT, text, beside)
 
 

@@ -153,7 +153,7 @@ def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
     """Friction coefficients in the output of `nanoslip trace --json`, except those given directly. Raises Refusal."""
     needs = "needs what nanoslip trace FILE --load FORCE --json writes"
     try:
-        found = json.loads(read_text(file)[1])
+        found = json.loads(read_text(file))
         found["kinetic_friction"] = found.get("mean_force", found.get("kinetic_friction"))  # as of a computed drive
         numbers = {name: found[name] for name in OF_TRACES if found.get(name)}
         targets = [

@@ -1,7 +1,5 @@
 """Compute a dataset again from the file alone and compare: shared tasks first, then case by case."""
 
-import hashlib
-import itertools
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -41,8 +39,8 @@ from nanoslip.study.dataset.variables import (
 )
 from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import HASHED, NAMED
-from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.manifest.parameters import NAMED
+from nanoslip.study.manifest.reader import parse_manifest, sha256_of
 from nanoslip.study.origin import Origin, computing
 from nanoslip.study.plan.plan import NOTHING_KNOWN, PENDING, Plan, make_plan, plan_of
 from nanoslip.study.plan.task import Task
@@ -64,8 +62,6 @@ from nanoslip.study.results.store import Store, StoreError
 #
 # One wrong number in a file is never taken for either.
 
-_BOM: Final = b"\xef\xbb\xbf"
-
 
 class NotVerifiableError(StoreError):
     """The file cannot be computed again; the message has the reason."""
@@ -77,25 +73,13 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     if "manifest" not in facts or not {"case_id", OUTCOMES[""][0].name} <= set(found.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
     beside = {key: str(facts[f"manifest_{key}"]) for key in NAMED if f"manifest_{key}" in facts}
-    _untouched(path, facts, beside)
-    # A byte order mark is no part of the text, but it was hashed.
-    manifest = replace(parse_manifest(path, str(facts["manifest"]), beside), sha256=str(facts["manifest_sha256"]))
+    if sha256_of(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
+        changed = "the manifest or a file that it names is not what manifest_sha256 is of"
+        raise NotVerifiableError(f"{path}: {changed}: changed after it was written")
+    manifest = parse_manifest(path, str(facts["manifest"]), beside)
     if manifest.drives and OUTCOMES["drive"][0].name not in found:
         raise NotVerifiableError(f"{path}: {OUTCOMES['drive'][0].name}: missing: needs how its drives ended")
     return _planned(manifest, facts, path)
-
-
-def _untouched(path: Path, facts: Mapping[str, Any], beside: Mapping[str, str]) -> None:
-    """Raise NotVerifiableError unless the texts are those that were hashed; files may have begun with a byte order mark."""
-    parts = {"manifest": str(facts["manifest"])}
-    parts |= {f"manifest_{key}": beside[key] for key in HASHED if key in beside}
-    for marks in itertools.product((b"", _BOM), repeat=len(parts)):
-        content = b"".join(mark + part.encode() for mark, part in zip(marks, parts.values(), strict=True))
-        if hashlib.sha256(content).hexdigest() == facts.get("manifest_sha256"):
-            return
-    raise NotVerifiableError(
-        f"{path}: {', '.join(parts)}: not what manifest_sha256 is of: changed after it was written"
-    )
 
 
 def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:

@@ -116,32 +116,29 @@ Columns = dict[str, list[Given]]
 class Table:
     """A CSV file of cases: a header of parameters' words, then one case per line."""
 
-    raw: bytes
     text: str
     columns: Columns
 
 
-def read_text(path: Path, given: str | None = None) -> tuple[bytes, str]:
-    """The bytes of a file, and their UTF-8 text; or of `given`, the file's text. Raises ManifestError where it cannot be read."""
+def read_text(path: Path, given: str | None = None) -> str:
+    """The UTF-8 text of a file, or `given`, the file's text. Raises ManifestError where it cannot be read."""
     if given is not None:
-        return given.encode(), given
+        return given
     if not one_line(str(path)):
         raise ManifestError([f"{path_shown(path)}: name of a file: {ONE_LINE}"])
     try:
         if path.exists() and not path.is_file():
             raise ValueError("not a regular file")  # a device may never end
-        raw = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise ManifestError([f"{path_shown(path)}: cannot be read: {getattr(error, 'strerror', error)}"]) from None
-    try:
-        return raw, raw.decode("utf-8-sig")
+        return path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ManifestError([f"{path}: byte {error.start}: not UTF-8 text"]) from None
+    except (OSError, ValueError) as error:
+        raise ManifestError([f"{path_shown(path)}: cannot be read: {getattr(error, 'strerror', error)}"]) from None
 
 
 def read_table(path: Path, given: str | None = None) -> Table:
     """Read a table of cases from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
-    raw, text = read_text(path, given)
+    text = read_text(path, given)
     lines = _lines(path, text)
     if len(lines) < 2:
         raise ManifestError([f"{path}: {len(lines)} lines: needs a header of parameters and at least one case"])
@@ -161,21 +158,20 @@ def read_table(path: Path, given: str | None = None) -> Table:
         word: [Given(f"{path}: line {line}: {word}", _of_cell(word, row[position].strip())) for line, row in lines[1:]]
         for position, word in enumerate(header)
     }
-    return Table(raw, text, columns)
+    return Table(text, columns)
 
 
 @dataclass(frozen=True, slots=True)
 class Rows:
     """A CSV file that is the value of a parameter: a header, then numbers."""
 
-    raw: bytes
     text: str
     value: tuple[Any, ...]
 
 
 def read_rows(word: str, path: Path, given: str | None = None) -> Rows:
     """The value of a parameter from its file, or from `given`, the file's text. Raises ManifestError with a line per problem."""
-    raw, text = read_text(path, given)
+    text = read_text(path, given)
     lines, stated = _lines(path, text), in_files()[word]
     header = ",".join(stated.columns)
     if not lines or [cell.strip() for cell in lines[0][1]] != [*stated.columns]:
@@ -196,7 +192,7 @@ def read_rows(word: str, path: Path, given: str | None = None) -> Rows:
     if problems:
         cells_of = {line: shown(",".join(cells)) for line, cells in lines}
         raise ManifestError(f"{path}: line {line}: {cells_of[line]}: {problems[line]}" for line in sorted(problems))
-    return Rows(raw, text, value)
+    return Rows(text, value)
 
 
 def _beside_the_last(word: str, given: Mapping[int, Any]) -> dict[int, str]:
@@ -413,7 +409,7 @@ class NamedFiles(Checker):
         """The profiles on an axis, whose names take the place of the files: all of their texts, one after the other."""
         given, named = axes.pop("roughness", []), dict[str, Rows]()
         for where, value in given:
-            smooth = Rows(b"", "", ()) if value == SMOOTH else None
+            smooth = Rows("", ()) if value == SMOOTH else None
             files = len(named) - (SMOOTH in named)
             if not (read := smooth or self._rows("roughness", where, value, scales, files)):
                 continue
@@ -426,7 +422,7 @@ class NamedFiles(Checker):
             label.content = read.value
             axes.setdefault("roughness", []).append(Given(where, label))
         text = BETWEEN.join(each.text for name, each in named.items() if name != SMOOTH)
-        return {"roughness": Rows(text.encode(), text, ())} if given else {}
+        return {"roughness": Rows(text, ())} if given else {}
 
     def _rows(self, word: str, where: str, name: Any, scales: Scales, number: int | None = None) -> Rows | None:
         """The value of a parameter from its file, on an axis from one of several files; None where it is refused."""
@@ -447,9 +443,9 @@ class NamedFiles(Checker):
             return None
 
         def read(path: Path, text: str | None) -> Rows:
-            raw, text = read_text(path, text)
+            text = read_text(path, text)
             try:
-                return Rows(raw, text, read_surface(path, text, NamedSurface(**good)).roughness(scales.slab_width))
+                return Rows(text, read_surface(path, text, NamedSurface(**good)).roughness(scales.slab_width))
             except InvalidInput as error:
                 raise ManifestError([f"{path}: {error}"]) from None
 
@@ -457,8 +453,7 @@ class NamedFiles(Checker):
 
     def front(self, content: dict[str, Any]) -> str | None:
         """The text of a measured front; None where the campaign names none or it is refused."""
-        found = self._read(read_text, "front", content["front"]) if "front" in content else None
-        return found[1] if found else None
+        return self._read(read_text, "front", content["front"]) if "front" in content else None
 
     def _read(
         self, read: Callable[[Path, str | None], Content], key: str, name: str, number: int | None = None

@@ -241,7 +241,7 @@ class Manifest:
     files: Mapping[str, str]
     """Key that names a file, of `NAMED` -> the file's text."""
     sha256: str
-    """SHA-256 of the bytes of the campaign file and of the files in `HASHED`, one after the other."""
+    """SHA-256 of the text of the campaign file and of those of the files in `HASHED`, one after the other."""
     title: str
     stages: tuple[Stage, ...]
     design: Design

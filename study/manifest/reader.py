@@ -222,8 +222,7 @@ def _refuse_values(checker: Checker, axes: Mapping[str, tuple[Value, ...]], driv
 
 def load_manifest(path: Path) -> Manifest:
     """Read a campaign file and the files it names. Raises ManifestError with one line per problem."""
-    raw, text = read_text(path)
-    return _Reader(path).manifest(raw, text, _document(path, text))
+    return _Reader(path).manifest(read_text(path))
 
 
 def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest:
@@ -232,7 +231,12 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
     path: name of the campaign file for messages. beside: texts of the files that it names, by the keys that name them
     (nanoslip.study.manifest.parameters.NAMED).
     """
-    return _Reader(path, beside).manifest(text.encode(), text, _document(path, text))
+    return _Reader(path, beside).manifest(text)
+
+
+def sha256_of(text: str, files: Mapping[str, str]) -> str:
+    """SHA-256 of the text of a campaign file and of those of its files in `HASHED`, one after the other."""
+    return hashlib.sha256("".join([text, *(files[key] for key in HASHED if key in files)]).encode()).hexdigest()
 
 
 def files_named_in(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
@@ -246,13 +250,6 @@ def files_named_in(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
     found = {key: [str(name) for name in names if isinstance(name, str | PathLike)] for key, names in named.items()}
     found["roughness"] = [name for name in found["roughness"] if name != SMOOTH]
     return {key: names for key, names in found.items() if names}
-
-
-def _document(path: Path, text: str) -> dict[str, Any]:
-    try:
-        return from_toml(text)
-    except ValueError as error:
-        raise ManifestError([f"{path}: {error}"]) from None
 
 
 _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
@@ -323,8 +320,11 @@ KEYS_OF_FILES: Final = frozenset((*_TOP, "name", *itertools.chain(*OTHERS.values
 class _Reader(NamedFiles):
     """Reads one campaign file."""
 
-    def manifest(self, raw: bytes, text: str, document: dict[str, Any]) -> Manifest:
-        top = self._top(document)
+    def manifest(self, text: str) -> Manifest:
+        try:
+            top = self._top(from_toml(text))
+        except ValueError as error:
+            raise ManifestError([f"{self.path}: {error}"]) from None
         scales = self._scales(top)
         table = self.table(top)
         given = self.plain(table.columns, scales) if table else self._axes(top, scales)
@@ -333,6 +333,7 @@ class _Reader(NamedFiles):
         fixed = {name: self.plain(content, scales) for name, content in tables.items()}
         hashed = ({"table": table} if table else self.rows_of_axis(given, scales)) | self.rows(fixed, scales)
         front = self.front(top)
+        files = {key: each.text for key, each in hashed.items()} | ({} if front is None else {"front": front})
         self.one_place(given, fixed)
         accuracy = self._accuracy(top, {**given, **fixed["numerics"]})
         slabs = _slabs({**fixed["numerics"], **given})
@@ -343,8 +344,8 @@ class _Reader(NamedFiles):
         result = Manifest(
             path=self.path,
             text=text,
-            files={key: each.text for key, each in hashed.items()} | ({} if front is None else {"front": front}),
-            sha256=hashlib.sha256(raw + b"".join(hashed[key].raw for key in HASHED if key in hashed)).hexdigest(),
+            files=files,
+            sha256=sha256_of(text, files),
             title=top.get("title", ""),
             stages=stages,
             design="table" if table else self._design(top, given),

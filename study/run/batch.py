@@ -71,14 +71,14 @@ _KINDS: dict[type, str] = {str: "a text", int: "a whole number", tuple: "a list 
 def load_site(path: Path) -> tuple[Site, str]:
     """Site settings and the text of their template. Raises SiteError."""
     try:
-        given = from_toml(read_text(path)[1])
+        given = from_toml(read_text(path))
         names = [item.name for item in fields(Site)]
         unknown = [f"{path}: {name}: unknown; needs one of {', '.join(names)}" for name in given if name not in names]
         if unknown:
             raise SiteError("\n".join(unknown))
         values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in given.items()}
         site = Site(**values)
-        return site, read_text(_template(path, site.template))[1]
+        return site, read_text(_template(path, site.template))
     except ManifestError as error:
         raise SiteError(str(error)) from None
     except ValueError as error:
