@@ -73,9 +73,8 @@ def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
             values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
         hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, values))
         if not hits.any():
-            raise KeyError(
-                f"{key} = {wanted}: no such case; there are {_some(along.coords[key].values.ravel().tolist())}"
-            )
+            given, there = ",".join(map(str, np.ravel(wanted))), _some(along.coords[key].values.ravel().tolist())
+            raise KeyError(f"{key} = {given}: no such case; there are {there}")
         chosen = chosen & hits
     positions = np.argwhere(chosen.transpose(*along.dims).values)
     if not len(positions):

@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.study.dataset.access import Places, places
+from nanoslip.study.dataset.access import Places, Selection, places
 from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, by_name, called, members_of, parameters
 from nanoslip.study.toml_text import from_toml
 
@@ -158,9 +159,10 @@ _ARRAYS: Final = ("values", "errors", "flagged", "members", "lacking")
 """Fields of points that have an entry for each of them."""
 
 
-def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
-    """A variable, or its ratio to another, of every case and drive: means with their ±. Raises KeyError without such a variable.
+def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection = MappingProxyType({})) -> Points:
+    """A variable, or its ratio to another, of every case and drive that is selected: means with their ±.
 
+    Raises KeyError without such a variable, or where no case is like that.
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
     widest = max((each for each in (name, over, OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim)
@@ -168,7 +170,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "") -> Points:
     having, used = members_of(dataset, name) or (-1, -1)
     flags = dataset.get(VALIDITY.name, 0)
     numbers = {"_value": value, "_error": error, "_having": having, "_used": used, "_flags": flags}
-    found = places(dataset[[widest]].assign(numbers), widest, {})
+    found = places(dataset[[widest]].assign(numbers), widest, where)
     values, errors, flagged = found.values("_value"), found.values("_error").astype(float), found.values("_flags") != 0
     members, most = (np.nan_to_num(found.values(each)).astype(np.int64) for each in ("_having", "_used"))
     axes, lacking = varying(found), (members > 0) & (members < most)
@@ -275,8 +277,12 @@ def variable_of(dataset: xr.Dataset, word: str) -> str:
     raise UnknownNameError(f"{word}: no variable of this dataset; {hint}")
 
 
-def points_named(dataset: xr.Dataset, word: str) -> Points:
-    """A variable, or a ratio of two, of every case and drive. Raises UnknownNameError."""
+def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = MappingProxyType({})) -> Points:
+    """A variable, or a ratio of two, of every case and drive. Raises UnknownNameError.
+
+    where: values of coordinates that cases have: one, several, or a text of them, as `50,100`.
+    """
+    selection = {variable_of(dataset, key): _values(given) for key, given in where.items()}
     splits = [(word, ""), *((word[: slash.start()], word[slash.end() :]) for slash in re.finditer("/", word))]
     for above, below in splits:
         try:
@@ -284,9 +290,12 @@ def points_named(dataset: xr.Dataset, word: str) -> Points:
                 raise UnknownNameError(
                     f"{word}: needs a variable, or a ratio of two as plateau/mu_i; nanoslip describe lists them"
                 )
-            return points_of(dataset, variable_of(dataset, above), variable_of(dataset, below) if below else "")
+            names = variable_of(dataset, above), variable_of(dataset, below) if below else ""
+            return points_of(dataset, *names, selection)
         except AmbiguousNameError:
             raise
+        except KeyError as error:
+            raise UnknownNameError(error.args[0]) from None
         except UnknownNameError as error:
             unknown = error
     raise unknown
@@ -305,23 +314,6 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")
 
 
-def selected(points: Points, dataset: xr.Dataset, where: Mapping[str, Any]) -> Points:
-    """The points with these values of coordinates: one, several, or a text of them, as `50,100`. Raises UnknownNameError."""
-    for word, given in where.items():
-        name = axis_named(points, dataset, word)
-        wanted = given if isinstance(given, list | tuple) else str(given).split(",")
-        chosen = [any(_same(value, each) for each in wanted) for value in points.axes[name].tolist()]
-        if not any(chosen):
-            there = ", ".join(map(in_text, ordered(points.axes[name].tolist())))
-            raise UnknownNameError(f"{word}={given}: no such case; there are {there}")
-        points = points.at(np.array(chosen))
-    axes = {name: values for name, values in points.axes.items() if len(set(values.tolist())) > 1}
-    return replace(points, axes=axes, zipped=tuple(name for name in points.zipped if name in axes))
-
-
-def _same(value: Any, given: Any) -> bool:
-    """Whether a value is what somebody wrote."""
-    try:
-        return float(value) == float(given)
-    except ValueError:
-        return str(value).lower() == str(given).lower()
+def _values(given: Any) -> Any:
+    """Values of a coordinate, from a text of them or as they are."""
+    return given.split(",") if isinstance(given, str) else given

@@ -30,7 +30,6 @@ from nanoslip.study.figures.points import (
     ordered,
     points_named,
     points_of,
-    selected,
     short,
     symbol,
     typeset,
@@ -610,5 +609,5 @@ def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any
 
 def view_named(dataset: xr.Dataset, y: str, x: str, hue: str, where: Mapping[str, Any]) -> View:
     """The view of a number over axes, by the words that people have for them. Raises UnknownNameError, ValueError."""
-    points = selected(points_named(dataset, y), dataset, where)
+    points = points_named(dataset, y, where)
     return view_of(points, *(axis_named(points, dataset, word) if word else "" for word in (x, hue)))

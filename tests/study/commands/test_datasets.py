@@ -310,7 +310,7 @@ def test_cases_are_chosen_by_their_values_and_a_picture_has_the_size_and_style_t
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("{} --y plateau radius=70", "radius=70: no such case; there are 50, 100, 200"),
+        ("{} --y plateau radius=70", "radius = 70: no such case; there are 50.0, 100.0, 200.0"),
         ("{} --y plateau radius=50 mu_i=0.5", "plateau_mean: all cases are alike: there is nothing to draw it against"),
         ("{} --y plateau --size 3", "3: needs width x height in inches"),
         ("{} --y plateau --size 3x60", "3x60: needs width x height in inches"),

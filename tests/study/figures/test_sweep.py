@@ -181,7 +181,7 @@ def test_a_figure_of_a_notebook_has_the_numbers_of_chosen_cases_and_their_uncert
         np.testing.assert_allclose([np.ptp(ends[:, 1]) for ends in ends.get_segments()], 2 * 0.005, rtol=1e-12)
     assert len(nanoslip.figure(data, "plateau").figure.axes) == 2  # a third axis makes panels
     pyplot.close()
-    with pytest.raises(nanoslip.NanoslipError, match="n_x=65: no such case; there are 17, 33"):
+    with pytest.raises(nanoslip.NanoslipError, match="n_x = 65: no such case; there are 17, 33"):
         nanoslip.figure(data, "plateau", n_x=65)
 
 
