@@ -20,8 +20,6 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.concatenation import joined
 from nanoslip.study.dataset.file import loaded
-from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
-from nanoslip.study.inference.campaign import computing as computing_points
 from nanoslip.study.inference.campaign import question_of
 from nanoslip.study.inference.fit import MOST, Fit, Target
 from nanoslip.study.manifest.checker import ManifestError, read_text
@@ -33,12 +31,11 @@ from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import console
 from nanoslip.study.report.summary import holes
-from nanoslip.study.results.store import Lease, Store, StoreError
+from nanoslip.study.results.store import Lease, StoreError
 from nanoslip.study.run.agent import Agent
-from nanoslip.study.run.campaign import UnfinishedError, compute_rest, rest_of
+from nanoslip.study.run.campaign import compute_plan
 from nanoslip.study.run.dispatch import Report
 from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm
-from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import Program, computing, processes_started
 from nanoslip.study.run.mpi import sharing
 from nanoslip.study.run.progress import Measured, open_progress
@@ -130,19 +127,13 @@ def run(
         if not farm.root:
             return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
-        journal = Journal(folder, "nanoslip.run")
-        rest = rest_of(plan, Store(folder), folder, journal, recompute_foreign, retry, partial(_warn, 4))
-        try:
-            failed = compute_rest(farm, rest, journal, lease, partial(_shown, progress))
-        except StoreError as error:
-            journal.end(INTERRUPTED if isinstance(error, UnfinishedError) else WRONG_INPUT)
-            raise
-        failed += len(rest.left.given_up)
-        journal.end(FAILURES if failed else 0)
+        again: Any = {"recompute_foreign": recompute_foreign, "retry": retry}
+        show, warn = partial(_shown, progress), partial(_warn, 5)
+        store, failed = compute_plan(farm, plan, folder, lease, show, warn, command="nanoslip.run", **again)
         if failed:
             _warn(3, f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)")
         path = folder / file.FILE
-        file.write(collect(plan, rest.store), path)
+        file.write(collect(plan, store), path)
         if out is not None:
             return file.read(path)
         with file.read(path) as opened:
@@ -200,8 +191,10 @@ def fit(
         if not farm.root:
             return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
-        compute = computing_points(farm, lease, folder, partial(_shown, progress), partial(_warn, 4))
-        return question.answer(compute, folder, points, holes)
+        show, warn = partial(_shown, progress), partial(_warn, 4)
+        return question.answer(
+            lambda plan: compute_plan(farm, plan, folder, lease, show, warn)[0], folder, points, holes
+        )
 
 
 def _computing(stack: ExitStack, out: Place | None, jobs: int, comm: Any) -> tuple[Path, Farm]:

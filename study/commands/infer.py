@@ -19,7 +19,7 @@ from nanoslip.study.dataset.variables import without_numbers
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.figures.points import in_text
 from nanoslip.study.figures.shared import format_of, image
-from nanoslip.study.inference.campaign import Ends, Question, computing, question_of, together
+from nanoslip.study.inference.campaign import Ends, Question, question_of, together
 from nanoslip.study.inference.fit import LEVELS, Fit, Target, filling, sentences
 from nanoslip.study.inference.pictures import bars, contours
 from nanoslip.study.inference.sensitivity import caution, sensitivity
@@ -32,10 +32,10 @@ from nanoslip.study.plan.outlook import out_of_reach
 from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, Store, write_files
-from nanoslip.study.run.campaign import ShortageError, UnfinishedError
+from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_plan
 from nanoslip.study.run.farm import Farm, FarmError
 from nanoslip.study.run.journal import measured_in
-from nanoslip.study.run.launch import computing as program_of
+from nanoslip.study.run.launch import computing
 from nanoslip.study.run.mpi import open_farm
 from nanoslip.study.run.progress import makespan, open_progress, roughly
 
@@ -102,7 +102,7 @@ def fit_campaign(
     with refusals(ValueError, FarmError):
         question = question_of(load_manifest(campaign), targets, read_ranges(vary), fixed)
         question.check(into)
-        farm = open_farm(program_of(into), jobs=jobs)
+        farm = open_farm(computing(into), jobs=jobs)
     with farm:
         if not farm.root:
             farm.leave(farm.serve())
@@ -211,7 +211,7 @@ def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
         return open_progress(tasks, console(stderr=True), processes, measured)
 
     with Lease(out, farm.interruption.request) as lease:
-        return question.answer(computing(farm, lease, out, progress, warn), out, points, holes)
+        return question.answer(lambda plan: compute_plan(farm, plan, out, lease, progress, warn)[0], out, points, holes)
 
 
 def _print(found: Fit, scales: Scales) -> None:

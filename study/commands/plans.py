@@ -165,10 +165,10 @@ LONGEST: Final = 5.0
 
 def measured_here(plan: Plan) -> Measured:
     """Compute of each kind the longest task that is predicted to take a few seconds at most, and what it needs."""
-    tasks = {task.key: task for task in plan.tasks}
-    chosen: dict[str, tuple[Task, ...]] = {}
+    places = {task.key: place for place, task in enumerate(plan.tasks)}
+    chosen: dict[str, list[Task]] = {}
     for task in sorted(plan.tasks, key=lambda task: task.cost):
-        chain = (*_needed(task, tasks), task)
+        chain = [plan.tasks[place] for place in sorted(map(places.__getitem__, plan.with_needs([task.key])))]
         if sum(each.cost for each in chain) <= LONGEST:
             chosen[task.kind] = chain
     found, results = Measured(), dict[str, TaskResult]()
@@ -183,9 +183,3 @@ def measured_here(plan: Plan) -> Measured:
             for array in results[task.key].arrays.values():
                 array.setflags(write=False)  # as a store gives it: kernels are compiled for that
     return found
-
-
-def _needed(task: Task, tasks: dict[str, Task]) -> tuple[Task, ...]:
-    """All that a task needs, the first one first."""
-    direct = [tasks[key] for key in task.needs]
-    return tuple({each.key: each for need in direct for each in (*_needed(need, tasks), need)}.values())

@@ -74,7 +74,7 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
     beside = {key: str(facts[f"manifest_{key}"]) for key in NAMED if f"manifest_{key}" in facts}
     if sha256_of(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
-        changed = "the manifest or a file that it names is not what manifest_sha256 is of"
+        changed = "manifest: not what manifest_sha256 is of, or a file that it names is not"
         raise NotVerifiableError(f"{path}: {changed}: changed after it was written")
     manifest = parse_manifest(path, str(facts["manifest"]), beside)
     if manifest.drives and OUTCOMES["drive"][0].name not in found:
@@ -132,8 +132,7 @@ def tasks_of(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tu
         keys = plan.case_tasks[case.case_id]
         pending = _pending_drives(layout, found, case) if keys.drives else set()
         wanted |= {key for (_, drive), key in keys.keys.items() if drive not in pending}
-    for task in reversed(plan.tasks):
-        wanted.update(task.needs if task.key in wanted else ())
+    wanted = plan.with_needs(wanted)
     return tuple(task for task in plan.tasks if task.key in wanted)
 
 

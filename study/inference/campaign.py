@@ -16,7 +16,6 @@ from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.variables import without_numbers
-from nanoslip.study.exit_codes import INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import Points, points_named
 from nanoslip.study.inference.fit import Computed, Fit, Range, Target, fit
 from nanoslip.study.inference.sensitivity import axis_of
@@ -28,10 +27,7 @@ from nanoslip.study.manifest.parameters import TABLES, of_symbol, table_of, word
 from nanoslip.study.manifest.reader import DEFAULT, parse_manifest
 from nanoslip.study.plan.kinds import in_stages
 from nanoslip.study.plan.plan import Plan, make_plan
-from nanoslip.study.results.store import Lease, Store, StoreError
-from nanoslip.study.run.campaign import Show, UnfinishedError, compute_rest, rest_of
-from nanoslip.study.run.farm import Farm
-from nanoslip.study.run.journal import Journal
+from nanoslip.study.results.store import Store
 from nanoslip.study.toml_text import as_toml, from_toml
 
 Compute = Callable[[Plan], Store]
@@ -275,20 +271,3 @@ def _range(
     elif values is not None and len(set(values)) > 2:
         in_decades = axis_of(word, np.array(values)).logarithmic
     return Range(word, low, high, low > 0.0 and in_decades)
-
-
-def computing(farm: Farm, lease: Lease, out: Path, show: Show, warn: Callable[[str], object]) -> Compute:
-    """What computes plans on a farm, with the results in this leased folder. Raises as `compute_rest`."""
-
-    def compute(plan: Plan) -> Store:
-        journal = Journal(out)
-        rest = rest_of(plan, Store(out), out, journal, False, False, warn)
-        try:
-            compute_rest(farm, rest, journal, lease, show)
-        except StoreError as error:
-            journal.end(INTERRUPTED if isinstance(error, UnfinishedError) else WRONG_INPUT)
-            raise
-        journal.end(0)
-        return rest.store
-
-    return compute

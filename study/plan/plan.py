@@ -147,6 +147,20 @@ class Plan:
         """The plan's results that other software than this had a hand in, given all that are finished."""
         return foreign_among({task.key: finished[task.key] for task in self.distinct if task.key in finished})
 
+    @cached_property
+    def _needs(self) -> dict[str, tuple[str, ...]]:
+        return {task.key: task.needs for task in self.distinct}
+
+    def with_needs(self, keys: Iterable[str]) -> set[str]:
+        """These keys of tasks, and those of all tasks that they need."""
+        found, waiting = set[str](), [*keys]
+        while waiting:
+            key = waiting.pop()
+            if key not in found:
+                found.add(key)
+                waiting += self._needs[key]
+        return found
+
     def obsolete(self, finished: Collection[str]) -> tuple[str, ...]:
         """Intermediate results that no task needs any more, given the keys that are finished."""
         ended = [task.key for task in self.distinct if task.passing and task.key in finished]

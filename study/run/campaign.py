@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
+from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.origin import Origins
 from nanoslip.study.plan.outlook import shortages
 from nanoslip.study.plan.plan import Plan
@@ -124,6 +125,33 @@ def compute_rest(farm: Farm, rest: Rest, journal: Journal, lease: Lease, show: S
     if tasks:
         drop_intermediates(rest.plan, rest.store)
     return tally.crashed
+
+
+def compute_plan(
+    farm: Farm,
+    plan: Plan,
+    out: Path,
+    lease: Lease,
+    show: Show,
+    warn: Callable[[str], object],
+    *,
+    command: str = "",
+    recompute_foreign: bool = False,
+    retry: bool = False,
+) -> tuple[Store, int]:
+    """Compute all that is left of a plan in its leased folder; returns its store, and how many tasks failed, now or before.
+
+    Raises as `compute_rest`; for the other arguments see `rest_of` and `Journal`.
+    """
+    journal = Journal(out, command)
+    rest = rest_of(plan, Store(out), out, journal, recompute_foreign, retry, warn)
+    try:
+        failed = compute_rest(farm, rest, journal, lease, show) + len(rest.left.given_up)
+    except StoreError as error:
+        journal.end(INTERRUPTED if isinstance(error, UnfinishedError) else WRONG_INPUT)
+        raise
+    journal.end(FAILURES if failed else 0)
+    return rest.store, failed
 
 
 def _check_whole(tally: Tally, lease: Lease) -> None:

@@ -20,7 +20,7 @@ Result = TypeVar("Result")
 
 def part(plan: Plan, shard: Shard) -> Plan:
     """The cases of a shard, and all tasks that they need. Every case is in one of the shards."""
-    needed = _needed(plan)
+    needed = {key: plan.with_needs(tasks.keys.values()) for key, tasks in plan.case_tasks.items()}
     costs = {task.key: task.cost for task in plan.tasks}
     users = Counter(key for keys in needed.values() for key in keys)
     weights = [LEAST + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases]
@@ -64,19 +64,3 @@ def _read(plan: Plan, finished: Collection[str], given_up: Collection[str]) -> s
     """Results that a remaining task reads."""
     tried = plan.possible(plan.remaining(finished), set(given_up) - set(finished))
     return {need for task in tried for need in task.needs if need in finished}
-
-
-def _needed(plan: Plan) -> dict[str, set[str]]:
-    """case_id -> keys of its tasks, and of all that they need."""
-    needs = {task.key: task.needs for task in plan.distinct}
-    found = {}
-    for case in plan.cases:
-        keys: set[str] = set()
-        waiting = list(plan.case_tasks[case.case_id].keys.values())
-        while waiting:
-            key = waiting.pop()
-            if key not in keys:
-                keys.add(key)
-                waiting.extend(needs[key])
-        found[case.case_id] = keys
-    return found

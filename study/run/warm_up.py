@@ -1,19 +1,17 @@
 """Compile the kernels that a run needs before it begins, in one process: the others load them from numba's cache."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
-from functools import cache, lru_cache
-from operator import attrgetter
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from nanoslip.solver.case import PARTS, Case, Effects, Heterogeneity, Interface, SlipRule
+from nanoslip.solver.case import Case
 from nanoslip.solver.compiled import reporting_compilation
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
-from nanoslip.solver.parameter import choices_of, declared
 from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, record_task
 from nanoslip.study.plan.task import Task
 from nanoslip.study.results.store import Store
@@ -22,46 +20,44 @@ from nanoslip.study.run.compute import run_task
 # Small tasks that run every kernel of a campaign's tasks.
 
 
+_NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 300}
+"""Numbers of a small case, whose record has a steady part."""
+_SMALL = Case.of(_NUMBERS)
+_COMPLIANCE, _OF_SLABS = compliance_task(_SMALL.slab), _SMALL.slab.flat
+_ROUGH = ((-0.1, 0.0), (0.1, 0.0))
+"""A rough pin has kernels of its own, whatever its profile."""
+
+
 def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Small tasks that run every kernel of these tasks, needs first."""
     found: dict[str, Task] = {}
-    seen: set[tuple[object, ...]] = set()
-    for task in tasks:
-        choices = _choices_of(task)
-        if choices not in seen:
-            seen.add(choices)
-            with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
-                found |= {each.key: each for each in _small(task)}
+    for (*_, choices), task in {(task.kind, _is_rough(task), _choices_of(task)): task for task in tasks}.items():
+        with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
+            found |= {each.key: each for each in _small(task, dict(choices))}
     return tuple(found.values())
 
 
-def _choices_of(task: Task) -> tuple[object, ...]:
-    """All that decides which kernels a task runs: the words and switches of its drive, or of its case."""
-    if task.drive is not None:
-        return (_choices(task.drive),)
-    if task.case is None:
-        return ()
-    case = task.case
-    parts = (_choices(getattr(case, part)) for part in PARTS)
-    return (task.kind == "contact", bool(case.heterogeneity.roughness), *_own_choices(case), *parts)
+def _choices_of(task: Task) -> tuple[tuple[str, object], ...]:
+    """Words and switches of a task's drive, or of its case: they decide which kernels run, the numbers do not.
+
+    The slab's are left out: nothing of a compliance is compiled.
+    """
+    part = task.drive or task.case
+    flat = part.flat if part else {}
+    return tuple([each for each in flat.items() if isinstance(each[1], str | bool) and each[0] not in _OF_SLABS])
 
 
-@lru_cache(maxsize=4096)
-def _choices(part: Drive | SlipRule | Effects | Heterogeneity | Interface) -> tuple[object, ...]:
-    """Words and switches: they decide which kernels run, the numbers do not."""
-    flat = part.flat if isinstance(part, Drive) else {name: getattr(part, name) for name in declared(type(part))}
-    return tuple((name, value) for name, value in flat.items() if isinstance(value, str | bool))
+def _is_rough(task: Task) -> bool:
+    return task.case is not None and bool(task.case.heterogeneity.roughness)
 
 
-_own_choices = attrgetter(*(item.name for item in fields(Case) if choices_of(item.type) or item.type is bool))
-
-
-def _small(task: Task) -> list[Task]:
+def _small(task: Task, choices: Mapping[str, object]) -> list[Task]:
     if task.drive is not None:
         return [_COMPLIANCE, record_task(_SMALL), _short(task.drive)]
-    if task.case is not None:
-        return [_COMPLIANCE, (contact_task if task.kind == "contact" else record_task)(_tiny(task.case))]
-    return []
+    if task.case is None:
+        return []
+    case = Case.of({**_NUMBERS, **choices, "roughness": _ROUGH if _is_rough(task) else ()})
+    return [_COMPLIANCE, (contact_task if task.kind == "contact" else record_task)(case)]
 
 
 def _short(drive: Drive) -> Task:
@@ -69,24 +65,6 @@ def _short(drive: Drive) -> Task:
     with suppress(InvalidInput):
         return drive_task(_SMALL, replace(drive, duration=(drive.duration or 100.0) / 100, samples=2))
     return drive_task(_SMALL, replace(drive, samples=2))
-
-
-_NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 300}
-"""Numbers of a small case, whose record has a steady part."""
-_SMALL = Case.of(_NUMBERS)
-_COMPLIANCE = compliance_task(_SMALL.slab)
-_ROUGH = ((-0.1, 0.0), (0.1, 0.0))
-"""A rough pin has kernels of its own, whatever its profile."""
-
-
-def _tiny(case: Case) -> Case:
-    """A small case with the same words and switches: they decide which kernels run, the numbers do not.
-
-    The slab's are left out: nothing of a compliance is compiled.
-    """
-    flat = case.flat
-    chosen = {name: flat[name] for name in flat.keys() - case.slab.flat.keys() if isinstance(flat[name], str | bool)}
-    return Case.of({**_NUMBERS, **chosen, "roughness": _ROUGH if case.heterogeneity.roughness else ()})
 
 
 @dataclass(frozen=True, slots=True)
