@@ -31,35 +31,17 @@ _DECIDING: Final = ("sse", "ssse", "avx", "fma", "amx", "asimd", "sve", "vsx")
 """How the features of a processor begin that can change a last bit: kernels and libraries choose their code by them."""
 
 
-@dataclass(frozen=True, slots=True)
-class Machine:
-    """One machine, as a process on it sees it."""
-
-    host: str
-    processor: str
-    """Its model."""
-    features: str
-    """Its instructions for vectors and matrices."""
-    blas: str
-    """The libraries of linear algebra that are loaded: version, and the kernel that each has chosen for this processor."""
-    mpi: str
-    """The MPI library and its version; empty without one."""
-    python: str
-    libraries: dict[str, str]
-    """Name -> version."""
-
-
-def this_machine() -> Machine:
-    """Processor and loaded libraries; the BLAS is known after numpy is imported."""
-    return Machine(
-        host=socket.gethostname(),
-        processor=model(),
-        features=features(),
-        blas=blas(),
-        mpi=_mpi(),
-        python=platform.python_version(),
-        libraries={name: provenance.installed(name) for name in BLAS_LIBRARIES},
-    )
+def this_machine() -> dict[str, Any]:
+    """Processor and loaded libraries, as a journal has them; the BLAS is known after numpy is imported."""
+    return {
+        "host": socket.gethostname(),
+        "processor": model(),
+        "features": features(),
+        "blas": blas(),
+        "mpi": _mpi(),
+        "python": platform.python_version(),
+        "libraries": {name: provenance.installed(name) for name in BLAS_LIBRARIES},
+    }
 
 
 def model() -> str:

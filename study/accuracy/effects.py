@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final, NamedTuple, TypeVar
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -32,11 +32,10 @@ from nanoslip.study.plan.kinds import (
     names_of,
     record_task,
 )
-from nanoslip.study.plan.plan import advised
+from nanoslip.study.plan.plan import advised, evenly
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
 
-T = TypeVar("T")
 Drives = Mapping[str, Drive]
 """Label -> how the pin is pulled."""
 Place = tuple[str, str]
@@ -113,12 +112,7 @@ def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, mem
     own = manifest.ensemble
     ensemble = Ensemble(members or (min(own.members, MEMBERS) if own.members > 1 else MEMBERS), places=own.places)
     variables = own.of or TargetTable(within=0.5).variables(manifest.stages[-1])
-    return Scenes(manifest, tuple(_spread(possible, count)), dict(_spread(drives, count)), ensemble, variables)
-
-
-def _spread(found: Sequence[T], count: int) -> list[T]:
-    places = np.linspace(0, len(found) - 1, min(count, len(found))).round().astype(int)
-    return [found[place] for place in places]
+    return Scenes(manifest, tuple(evenly(possible, count)), dict(evenly(drives, count)), ensemble, variables)
 
 
 def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:

@@ -29,7 +29,6 @@ from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
 from nanoslip.study.figures.shared import (
     FORMATS,
     CampaignFigure,
-    as_row,
     column,
     csv_of,
     format_of,
@@ -163,7 +162,7 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
         with api.run(source, out / figures[0].campaign, progress=True) as dataset:
             for figure in figures:
                 say(figure.title)
-                print_table(Table(figure.header, tuple(map(as_row, figure.claims(dataset))), 3))
+                print_table(Table(figure.header, tuple(figure.claims(dataset)), 3))
                 write(files_of(figure, dataset, into, formats))
 
 

@@ -85,23 +85,14 @@ def _number(name: str, text: str | None, unit: str) -> float:
 def show_trace(
     file: Path,
     parameters: tuple[str, ...],
-    time: str | None,
-    displacement: str | None,
-    force: str,
-    load: str | None,
-    velocity: str | None,
-    columns: tuple[int, int],
-    offset: str | None,
-    drift: str | None,
-    damping: float | None,
     over: Path | None,
     picture: Path | None,
     as_json: bool,
+    **reading: Any,
 ) -> None:
-    """Print the numbers of a trace, beside those of a computed drive, and draw it."""
+    """Print the numbers of a trace, beside those of a computed drive, and draw it. reading: see `Reading`."""
     form = format_of(picture) if picture else ""
-    reading = Reading(time, displacement, force, load, velocity, columns, offset, drift, damping)
-    trace, weight, found = reading.numbers(file)
+    trace, weight, found = Reading(**reading).numbers(file)
     if over and trace.unit == "N" and math.isnan(weight):
         raise Refusal('--over: needs --load, as "100 N": computed forces are shares of the load')
     if parameters and not over:

@@ -133,7 +133,7 @@ def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
     meanwhile = folder if os.access(folder, os.W_OK) else None
     kinds = needed_kinds(manifest)
     wanted = {
-        group.name: tuple(each for each in group.series if each.kind in kinds and each.ragged.wanted(manifest))
+        group.name: tuple(each for each in group.series if each.kind in kinds and each.wanted(manifest))
         for group in all_groups().values()
     }
     return [Runs(Group(name, series), meanwhile) for name, series in wanted.items() if series]

@@ -7,7 +7,7 @@ stiffness in G·L_y, forces over the load W; trajectories of drives are in SI.
 import difflib
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, lru_cache
 from pathlib import Path
@@ -24,10 +24,10 @@ from nanoslip.solver.parameter import GRID_ERROR, Quantity, attributes, quantiti
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.study.canonical import content_hash
-from nanoslip.study.manifest.manifest import NamedDrive, drive_parameters
+from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import typed
 from nanoslip.study.origin import Origin
-from nanoslip.study.plan.kinds import KINDS, MEMBER, Ragged, column, declared
+from nanoslip.study.plan.kinds import KINDS, MEMBER, column, declared
 from nanoslip.study.plan.task import TaskResult
 
 
@@ -46,18 +46,12 @@ class Series:
     """Columns of one kind's results: CF contiguous ragged arrays over `sample`, a run of it for each instance of a group."""
 
     kind: str
-    ragged: Ragged
+    sample: str
+    """The dimension of the values."""
+    count: Quantity
+    """Over the instances: the length of each run."""
+    wanted: Callable[[Manifest], bool]
     columns: Mapping[str, Quantity]
-
-    @property
-    def sample(self) -> str:
-        """The dimension of the values."""
-        return self.ragged.sample
-
-    @property
-    def count(self) -> Quantity:
-        """Over the instances: the length of each run."""
-        return Quantity(self.ragged.count, f"values of each {self.ragged.instance}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,11 +107,13 @@ DRIVE_NAME: Final = Quantity("drive", "name of the drive", "")
 
 def all_groups() -> dict[str, Group]:
     """Every group of runs that a dataset can have, by name."""
-    found = [
-        Series(kind.name, ragged, declared(kind, ragged.sample)) for kind in KINDS.values() for ragged in kind.ragged
-    ]
-    names = sorted({each.ragged.instance for each in found}, key=_ORDER.index)
-    return {name: Group(name, tuple(each for each in found if each.ragged.instance == name)) for name in names}
+    found: dict[str, list[Series]] = {name: [] for name in _ORDER}
+    for kind in KINDS.values():
+        for each in kind.ragged:
+            count = Quantity(each.count, f"values of each {each.instance}")
+            series = Series(kind.name, each.sample, count, each.wanted, declared(kind, each.sample))
+            found[each.instance].append(series)
+    return {name: Group(name, tuple(series)) for name, series in found.items()}
 
 
 _ORDER: Final = ("ensemble", "drive_ensemble", "record", "event_sizes", "trajectory", "contact", "interior")

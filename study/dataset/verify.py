@@ -42,7 +42,7 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.manifest.reader import parse_manifest, sha256_of
 from nanoslip.study.origin import Origin, computing
-from nanoslip.study.plan.plan import NOTHING_KNOWN, PENDING, Plan, make_plan, plan_of
+from nanoslip.study.plan.plan import NOTHING_KNOWN, PENDING, Plan, evenly, make_plan, plan_of
 from nanoslip.study.plan.task import Task
 from nanoslip.study.provenance import UNKNOWN
 from nanoslip.study.results.store import Store, StoreError
@@ -118,10 +118,7 @@ def failed(plan: Plan, found: xr.Dataset) -> int:
 
 def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCase, ...]:
     """So many of the cases, evenly spread from the first to the last: the same ones every time; None: all."""
-    if count is None or count >= len(cases):
-        return tuple(cases)
-    places = np.linspace(0, len(cases) - 1, count) if count > 1 else np.zeros(count)
-    return tuple(cases[round(place)] for place in places)
+    return tuple(cases if count is None else evenly(cases, count))
 
 
 def tasks_of(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tuple[Task, ...]:

@@ -16,12 +16,11 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.access import Places, Selection, places
 from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, by_name, called, members_of, parameters
+from nanoslip.study.manifest.units import in_words
 from nanoslip.study.toml_text import from_toml
 
 # Labels of variables and values on axes, in legends and in captions.
 
-_UNITS: Final = {"m s-1": "m/s", "N m-1": "N/m"}
-"""Units as CF writes them -> as people do."""
 LETTERS: Final = 3
 """Names so short are symbols themselves: n_x."""
 
@@ -64,7 +63,7 @@ def unit_of(name: str) -> str:
 
 def readable(units: str) -> str:
     """Units of a dataset as people write them; empty of pure numbers."""
-    return "" if units == "1" else _UNITS.get(units, units)
+    return "" if units == "1" else in_words(units)
 
 
 SYMBOL: Final = re.compile(r"\b([^\W_])_([^\W_]{1,2})\b")

@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from itertools import cycle
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -28,8 +28,7 @@ from nanoslip.study.figures.points import Columns, ordered, words
 # A table of claims: the paper's statement, the dataset's number, and why the two differ.
 
 
-@dataclass(frozen=True, slots=True)
-class Claim:
+class Claim(NamedTuple):
     """One number or statement of the paper beside the dataset's."""
 
     meaning: str
@@ -44,16 +43,11 @@ HEADER: Final = ("", "paper", "found", "remark")
 
 def table(claims: Iterable[Claim], header: Sequence[str] = HEADER) -> str:
     """Claims as a Markdown table, without columns that are empty."""
-    columns = zip(header, *map(as_row, claims), strict=True)
+    columns = zip(header, *claims, strict=True)
     kept = (column for number, column in enumerate(columns) if number == 0 or any(column[1:]))
     head, *body = zip(*kept, strict=True)
     lines = [head, ("---",) * len(head), *body]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
-
-
-def as_row(claim: Claim) -> tuple[str, str, str, str]:
-    """The cells of a claim, in the order of `HEADER`."""
-    return claim.meaning, claim.paper, claim.found, claim.remark
 
 
 def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0) -> str:

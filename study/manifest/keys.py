@@ -1,6 +1,5 @@
 """Every key of a campaign that a parameter declares: meaning, unit, allowed values, default and an example."""
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
@@ -13,7 +12,7 @@ from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.study.manifest.about import About
 from nanoslip.study.manifest.manifest import EnsembleTable, NamedDrive, Outputs, TargetTable
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, typed
-from nanoslip.study.manifest.units import UNITS, compact
+from nanoslip.study.manifest.units import UNITS, compact, in_words
 
 CASES: Final = (Case, Slab, *SCHEMES.values(), *PARTS.values())
 KINDS: Final = {
@@ -23,7 +22,6 @@ KINDS: Final = {
 }
 """Table of a campaign -> types that declare its keys."""
 FAMILIES: Final[Mapping[str, Mapping[str, Any]]] = {"scheme": SCHEMES, "integrator": INTEGRATORS}
-_POWER: Final = re.compile(r"-\d")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +59,7 @@ class Key:
 
 def _unit(key: Key) -> str:
     stated = key.stated
-    return _POWER.sub(r"^\g<0>", stated.unit).replace(" ", "*") if stated.unit != "1" else UNITS.get(stated.scale, "")
+    return in_words(stated.unit) if stated.unit != "1" else UNITS.get(stated.scale, "")
 
 
 def key_of(name: str) -> Key | None:

@@ -16,11 +16,11 @@ from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
 from nanoslip.study.manifest.manifest import CampaignDrive, NamedDrive
-from nanoslip.study.manifest.parameters import Value, in_words
+from nanoslip.study.manifest.parameters import in_words
 from nanoslip.study.plan.cost import drive_duration, drive_steps, expected_displacement, least_plateau, record_bytes
 from nanoslip.study.plan.kinds import compliance_needs
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.plan.task import Task, TaskResult, short
 
 
 class Outlook(NamedTuple):
@@ -91,7 +91,7 @@ def _words(plan: Plan, number: int) -> str:
     """Number of a case -> the parameters in which it differs from the others."""
     point = plan.cases[number].parameters
     varying = (name for name, values in plan.manifest.axes.items() if len(values) > 1 and name in point)
-    return in_words(", ".join(f"{name} = {_short(point[name])}" for name in varying))
+    return in_words(", ".join(f"{name} = {short(point[name])}" for name in varying))
 
 
 def out_of_reach(plan: Plan) -> list[str]:
@@ -186,10 +186,6 @@ def _damper(drive: NamedDrive) -> float:
     """Its force on a pin at rest, in N."""
     values = drive.in_si
     return 2.0 * values.damping_ratio * math.sqrt(drive.pin_mass * values.spring_stiffness) * values.stage_velocity
-
-
-def _short(value: Value) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 # Lengths of a plan's records in node spacings, after which the surface repeats.

@@ -5,7 +5,9 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Final
+from typing import Final, TypeVar
+
+import numpy as np
 
 from nanoslip.solver.drive import DURATIONS
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
@@ -16,6 +18,8 @@ from nanoslip.study.plan.cost import estimate
 from nanoslip.study.plan.grids import settled
 from nanoslip.study.plan.kinds import KINDS, Wanted, in_stages
 from nanoslip.study.plan.task import Label, Task
+
+Some = TypeVar("Some")
 
 # The tasks of each case.
 
@@ -60,6 +64,12 @@ def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
             after[need] = max(after.get(need, 0.0), task.cost + after.get(task.key, 0.0))
     ordered.sort(key=lambda task: -task.cost - after.get(task.key, 0.0))
     return tuple(ordered)
+
+
+def evenly(found: Sequence[Some], count: int) -> list[Some]:
+    """So many of a sequence, or all of it, evenly spread from the first to the last."""
+    places = np.linspace(0, len(found) - 1, min(count, len(found))).round().astype(int)
+    return [found[place] for place in places]
 
 
 DOUBT: Final = 100.0

@@ -88,7 +88,7 @@ class Task:
     def label(self) -> str:
         """For humans, in the words of a manifest."""
         pairs = zip(self.names, self.values, strict=True)
-        words = [f"{name}={_short(value)}" for name, value in pairs if value is not None]
+        words = [f"{name}={short(value)}" for name, value in pairs if value is not None]
         return in_words(" ".join((self.kind, *words)))
 
 
@@ -96,7 +96,8 @@ _CONTENT = attrgetter(*itertools.takewhile(lambda name: name != "cost", (item.na
 """All that is not the plan's; faster than `replace`, for millions of tasks."""
 
 
-def _short(value: Value) -> str:
+def short(value: Value) -> str:
+    """A value of a parameter in a line of text."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

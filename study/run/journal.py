@@ -12,7 +12,7 @@ import sys
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from threading import Lock
 from typing import Any, Final
@@ -71,7 +71,7 @@ class Journal(Watch):
             source_commit=home.source_commit,
             launcher=launcher_name(),
             slurm_job=slurm_job(),
-            **asdict(this_machine()),
+            **this_machine(),
         )
         self._started = time.monotonic()
         self._add(self._run)
