@@ -15,7 +15,7 @@ from nanoslip.study.dataset import file
 from nanoslip.study.manifest.about import About
 from nanoslip.study.manifest.parameters import BETWEEN
 from nanoslip.study.manifest.reader import files_named_in
-from nanoslip.study.results.store import StoreError
+from nanoslip.study.results.store import StoreError, failing
 from nanoslip.study.toml_text import from_toml
 
 MANIFEST: Final = "campaign.toml"
@@ -46,10 +46,8 @@ def write(dataset: xr.Dataset, page: str, out: Path) -> None:
         (Path(scratch) / PAGE).write_text(page, "utf-8")
         contents[PAGE] = "page of tables and figures"
         crate = _described(dataset, about, Path(scratch), contents)
-        try:
+        with failing(f"{out}: cannot be written"):
             (crate.write_zip if out.suffix == ".zip" else crate.write)(out)
-        except OSError as error:
-            raise StoreError(f"{out}: cannot be written: {error.strerror or error}") from None
 
 
 def _write_dataset(dataset: xr.Dataset, path: Path) -> None:

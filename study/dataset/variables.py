@@ -25,7 +25,7 @@ from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
-from nanoslip.study.manifest.parameters import typed
+from nanoslip.study.manifest.parameters import with_symbol
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.kinds import KINDS, MEMBER, column, declared
 from nanoslip.study.plan.task import TaskResult
@@ -243,17 +243,10 @@ def described(name: str) -> Described:
 
 def called(names: Sequence[str], word: str) -> list[str]:
     """The variables of these names that a word means, by the first rule that finds any."""
-    known = by_name()
-    symbols = {
-        name: typed(known[name].symbol if name in known else "") for name in names if not name.startswith("fitted_")
-    }
-    rules = (
-        [word] if word in names else [],
-        [name for name, (known_as, _) in symbols.items() if word in known_as],
-        [name for name, (_, in_short) in symbols.items() if word in in_short],
-        [name for name in names if name == f"{word}_mean"],
-    )
-    return next(filter(None, rules), [])
+    if word in names:
+        return [word]
+    symbols = {name: by_name()[name].symbol for name in names if name in by_name() and not name.startswith("fitted_")}
+    return with_symbol(word, symbols) or [name for name in names if name == f"{word}_mean"]
 
 
 @cache

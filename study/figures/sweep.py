@@ -153,7 +153,7 @@ def is_logarithmic(values: NDArray[Any]) -> bool:
     numbers = np.unique(values[np.isfinite(values)])
     if len(numbers) < 2 or numbers[0] <= 0.0 or numbers[-1] < SPAN * numbers[0]:
         return False
-    return len(numbers) == 2 or _unevenness(np.log(numbers)) < _unevenness(numbers)
+    return len(numbers) == 2 or unevenness(np.log(numbers)) < unevenness(numbers)
 
 
 def begins_with_zero(values: NDArray[Any]) -> bool:
@@ -162,7 +162,8 @@ def begins_with_zero(values: NDArray[Any]) -> bool:
     return len(numbers) > 2 and numbers[0] == 0.0 and bool(numbers[-1] > CLOSE * numbers[1])
 
 
-def _unevenness(numbers: NDArray[Any]) -> float:
+def unevenness(numbers: NDArray[Any]) -> float:
+    """Scatter of the distances between rising numbers, over their mean."""
     steps = np.diff(numbers)
     return float(np.std(steps) / np.mean(steps))
 
@@ -188,13 +189,18 @@ def set_axis(axis: Any, points: Points, name: str) -> None:
         axis._set_axes_scale("symlog", linthresh=least, linscale=room)
     elif is_logarithmic(points.axes[name]):
         axis._set_axes_scale("log")
-        if values[-1] < 100.0 * values[0]:  # of powers of ten there would be one or two
-            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-            axis.set_major_formatter(lambda value, _: in_text(float(value)))
-            axis.set_minor_formatter(NullFormatter())
+        if values[-1] < 100.0 * values[0]:
+            set_few_ticks(axis)
     if len(values) <= _TICKS:
         axis.set_ticks(values, list(map(in_text, values)))
         axis.set_ticks([], minor=True)
+
+
+def set_few_ticks(axis: Any) -> None:
+    """Ticks of a logarithmic axis at 1, 2 and 5, as of powers of ten there would be one or two."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(lambda value, _: in_text(float(value)))
+    axis.set_minor_formatter(NullFormatter())
 
 
 # Panels of lines with error bars, a colour for each value of a second coordinate, or of tiles; or one for each coordinate.

@@ -8,10 +8,10 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
-from nanoslip.study.figures.points import Columns, in_text, label, points_of, short, typeset
+from nanoslip.study.figures.points import Columns, label, points_of, short, typeset
 from nanoslip.study.figures.shared import COLORS, PAGE, WIDTH, Sort, View, column, legend
+from nanoslip.study.figures.sweep import set_few_ticks
 from nanoslip.study.inference.fit import LEVELS, Fit
 from nanoslip.study.inference.sensitivity import Sensitivity, caution, sensitivity
 from nanoslip.study.manifest.parameters import words
@@ -135,10 +135,7 @@ def _draw_pair(axes: Any, found: Fit, first: int, second: int) -> None:
         named = {"label": typeset(label(_name(own.name))), "scale": "log" if own.logarithmic else "linear"}
         axes.set(**{f"{name}{key}": value for key, value in named.items()}, **{f"{name}lim": (own.low, own.high)})
         if own.logarithmic:
-            axis = getattr(axes, f"{name}axis")
-            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-            axis.set_major_formatter(lambda value, _: in_text(float(value)))
-            axis.set_minor_formatter(NullFormatter())
+            set_few_ticks(getattr(axes, f"{name}axis"))
 
 
 def _along(found: Fit) -> Figure:

@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.study.figures.points import points_named
+from nanoslip.study.figures.sweep import unevenness
 from nanoslip.study.inference.surrogate import ALIKE, MOST, Floats, TooFewError, regress
 
 # The parameters of cases as numbers in the unit cube, and how likely each value is.
@@ -58,18 +59,13 @@ def axis_of(name: str, values: NDArray[Any]) -> Axis:
     if values.dtype.kind in "OUb":
         return Axis(name, tuple(dict.fromkeys(values.tolist())))
     there = np.unique(values.astype(float))
-    logarithmic = bool(there[0] > 0.0) and len(there) > 2 and _uneven(np.log(there)) < _uneven(there)
+    logarithmic = bool(there[0] > 0.0) and len(there) > 2 and unevenness(np.log(there)) < unevenness(there)
     ends = np.log(there) if logarithmic else there
     low, high = float(ends[0]), float(ends[-1])
     if len(there) <= max(2.0, SPARSE * len(values)):
         return Axis(name, tuple(there.tolist()), low, high, logarithmic)
     room = 0.5 * (high - low) / (len(there) - 1)  # the ends of a range that is filled evenly
     return Axis(name, (), low - room, high + room, logarithmic)
-
-
-def _uneven(numbers: Floats) -> float:
-    steps = np.diff(numbers)
-    return float(np.std(steps) / np.mean(steps))
 
 
 # Indices, with the interval that holds them with 95 %.

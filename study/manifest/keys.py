@@ -11,7 +11,7 @@ from nanoslip.solver.parameter import MOST_WHOLE, Parameter, choices_of, declare
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.study.manifest.about import About
 from nanoslip.study.manifest.manifest import EnsembleTable, NamedDrive, Outputs, TargetTable
-from nanoslip.study.manifest.parameters import LIMITS, TABLES, typed
+from nanoslip.study.manifest.parameters import LIMITS, TABLES, with_symbol
 from nanoslip.study.manifest.units import UNITS, compact, in_words
 
 CASES: Final = (Case, Slab, *SCHEMES.values(), *PARTS.values())
@@ -64,11 +64,8 @@ def _unit(key: Key) -> str:
 
 def key_of(name: str) -> Key | None:
     """The key of this word, name or symbol, in Greek or Latin letters; None without one."""
-    for place in (0, 1):
-        for key in keys():
-            if name in (key.word, key.name, *typed(key.stated.symbol)[place]):
-                return key
-    return None
+    found = [key for key in keys() if name in (key.word, key.name)]
+    return next(iter(found or with_symbol(name, {key: key.stated.symbol for key in keys()})), None)
 
 
 def text_of(key: Key) -> str:

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from nanoslip.solver.case import STOP_CONDITIONS, Case, parameters_of_a_case
 from nanoslip.solver.outcome import InvalidInput
@@ -12,6 +12,7 @@ from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import PHYSICS, SCHEMES, Slab
 
 Value = float | int | str
+Name = TypeVar("Name")
 
 TABLES: Final = ("constants", "numerics", "slip", "effects", "heterogeneity", "interface", "limits")
 """Tables of a manifest that take parameters of a case."""
@@ -28,23 +29,19 @@ _LATIN: Final = {"μ": "mu", "ζ": "zeta", "ν": "nu", "τ": "tau", "δ": "delta
 """Greek letters of symbols, as they are typed."""
 
 
-def typed(symbol: str) -> tuple[set[str], set[str]]:
-    """Spellings of a symbol in Greek and Latin letters: whole, as `R/L_x`, and without its unit."""
-    latin = "".join(_LATIN.get(letter, letter) for letter in symbol)
-    whole = {symbol, latin} - {""}
-    return whole, {each.partition("/")[0] for each in whole}
+def with_symbol(word: str, symbols: Mapping[Name, str]) -> list[Name]:
+    """The names with this symbol, in Greek or Latin letters: all of it, as `R/L_x`; else without its unit."""
+    latin = str.maketrans(_LATIN)
+    spelt = {name: {symbol, symbol.translate(latin)} for name, symbol in symbols.items() if symbol}
+    whole = [name for name, each in spelt.items() if word in each]
+    return whole or [name for name, each in spelt.items() if word in {one.partition("/")[0] for one in each}]
 
 
 def of_symbol(key: str, stated: Mapping[str, Parameter]) -> str:
     """The word of the only parameter that has this symbol; any other key, or the symbol of several, as it is."""
-    symbols = {each.word or name: typed(each.symbol) for name, each in stated.items()}
-    if key in stated or key in symbols:
-        return key
-    for place in (0, 1):
-        found = [name for name, known in symbols.items() if key in known[place]]
-        if len(found) == 1:
-            return found[0]
-    return key
+    symbols = {each.word or name: each.symbol for name, each in stated.items()}
+    found = [] if key in stated or key in symbols else with_symbol(key, symbols)
+    return found[0] if len(found) == 1 else key
 
 
 def words_of(table: str) -> tuple[str, ...]:

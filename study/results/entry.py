@@ -326,10 +326,10 @@ def path_of(folder: Path, key: str) -> Path:
     return folder / f"{key}{ENDING}"
 
 
-def write(path: Path, entry: bytes) -> None:
-    """Put an entry there, whole or not at all. Raises OSError."""
+def write(path: Path, content: bytes) -> None:
+    """Put content there, whole or not at all. Raises OSError."""
     with written_whole(path) as scratch:
-        scratch.write_bytes(entry)
+        scratch.write_bytes(content)
 
 
 def read_entry(path: Path) -> TaskResult:

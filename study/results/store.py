@@ -34,7 +34,6 @@ from nanoslip.study.results.entry import (
     lives,
     packed,
     scratch_beside,
-    written_whole,
 )
 from nanoslip.study.results.log import Logs, LogWriter, is_name, later
 from nanoslip.study.results.shard import FOLDER as SHARDS
@@ -57,6 +56,15 @@ def _refused() -> Iterator[None]:
         raise StoreError(str(error)) from None
 
 
+@contextmanager
+def failing(what: object) -> Iterator[None]:
+    """Raise what the disk refuses as a StoreError: what could not be done, and why."""
+    try:
+        yield
+    except OSError as error:
+        raise StoreError(f"{what}: {error.strerror or error}") from error
+
+
 class Store:
     """The results of a campaign in DIR/results. Two processes that write one result write the same bytes: no harm."""
 
@@ -71,7 +79,7 @@ class Store:
     @_refused()
     def prepare(self) -> None:
         """Create the folder, test writing, and remove scratch files of killed runs. Raises StoreError."""
-        try:
+        with failing(f"{self.folder}: cannot write results there"):
             self.folder.mkdir(parents=True, exist_ok=True)
             clear_away(self.folder)
             clear_away(self.folder.parent)  # the dataset is written there
@@ -79,8 +87,6 @@ class Store:
             self._logs.mend()
             if problem := attempts.lost(self._out):
                 sys.stderr.write(f"{problem}\n")
-        except OSError as error:
-            raise StoreError(f"{self.folder}: cannot write results there: {error.strerror or error}") from None
 
     def finished(self) -> set[str]:
         """Keys of all results that are there and sound; an unsound one is named on stderr and not counted."""
@@ -139,7 +145,7 @@ class Store:
     def write(self, result: TaskResult, shared: bool = False) -> None:
         """Keep a result; shared: in a file of its own, as other tasks read it. Raises StoreError where the disk refuses."""
         content = packed(result)
-        try:
+        with failing(f"{self.folder}: cannot write {result.key}"):
             if shared:
                 entry.write(entry.path_of(self.folder, result.key), content)
                 return
@@ -148,8 +154,6 @@ class Store:
             file = f"{self.folder}/{result.key}{entry.ENDING}"  # a path would take longer than the look
             if os.path.isfile(file):
                 Path(file).unlink(missing_ok=True)  # it would count more
-        except OSError as error:
-            raise StoreError(f"{self.folder}: cannot write {result.key}: {error.strerror or error}") from error
 
     def read(self, key: str) -> TaskResult:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""
@@ -175,25 +179,19 @@ class Store:
 
     def settle(self) -> None:
         """Have all results outlast a loss of power. Raises StoreError where the disk refuses."""
-        try:
+        with failing(f"{self.folder}: cannot keep results"):
             self._logs.settle()
-        except OSError as error:
-            raise StoreError(f"{self.folder}: cannot keep results: {error.strerror or error}") from error
 
     def close(self) -> None:
         """Sync results of this process, so that other machines see them. Raises StoreError."""
-        try:
+        with failing(f"{self.folder}: cannot keep results"):
             self._log.close()
-        except OSError as error:
-            raise StoreError(f"{self.folder}: cannot keep results: {error.strerror or error}") from error
 
     def drop(self, key: str) -> None:
         """Remove a result that other tasks have read and nothing needs any more. Raises StoreError."""
         path = entry.path_of(self.folder, key)
-        try:
+        with failing(f"{path}: cannot be removed"):
             path.unlink(missing_ok=True)
-        except OSError as error:
-            raise StoreError(f"{path}: cannot be removed: {error.strerror or error}") from error
 
 
 def _say_unsound(error: CorruptResultError) -> None:
@@ -250,7 +248,7 @@ class Lease:
 
     def __enter__(self) -> Self:
         """Raises StoreError where another run is at work there, or the folder refuses."""
-        try:
+        with failing(f"{self._path}: cannot be written"):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             scratch = scratch_beside(self._path)
             try:
@@ -259,8 +257,6 @@ class Lease:
                     pass  # another run was quicker
             finally:
                 scratch.unlink(missing_ok=True)
-        except OSError as error:
-            raise StoreError(f"{self._path}: cannot be written: {error.strerror or error}") from None
         self._beat.start()
         return self
 
@@ -467,10 +463,7 @@ def _place(path: Path, results: Path) -> Path:
 
 def write_files(files: Mapping[Path, bytes]) -> None:
     """Write files with their contents, and the folders that they are in. Raises StoreError."""
-    try:
-        for path, content in files.items():
+    for path, content in files.items():
+        with failing(f"{path}: cannot be written"):
             path.parent.mkdir(parents=True, exist_ok=True)
-            with written_whole(path) as scratch:
-                scratch.write_bytes(content)
-    except OSError as error:
-        raise StoreError(f"{path}: cannot be written: {error.strerror or error}") from None
+            entry.write(path, content)
