@@ -17,8 +17,8 @@ import xarray as xr
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor
 from nanoslip.study.dataset import file
+from nanoslip.study.dataset.access import joined
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.dataset.concatenation import joined
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.inference.campaign import question_of
 from nanoslip.study.inference.fit import MOST, Fit, Target
@@ -32,8 +32,8 @@ from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import console
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, StoreError
-from nanoslip.study.run.agent import Agent
 from nanoslip.study.run.campaign import compute_plan
+from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import Report
 from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm
 from nanoslip.study.run.launch import Program, computing, processes_started

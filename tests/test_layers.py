@@ -31,14 +31,13 @@ ORDER = {
     "nanoslip.study.manifest": "parameters units columns surface about checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan outlook",
     "nanoslip.study.results": "entry log attempts shard store",
-    "nanoslip.study.dataset": "file crate variables table collect access concatenation compare verify",
-    "nanoslip.study.run": "launch queue progress dispatch journal child agent farm mpi compute warm_up executor part batch "
-    "campaign",
+    "nanoslip.study.dataset": "file crate variables collect access compare verify",
+    "nanoslip.study.run": "launch queue progress dispatch journal child farm mpi compute executor part batch campaign",
     "nanoslip.study.report": "console summary errors curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures trace",
-    "nanoslip.study.accuracy": "setup elastic_operator effects measurement",
-    "nanoslip.study.commands": "words plans datasets prepare run conduct look trace judge infer cli",
+    "nanoslip.study.accuracy": "setup effects measurement",
+    "nanoslip.study.commands": "words plans datasets prepare run conduct look judge infer cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 
@@ -57,8 +56,8 @@ HOMES = {
         "nanoslip.study.inference",
         "nanoslip.study.api",
         "nanoslip.study.commands.datasets",
+        "nanoslip.study.commands.infer",
         "nanoslip.study.commands.look",
-        "nanoslip.study.commands.trace",
     },
     "matplotlib": {
         "nanoslip.solver.view",

@@ -29,7 +29,7 @@ DECLARED = (
     "nanoslip.solver.simulate",
     "nanoslip.study.plan.kinds",
     "nanoslip.study.run.executor",
-    "nanoslip.study.run.agent",
+    "nanoslip.study.run.child",
 )
 
 
@@ -67,7 +67,7 @@ def tasks() -> list[Task]:
 def test_who_hands_tasks_on_loads_nothing_to_compute_with(environment, tmp_path: Path):
     path = tmp_path / "tasks"
     path.write_bytes(pickle.dumps(tasks()))
-    program = f"import pickle, nanoslip.study.run.agent; pickle.load(open({str(path)!r}, 'rb'))"
+    program = f"import pickle, nanoslip.study.run.child; pickle.load(open({str(path)!r}, 'rb'))"
     assert loaded(program, (*HEAVY, "rich"), environment) == []
 
 

@@ -407,7 +407,7 @@ def traced(described: Declared) -> Declared:
 
 
 @command(
-    "trace:show_trace",
+    "infer:show_trace",
     FILE,
     PARAMETERS,
     traced,

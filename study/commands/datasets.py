@@ -14,8 +14,7 @@ from nanoslip.study.commands.plans import advised, counted, planned
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import one_case
-from nanoslip.study.dataset.collect import collect, is_made_of, made_of, note
-from nanoslip.study.dataset.table import coordinates, layout_of
+from nanoslip.study.dataset.collect import collect, coordinates, is_made_of, layout_of, made_of, note
 from nanoslip.study.dataset.variables import OUTCOMES, means_of
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters

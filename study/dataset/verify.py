@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.parameter import Quantity
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.collect import Layout, collect, layout_of
 from nanoslip.study.dataset.compare import (
     ROUNDING,
     Verdict,
@@ -25,7 +25,6 @@ from nanoslip.study.dataset.compare import (
     same_bits,
 )
 from nanoslip.study.dataset.file import flattened, groups_of, loaded
-from nanoslip.study.dataset.table import Layout, layout_of
 from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
     DISCRETIZATION_ERROR,

@@ -246,6 +246,12 @@ def ordered(values: Iterable[Any]) -> list[Any]:
         return found
 
 
+def unevenness(numbers: NDArray[Any]) -> float:
+    """Scatter of the distances between rising numbers, over their mean."""
+    steps = np.diff(numbers)
+    return float(np.std(steps) / np.mean(steps))
+
+
 def _whole(values: NDArray[Any]) -> NDArray[Any]:
     if values.dtype.kind == "f" and not np.isfinite(values).all():
         return np.array([LACKING if np.isnan(each) else in_text(each) for each in values.tolist()], dtype=object)

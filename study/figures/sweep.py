@@ -33,6 +33,7 @@ from nanoslip.study.figures.points import (
     short,
     symbol,
     typeset,
+    unevenness,
     words,
 )
 from nanoslip.study.figures.shared import (
@@ -160,12 +161,6 @@ def begins_with_zero(values: NDArray[Any]) -> bool:
     """Whether numbers are a 0 and positive ones of which the smallest would lie on it, were the scale linear."""
     numbers = np.unique(values[np.isfinite(values)])
     return len(numbers) > 2 and numbers[0] == 0.0 and bool(numbers[-1] > CLOSE * numbers[1])
-
-
-def unevenness(numbers: NDArray[Any]) -> float:
-    """Scatter of the distances between rising numbers, over their mean."""
-    steps = np.diff(numbers)
-    return float(np.std(steps) / np.mean(steps))
 
 
 def places_of(points: Points, name: str, chosen: Points) -> NDArray[Any]:

@@ -13,8 +13,7 @@ import scipy
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.study.figures.points import points_named
-from nanoslip.study.figures.sweep import unevenness
+from nanoslip.study.figures.points import points_named, unevenness
 from nanoslip.study.inference.surrogate import ALIKE, MOST, Floats, TooFewError, regress
 
 # The parameters of cases as numbers in the unit cube, and how likely each value is.

@@ -451,9 +451,10 @@ class NamedFiles(Checker):
 
         return self._read(read, "roughness", good["file"], number)
 
-    def front(self, content: dict[str, Any]) -> str | None:
-        """The text of a measured front; None where the campaign names none or it is refused."""
-        return self._read(read_text, "front", content["front"]) if "front" in content else None
+    def front(self, content: dict[str, Any]) -> dict[str, str]:
+        """The text of a measured front, by its key; nothing where the campaign names none or it is refused."""
+        found = self._read(read_text, "front", content["front"]) if "front" in content else None
+        return {} if found is None else {"front": found}
 
     def _read(
         self, read: Callable[[Path, str | None], Content], key: str, name: str, number: int | None = None

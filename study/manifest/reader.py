@@ -252,6 +252,13 @@ def files_named_in(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
     return {key: names for key, names in found.items() if names}
 
 
+def _document(path: Path, text: str) -> dict[str, Any]:
+    try:
+        return from_toml(text)
+    except ValueError as error:
+        raise ManifestError([f"{path}: {error}"]) from None
+
+
 _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "title": (str, "a text"),
     "stages": (list, "a list of stages"),
@@ -321,10 +328,7 @@ class _Reader(NamedFiles):
     """Reads one campaign file."""
 
     def manifest(self, text: str) -> Manifest:
-        try:
-            top = self._top(from_toml(text))
-        except ValueError as error:
-            raise ManifestError([f"{self.path}: {error}"]) from None
+        top = self._top(_document(self.path, text))
         scales = self._scales(top)
         table = self.table(top)
         given = self.plain(table.columns, scales) if table else self._axes(top, scales)
@@ -332,8 +336,7 @@ class _Reader(NamedFiles):
         tables = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
         fixed = {name: self.plain(content, scales) for name, content in tables.items()}
         hashed = ({"table": table} if table else self.rows_of_axis(given, scales)) | self.rows(fixed, scales)
-        front = self.front(top)
-        files = {key: each.text for key, each in hashed.items()} | ({} if front is None else {"front": front})
+        files = {key: each.text for key, each in hashed.items()} | self.front(top)
         self.one_place(given, fixed)
         accuracy = self._accuracy(top, {**given, **fixed["numerics"]})
         slabs = _slabs({**fixed["numerics"], **given})

@@ -15,12 +15,11 @@ from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.dispatch import Done, Report, Tally, Watch
-from nanoslip.study.run.executor import Left, drop_intermediates, given_up, left
+from nanoslip.study.run.executor import Left, WarmUp, drop_intermediates, given_up, left, miniatures
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
 from nanoslip.study.run.part import finished_with
 from nanoslip.study.run.progress import Measured
-from nanoslip.study.run.warm_up import WarmUp, miniatures
 
 
 class UnfinishedError(StoreError):

@@ -9,7 +9,7 @@ from multiprocessing import connection
 from typing import Any, Final, NoReturn, Self
 
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.study.run.agent import Agent
+from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import Dispatcher, Done, Execute, Ledger, Tally, Watch, attempt, print_failure
 from nanoslip.study.run.launch import GRACE, Interruption, Settle, end_of_time
 from nanoslip.study.run.queue import Work

@@ -20,7 +20,7 @@ from typing import Any, Final, NoReturn
 
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.origin import Origin, here
-from nanoslip.study.run.agent import Agent
+from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import Done, lookahead, say
 from nanoslip.study.run.farm import Farm, FarmError, News, ProcessFarm, SerialFarm
 from nanoslip.study.run.launch import (

@@ -10,15 +10,16 @@ import pytest
 
 from nanoslip import Case, Slab, friction_record, surface_compliance
 from nanoslip.solver.elasticity.schemes import Galerkin
-from nanoslip.study.accuracy.elastic_operator import (
-    OBSERVABLES,
+from nanoslip.study.accuracy.measurement import (
+    OF_OPERATORS,
+    Measurement,
     lateral_stiffness,
+    measure,
     measure_elastic_operator,
     nodal_forces,
     observables_on,
     reference_slab,
 )
-from nanoslip.study.accuracy.measurement import Measurement, measure
 from nanoslip.study.accuracy.setup import FULL, QUICK, Diagram, contacts, default_setup, setup_of
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive
@@ -189,6 +190,6 @@ def test_the_shipped_front_describes_this_solver():
     for row in some:
         values = observables_on(surface_compliance(row.slab), widths)
         for width, error in zip(widths, row.errors[::8], strict=True):
-            worst = max(abs(values[width][name] / truth[width][name] - 1.0) for name in OBSERVABLES)
+            worst = max(abs(values[width][name] / truth[width][name] - 1.0) for name in OF_OPERATORS)
             assert worst < 1.006 * error  # where it is less, the reference was in doubt
             assert worst == pytest.approx(error, rel=6e-3) or error < 4e-3

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.api import concat, open_dataset, run
-from nanoslip.study.dataset.concatenation import NotJoinableError
+from nanoslip.study.dataset.access import NotJoinableError
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.results.store import StoreError
 from tests.study.dataset.campaigns import FULL

@@ -20,7 +20,7 @@ import numpy as np
 from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome
 from nanoslip.study.plan.task import Inputs, Task, TaskResult
 from nanoslip.study.run import executor as real
-from nanoslip.study.run.agent import Agent
+from nanoslip.study.run.child import Agent
 from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import Done, Execute, Tally
 from nanoslip.study.run.farm import ProcessFarm

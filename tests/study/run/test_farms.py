@@ -20,7 +20,7 @@ from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import executor as executor_module
 from nanoslip.study.run import mpi
-from nanoslip.study.run.agent import Agent
+from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import Done, Tally
 from nanoslip.study.run.executor import executor
 from nanoslip.study.run.farm import Farm, FarmError, ProcessFarm, SerialFarm

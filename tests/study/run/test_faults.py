@@ -14,8 +14,8 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import child as process
-from nanoslip.study.run.agent import BrokenProgramError
 from nanoslip.study.run.campaign import KILLED, blame
+from nanoslip.study.run.child import BrokenProgramError
 from nanoslip.study.run.dispatch import Tally
 from nanoslip.study.run.executor import left
 from nanoslip.study.run.journal import BEGUN, LONG, Journal, left_begun

@@ -16,7 +16,7 @@ from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.kinds import record_task
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.run.compute import run_task
-from nanoslip.study.run.warm_up import WarmUp, miniatures
+from nanoslip.study.run.executor import WarmUp, miniatures
 from tests.conftest import ROOT, SMALL
 
 
@@ -110,7 +110,7 @@ def test_a_drive_of_few_steps_is_as_short_as_they_allow():
 
 
 COMPILE = """
-from nanoslip.study.run.warm_up import WarmUp, miniatures
+from nanoslip.study.run.executor import WarmUp, miniatures
 from tests.study.run.test_warm_up import planned
 WarmUp(miniatures(planned("smoke"))).run()
 """
