@@ -37,15 +37,14 @@ from nanoslip.study.manifest.manifest import drive_parameters
 from nanoslip.study.manifest.parameters import of_symbol
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.units import in_si, in_words, plain
-from nanoslip.study.plan.outlook import out_of_reach
+from nanoslip.study.plan.plan import out_of_reach
 from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_plan
-from nanoslip.study.run.farm import Farm, FarmError
 from nanoslip.study.run.journal import measured_in
 from nanoslip.study.run.launch import computing
-from nanoslip.study.run.mpi import open_farm
+from nanoslip.study.run.mpi import Farm, FarmError, open_farm
 from nanoslip.study.run.progress import makespan, open_progress, roughly
 
 # `nanoslip sensitivity`: which parameters a number depends on, from the cases of a dataset.

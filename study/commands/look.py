@@ -61,7 +61,7 @@ from nanoslip.study.report.console import (
     whole,
 )
 from nanoslip.study.report.curves import MARGIN, WIDTH, Curve, curves, text_plot
-from nanoslip.study.report.errors import Error, error_lines
+from nanoslip.study.report.summary import Error, error_lines
 from nanoslip.study.results.store import StoreError, write_files
 from nanoslip.study.run.progress import roughly
 

@@ -19,8 +19,19 @@ from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.reader import effects
 from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.grids import choice
-from nanoslip.study.plan.outlook import duration_lines, expected_lines, out_of_reach, outlook_of, shortages, span_line
-from nanoslip.study.plan.plan import PENDING, KindCount, Plan, disk_of_plan, ended
+from nanoslip.study.plan.plan import (
+    PENDING,
+    KindCount,
+    Plan,
+    disk_of_plan,
+    duration_lines,
+    ended,
+    expected_lines,
+    out_of_reach,
+    outlook_of,
+    shortages,
+    span_line,
+)
 from nanoslip.study.report.console import Table, print_entries, print_sentences, print_table, say, whole
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script

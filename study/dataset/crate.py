@@ -12,7 +12,7 @@ from typing import Any, Final
 import xarray as xr
 
 from nanoslip.study.dataset import file
-from nanoslip.study.manifest.about import About
+from nanoslip.study.manifest.manifest import About
 from nanoslip.study.manifest.parameters import BETWEEN
 from nanoslip.study.manifest.reader import files_named_in
 from nanoslip.study.results.store import StoreError, failing

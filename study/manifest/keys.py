@@ -9,8 +9,7 @@ from nanoslip.solver.case import PARTS, Case
 from nanoslip.solver.drive import AUTO, INTEGRATORS, Drive, Scales
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, choices_of, declared
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.study.manifest.about import About
-from nanoslip.study.manifest.manifest import EnsembleTable, NamedDrive, Outputs, TargetTable
+from nanoslip.study.manifest.manifest import About, EnsembleTable, NamedDrive, Outputs, TargetTable
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, with_symbol
 from nanoslip.study.manifest.units import UNITS, compact, in_words
 

@@ -23,7 +23,6 @@ from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, quoted
 from nanoslip.solver.parameter import MOST_WHOLE, as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
-from nanoslip.study.manifest.about import About
 from nanoslip.study.manifest.checker import (
     Checker,
     Columns,
@@ -41,6 +40,7 @@ from nanoslip.study.manifest.manifest import (
     MOST_DRIVEN,
     OF_CONTACTS,
     STAGES,
+    About,
     CampaignDrive,
     Design,
     EnsembleTable,

@@ -31,7 +31,7 @@ from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.manifest.units import compact, si_line
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
-from nanoslip.study.report.errors import spread_lines, with_largest
+from nanoslip.study.report.summary import spread_lines, with_largest
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE
 from nanoslip.study.results.attempts import Run

@@ -10,14 +10,13 @@ from typing import Final
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.origin import Origins
-from nanoslip.study.plan.outlook import shortages
-from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.plan import Plan, shortages
 from nanoslip.study.plan.task import Task
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.dispatch import Done, Report, Tally, Watch
 from nanoslip.study.run.executor import Left, WarmUp, drop_intermediates, given_up, left, miniatures
-from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
+from nanoslip.study.run.mpi import Farm
 from nanoslip.study.run.part import finished_with
 from nanoslip.study.run.progress import Measured
 

@@ -6,8 +6,8 @@ import pytest
 
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.api import run
-from nanoslip.study.manifest.about import About
 from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.manifest import About
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
 

@@ -14,8 +14,16 @@ from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.kinds import KINDS
-from nanoslip.study.plan.outlook import need_of, outlook_of
-from nanoslip.study.plan.plan import PENDING, Plan, drive_outcome, ended, longest_chain_first, make_plan
+from nanoslip.study.plan.plan import (
+    PENDING,
+    Plan,
+    drive_outcome,
+    ended,
+    longest_chain_first,
+    make_plan,
+    need_of,
+    outlook_of,
+)
 from nanoslip.study.plan.task import Task
 from tests.conftest import SMALL
 from tests.study.plan.running import planned as plan

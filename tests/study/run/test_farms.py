@@ -23,10 +23,9 @@ from nanoslip.study.run import mpi
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import Done, Tally
 from nanoslip.study.run.executor import executor
-from nanoslip.study.run.farm import Farm, FarmError, ProcessFarm, SerialFarm
 from nanoslip.study.run.journal import Journal, left_begun
 from nanoslip.study.run.launch import WARNING, Interruption, Program, end_of_time, launcher_rank
-from nanoslip.study.run.mpi import MPIFarm, open_farm
+from nanoslip.study.run.mpi import Farm, FarmError, MPIFarm, ProcessFarm, SerialFarm, open_farm
 from tests.conftest import longer
 from tests.study.plan.running import CASE
 from tests.study.results.results import until_written, written
