@@ -280,8 +280,5 @@ def mixture(counts: Mapping[Origin, int]) -> str:
     one = len({origin.arithmetic for origin in counts}) == 1
     said = {origin: f"{origin}" if one else f"{origin}, {origin.arithmetic}" for origin in counts}
     parts = (f"{counts[origin]} of {said[origin]}" for origin in sorted(counts, key=lambda each: (-counts[each], each)))
-    return f"results of different {_what_differs(counts)}: " + "; ".join(parts)
-
-
-def _what_differs(origins: Iterable[Origin]) -> str:
-    return "processors" if len({origin.deciding for origin in origins}) == 1 else "software"
+    what = "processors" if len({origin.deciding for origin in counts}) == 1 else "software"
+    return f"results of different {what}: " + "; ".join(parts)

@@ -304,19 +304,6 @@ FORMATS: Final = ("pdf", "svg", "png")
 RESULTS: Final = Path("results")
 
 
-def _size(_context: click.Context, _option: click.Parameter, text: str | None) -> tuple[float, float] | None:
-    """Width and height that a text names, as `3.3x2.4`."""
-    if text is None:
-        return None
-    try:
-        width, height = map(float, text.split("x"))
-        if 0.5 <= width <= 50.0 and 0.5 <= height <= 50.0:
-            return width, height
-    except ValueError:
-        pass
-    raise click.BadParameter(f"{text}: needs width x height in inches, each from 0.5 to 50, as 3.3x2.4")
-
-
 @command("look:write_report", CAMPAIGN, OUT)
 def report() -> None:
     """Write the HTML page of a collected CAMPAIGN."""
@@ -352,7 +339,7 @@ def report() -> None:
 )
 @click.option("-o", "--output", type=NEW_FILE, help="File of that figure: .pdf, .svg or .png.")
 @flag("--csv", "table", help="Write the numbers that are drawn to a file beside it.")
-@click.option("--size", metavar="WxH", callback=_size, help="Width and height of that figure in inches, as 3.3x2.4.")
+@click.option("--size", nargs=2, type=Number(0.5, 50.0), help="Width and height of that figure in inches, as 3.3 2.4.")
 @click.option("--style", "sheet", default="", metavar="SHEET", help="Style sheet of matplotlib: a file or a name.")
 def figure() -> None:
     """Draw a number of CAMPAIGN over its axes, or shipped figures.
@@ -501,7 +488,7 @@ def sensitivity() -> None:
 )
 @defaulted("--points", type=click.IntRange(min=16), default=256, help="Most points that are computed.")
 @click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
-@click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
+@OUT
 @defaulted("-o", "--picture", type=NEW_FILE, default=Path("fit.png"), help="File of the figure: .png, .pdf or .svg.")
 @JSON
 def fit() -> None:

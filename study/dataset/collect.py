@@ -44,7 +44,6 @@ from nanoslip.study.dataset.variables import (
     Group,
     Runs,
     all_groups,
-    companions,
     counted,
     factors,
     parameters,
@@ -292,7 +291,7 @@ class Table:
             self._declare(DRIVE, DRIVE_MEMBERS, np.nan)
         for kind in (each for each in KINDS if each in kinds):
             apart = left_out(KINDS[kind], manifest)
-            for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
+            for name, quantity in scalars(kind):
                 for own in (quantity, *quantity.beside) if name not in apart else ():
                     self._declare(kind, own, "" if own.words else np.int32(0) if own.flags else np.nan)
         for group in groups:
@@ -325,7 +324,7 @@ class Table:
             counts = np.where(numbers == np.floor(numbers), numbers, np.nan)
             differ = np.fmax.reduce(counts, axis=2) > np.fmin.reduce(counts, axis=2)
             self._as_one[places] = ~differ.any(axis=0)
-        for name, quantity in (*scalars(kind).items(), *companions(kind).items()):
+        for name, quantity in scalars(kind):
             if quantity.name == VALIDITY.name or name not in found or quantity.name not in self._values:
                 continue
             if quantity.words:

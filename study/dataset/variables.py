@@ -31,14 +31,10 @@ from nanoslip.study.plan.kinds import KINDS, MEMBER, column, declared
 from nanoslip.study.plan.task import TaskResult
 
 
-def scalars(kind: str) -> Mapping[str, Quantity]:
-    """Scalar of a kind's results -> the variable over the cases (and drives)."""
-    return declared(KINDS[kind])
-
-
-def companions(kind: str) -> Mapping[str, Quantity]:
-    """Scalar of a kind's results -> a second variable that gives it in SI or over μ_i, where there is one."""
-    return {key: each.si for key, each in scalars(kind).items() if each.si}
+def scalars(kind: str) -> list[tuple[str, Quantity]]:
+    """Scalars of a kind's results with their variables over the cases (and drives); then those in SI or over μ_i."""
+    own = declared(KINDS[kind]).items()
+    return [*own, *((key, each.si) for key, each in own if each.si)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -280,7 +276,7 @@ def _all(beside: bool = False) -> Iterator[Described]:
     for kind in KINDS:
         head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE], DRIVE_MEMBERS) if kind == DRIVE else ()
         dims = f"{CASES}, drive" if kind == DRIVE else CASES
-        own = (*head, *scalars(kind).values(), *companions(kind).values())
+        own = (*head, *(quantity for _, quantity in scalars(kind)))
         around = [part for each in own for part in (each, *each.beside)] if beside else own
         yield from _of(_GROUPS.get(kind, kind), dims, around)
     for group in all_groups().values():
@@ -323,7 +319,7 @@ def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.Variable, ...]:
 @cache
 def of_drives() -> set[str]:
     """The variables of the results of drives, but for those beside means."""
-    return {each.name for kind in (scalars, companions) for each in kind(DRIVE).values()}
+    return {each.name for _, each in scalars(DRIVE)}
 
 
 def fewer(case: xr.Dataset, name: str) -> str:

@@ -31,7 +31,6 @@ from nanoslip.study.dataset.variables import (
     OUTCOMES,
     Group,
     all_groups,
-    companions,
     run_names,
     scalars,
     windows,
@@ -393,14 +392,14 @@ def _half(votes: Iterable[bool]) -> bool:
 @cache
 def _before_sliding() -> set[str]:
     """Variables that no decision of sliding changes."""
-    of_record = [each for each in scalars("record").values() if each.of_grid or each.name.startswith("initial_")]
-    return {DISCRETIZATION_ERROR.name} | _names(scalars("contact").values()) | _names(of_record)
+    of_record = [each for _, each in scalars("record") if each.of_grid or each.name.startswith("initial_")]
+    return {DISCRETIZATION_ERROR.name} | _names(each for _, each in scalars("contact")) | _names(of_record)
 
 
 @cache
 def _of_records() -> set[str]:
     """Variables that sum up a record."""
-    return _names((*scalars("record").values(), *companions("record").values())) - _before_sliding()
+    return _names(each for _, each in scalars("record")) - _before_sliding()
 
 
 def _names(quantities: Iterable[Quantity]) -> set[str]:

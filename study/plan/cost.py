@@ -271,15 +271,11 @@ LONGEST: Final = 1e12
 """Thirty thousand years will do for what never ends."""
 
 
-@lru_cache(maxsize=256)  # the tasks of a campaign share the number itself
-def _disk(numbers: float) -> float:
-    return RESULT + _FLOAT * numbers
-
-
 def estimate(task: Task) -> tuple[float, float, float]:
     """Rough cost of a task, with distribution, reading and writing: seconds, bytes of memory, bytes of its result."""
     seconds, memory, numbers = ESTIMATES[task.kind](task)
-    return 0.0 if task.free else min(TASK + seconds, LONGEST), memory, _disk(0.0 if task.scalars_only else numbers)
+    disk = RESULT + _FLOAT * (0.0 if task.scalars_only else numbers)
+    return 0.0 if task.free else min(TASK + seconds, LONGEST), memory, disk
 
 
 def _compliance(task: Task) -> Estimate:

@@ -297,7 +297,7 @@ def test_cases_are_chosen_by_their_values_and_a_picture_has_the_size_and_style_t
     main, tmp_path, dataset
 ):
     (tmp_path / "mine.mplstyle").write_text("lines.linewidth: 3.25\n", "utf-8")
-    look = ("--size", "3.3x2.4", "--style", tmp_path / "mine.mplstyle", "-o", target := tmp_path / "fig.svg", "--csv")
+    look = ("--size", 3.3, 2.4, "--style", tmp_path / "mine.mplstyle", "-o", target := tmp_path / "fig.svg", "--csv")
     code, said, _ = main("figure", tmp_path, "mu_i=0.5", "radius=50,200", "--y", "plateau", *look)
     assert (code, "Of intrinsic_friction = 0.5, radius = 50,200." in said) == (0, True)
     rows = [line.split(",")[:2] for line in target.with_suffix(".csv").read_text("utf-8").splitlines()]
@@ -312,8 +312,8 @@ def test_cases_are_chosen_by_their_values_and_a_picture_has_the_size_and_style_t
     [
         ("{} --y plateau radius=70", "radius = 70: no such case; there are 50.0, 100.0, 200.0"),
         ("{} --y plateau radius=50 mu_i=0.5", "plateau_mean: all cases are alike: there is nothing to draw it against"),
-        ("{} --y plateau --size 3", "3: needs width x height in inches"),
-        ("{} --y plateau --size 3x60", "3x60: needs width x height in inches"),
+        ("{} --y plateau --size 3", "Option '--size' requires 2 arguments"),
+        ("{} --y plateau --size 3 60", "60.0 is not in the range 0.5<=x<=50.0"),
         ("{} --y plateau --style no.mplstyle", "no.mplstyle: no style sheet: needs a file, or one of "),
         ("{} --y plateau/foo", "foo: no variable of this dataset"),
         ("{} --y plateau --x outcome", "outcome: cases do not differ in it; they differ in intrinsic_friction (μ_i), "

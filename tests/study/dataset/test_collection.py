@@ -77,7 +77,7 @@ def test_no_number_of_a_result_is_lost(small):
     for task in plan.tasks:
         result = store.read(task.key)
         series = [each for group in all_groups().values() for each in group.series if each.kind == task.kind]
-        assert set(result.scalars) - known_apart <= set(scalars(task.kind))
+        assert set(result.scalars) - known_apart <= set(dict(scalars(task.kind)))
         if task.kind in ("record", "drive"):
             kept = {name for each in series for name in each.columns}
             assert set(result.arrays) - {"binned_force"} <= kept  # what uncertainties are made of
