@@ -38,131 +38,98 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nanoslip.solver.case import Case, Effects, Heterogeneity, Interface, SlipRule
-    from nanoslip.solver.contact.closed_forms import (
-        cattaneo_mindlin,
-        flat_punch_pressure,
-        hertz,
-        sliding_parabola,
-        sliding_punch,
+    from nanoslip.solver.case import (
+        Case as Case,
+        Effects as Effects,
+        Heterogeneity as Heterogeneity,
+        Interface as Interface,
+        SlipRule as SlipRule,
     )
-    from nanoslip.solver.contact.state import ContactState, mirrored
-    from nanoslip.solver.drive import Drive, Scales
-    from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
-    from nanoslip.solver.dynamics.friction_limit import NoPlateauError
-    from nanoslip.solver.dynamics.integrators import RK4, Exact
-    from nanoslip.solver.dynamics.result import DynamicsResult
-    from nanoslip.solver.dynamics.stick_slip import Oscillator, stick_slip
-    from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
-    from nanoslip.solver.elasticity.schemes import Biquadratic, Chain, Galerkin, HalfPlane
-    from nanoslip.solver.outcome import Ending, InvalidInput, NanoslipError, Outcome, SingularOperator, SolverError
-    from nanoslip.solver.simulate import DriveResult, contact_state, drive_result, friction_record
-    from nanoslip.solver.slab import Slab
-    from nanoslip.solver.sliding.plateau import Plateau, plateau_of
-    from nanoslip.solver.sliding.power_law import Histogram, logarithmic_histogram
-    from nanoslip.solver.sliding.record import FrictionRecord
-    from nanoslip.solver.sliding.sizes import EventSizes, SizeDistribution, event_sizes, pooled, size_distribution
-    from nanoslip.solver.sliding.statistics import event_statistics
-    from nanoslip.study.api import concat, fit, run
-    from nanoslip.study.api import open_dataset as open
-    from nanoslip.study.dataset.variables import Described
-    from nanoslip.study.dataset.variables import described as describe
-    from nanoslip.study.figures.frames import frames
-    from nanoslip.study.figures.sweep import figure
-    from nanoslip.study.inference.fit import Fit
-    from nanoslip.study.inference.sensitivity import Sensitivity, sensitivity
-    from nanoslip.study.manifest.checker import ManifestError
-    from nanoslip.study.results.store import StoreError
+    from nanoslip.solver.contact.closed_forms import (
+        cattaneo_mindlin as cattaneo_mindlin,
+        flat_punch_pressure as flat_punch_pressure,
+        hertz as hertz,
+        sliding_parabola as sliding_parabola,
+        sliding_punch as sliding_punch,
+    )
+    from nanoslip.solver.contact.state import ContactState as ContactState, mirrored as mirrored
+    from nanoslip.solver.drive import Drive as Drive, Scales as Scales
+    from nanoslip.solver.dynamics.coefficients import FrictionCoefficients as FrictionCoefficients
+    from nanoslip.solver.dynamics.friction_limit import NoPlateauError as NoPlateauError
+    from nanoslip.solver.dynamics.integrators import RK4 as RK4, Exact as Exact
+    from nanoslip.solver.dynamics.result import DynamicsResult as DynamicsResult
+    from nanoslip.solver.dynamics.stick_slip import Oscillator as Oscillator, stick_slip as stick_slip
+    from nanoslip.solver.elasticity.compliance import (
+        SurfaceCompliance as SurfaceCompliance,
+        surface_compliance as surface_compliance,
+    )
+    from nanoslip.solver.elasticity.schemes import (
+        Biquadratic as Biquadratic,
+        Chain as Chain,
+        Galerkin as Galerkin,
+        HalfPlane as HalfPlane,
+    )
+    from nanoslip.solver.outcome import (
+        Ending as Ending,
+        InvalidInput as InvalidInput,
+        NanoslipError as NanoslipError,
+        Outcome as Outcome,
+        SingularOperator as SingularOperator,
+        SolverError as SolverError,
+    )
+    from nanoslip.solver.simulate import (
+        DriveResult as DriveResult,
+        contact_state as contact_state,
+        drive_result as drive_result,
+        friction_record as friction_record,
+    )
+    from nanoslip.solver.slab import Slab as Slab
+    from nanoslip.solver.sliding.plateau import Plateau as Plateau, plateau_of as plateau_of
+    from nanoslip.solver.sliding.power_law import Histogram as Histogram, logarithmic_histogram as logarithmic_histogram
+    from nanoslip.solver.sliding.record import FrictionRecord as FrictionRecord
+    from nanoslip.solver.sliding.sizes import (
+        EventSizes as EventSizes,
+        SizeDistribution as SizeDistribution,
+        event_sizes as event_sizes,
+        pooled as pooled,
+        size_distribution as size_distribution,
+    )
+    from nanoslip.solver.sliding.statistics import event_statistics as event_statistics
+    from nanoslip.study.api import concat as concat, fit as fit, open as open, run as run
+    from nanoslip.study.dataset.variables import Described as Described, describe as describe
+    from nanoslip.study.figures.frames import frames as frames
+    from nanoslip.study.figures.sweep import figure as figure
+    from nanoslip.study.inference.fit import Fit as Fit
+    from nanoslip.study.inference.sensitivity import Sensitivity as Sensitivity, sensitivity as sensitivity
+    from nanoslip.study.manifest.checker import ManifestError as ManifestError
+    from nanoslip.study.results.store import StoreError as StoreError
 
+    __all__: list[str]
     __version__: str
-
-__all__ = [
-    "RK4",
-    "Biquadratic",
-    "Case",
-    "Chain",
-    "ContactState",
-    "Described",
-    "Drive",
-    "DriveResult",
-    "DynamicsResult",
-    "Effects",
-    "Ending",
-    "EventSizes",
-    "Exact",
-    "Fit",
-    "FrictionCoefficients",
-    "FrictionRecord",
-    "Galerkin",
-    "HalfPlane",
-    "Heterogeneity",
-    "Histogram",
-    "Interface",
-    "InvalidInput",
-    "ManifestError",
-    "NanoslipError",
-    "NoPlateauError",
-    "Oscillator",
-    "Outcome",
-    "Plateau",
-    "Scales",
-    "Sensitivity",
-    "SingularOperator",
-    "SizeDistribution",
-    "Slab",
-    "SlipRule",
-    "SolverError",
-    "StoreError",
-    "SurfaceCompliance",
-    "cattaneo_mindlin",
-    "concat",
-    "contact_state",
-    "describe",
-    "drive_result",
-    "event_sizes",
-    "event_statistics",
-    "figure",
-    "fit",
-    "flat_punch_pressure",
-    "frames",
-    "friction_record",
-    "hertz",
-    "logarithmic_histogram",
-    "mirrored",
-    "open",
-    "plateau_of",
-    "pooled",
-    "run",
-    "sensitivity",
-    "size_distribution",
-    "sliding_parabola",
-    "sliding_punch",
-    "stick_slip",
-    "surface_compliance",
-]
 
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return importlib.import_module("nanoslip.study.provenance").version()
-    if name not in __all__:
+    if name == "__all__":
+        return sorted(_places())
+    if name not in _places():
         raise AttributeError(f"module 'nanoslip' has no attribute {name!r}")
-    module, theirs = _places()[name]
-    found = getattr(importlib.import_module(module), theirs)
+    found = getattr(importlib.import_module(_places()[name]), name)
     globals()[name] = found
     return found
 
 
 @cache
-def _places() -> dict[str, tuple[str, str]]:
-    """Public name -> module and name there, read off the imports above, which nothing but a type checker runs."""
+def _places() -> dict[str, str]:
+    """Public name -> its module, read off the imports above, which nothing but a type checker runs."""
     tree = ast.parse(Path(__file__).read_text("utf-8"))
     imports = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
-    return {alias.asname or alias.name: (str(node.module), alias.name) for node in imports for alias in node.names}
+    return {alias.name: str(node.module) for node in imports for alias in node.names if alias.asname}
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__version__", "__doc__", "__file__", "__name__", "main"]
+    return [*_places(), "__all__", "__version__", "__doc__", "__file__", "__name__", "main"]
 
 
 def main() -> None:

@@ -15,8 +15,7 @@ import threadpoolctl
 import xarray as xr
 
 from nanoslip.study import shipped
-from nanoslip.study.dataset import access as accessor
-from nanoslip.study.dataset import file
+from nanoslip.study.dataset import access as accessor, file
 from nanoslip.study.dataset.access import joined
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
@@ -222,7 +221,7 @@ def _one_thread() -> threadpoolctl.threadpool_limits:
     return threadpoolctl.threadpool_limits(limits=1)
 
 
-def open_dataset(path: Place) -> xr.Dataset:
+def open(path: Place) -> xr.Dataset:
     """Open a dataset: results.nc, or the folder it is in. Values are read when they are used. Raises StoreError.
 
     The dataset has the scalars of the cases, its accessor `.nanoslip` (`nanoslip.study.dataset.access`) records, trajectories and
@@ -245,7 +244,7 @@ def concat(sources: Iterable[Source], join: Literal["product", "outer"] = "produ
     given = list(sources)
     names = [f"dataset {number}" if isinstance(each, xr.Dataset) else str(each) for number, each in enumerate(given, 1)]
     with ExitStack() as stack:
-        roots = [each if isinstance(each, xr.Dataset) else stack.enter_context(open_dataset(each)) for each in given]
+        roots = [each if isinstance(each, xr.Dataset) else stack.enter_context(open(each)) for each in given]
         return joined(roots, names, holes=join == "outer")
 
 

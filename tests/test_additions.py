@@ -21,7 +21,7 @@ from nanoslip.solver.parameter import check, parameter
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.dataset.variables import described
+from nanoslip.study.dataset.variables import describe
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
@@ -91,7 +91,7 @@ def test_a_scheme(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
         found.surface_stiffness.values.ravel() / found.initial_contact_size.values.ravel(), [1 / 16, 1 / 8]
     )
     assert "bed_modulus" in scalar_table(found).header
-    assert described("bed_modulus").meaning == "stiffness of the springs per length, in G"
+    assert describe("bed_modulus").meaning == "stiffness of the springs per length, in G"
     with pytest.raises(ManifestError, match=r"axes\.bed_modulus\[1\] = 0\.0: needs bed_modulus > 0"):
         campaign(lines.replace("2.0]", "0.0]"))
     with pytest.raises(ManifestError, match=r"numerics\.rows = 4: needs scheme = \"biquadratic\""):
@@ -134,7 +134,7 @@ def test_an_integrator(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> N
     assert plan.tasks[-1].key != other.tasks[-1].key
     assert found.integrator == "half_steps"
     assert found.steps_per_period == 200_000
-    assert described("steps_per_period").meaning == "steps in a period of pin and spring"
+    assert describe("steps_per_period").meaning == "steps in a period of pin and spring"
     assert found.steps > 1000
     with pytest.raises(ManifestError, match=r"drives\[0\]\.steps_per_period = 0: needs 1 to 1000000000"):
         campaign(lines + "steps_per_period = 0\n")
@@ -171,7 +171,7 @@ def test_a_parameter(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> Non
     assert found.tiredness.values.tolist() == [0.0, 1.0]
     assert found.tiredness.attrs["long_name"] == "how tired a node is"
     assert "tiredness" in scalar_table(found).header
-    assert described("tiredness").meaning == "how tired a node is"
+    assert describe("tiredness").meaning == "how tired a node is"
     with pytest.raises(ManifestError, match=r"axes\.tired\[1\] = 2: needs 0 ≤ tired ≤ 1"):
         campaign(lines.replace("1]", "2]"))
     with pytest.raises(ManifestError, match=r"numerics\.tired = 1: belongs in \[slip\] or \[axes\]"):

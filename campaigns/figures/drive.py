@@ -18,11 +18,11 @@ from nanoslip.study.figures.shared import (
     CampaignFigure,
     Claim,
     ClosedForm,
+    closed_form as closed_form_of,
     column,
     over_starts,
     scales_in,
 )
-from nanoslip.study.figures.shared import closed_form as closed_form_of
 
 Floats = NDArray[np.float64]
 

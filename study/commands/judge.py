@@ -17,11 +17,10 @@ from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
 from nanoslip.study.commands.words import Refusal, folder
-from nanoslip.study.dataset import compare, crate, file
-from nanoslip.study.dataset import verify as verification
+from nanoslip.study.dataset import compare, crate, file, verify as verification
 from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
 from nanoslip.study.dataset.compare import Verdict
-from nanoslip.study.dataset.variables import OUTCOMES, described, rows, shortened, text_of
+from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, shortened, text_of
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.figures.points import hyphenated
@@ -271,7 +270,7 @@ def describe_variables(name: str | None, as_json: bool) -> None:
         print_sentences(text.splitlines())
         return
     try:
-        found = [described(name)] if name else rows()
+        found = [describe(name)] if name else rows()
     except KeyError as error:
         if key is None:
             raise Refusal(error.args[0]) from None

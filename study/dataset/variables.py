@@ -223,7 +223,7 @@ def rows() -> list[Described]:
     return list(found.values())
 
 
-def described(name: str) -> Described:
+def describe(name: str) -> Described:
     """One variable, those beside means included.
 
     name: its own (also without `_mean`), or its symbol, Greek or Latin. Raises KeyError that names the nearest ones.

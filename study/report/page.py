@@ -33,8 +33,7 @@ from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
 from nanoslip.study.report.summary import spread_lines, with_largest
 from nanoslip.study.results import attempts as runs
-from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE
-from nanoslip.study.results.attempts import Run
+from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE, Run
 from nanoslip.study.results.store import write_files
 
 # Flat tables as text for other programs: CSV and JSON.

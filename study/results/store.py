@@ -36,8 +36,7 @@ from nanoslip.study.results.entry import (
     scratch_beside,
 )
 from nanoslip.study.results.log import Logs, LogWriter, is_name, later
-from nanoslip.study.results.shard import FOLDER as SHARDS
-from nanoslip.study.results.shard import folders
+from nanoslip.study.results.shard import FOLDER as SHARDS, folders
 
 FOLDER: Final = "results"
 _KEY: Final = re.compile("[0-9a-f]{20}")

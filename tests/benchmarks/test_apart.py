@@ -6,8 +6,7 @@ import resource
 import numpy as np
 import pytest
 
-from tests.benchmarks import __main__ as benchmarks
-from tests.benchmarks import apart
+from tests.benchmarks import __main__ as benchmarks, apart
 from tests.benchmarks.table import Row
 
 

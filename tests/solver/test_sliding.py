@@ -19,8 +19,7 @@ from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding import record as friction_record
-from nanoslip.solver.sliding import slide as sliding
+from nanoslip.solver.sliding import record as friction_record, slide as sliding
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_KINDS, EVENT_TYPES, drops
 from nanoslip.solver.sliding.slide import slide, slide_to_state, states_at

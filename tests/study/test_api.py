@@ -13,12 +13,11 @@ import rich.console
 import xarray as xr
 
 from nanoslip.study import api
-from nanoslip.study.api import fit, open_dataset, run
+from nanoslip.study.api import fit, open as open_dataset, run
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import FOLDER
-from nanoslip.study.run import campaign as run_of_campaign
-from nanoslip.study.run import executor
+from nanoslip.study.run import campaign as run_of_campaign, executor
 from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.launch import Program
 from tests.conftest import SMALL, THREADS

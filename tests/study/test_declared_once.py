@@ -17,7 +17,7 @@ from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
-from nanoslip.study.dataset.variables import described, rows
+from nanoslip.study.dataset.variables import describe, rows
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import KINDS
 from nanoslip.study.plan.plan import Plan, make_plan
@@ -96,8 +96,8 @@ def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path, monkeypat
     }
     assert found["longest_step_si"].item() == longest * plan.manifest.scales.slab_width
     assert found["longest_step_si"].attrs["units"] == "m"
-    assert described("longest_step").uncertainty == "longest_step_uncertainty"
-    twin = described("longest_step_si")
+    assert describe("longest_step").uncertainty == "longest_step_uncertainty"
+    twin = describe("longest_step_si")
     assert (twin.dims, twin.units, twin.meaning) == ("cases", "m", "longest way between two events")
     assert "completed" in found["drive_outcome"].values
 
@@ -112,7 +112,7 @@ def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(tmp_path,
     assert run["event_fall"].dims == ("event",)
     np.testing.assert_array_equal(run["event_fall"], result.arrays["fall"] * (1.0 / result.scalars["normal_load"][0]))
     assert run["event_fall"].attrs["long_name"] == "fall of F/W in the event"
-    assert described("event_fall").dims == "event"
+    assert describe("event_fall").dims == "event"
     (row,) = (row for row in rows() if row.name == "event_fall")
     assert (row.dims, row.units, row.meaning) == ("event", "1", "fall of F/W in the event")
     assert "completed" in found["drive_outcome"].values  # made of the record as it always was
@@ -121,4 +121,4 @@ def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(tmp_path,
 def test_what_is_not_declared_is_nowhere():
     for name in ("longest_step", "event_fall"):
         with pytest.raises(KeyError):
-            described(name)
+            describe(name)

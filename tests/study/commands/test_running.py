@@ -14,8 +14,7 @@ from nanoslip.study.commands import datasets
 from nanoslip.study.origin import here
 from nanoslip.study.results import attempts, entry
 from nanoslip.study.results.store import Store, StoreError
-from nanoslip.study.run import campaign as campaign_run
-from nanoslip.study.run import executor
+from nanoslip.study.run import campaign as campaign_run, executor
 from nanoslip.study.run.compute import run_task
 from tests.conftest import PARTLY_REFUSED, ROOT, SMALL
 from tests.study.results.results import written

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from nanoslip.study.api import open_dataset, run
+from nanoslip.study.api import open as open_dataset, run
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest

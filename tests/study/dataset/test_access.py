@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.api import open_dataset, run
+from nanoslip.study.api import open as open_dataset, run
 from nanoslip.study.dataset.access import Column, case_columns, event_columns, one_case, sample_columns
 from nanoslip.study.dataset.file import LostGroupsError, groups_of
 from tests.conftest import ROOT

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.api import concat, open_dataset, run
+from nanoslip.study.api import concat, open as open_dataset, run
 from nanoslip.study.dataset.access import NotJoinableError
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.results.store import StoreError

@@ -14,7 +14,7 @@ from nanoslip.study.dataset.variables import (
     Described,
     commonest,
     counted,
-    described,
+    describe,
     is_counted,
     joined,
     rows,
@@ -38,7 +38,7 @@ def row_of(path: str) -> Described:
     """The description of a variable that is in a group, or in the root."""
     group, _, name = path.rpartition("/")
     if not group:
-        return described(name)
+        return describe(name)
     return next(row for row in rows() if row.group == f"group {group}" and row.name == name)
 
 
@@ -55,11 +55,11 @@ def test_variables_lie_along_what_is_described(dataset: xr.Dataset) -> None:
 
 
 def test_words_bits_and_codes_are_named() -> None:
-    assert described("event_kind").values == EVENT_KINDS
-    assert described("validity_flags").values == tuple(flag.name for flag in FLAGS)
+    assert describe("event_kind").values == EVENT_KINDS
+    assert describe("validity_flags").values == tuple(flag.name for flag in FLAGS)
     masks = [flag.mask for flag in FLAGS]
     assert masks == sorted({1 << bit for bit in range(16)} & {*masks})  # a bit each, as the attribute flag_masks says
-    assert described("regime").values == ("sticks", "stick_slip", "slides", "micro_slip")
+    assert describe("regime").values == ("sticks", "stick_slip", "slides", "micro_slip")
 
 
 def test_every_number_of_a_record_but_its_settings_is_declared() -> None:
@@ -115,12 +115,12 @@ def test_each_is_described_once_in_short_and_what_it_refers_to_is_described_too(
         assert 0 < len(row.meaning) <= 40, row.name  # fits the label of an axis
         assert row.dims
         if row.uncertainty:
-            assert described(row.uncertainty).units == row.units
-            assert described(f"{row.name}_members").dims == row.dims
+            assert describe(row.uncertainty).units == row.units
+            assert describe(f"{row.name}_members").dims == row.dims
 
 
 @pytest.mark.parametrize(
     ("symbol", "name"), [("ζ", "damping_ratio"), ("μ_k", "kinetic_friction"), ("mu_k", "kinetic_friction")]
 )
 def test_a_symbol_of_equations_is_the_first_variable_that_has_it(symbol: str, name: str) -> None:
-    assert described(symbol) == described(name)
+    assert describe(symbol) == describe(name)

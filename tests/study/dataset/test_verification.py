@@ -12,8 +12,7 @@ import pytest
 
 from nanoslip.solver.outcome import UNDONE, Ending
 from nanoslip.solver.slab import Slab
-from nanoslip.study.dataset import file
-from nanoslip.study.dataset import verify as verification
+from nanoslip.study.dataset import file, verify as verification
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.compare import Verdict
 from nanoslip.study.dataset.verify import Finding

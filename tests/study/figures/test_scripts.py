@@ -13,34 +13,29 @@ from chain import (
     PANELS,
     SHARES,
     at_lags,
+    claims as claims_of_sizes,
+    draw as draw_of_sizes,
     draw_of_nodes,
     names,
     numbers_of,
     spacing_apart,
     steady_sizes,
 )
-from chain import claims as claims_of_sizes
-from chain import draw as draw_of_sizes
 from choices import CAP, NEAR, Scored, effective_number, ranking
 from continuum import EXCESS, STEP, followed, law, verdict
 from drive import closed_form, decay_time, stick_of
 from findings import Starts, all_starts, slope_of_kinetic
 from friction import claims_of_share, share_of
-from layers import COLUMNS, POISSON, of_scheme
-from layers import rows as layer_rows
-from layers import value as layer_value
+from layers import COLUMNS, POISSON, of_scheme, rows as layer_rows, value as layer_value
 from modulation import BINS, modulation
 from power_law import PowerLaw, fit_power_law
 from preparation import exponent, of_way
-from punch import INNER, pressure
-from punch import closed_form as pressure_of_half_plane
+from punch import INNER, closed_form as pressure_of_half_plane, pressure
 from schemes import DEFAULTS
 from scipy import stats
 from shear import over_mean_of_ends
-from slider import drop_of
-from slider import load_of as load_of_slider
-from stick_slip import claims as claims_of_regimes
-from stick_slip import critical_velocity
+from slider import drop_of, load_of as load_of_slider
+from stick_slip import claims as claims_of_regimes, critical_velocity
 from tiles import codes, counted, regime_legend, regime_tiles
 
 import nanoslip

@@ -7,9 +7,7 @@ from typing import Any, get_args
 
 import pytest
 
-from nanoslip.solver import case as case_module
-from nanoslip.solver import drive as drive_module
-from nanoslip.solver import slab as slab_module
+from nanoslip.solver import case as case_module, drive as drive_module, slab as slab_module
 from nanoslip.solver.case import Case, Effects, Heterogeneity, SlipRule
 from nanoslip.solver.drive import INTEGRATORS, Drive, Integrator, Scales
 from nanoslip.solver.dynamics.integrators import RK4

@@ -18,8 +18,8 @@ from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.manifest.manifest import KNOWABLE
-from nanoslip.study.plan.kinds import DRIVE as DRIVES
 from nanoslip.study.plan.kinds import (
+    DRIVE as DRIVES,
     KINDS,
     RECORD,
     Part,

@@ -12,8 +12,7 @@ import xarray as xr
 from nanoslip.study.dataset.file import carrying, groups_of
 from nanoslip.study.figures.shared import COLORS, column, image
 from nanoslip.study.figures.views import SORTS
-from nanoslip.study.report import page as report_page
-from nanoslip.study.report import summary
+from nanoslip.study.report import page as report_page, summary
 from nanoslip.study.report.page import DARK, in_si, left_out, themed
 from nanoslip.study.results.store import StoreError
 

@@ -29,9 +29,7 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results import attempts, log
-from nanoslip.study.results import entry as own
-from nanoslip.study.results import store as lease
+from nanoslip.study.results import attempts, entry as own, log, store as lease
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import FOLDER, Lease, Store, StoreError
 from nanoslip.study.run.dispatch import Tally

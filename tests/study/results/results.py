@@ -16,8 +16,7 @@ import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results import entry as own
-from nanoslip.study.results import log
+from nanoslip.study.results import entry as own, log
 from nanoslip.study.results.entry import ALIGNED, LEAST, MARK
 from nanoslip.study.results.store import FOLDER
 

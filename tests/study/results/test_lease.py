@@ -13,8 +13,7 @@ from contextlib import contextmanager
 import pytest
 
 import nanoslip
-from nanoslip.study.results import entry
-from nanoslip.study.results import store as lease
+from nanoslip.study.results import entry, store as lease
 from nanoslip.study.results.store import FILE, Lease, StoreError
 from nanoslip.study.run import executor
 from tests.study.results.results import written

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from nanoslip.study.results import attempts
-from nanoslip.study.results import entry as own
+from nanoslip.study.results import attempts, entry as own
 from nanoslip.study.results.entry import CorruptResultError, Meta, packed
 from nanoslip.study.results.store import Store, StoreError
 from tests.study.results.results import ALL, COMPLIANCE, OTHER, RECORD, flip, same

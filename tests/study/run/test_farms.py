@@ -18,8 +18,7 @@ from nanoslip.study import origin
 from nanoslip.study.plan.kinds import compliance_task, contact_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
-from nanoslip.study.run import executor as executor_module
-from nanoslip.study.run import mpi
+from nanoslip.study.run import executor as executor_module, mpi
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import Done, Tally
 from nanoslip.study.run.executor import executor

@@ -11,8 +11,7 @@ from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.study.origin import here
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import Run
-from nanoslip.study.run import executor
-from nanoslip.study.run import journal as journal_module
+from nanoslip.study.run import executor, journal as journal_module
 from nanoslip.study.run.dispatch import Tally
 from nanoslip.study.run.journal import Journal, measured_in
 from tests.study.run.defects import crashing
