@@ -62,7 +62,7 @@ class Oscillator:
         for _ in range(3):  # the velocity falls least far the later: where its first minimum is no stop, none is
             if turn - math.pi / beat >= before:
                 break
-            if self._velocity(turn) < -_ROUNDING * self.stage_velocity:
+            if self._rates(turn)[0] < -_ROUNDING * self.stage_velocity:
                 stop = self._stop_after(max(turn - (phase - bend) % math.pi / beat, self.time))
                 return stop if stop < before else math.nan
             turn += math.pi / beat
@@ -76,20 +76,20 @@ class Oscillator:
         """
         last = 0.0
         for _ in range(_MOST_STEPS):
-            step = -self._velocity(time) / self._acceleration(time)
+            velocity, acceleration = self._rates(time)
+            step = -velocity / acceleration
             if abs(step) <= _ULP * time or step * last < 0.0:
                 break  # what turns it back is rounding
             time, last = time + step, step
         return time
 
-    def _velocity(self, time: float) -> float:
-        return float(self.motion(np.asarray(time))[1])
-
-    def _acceleration(self, time: float) -> float:
+    def _rates(self, time: float) -> tuple[float, float]:
+        """Velocity and acceleration."""
         position, velocity = self.motion(np.asarray(time))
         steady = self.stage_velocity * time - self.friction_force / self.spring_stiffness
         decay = self.damping_ratio * math.sqrt(self.spring_stiffness)
-        return float(-2.0 * decay * (velocity - self.stage_velocity) - self.spring_stiffness * (position - steady))
+        change = -2.0 * decay * (velocity - self.stage_velocity) - self.spring_stiffness * (position - steady)
+        return float(velocity), float(change)
 
     def _start(self) -> tuple[float, float]:
         """Distance and velocity relative to steady sliding, at the start."""

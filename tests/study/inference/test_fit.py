@@ -217,8 +217,7 @@ fit = false
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("members", [4, 1])
-def test_the_set_holds_computed_truths_as_often_as_it_states(tmp_path: Path, members: int):
+def test_the_set_holds_computed_truths_as_often_as_it_states(tmp_path: Path):
     """Twenty measurements each of 100 computed cases that the surrogate never saw.
 
     The ± of a mean over starts is part of the measurement's. One start is a trace, which tells nothing of others.
@@ -226,21 +225,23 @@ def test_the_set_holds_computed_truths_as_often_as_it_states(tmp_path: Path, mem
     (tmp_path / "stage.toml").write_text('design = "sobol"\n' + STAGE)
     found = nanoslip.fit(tmp_path / "stage.toml", {"mu_s": (0.3, 0.006), "mu_k": (0.27, 0.003)}, jobs=2, points=64)
     anywhere = STAGE.replace("[numerics]", "start = {from = 0.0, to = 0.999}\n[numerics]")
-    truths = STAGE if members > 1 else anywhere.replace("members = 4", "members = 1")
-    (tmp_path / "truths.toml").write_text('design = "latin_hypercube"\npoints = 100\n' + truths)
-    data = nanoslip.run(tmp_path / "truths.toml", jobs=2).squeeze()
     numbers = ("static_friction", 0.006), ("kinetic_friction", 0.003)
-    good = (data.validity_flags == 0) & data.static_friction.notnull() & data.kinetic_friction.notnull()
-    data = data.isel(case=np.flatnonzero(good))
-    x = np.column_stack([each.shares(data[each.name].values) for each in found.ranges])
-    draw, held = np.random.default_rng(1), []
-    for place in np.tile(np.arange(data.sizes["case"]), 20):
-        targets = []
-        for name, error in numbers:
-            own = float(data[f"{name}_uncertainty"][place]) if members > 1 else 0.0
-            value = float(data[name][place]) + error * draw.standard_normal()
-            targets.append(Target(name, value, float(np.hypot(error, own)), one_start=members == 1))
-        held.append(replace(found, targets=tuple(targets)).misfit(x[place : place + 1])[0])
-    shares = [np.mean(np.array(held) <= found.limit(level)) for level in (0.68, 0.95)]
-    assert len(held) > 1500
-    assert shares == pytest.approx([0.68, 0.95], abs=0.07), shares  # 0.66 and 0.94 seen; two of each scatter by 0.04
+    for truths in (STAGE, anywhere.replace("members = 4", "members = 1")):
+        (tmp_path / "truths.toml").write_text('design = "latin_hypercube"\npoints = 100\n' + truths)
+        data = nanoslip.run(tmp_path / "truths.toml", jobs=2).squeeze()
+        good = (data.validity_flags == 0) & data.static_friction.notnull() & data.kinetic_friction.notnull()
+        data = data.isel(case=np.flatnonzero(good))
+        x = np.column_stack([each.shares(data[each.name].values) for each in found.ranges])
+        draw, held, alone = np.random.default_rng(1), [], truths != STAGE
+        for place in np.tile(np.arange(data.sizes["case"]), 20):
+            targets = []
+            for name, error in numbers:
+                own = 0.0 if alone else float(data[f"{name}_uncertainty"][place])
+                value = float(data[name][place]) + error * draw.standard_normal()
+                targets.append(Target(name, value, float(np.hypot(error, own)), one_start=alone))
+            held.append(replace(found, targets=tuple(targets)).misfit(x[place : place + 1])[0])
+        shares = [np.mean(np.array(held) <= found.limit(level)) for level in (0.68, 0.95)]
+        assert len(held) > 1500
+        assert shares == pytest.approx([0.68, 0.95], abs=0.07), (
+            shares
+        )  # 0.66 and 0.94 seen; two of each scatter by 0.04

@@ -81,7 +81,7 @@ def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty() -> None
 
 @pytest.mark.slow
 def test_the_uncertainty_holds_as_often_as_it_states() -> None:
-    """324 traces over damping, noise and sampling: 60 to 76 % are three standard deviations of such a count."""
+    """162 traces over damping, noise and sampling: 57 to 79 % are three standard deviations of such a count."""
     truth = {
         "static_friction": STATIC,
         "kinetic_friction": KINETIC,
@@ -96,14 +96,14 @@ def test_the_uncertainty_holds_as_often_as_it_states() -> None:
             "damping_ratio": zeta,
             "mean_force": measure(Trace(time, force, "time"), LOAD).numbers["mean_force"].value,
         }
-        for seed in range(12):
+        for seed in range(6):
             noise = np.random.default_rng((number, seed)).standard_normal(count)
             trace = Trace(time, force + level * LOAD * (STATIC - KINETIC) * noise, "time")
             found = measure(trace, LOAD, velocity=2e-3).numbers
             for name, value in truth.items():
                 held[name].append(abs(found[name].value - value) <= found[name].uncertainty)
     shares = {name: float(np.mean(each)) for name, each in held.items()}
-    assert shares == pytest.approx(dict.fromkeys(held, 0.68), abs=0.08)
+    assert shares == pytest.approx(dict.fromkeys(held, 0.68), abs=0.11)
 
 
 @pytest.mark.parametrize("noise", [1 / 12, 1 / 5])
