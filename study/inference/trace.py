@@ -328,7 +328,7 @@ def _motion(
     pin = Oscillator(stiffness, zeta, stage, kinetic, start, stage * start - static / stiffness)
     stop = pin.first_stop(start + 4.0 * math.pi / omega)
     stop = time[-1] if math.isnan(stop) else stop
-    trough = float(stiffness * (stage * stop - pin.motion(np.asarray(stop))[0]))
+    trough = float(stiffness * (stage * stop - pin.position_at(stop)))
     moving = stiffness * (stage * time - pin.motion(np.clip(time, start, stop))[0])
     slides = (time >= start) & (time < stop)
     stuck = np.where(time < start, static + rate * (time - start), trough + rate * (time - stop))
