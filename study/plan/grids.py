@@ -178,6 +178,7 @@ def load_front(path: Path | None = None, given: str | None = None) -> Front:
         raise ManifestError([f"{path_shown(where)}: no front that nanoslip accuracy wrote: {wrong}"]) from None
 
 
+@lru_cache(maxsize=4)  # planned, chosen and collected with
 def _front(name: str, text: str) -> Front:
     """The front written in a text. Raises ValueError, LookupError, TypeError, RecursionError or SolverError."""
     found = json.loads(text)
