@@ -40,6 +40,7 @@ import nanoslip
 results = nanoslip.open("results/first")
 results.nanoslip.teeth().friction_force.plot(x="displacement")
 plt.axhline(float(results.plateau_mean.squeeze()), color="k", linestyle="--", label="plateau")
+plt.title("")
 plt.legend()
 
 # %%

@@ -213,7 +213,7 @@ def _surface_lines(found: Surface, slab_width: float) -> list[str]:
     nodes, apart = nodes_for(pin), compact(length / (count - 1), "m")
     correlated = found.correlation_length
     longer = "longer than the profile" if math.isnan(correlated) else compact(correlated, "m")
-    slab = f"on a slab of L_x = {compact(slab_width, 'm')}"
+    slab = f"on a slab of L_x = {compact(slab_width, 'm')} (--width)"
     resolved = f"{slab} no number of nodes resolves it: take a smaller one"
     if nodes:
         resolved = f"{slab} n_x = {nodes} resolves it, with nodes {compact(slab_width / (nodes - 1), 'm')} apart"
