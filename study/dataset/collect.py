@@ -56,7 +56,7 @@ from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, in_fil
 from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
 from nanoslip.study.plan.grids import Front, chosen, load_front
 from nanoslip.study.plan.kinds import KINDS, left_out, needed_kinds
-from nanoslip.study.plan.plan import PENDING, Plan, case_outcome, drive_outcome, flags_of
+from nanoslip.study.plan.plan import PENDING, CaseTasks, Plan, case_outcome, drive_outcome, flags_of
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, Exclusion, TaskResult, without_effect
 from nanoslip.study.results.entry import written_whole
 from nanoslip.study.results.store import Store
@@ -386,9 +386,6 @@ def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
 
 # The results of a campaign's cases, and how their tasks ended.
 
-Keys = Mapping[tuple[str, str], str]
-"""Kind of task and label of its drive ("" without one) -> key."""
-
 
 class Finished:
     """The results of a plan that are there, a case at a time, and how its tasks ended."""
@@ -400,14 +397,14 @@ class Finished:
         self._lost = plan.outcomes(store.outcomes(), failed) if failed else {}
         """How the others failed."""
 
-    def results(self, keys: Keys) -> Results:
+    def results(self, keys: CaseTasks) -> Results:
         """Those of a case, its compliance apart. keys: of its tasks."""
         sound = {task: key for task, key in keys.items() if key in self._known and key not in self._unsound}
         found = {task: self._store.find(key) for task, key in sound.items() if task[0] != "compliance"}
         self._unsound.update(keys[task] for task, result in found.items() if result is None)  # damaged since
         return {task: result for task, result in found.items() if result is not None}
 
-    def outcomes(self, keys: Keys, results: Results) -> dict[str, Outcome]:
+    def outcomes(self, keys: CaseTasks, results: Results) -> dict[str, Outcome]:
         """How the tasks of a case ended."""
         ended = {key: self._lost[key] for key in keys.values() if key in self._lost and key not in self._known}
         compliances = (key for (kind, _), key in keys.items() if kind == "compliance")
@@ -426,7 +423,7 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
     finished, origins = Finished(plan, store), dict[str, Origins]()
     drives = {drive.label: drive.drive for drive in manifest.drives}
     for number, (place, case) in enumerate(zip(layout.places.tolist(), plan.cases, strict=True), 1):
-        keys = plan.case_tasks[case.case_id].keys
+        keys = plan.case_tasks[case.case_id]
         results = finished.results(keys)
         origins.update((result.key, result.origins) for result in results.values())
         outcomes = finished.outcomes(keys, results)

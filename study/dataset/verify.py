@@ -125,8 +125,8 @@ def tasks_of(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tu
     layout = layout_of(plan.manifest)
     for case in cases:
         keys = plan.case_tasks[case.case_id]
-        pending = _pending_drives(layout, found, case) if keys.drives else set()
-        wanted |= {key for (_, drive), key in keys.keys.items() if drive not in pending}
+        pending = _pending_drives(layout, found, case) if any(drive for _, drive in keys) else set()
+        wanted |= {key for (_, drive), key in keys.items() if drive not in pending}
     wanted = plan.with_needs(wanted)
     return tuple(task for task in plan.tasks if task.key in wanted)
 

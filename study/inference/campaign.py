@@ -100,7 +100,7 @@ class Question:
             return none
         whole, finished = make_plan(self.manifest), store.inventory()
         left = {task.key for task in whole.remaining(finished)}
-        there = {key for key, tasks in whole.case_tasks.items() if not left & set(tasks.keys.values())}
+        there = {key for key, tasks in whole.case_tasks.items() if not left & set(tasks.values())}
         cases = [case.parameters for case in whole.cases if case.case_id in there]
         rows = np.array([[float(each[name]) for name in names] for each in cases]).reshape(-1, len(names))
         ends = np.array([[each.low, each.high] for each in self.ranges])

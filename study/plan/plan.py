@@ -11,7 +11,7 @@ import os
 import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Final, NamedTuple, TypeVar
 
@@ -43,31 +43,8 @@ Some = TypeVar("Some")
 # The tasks of each case.
 
 
-@dataclass(frozen=True, slots=True)
-class CaseTasks:
-    """Keys of the tasks of one case; none of a case that the physics refuses."""
-
-    keys: Mapping[tuple[str, str], str] = field(default_factory=dict)
-    """Kind of task and label of its drive ("" without one) -> key, in the order of stages."""
-
-    def key(self, kind: str, drive: str = "") -> str | None:
-        """Key of the case's task of this kind; None where there is none."""
-        return self.keys.get((kind, drive))
-
-    @property
-    def compliance(self) -> str | None:
-        """Key of the slab's compliance."""
-        return self.key("compliance")
-
-    @property
-    def record(self) -> str | None:
-        """Key of the friction record, or of its scalars where it is not kept."""
-        return self.key("record")
-
-    @property
-    def drives(self) -> dict[str, str]:
-        """Label of the drive -> key."""
-        return {drive: key for (_, drive), key in self.keys.items() if drive}
+CaseTasks = Mapping[tuple[str, str], str]
+"""Kind of task and label of its drive ("" without one) -> key, in the order of stages; nothing of a case that is refused."""
 
 
 # The order of tasks: needed ones before those that need them, longest chain of work first.
@@ -215,9 +192,7 @@ def plan_of(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = la
         for each in wanted:
             if each.task.key not in tasks:
                 tasks[each.task.key] = each.task.labelled(_label(each, case))
-        case_tasks[case.case_id] = CaseTasks(
-            {(each.task.kind, each.drive): each.task.key for each in wanted if not each.part}
-        )
+        case_tasks[case.case_id] = {(each.task.kind, each.drive): each.task.key for each in wanted if not each.part}
         heard(number)
     return Plan(manifest, tuple(cases), tuple(in_stages(tasks.values())), case_tasks)
 
@@ -265,7 +240,7 @@ def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]
     outcomes: key of each finished task -> how it ended.
     """
     outcome: Outcome | None = case.outcome
-    for (kind, drive), key in plan.case_tasks[case.case_id].keys.items():
+    for (kind, drive), key in plan.case_tasks[case.case_id].items():
         if not drive:
             outcome = after(kind, outcome, outcomes.get(key))
     return outcome
@@ -277,7 +252,7 @@ def drive_outcome(
     """How a drive ended: as its case where that leaves nothing to be driven over, or by itself; None while unfinished."""
     if case.case is None or drive.drive is None:
         return case.outcome if case.case is None else drive.outcome
-    found = outcomes.get(plan.case_tasks[case.case_id].key("drive", drive.label) or "")
+    found = outcomes.get(plan.case_tasks[case.case_id].get(("drive", drive.label), ""))
     return case_outcome(plan, case, outcomes) if as_its_case(found) else found and advised(found, drive)
 
 

@@ -20,7 +20,7 @@ Result = TypeVar("Result")
 
 def part(plan: Plan, shard: Shard) -> Plan:
     """The cases of a shard, and all tasks that they need. Every case is in one of the shards."""
-    needed = {key: plan.with_needs(tasks.keys.values()) for key, tasks in plan.case_tasks.items()}
+    needed = {key: plan.with_needs(tasks.values()) for key, tasks in plan.case_tasks.items()}
     costs = {task.key: task.cost for task in plan.tasks}
     users = Counter(key for keys in needed.values() for key in keys)
     weights = [LEAST + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases]

@@ -84,7 +84,7 @@ def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path, monkeypat
     declare(monkeypatch, EventStatistics, LongestStep)
     monkeypatch.setattr(computing, "event_statistics", counted)
     plan, store, found = computed(tmp_path)
-    result = store.read(str(plan.case_tasks[plan.cases[0].case_id].record))
+    result = store.read(plan.case_tasks[plan.cases[0].case_id]["record", ""])
     longest = float(np.diff(result.arrays["displacement"], prepend=0.0).max())
     assert result.scalars["longest_step"] == [longest]
     assert found["longest_step"].item() == longest
@@ -106,7 +106,7 @@ def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(tmp_path,
     declare(monkeypatch, FrictionRecord, WithFalls)
     monkeypatch.setattr(computing, "slide_to_state", slid)
     plan, store, found = computed(tmp_path)
-    result = store.read(str(plan.case_tasks[plan.cases[0].case_id].record))
+    result = store.read(plan.case_tasks[plan.cases[0].case_id]["record", ""])
     np.testing.assert_array_equal(result.arrays["fall"], result.arrays["force_before"] - result.arrays["force_after"])
     run = Accessor(found).record(intrinsic_friction=0.5)
     assert run["event_fall"].dims == ("event",)

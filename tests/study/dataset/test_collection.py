@@ -50,7 +50,7 @@ def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
     scales = plan.manifest.scales
     for case in plan.cases:
         keys = plan.case_tasks[case.case_id]
-        record = {name: value for name, (value,) in store.read(keys.record).scalars.items()}
+        record = {name: value for name, (value,) in store.read(keys["record", ""]).scalars.items()}
         place = found.sel({name: case.parameters[name] for name in CASE_DIMS})
         expected = {
             "case_id": case.case_id,
@@ -63,7 +63,7 @@ def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
             "mean_step_si": record["mean_step"] * scales.slab_width,
         }
         assert {name: place[name].item() for name in expected} == expected
-        for name, key in keys.drives.items():
+        for name, key in ((name, key) for (kind, name), key in keys.items() if kind == "drive"):
             driven = store.read(key).scalars
             for scalar in ("static_friction", "macroscopic_slips"):  # NaN where the pin never slipped
                 np.testing.assert_equal(place[scalar].sel(drive=name).item(), driven[scalar][0])
@@ -100,7 +100,7 @@ def test_every_case_has_the_error_that_its_grid_was_measured_with(build):
 
 def test_a_result_that_is_lost_while_it_is_read_is_pending_in_all_cases_that_share_it(build, monkeypatch):
     plan, store = build(changed(intrinsic_friction='pin = ["flat_punch"]'))  # which has no radius
-    assert len(plan.cases) == 2 * len({plan.case_tasks[case.case_id].record for case in plan.cases})
+    assert len(plan.cases) == 2 * len({plan.case_tasks[case.case_id]["record", ""] for case in plan.cases})
     monkeypatch.setattr(Store, "find", lambda *_: None)
     assert said(collect(plan, store)["outcome"]) == {"pending"}
 
@@ -108,7 +108,7 @@ def test_a_result_that_is_lost_while_it_is_read_is_pending_in_all_cases_that_sha
 def test_what_is_not_computed_is_pending(build, tmp_path):
     plan, store = build(changed(n_x="n_x = 17\nrows_per_level = 3", radius="poisson = [0.3]"))
     part = prepared(tmp_path)
-    part.write(store.read(plan.case_tasks[plan.cases[0].case_id].record))
+    part.write(store.read(plan.case_tasks[plan.cases[0].case_id]["record", ""]))
     found = collect(plan, part)
     assert found["outcome"].values.ravel().tolist() == ["completed", "pending"]
     assert said(found["drive_outcome"]) == {"pending"}
@@ -149,8 +149,8 @@ def test_a_failure_outweighs_a_missing_plateau_and_what_is_unfinished_is_pending
     part = prepared(tmp_path)
     first, second = (plan.case_tasks[case.case_id] for case in plan.cases)
     for keys in (first, second):
-        part.write(store.read(keys.record))
-    part.write(replace(store.read(first.key("states")), outcome=Outcome(Ending.CONTACT_LOST, "press harder")))
+        part.write(store.read(keys["record", ""]))
+    part.write(replace(store.read(first["states", ""]), outcome=Outcome(Ending.CONTACT_LOST, "press harder")))
     found = collect(plan, part)
     assert found["outcome"].values.ravel().tolist() == ["contact_lost", "pending"]
     assert found["message"].values.ravel()[0] == "press harder"
@@ -198,7 +198,7 @@ def test_the_software_named_is_that_which_computed_not_that_which_collects(small
 def test_results_of_different_software_are_named_with_counts_and_case_by_case(small, tmp_path):
     plan, store, _ = small
     one = plan.case_tasks[plan.cases[0].case_id]
-    mine = {one.record, *one.drives.values()}
+    mine = {key for (kind, _), key in one.items() if kind in ("record", "drive")}
     found = collect(plan, copied(plan, store, tmp_path, lambda result: (computing() if result.key in mine else OLD,)))
     assert found.attrs["source_hash"] == f"{OLD.source_hash} (9 results), {computing().source_hash} (3 results)"
     assert found.attrs["python_version"] == computing().python_version
@@ -326,7 +326,7 @@ def test_a_list_of_cases_lies_along_one_dimension(build, text, radii):
         assert found[name].dims == ("case",)
     assert found["radius"].values.tolist() == radii
     one = Accessor(found).record(intrinsic_friction=0.5, radius=100.0)
-    last = store.read(plan.case_tasks[plan.cases[-1].case_id].record)
+    last = store.read(plan.case_tasks[plan.cases[-1].case_id]["record", ""])
     np.testing.assert_array_equal(one["displacement"], last.arrays["displacement"])
 
 
@@ -360,7 +360,7 @@ def test_axes_of_drives_are_dimensions_and_one_record_serves_all(build):
     for case in plan.cases:
         for drive in plan.manifest.drives:
             place = {"intrinsic_friction": case.parameters["intrinsic_friction"], "drive": drive.name, **drive.point}
-            result = store.read(plan.case_tasks[case.case_id].drives[drive.label])
+            result = store.read(plan.case_tasks[case.case_id]["drive", drive.label])
             assert found["steps"].sel(place).item() == result.scalars["steps"][0]
             assert found["drive_outcome"].sel(place).item() == result.outcome.ending
 
@@ -411,9 +411,9 @@ def test_a_number_is_the_mean_over_members_with_its_error_and_count(four: Four) 
     plan, store, found = four
     case, keys = found.isel(intrinsic_friction=0).squeeze(), plan.case_tasks[plan.cases[0].case_id]
     for name, key, at in (
-        ("plateau_mean", keys.record, case),
-        ("mean_step", keys.record, case),
-        ("static_friction", keys.drives["fast"], case.sel(drive="fast")),
+        ("plateau_mean", keys["record", ""], case),
+        ("mean_step", keys["record", ""], case),
+        ("static_friction", keys["drive", "fast"], case.sel(drive="fast")),
     ):
         mean = mean_of(np.array(store.read(key).scalars[name]))
         assert at[name].item() == mean.mean
@@ -433,7 +433,7 @@ def test_the_values_of_each_member_are_beside_and_runs_are_the_firsts(four: Four
     assert driven["drive_member_row_size"].values.tolist() == 4 * [4]
     assert records["row_size"].values.tolist() == [200, 200]
     for number, case in enumerate(plan.cases):
-        result = store.read(plan.case_tasks[case.case_id].record)
+        result = store.read(plan.case_tasks[case.case_id]["record", ""])
         members, events = (slice(size * number, size * (number + 1)) for size in (4, 200))
         np.testing.assert_array_equal(ensemble["plateau_mean"].values[members], result.scalars["plateau_mean"])
         first = column(result, "displacement", "event")
@@ -452,7 +452,7 @@ def test_one_member_has_no_error_and_no_group_of_its_own(small) -> None:
 def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Path) -> None:
     plan, store, _ = four
     part, keys = prepared(tmp_path), plan.case_tasks[plan.cases[0].case_id]
-    record, driven = store.read(keys.record), store.read(keys.drives["fast"])
+    record, driven = store.read(keys["record", ""]), store.read(keys["drive", "fast"])
     values = record.scalars["plateau_mean"]
     lost = Outcome(Ending.COMPLETED, "1 of 4 members no_plateau: raise it")
     part.write(replace(record, scalars={**record.scalars, "plateau_mean": [math.nan, *values[1:]]}, outcome=lost))
@@ -510,7 +510,7 @@ def test_one_cases_record_is_its_result_and_opens_lazily(small):
     record = Accessor(found).record(**{name: case.parameters[name] for name in CASE_DIMS})
     columns = [variable for variable in record.variables.values() if variable.dims == ("event",)]
     assert sum(not variable._in_memory for variable in columns) == len(columns) - 4  # number and drop, made of forces
-    result = store.read(plan.case_tasks[case.case_id].record)
+    result = store.read(plan.case_tasks[case.case_id]["record", ""])
     for name, quantity in all_groups()["record"].series[0].columns.items():
         by = 1.0 / result.scalars["normal_load"][0] if quantity.per else 1
         np.testing.assert_array_equal(record[quantity.name], result.arrays[name] * by)

@@ -49,7 +49,7 @@ def test_every_case_is_in_one_shard_with_all_that_it_needs(plan, of):
     for each in parts(plan, of):
         keys = {task.key for task in each.tasks}
         assert all(keys.issuperset(task.needs) for task in each.tasks)
-        assert {key for tasks in each.case_tasks.values() for key in tasks.keys.values()} <= keys
+        assert {key for tasks in each.case_tasks.values() for key in tasks.values()} <= keys
         assert list(each.tasks) == [task for task in plan.tasks if task.key in keys]  # their order stays
         assert of > 1 or each == plan
 
