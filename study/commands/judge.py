@@ -133,7 +133,7 @@ def compare_datasets(first: Path, second: Path) -> None:
         kinds = [kind for kind in compare.KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
         if facts := compare.differing(pair):
-            print_table(Table(("differs", "A", "B"), tuple((each.name, *each.values) for each in facts), labels=2))
+            print_table(Table(("differs", "A", "B"), tuple((name, *both) for name, both in facts.items()), labels=2))
         else:
             say("same parameters, campaign and software")
         found = {kind: compare.matched(pair, kind) for kind in kinds}

@@ -272,21 +272,15 @@ _NO_FACTS: Final = ("title", "axes", "drives", "drive_axes", "scales", *TABLES)
 """Parts of a campaign whose values are parameters or scales, which are compared as what they came to."""
 
 
-@dataclass(frozen=True, slots=True)
-class Fact:
-    """A parameter, key, scale or software that differs between two datasets."""
+def differing(pair: Pair) -> dict[str, tuple[str, str]]:
+    """Parameters, other keys of the campaigns, files that they name, scales and software that differ, by name.
 
-    name: str
-    values: tuple[str, str]
-    """As text; `–` where one says nothing of it."""
-
-
-def differing(pair: Pair) -> list[Fact]:
-    """Parameters, other keys of the campaigns, files that they name, scales and software that differ."""
+    As text; `–` where one says nothing of it.
+    """
     said = [dict(_said(root)) for root in pair]
     names = dict.fromkeys([*said[0], *said[1]])
     both = {name: (said[0].get(name, "–"), said[1].get(name, "–")) for name in names}
-    return [Fact(name, value) for name, value in both.items() if value[0] != value[1]]
+    return {name: value for name, value in both.items() if value[0] != value[1]}
 
 
 def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:

@@ -138,6 +138,11 @@ class Points:
         return np.asarray(self.values != "") if self.text else np.isfinite(self.values)
 
     @property
+    def unflagged(self) -> Floats:
+        """The numbers, NaN where a flag says to take it with care."""
+        return np.where(self.flagged, np.nan, self.values.astype(float))
+
+    @property
     def unsure(self) -> NDArray[np.bool_]:
         """Mask of numbers with a missing uncertainty."""
         return self.there & np.isnan(self.errors) & self.stated

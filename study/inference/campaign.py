@@ -64,27 +64,22 @@ class Question:
         """
         return self._plans(np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]))
 
-    def simulator(self, compute: Compute) -> Callable[[Floats], Computed]:
-        """What computes the numbers at points in the unit cube. Flagged numbers count as missing."""
-
-        def simulate(x: Floats) -> Computed:
-            plans = self.plans(x)
-            return Computed(x, *self._numbers(plans, compute(together(plans))))
-
-        return simulate
-
     def answer(self, compute: Compute, out: Path, most: int, why: Callable[[xr.Dataset], list[str]]) -> Fit:
         """The parameters that agree, from at most so many computed points; the campaign's own that are finished are used.
 
         out: folder of the campaign's results. why: what ended the cases of a dataset, and what helps. Raises what `compute`
         does, TooFewError.
         """
-        simulate, known = self.simulator(compute), self.known(Store(out))
+
+        def simulate(x: Floats) -> Computed:
+            plans = self.plans(x)
+            return Computed(x, *self._numbers(plans, compute(together(plans))))
 
         def reasons(x: Floats) -> list[str]:
             lines = (line for plan in self.plans(x) for line in why(collect(plan, Store(out))))
             return list({without_numbers(line): line for line in lines}.values())
 
+        known = self.known(Store(out))
         return fit(self.targets, self.ranges, simulate, simulate(known) if len(known) else None, most, reasons)
 
     def at(self, x: Floats) -> str:
@@ -151,12 +146,8 @@ class Question:
                 raise ManifestError(
                     [f"{target.name}: needs one drive: give {DRIVE}=NAME ({names}), and a value on each drive axis"]
                 )
-        columns = [(_unflagged(points), points.errors, _of_one_start(points)) for points in found]
+        columns = [(points.unflagged, points.errors, _of_one_start(points)) for points in found]
         return tuple(np.column_stack(each) for each in zip(*columns, strict=True))
-
-
-def _unflagged(points: Points) -> Floats:
-    return np.where(points.flagged, np.nan, points.values.astype(float))
 
 
 def _of_one_start(points: Points) -> Floats:

@@ -249,8 +249,7 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST) -> Sensitivity:
     points = points_named(dataset, of)
     if points.text:
         raise ValueError(f"{of}: needs a number, and is words")
-    values = np.where(points.flagged, np.nan, points.values.astype(float))
-    return indices(points.name, points.axes, values, points.errors, most)
+    return indices(points.name, points.axes, points.unflagged, points.errors, most)
 
 
 def caution(found: Sensitivity) -> str:

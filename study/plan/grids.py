@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,7 +20,7 @@ from nanoslip.solver.parameter import as_float
 from nanoslip.solver.slab import PHYSICS, Slab
 from nanoslip.study.manifest import parameters
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.checker import ManifestError, path_shown
+from nanoslip.study.manifest.checker import ManifestError, path_shown, read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import Value
 
@@ -164,15 +163,10 @@ def load_front(path: Path | None = None, given: str | None = None) -> Front:
 
     given: the text of the file, where it has been read already. Raises ManifestError.
     """
-    where = Path(SHIPPED) if path is None else path
+    where = Path(__file__).with_name(SHIPPED) if path is None else path
+    text = read_text(where, given)
     try:
-        file = resources.files("nanoslip.study.plan") / SHIPPED if path is None else path
-        if path is not None and given is None and path.exists() and not path.is_file():
-            raise OSError("not a regular file")  # a device may never end
-        text = file.read_text("utf-8") if given is None else given
-        return _front(SHIPPED if path is None else path.name, text)
-    except OSError as error:
-        raise ManifestError([f"{path_shown(where)}: cannot be read: {error.strerror or error}"]) from None
+        return _front(where.name, text)
     except (ValueError, LookupError, TypeError, RecursionError, SolverError) as error:
         wrong = " ".join(f"{type(error).__name__}: {error}".split())[:LONGEST_REASON]
         raise ManifestError([f"{path_shown(where)}: no front that nanoslip accuracy wrote: {wrong}"]) from None

@@ -108,7 +108,7 @@ class Plan:
             cost, memory, disk = estimate(task)
             limit = self.manifest.task_seconds
             limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
-            found = self._estimates[task.key] = task.planned(cost, memory, disk, limit, (task.names, task.values))
+            found = self._estimates[task.key] = task.planned((task.names, task.values), cost, memory, disk, limit)
         return found
 
     def _left(self, finished: Collection[str]) -> list[Task]:
@@ -191,7 +191,7 @@ def plan_of(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = la
         wanted = [each for kind in kinds for each in kind.tasks(case.case, manifest)] if case.case else []
         for each in wanted:
             if each.task.key not in tasks:
-                tasks[each.task.key] = each.task.labelled(_label(each, case))
+                tasks[each.task.key] = each.task.planned(_label(each, case))
         case_tasks[case.case_id] = {(each.task.kind, each.drive): each.task.key for each in wanted if not each.part}
         heard(number)
     return Plan(manifest, tuple(cases), tuple(in_stages(tasks.values())), case_tasks)

@@ -69,12 +69,10 @@ class Task:
     """Of its label, and `values`."""
     values: tuple[Value | None, ...] = field(default=(), compare=False)
 
-    def labelled(self, label: Label) -> "Task":
-        """The task with the label that a plan gives it, not estimated."""
-        return self.planned(0.0, 0.0, 0.0, math.inf, label)
-
-    def planned(self, cost: float, memory: float, disk: float, limit: float, label: Label) -> "Task":
-        """The task with the fields that a plan adds."""
+    def planned(
+        self, label: Label, cost: float = 0.0, memory: float = 0.0, disk: float = 0.0, limit: float = math.inf
+    ) -> "Task":
+        """The task with the fields that a plan adds: its label, and once it is estimated what it costs."""
         make: Any = Task
         planned: Task = make(*_CONTENT(self), cost, memory, disk, limit, *label)
         return planned

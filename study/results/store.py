@@ -107,19 +107,14 @@ class Store:
         """Their keys, in order, and checksums."""
         return sorted((key, head.seal) for key, head in self._heads().items())
 
+    @_refused()
     def _heads(self) -> dict[str, Head]:
-        """Of all sound results; one in a file of its own counts more than one in a log."""
-        self._look()
+        """Of all sound results; one in a file of its own counts more than one in a log. Raises StoreError."""
+        self._logs.look()
         return {**{key: place.head for key, place in self._logs.places.items()}, **self._own_heads()}
 
-    @_refused()
-    def _look(self) -> None:
-        """Read results added to logs. Raises StoreError."""
-        self._logs.look()
-
-    @_refused()
     def _own_heads(self) -> dict[str, Head]:
-        """Of the results that are files of their own. Raises StoreError."""
+        """Of the results that are files of their own. Raises OtherFormatError."""
         found = {}
         for path in sorted(self.folder.glob(f"*{entry.ENDING}")):
             if not _KEY.fullmatch(path.stem):
