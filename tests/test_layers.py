@@ -32,11 +32,11 @@ ORDER = {
     "nanoslip.study.plan": "task kinds cost grids plan",
     "nanoslip.study.results": "entry log attempts shard store",
     "nanoslip.study.dataset": "file crate variables collect access compare verify",
-    "nanoslip.study.run": "launch queue progress dispatch journal child mpi compute executor part batch campaign",
+    "nanoslip.study.run": "launch queue progress dispatch journal child mpi compute executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures trace",
-    "nanoslip.study.accuracy": "setup effects measurement",
+    "nanoslip.study.accuracy": "measurement effects",
     "nanoslip.study.commands": "words plans datasets prepare run conduct look judge infer cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""

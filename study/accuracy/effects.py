@@ -17,7 +17,7 @@ from nanoslip.solver.drive import Drive
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES, Effect
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.study.accuracy.setup import timed
+from nanoslip.study.accuracy.measurement import timed
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable

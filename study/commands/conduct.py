@@ -13,10 +13,9 @@ from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import console, print_sentences, say
 from nanoslip.study.results import attempts
 from nanoslip.study.results.store import Lease, Store
-from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute_rest, rest_of
+from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute_rest, part, rest_of
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.mpi import Farm
-from nanoslip.study.run.part import part
 from nanoslip.study.run.progress import Measured, Progress, open_progress
 
 

@@ -12,8 +12,7 @@ from typing import Final
 import click
 
 from nanoslip.solver.sliding.validity import FLAGS
-from nanoslip.study.accuracy.measurement import as_table, measure, write
-from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
+from nanoslip.study.accuracy.measurement import FULL, QUICK, as_table, default_setup, measure, setup_of, write
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
 from nanoslip.study.commands.words import Refusal, folder

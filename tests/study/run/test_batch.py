@@ -18,7 +18,7 @@ from nanoslip.study.run.batch import (
     merge_script,
     script,
 )
-from nanoslip.study.run.part import blocks_of, finished_with, part
+from nanoslip.study.run.campaign import blocks_of, finished_with, part
 from tests.conftest import ROOT, SMALL
 
 RECORDED = Path(__file__).with_name("job.sh")
