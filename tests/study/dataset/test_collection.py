@@ -520,7 +520,7 @@ def test_one_drives_trajectory_is_its_result_in_si(small):
     plan, store, found = small
     case, drive = plan.cases[1], plan.manifest.drives[1]
     moved = Accessor(found).trajectory(**{name: case.parameters[name] for name in CASE_DIMS}, drive="fast")
-    result = store.read(plan.case_tasks[case.case_id].drives["fast"])
+    result = store.read(plan.case_tasks[case.case_id]["drive", "fast"])
     # There and back: two roundings.
     assert moved["time"][-1].item() == pytest.approx(drive.drive.in_si.duration, rel=1e-14)
     expected = result.arrays["position"] * plan.manifest.scales.slab_width
