@@ -32,7 +32,7 @@ ORDER = {
     "nanoslip.study.plan": "task kinds cost grids plan",
     "nanoslip.study.results": "entry log attempts shard store",
     "nanoslip.study.dataset": "file crate variables collect access compare verify",
-    "nanoslip.study.run": "launch queue progress dispatch journal child mpi compute executor batch campaign",
+    "nanoslip.study.run": "launch dispatch progress journal child mpi compute executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures trace",

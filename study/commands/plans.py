@@ -25,9 +25,9 @@ from nanoslip.study.report.console import counting, say, whole
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.compute import run_task
+from nanoslip.study.run.dispatch import Measured
 from nanoslip.study.run.executor import left
 from nanoslip.study.run.journal import measured_in
-from nanoslip.study.run.progress import Measured
 
 # Output for scripts: one JSON document instead of text. The keys are in docs/commands.md.
 

@@ -16,11 +16,10 @@ from nanoslip.study.plan.plan import Plan, shortages
 from nanoslip.study.plan.task import Task
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
-from nanoslip.study.run.dispatch import Done, Report, Tally, Watch
+from nanoslip.study.run.dispatch import Done, Measured, Report, Tally, Watch
 from nanoslip.study.run.executor import Left, WarmUp, drop_intermediates, given_up, left, miniatures
 from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
 from nanoslip.study.run.mpi import Farm
-from nanoslip.study.run.progress import Measured
 
 # The cases of a shard, and which of their tasks it skips: blocks of neighbours that cost about the same.
 #

@@ -26,9 +26,8 @@ from typing import Any, Final
 
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.origin import Origin, adopt
-from nanoslip.study.run.dispatch import Done, attempt, print_failure
+from nanoslip.study.run.dispatch import Done, Work, attempt, print_failure
 from nanoslip.study.run.launch import ONE_THREAD, SIGNALS, Program
-from nanoslip.study.run.queue import Work
 
 READY: Final = "ready"
 NO_TASK: Final = 70

@@ -21,10 +21,8 @@ from nanoslip.solver.outcome import UNDONE, Ending, Outcome
 from nanoslip.study.origin import here, this_machine, user
 from nanoslip.study.results import attempts, entry
 from nanoslip.study.results.attempts import Attempt, Run
-from nanoslip.study.run.dispatch import Done, Report, Tally, Watch
+from nanoslip.study.run.dispatch import Done, Measured, Report, Tally, Watch, Work
 from nanoslip.study.run.launch import launcher_name, slurm_job
-from nanoslip.study.run.progress import Measured
-from nanoslip.study.run.queue import Work
 
 FIRST: Final = 2.0
 """Seconds after which a run writes down what its tasks took so far; again after twice as long, and so on."""

@@ -30,6 +30,7 @@ from nanoslip.study.run.dispatch import (
     Ledger,
     Tally,
     Watch,
+    Work,
     attempt,
     lookahead,
     print_failure,
@@ -46,7 +47,6 @@ from nanoslip.study.run.launch import (
     processes_here,
     processes_started,
 )
-from nanoslip.study.run.queue import Work
 
 
 class FarmError(NanoslipError):

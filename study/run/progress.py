@@ -4,51 +4,13 @@ import math
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from operator import attrgetter
 from types import TracebackType
 from typing import Any, Self, TextIO
 
 from nanoslip.solver.outcome import Outcome
-from nanoslip.study.run.queue import Work
-
-# How long tasks take, from what each is estimated to cost and what others of its kind have cost so far.
-
-
-class Measured:
-    """Measured over estimated times of finished tasks, kind by kind."""
-
-    def __init__(self, *data: Mapping[str, Sequence[float]]) -> None:
-        """data: kind -> number of tasks, seconds estimated, seconds measured; of several runs, which are added up."""
-        self._sums: defaultdict[str, list[float]] = defaultdict(lambda: [0, 0.0, 0.0])
-        for kind, sums in (item for each in data for item in each.items()):
-            self._sums[kind] = [one + other for one, other in zip(self._sums[kind], sums, strict=True)]
-
-    def learn(self, task: Work, seconds: float) -> None:
-        """Note that a task has ended after so many seconds."""
-        sums = self._sums[task.kind]
-        sums[0] += 1
-        sums[1] += task.cost
-        sums[2] += seconds
-
-    def as_data(self) -> dict[str, list[float]]:
-        """The sums, as a journal holds them."""
-        return {kind: [round(each, 6) for each in sums] for kind, sums in self._sums.items()}
-
-    def factor(self, kind: str) -> float:
-        """Measured over estimated seconds: of this kind, else of all kinds together; 1 where nothing is measured."""
-        _, estimated, measured = self._sums.get(kind, (0, 0.0, 0.0))
-        if not estimated:
-            _, estimated, measured = map(sum, zip((0, 0.0, 0.0), *self._sums.values(), strict=True))
-        return measured / estimated if estimated > 0.0 else 1.0
-
-    def seconds(self, task: Work) -> float:
-        """Expected seconds of a task."""
-        return task.cost * self.factor(task.kind)
-
-    def tasks(self, kinds: Collection[str]) -> int:
-        """Number of measured tasks of these kinds; 0 unless there are some of each."""
-        return sum(int(self._sums[kind][0]) for kind in kinds) if self._sums.keys() >= set(kinds) else 0
+from nanoslip.study.run.dispatch import Measured, Work
 
 
 class Forecast:

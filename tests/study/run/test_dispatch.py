@@ -17,10 +17,10 @@ from nanoslip.study.run.dispatch import (
     Done,
     Ledger,
     Tally,
+    TaskQueue,
     Watch,
     attempt,
 )
-from nanoslip.study.run.queue import TaskQueue
 from tests.study.run.made_up import DIAMOND, Diary, Work
 
 ENDS = {"put_back": "waiting", "put_last": "waiting", "abandon": "given up", "finish": "finished"}

@@ -11,7 +11,8 @@ import rich.console
 
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.study.plan.kinds import compliance_task, record_task
-from nanoslip.study.run.progress import Forecast, Measured, Progress, TerminalProgress, duration, makespan, roughly
+from nanoslip.study.run.dispatch import Measured
+from nanoslip.study.run.progress import Forecast, Progress, TerminalProgress, duration, makespan, roughly
 from tests.study.plan.running import CASE
 from tests.study.run.made_up import Work
 
