@@ -27,15 +27,18 @@ from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import (
     CorruptResultError,
     Head,
+    Logs,
+    LogWriter,
     Meta,
     OtherFormatError,
     clear_away,
     free_name,
+    is_name,
+    later,
     lives,
     packed,
     scratch_beside,
 )
-from nanoslip.study.results.log import Logs, LogWriter, is_name, later
 from nanoslip.study.results.shard import FOLDER as SHARDS, folders
 
 FOLDER: Final = "results"

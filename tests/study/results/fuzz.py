@@ -29,7 +29,7 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results import attempts, entry as own, log, store as lease
+from nanoslip.study.results import attempts, entry as own, store as lease
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import FOLDER, Lease, Store, StoreError
 from nanoslip.study.run.dispatch import Tally
@@ -109,7 +109,7 @@ def finished(folder: Path) -> Finished:
 
 
 def _files(out: Path, results: dict[str, TaskResult]) -> Iterator[tuple[str, Path]]:
-    logs = sorted((out / FOLDER).glob(f"*{log.ENDING}"))
+    logs = sorted((out / FOLDER).glob(f"*{own.LOGS}"))
     yield "a log of results", max(logs, key=lambda path: path.stat().st_size).relative_to(out)
     # Of a compliance nothing is wanted any more when its records are there.
     shared = [path for path in (out / FOLDER).glob(f"*{own.ENDING}") if results[path.stem].kind == "record"]
@@ -259,8 +259,8 @@ def _is_whole(out: Path, damaged: Path) -> bool:
     path = out / damaged
     if path.name == attempts.FILE:
         return not attempts.lost(out)
-    is_log = path.suffix == log.ENDING and path.is_file()
-    return is_log and not any(isinstance(found, log.Fault) for found in log.scan(path))
+    is_log = path.suffix == own.LOGS and path.is_file()
+    return is_log and not any(isinstance(found, own.Fault) for found in own.scan(path))
 
 
 @contextmanager

@@ -16,7 +16,7 @@ import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results import entry as own, log
+from nanoslip.study.results import entry as own
 from nanoslip.study.results.entry import ALIGNED, LEAST, MARK
 from nanoslip.study.results.store import FOLDER
 
@@ -43,8 +43,8 @@ ALL: Final = (RECORD, COMPLIANCE, REFUSED, OTHER)
 
 def written(out: Path) -> Counter[str]:
     """How often each result of a campaign was kept, in whatever file."""
-    found = [each for path in (out / FOLDER).glob(f"*{log.ENDING}") for each in log.scan(path)]
-    kept = [each.head.key for each in found if isinstance(each, log.Place)]
+    found = [each for path in (out / FOLDER).glob(f"*{own.LOGS}") for each in own.scan(path)]
+    kept = [each.head.key for each in found if isinstance(each, own.Place)]
     return Counter(kept + [path.stem for path in (out / FOLDER).glob(f"*{own.ENDING}")])
 
 

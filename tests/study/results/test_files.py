@@ -14,8 +14,16 @@ import pytest
 
 from nanoslip.study.origin import here
 from nanoslip.study.results import entry as own
-from nanoslip.study.results.entry import ALIGNED, CorruptResultError, TornError, check, packed, read_head, result_of
-from nanoslip.study.results.log import LogWriter
+from nanoslip.study.results.entry import (
+    ALIGNED,
+    CorruptResultError,
+    LogWriter,
+    TornError,
+    check,
+    packed,
+    read_head,
+    result_of,
+)
 from tests.study.results.results import ALL, NO_FILES, OTHER, RECORD, flipped, forged, same
 
 META = b'{"kind": "record", "ending": "completed", "message": "", "origins": []}'

@@ -7,14 +7,25 @@ import sys
 
 import pytest
 
-from nanoslip.study.results.entry import ALIGNED, CorruptResultError, OtherFormatError, TornError, packed
-from nanoslip.study.results.log import ENDING, Fault, Logs, LogWriter, Place, scan
+from nanoslip.study.results.entry import (
+    ALIGNED,
+    LOGS,
+    CorruptResultError,
+    Fault,
+    Logs,
+    LogWriter,
+    OtherFormatError,
+    Place,
+    TornError,
+    packed,
+    scan,
+)
 from tests.study.results.results import ALL, OTHER, RECORD, flip, flipped, forged
 
 META = b'{"kind": "record", "ending": "completed", "message": "", "origins": []}'
 KEYS = [result.key for result in ALL]
 ENTRIES = [packed(result) for result in ALL]
-NAME = f"000001-{16 * 'a'}{ENDING}"
+NAME = f"000001-{16 * 'a'}{LOGS}"
 
 
 @pytest.fixture
@@ -27,7 +38,7 @@ def writer(tmp_path):
 
 @pytest.fixture
 def log(writer, tmp_path):
-    (path,) = tmp_path.glob(f"*{ENDING}")
+    (path,) = tmp_path.glob(f"*{LOGS}")
     return path
 
 
@@ -56,7 +67,7 @@ def test_each_writer_has_a_log_of_its_own_as_has_one_that_was_closed_and_a_later
 def test_a_process_that_was_forked_has_another_log(tmp_path, environment):
     program = (
         "import os, sys; from pathlib import Path\n"
-        "from nanoslip.study.results.log import LogWriter; from nanoslip.study.results.entry import packed\n"
+        "from nanoslip.study.results.entry import LogWriter; from nanoslip.study.results.entry import packed\n"
         "from tests.study.results.results import ALL\n"
         "writer = LogWriter(Path(sys.argv[1])); writer.add(packed(ALL[0])); child = os.fork()\n"
         "writer.add(packed(ALL[1]))\n"
