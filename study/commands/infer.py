@@ -34,9 +34,8 @@ from nanoslip.study.inference.trace import Trace, TraceNumbers, measure, read_tr
 from nanoslip.study.manifest.checker import number_or_text, read_text
 from nanoslip.study.manifest.columns import text_of
 from nanoslip.study.manifest.manifest import drive_parameters
-from nanoslip.study.manifest.parameters import of_symbol
+from nanoslip.study.manifest.parameters import as_written, in_si, of_symbol, plain
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.manifest.units import in_si, in_words, plain
 from nanoslip.study.plan.plan import out_of_reach
 from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
 from nanoslip.study.report.summary import holes
@@ -321,7 +320,7 @@ def _number(name: str, text: str | None, unit: str) -> float:
     except ValueError:
         value = math.inf
     if text is not None and not math.isfinite(value):
-        raise Refusal(f'--{name} = {quoted(text)}: needs a number, or one with a unit as "1 {in_words(unit)}"')
+        raise Refusal(f'--{name} = {quoted(text)}: needs a number, or one with a unit as "1 {as_written(unit)}"')
     return value
 
 
@@ -389,7 +388,7 @@ def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
             name,
             SYMBOLS.get(name, ""),
             with_error(number.value, number.uncertainty) if number.of > 1 else f"{number.value:.4g}",
-            "" if number.unit == "1" else in_words(number.unit),
+            "" if number.unit == "1" else as_written(number.unit),
             counted(number.of, "value") if number.of else "given",
             *([] if computed is None else [_beside(computed, name, "mean_force" in found.numbers)]),
         )

@@ -41,10 +41,9 @@ from nanoslip.study.manifest.cases import campaign_of, expand
 from nanoslip.study.manifest.checker import ManifestError, number_or_text
 from nanoslip.study.manifest.columns import text_of
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import STANDARD, make_case, words
+from nanoslip.study.manifest.parameters import STANDARD, compact, make_case, plain, si_line, words
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
-from nanoslip.study.manifest.units import compact, plain, si_line
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
 from nanoslip.study.plan.grids import Front, load_front, settled
 from nanoslip.study.plan.plan import plan_of

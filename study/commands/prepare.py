@@ -16,8 +16,8 @@ from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import CampaignDrive
+from nanoslip.study.manifest.parameters import si_line
 from nanoslip.study.manifest.reader import effects
-from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.grids import choice
 from nanoslip.study.plan.plan import (
     PENDING,

@@ -16,7 +16,7 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.access import Places, Selection, places
 from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, by_name, called, members_of, parameters
-from nanoslip.study.manifest.units import in_words
+from nanoslip.study.manifest.parameters import as_written
 from nanoslip.study.toml_text import from_toml
 
 # Labels of variables and values on axes, in legends and in captions.
@@ -63,7 +63,7 @@ def unit_of(name: str) -> str:
 
 def readable(units: str) -> str:
     """Units of a dataset as people write them; empty of pure numbers."""
-    return "" if units == "1" else in_words(units)
+    return "" if units == "1" else as_written(units)
 
 
 SYMBOL: Final = re.compile(r"\b([^\W_])_([^\W_]{1,2})\b")

@@ -22,7 +22,7 @@ from nanoslip.solver.ensemble import FEWEST, jackknife, mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import require
 from nanoslip.study.manifest.columns import read_columns
-from nanoslip.study.manifest.units import factor
+from nanoslip.study.manifest.parameters import factor
 
 Floats = NDArray[np.float64]
 FEWEST_POINTS: Final = 16

@@ -22,9 +22,8 @@ from nanoslip.study.manifest.manifest import (
     drive_parameters,
     field_names,
 )
-from nanoslip.study.manifest.parameters import STANDARD, TABLES, Alike, Value, in_words, words, words_of
+from nanoslip.study.manifest.parameters import STANDARD, TABLES, YOUNG, Alike, Value, in_words, plain, words, words_of
 from nanoslip.study.manifest.reader import KEYS_OF_FILES, refusal
-from nanoslip.study.manifest.units import YOUNG, plain
 from nanoslip.study.toml_text import shown
 
 Point = tuple[Value | None, ...]

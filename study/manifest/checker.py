@@ -26,12 +26,12 @@ from nanoslip.study.manifest.parameters import (
     in_files,
     make_case,
     of_symbol,
+    plain,
     table_of,
     words,
     words_of,
 )
 from nanoslip.study.manifest.surface import NamedSurface, read_surface
-from nanoslip.study.manifest.units import plain
 from nanoslip.study.toml_text import ONE_LINE, one_line, shown
 
 # Problems of a campaign, one line each, and its CSV files: the table of cases and parameters that are files.

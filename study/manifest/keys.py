@@ -10,8 +10,7 @@ from nanoslip.solver.drive import AUTO, INTEGRATORS, Drive, Scales
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, choices_of, declared
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.study.manifest.manifest import About, EnsembleTable, NamedDrive, Outputs, TargetTable
-from nanoslip.study.manifest.parameters import LIMITS, TABLES, with_symbol
-from nanoslip.study.manifest.units import UNITS, compact, in_words
+from nanoslip.study.manifest.parameters import LIMITS, TABLES, UNITS, as_written, compact, with_symbol
 
 CASES: Final = (Case, Slab, *SCHEMES.values(), *PARTS.values())
 KINDS: Final = {
@@ -58,7 +57,7 @@ class Key:
 
 def _unit(key: Key) -> str:
     stated = key.stated
-    return in_words(stated.unit) if stated.unit != "1" else UNITS.get(stated.scale, "")
+    return as_written(stated.unit) if stated.unit != "1" else UNITS.get(stated.scale, "")
 
 
 def key_of(name: str) -> Key | None:

@@ -58,6 +58,7 @@ from nanoslip.study.manifest.parameters import (
     NAMED,
     SMOOTH,
     TABLES,
+    YOUNG,
     Value,
     axes,
     in_files,
@@ -65,7 +66,6 @@ from nanoslip.study.manifest.parameters import (
     settings,
     words,
 )
-from nanoslip.study.manifest.units import YOUNG
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].

@@ -12,7 +12,7 @@ from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Roughness, check, parameter, require
 from nanoslip.study.manifest.columns import read_columns
-from nanoslip.study.manifest.units import factor
+from nanoslip.study.manifest.parameters import factor
 
 Detrend = Literal["none", "mean", "line", "parabola"]
 

@@ -27,8 +27,7 @@ from nanoslip.study.figures.sweep import sentence
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
 from nanoslip.study.manifest.columns import rows_as_csv
-from nanoslip.study.manifest.parameters import NAMED
-from nanoslip.study.manifest.units import compact, si_line
+from nanoslip.study.manifest.parameters import NAMED, compact, si_line
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
 from nanoslip.study.report.summary import spread_lines, with_largest

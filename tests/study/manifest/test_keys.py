@@ -7,7 +7,7 @@ import pytest
 
 from nanoslip.solver.drive import Scales
 from nanoslip.study.manifest.keys import Key, key_of, keys, text_of, text_of_table
-from nanoslip.study.manifest.units import plain
+from nanoslip.study.manifest.parameters import plain
 
 
 def values(key: Key) -> list[Any]:

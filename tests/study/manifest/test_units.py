@@ -8,8 +8,8 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study import api
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.parameters import si_line
 from nanoslip.study.manifest.reader import parse_manifest
-from nanoslip.study.manifest.units import si_line
 from nanoslip.study.plan.plan import make_plan
 
 IN_UNITS = """title = "x"
