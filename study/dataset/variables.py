@@ -429,6 +429,9 @@ class Samples:
         self._file = SpooledTemporaryFile(HELD, dir=str(folder) if folder else None)  # noqa: SIM115  the values are mapped from it
         self._dtype: Any = None
 
+    def __del__(self) -> None:
+        self._file.close()  # also where collecting has failed
+
     def add(self, run: NDArray[Any]) -> None:
         """Append values; all runs are of one type. Raises OSError where the disk refuses."""
         self._file.write(run.tobytes())
