@@ -226,10 +226,11 @@ def _span(values: Sequence[float], unit: str) -> str:
 
 def compact(value: float, unit: str) -> str:
     """A value in SI with the prefix that suits it, to four digits: 15.62 μm."""
-    found = registry().Quantity(Decimal(value), unit).to_compact()
-    return f"{float(found.magnitude):.4g} {found.units:~P}".replace(
-        "\u00b5", "\u03bc"
-    )  # the sign for micro by the letter
+    if unit == "kg":  # which has a prefix already
+        value, unit = 1e3 * value, "g"
+    thousands = min(max(Decimal(f"{value:.4g}").adjusted() // 3, -10), 10)
+    size = float(Decimal(value).scaleb(-3 * thousands))
+    return f"{size:.4g} {'qryzafpnμm kMGTPEZYRQ'[thousands + 10].strip()}{unit}"
 
 
 def factor(unit: str, into: str) -> float:
