@@ -3,7 +3,7 @@
 import math
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +17,7 @@ from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import compare, crate, file, verify as verification
-from nanoslip.study.dataset.access import Column, case_columns, event_columns, sample_columns
+from nanoslip.study.dataset.access import columns_of
 from nanoslip.study.dataset.compare import Verdict
 from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, shortened, text_of
 from nanoslip.study.dataset.verify import Finding
@@ -78,13 +78,6 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
 
 # `nanoslip export`: the numbers of a campaign as a flat table, CSV or JSON.
 
-_TABLES: Final[dict[str | None, Callable[..., list[Column]]]] = {
-    None: case_columns,
-    "records": event_columns,
-    "trajectories": sample_columns,
-}
-"""Option -> how its columns are read."""
-
 
 def export_dataset(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
     """Write a table of a campaign's cases, events or samples to a file or to standard output, or all of it as a crate."""
@@ -94,7 +87,7 @@ def export_dataset(campaign: Path, out: Path | None, form: str | None, table: st
         write_crate(campaign, out, output)
         return
     with refusals(ValueError), dataset_of(campaign, out) as found:
-        columns, title = _TABLES[table](found), str(found.attrs["title"])
+        columns, title = columns_of(found, table), str(found.attrs["title"])
     as_asked = form or ("json" if output and output.suffix.lower() == ".json" else "csv")
     text = as_json(columns, title) if as_asked == "json" else as_csv(columns)
     if output is None:

@@ -29,6 +29,7 @@ from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
 from nanoslip.study.figures.shared import (
     FORMATS,
     CampaignFigure,
+    View,
     column,
     csv_of,
     format_of,
@@ -115,7 +116,13 @@ def draw_figure(
             if everything or not names:
                 raise Refusal(f"--y {y}: needs one campaign, or a dataset (results.nc)")
             where = assignments(names[1:])
-            _draw_over_axes(Path(names[0]), out, (y, x, hue), where, output, table, size)
+            with refusals(ValueError), dataset_of(shipped.campaign_file(Path(names[0])), out) as dataset:
+                view = view_named(dataset, y, x, hue, where)
+                write(_files_of(view, output, table, size))
+            say(
+                view.caption
+                + (f" Of {', '.join(f'{key} = {value}' for key, value in where.items())}." if where else "")
+            )
         elif x or hue or output or table or size:
             raise Refusal("--x, --hue, --output, --csv and --size: need --y, the number that is drawn")
         elif names or everything:
@@ -125,24 +132,11 @@ def draw_figure(
             say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
-def _draw_over_axes(
-    source: Path,
-    out: Path | None,
-    words: tuple[str, str, str],
-    where: Mapping[str, str],
-    output: Path | None,
-    table: bool,
-    size: tuple[float, float] | None,
-) -> None:
-    form = format_of(output) if output else FORMATS[0]
-    with refusals(ValueError), dataset_of(shipped.campaign_file(source), out) as dataset:
-        view = view_named(dataset, *words, where)
-        target = output or Path(f"{view.name}.{form}")
-        files = {target: image(resized(view.draw(), size or ()), form)}
-        if table:
-            files[target.with_suffix(".csv")] = csv_of(view.columns()).encode()
-        write(files)
-    say(view.caption + (f" Of {', '.join(f'{key} = {value}' for key, value in where.items())}." if where else ""))
+def _files_of(view: View, output: Path | None, table: bool, size: tuple[float, float] | None) -> dict[Path, bytes]:
+    """A figure, and perhaps its numbers beside it."""
+    target = output or Path(f"{view.name}.{FORMATS[0]}")
+    files = {target: image(resized(view.draw(), size or ()), format_of(target))}
+    return files | ({target.with_suffix(".csv"): csv_of(view.columns()).encode()} if table else {})
 
 
 def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:

@@ -380,21 +380,20 @@ class Column:
     values: list[Any]
 
 
-def case_columns(root: xr.Dataset) -> list[Column]:
-    """Every parameter and scalar of a dataset over its cases, or over its cases and drives where it has drives."""
+_TABLES: Final = {"records": Accessor.events, "trajectories": Accessor.samples}
+"""Tables of runs, by what they are rows of."""
+
+
+def columns_of(root: xr.Dataset, table: str | None = None) -> list[Column]:
+    """Every parameter and scalar of a dataset over its cases, or over its cases and drives where it has drives.
+
+    table: of _TABLES, for every event of every friction record, or every sample of every drive. Raises ValueError without them.
+    """
+    if table:
+        return _long(_TABLES[table](Accessor(root)))
     ending = root[_ending(root)]
     names = [name for name in (*ending.dims, *root.coords, *root.data_vars) if set(root[name].dims) <= set(ending.dims)]
     return [_column(root[name], ending) for name in dict.fromkeys(names) if name not in run_names()]
-
-
-def event_columns(root: xr.Dataset) -> list[Column]:
-    """Every event of every friction record. Raises ValueError where the dataset has none."""
-    return _long(Accessor(root).events())
-
-
-def sample_columns(root: xr.Dataset) -> list[Column]:
-    """Every sample of every drive. Raises ValueError where the dataset has none."""
-    return _long(Accessor(root).samples())
 
 
 def _long(table: xr.Dataset) -> list[Column]:

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.api import open as open_dataset, run
-from nanoslip.study.dataset.access import Column, case_columns, event_columns, one_case, sample_columns
+from nanoslip.study.dataset.access import Column, columns_of, one_case
 from nanoslip.study.dataset.file import LostGroupsError, groups_of
 from tests.conftest import ROOT
 from tests.study.dataset.campaigns import FULL
@@ -205,7 +205,7 @@ def by_name(columns: list[Column]) -> dict[str, list]:
 
 
 def test_a_flat_table_has_rows_of_cases_and_drives_that_say_what_the_dataset_says(full):
-    columns = case_columns(full)
+    columns = columns_of(full)
     assert [each.name for each in columns[:2]] == ["intrinsic_friction", "radius"]
     found = by_name(columns)
     assert len(found["outcome"]) == full.drive_outcome.size == 8
@@ -222,14 +222,14 @@ FAST = {**ONE, "drive": "fast"}
 
 
 @pytest.mark.parametrize(
-    ("columns", "draw", "where", "same"),
+    ("table", "draw", "where", "same"),
     [
-        (event_columns, "record", ONE, {"event_number": "event", "event_drop": "event_drop"}),
-        (sample_columns, "trajectory", FAST, {"time": "time", "sample_spring_force": "sample_spring_force"}),
+        ("records", "record", ONE, {"event_number": "event", "event_drop": "event_drop"}),
+        ("trajectories", "trajectory", FAST, {"time": "time", "sample_spring_force": "sample_spring_force"}),
     ],
 )
-def test_events_and_samples_are_rows_of_their_runs(full, columns, draw, where, same):
-    found = by_name(columns(full))
+def test_events_and_samples_are_rows_of_their_runs(full, table, draw, where, same):
+    found = by_name(columns_of(full, table))
     assert next(iter(found)) == "intrinsic_friction"
     keys = zip(*(found[name] for name in where), strict=True)
     mine = [row for row, key in enumerate(keys) if key == tuple(where.values())]
