@@ -34,6 +34,7 @@ from nanoslip.study.results.store import Lease, StoreError
 from nanoslip.study.run.campaign import compute_plan
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import Measured, Report
+from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import Program, computing, processes_started
 from nanoslip.study.run.mpi import Farm, ProcessFarm, SerialFarm, sharing
 from nanoslip.study.run.progress import open_progress
@@ -125,9 +126,9 @@ def run(
         if not farm.root:
             return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
-        again: Any = {"recompute_foreign": recompute_foreign, "retry": retry}
-        show, warn = partial(_shown, progress), partial(_warn, 5)
-        store, failed = compute_plan(farm, plan, folder, lease, show, warn, command="nanoslip.run", **again)
+        again = {"recompute_foreign": recompute_foreign, "retry": retry}
+        show, journal = partial(_shown, progress), Journal(folder, "nanoslip.run")
+        store, failed = compute_plan(farm, plan, lease, show, journal, partial(_warn, 5), **again)
         if failed:
             _warn(3, f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)")
         path = folder / file.FILE
@@ -191,7 +192,7 @@ def fit(
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         show, warn = partial(_shown, progress), partial(_warn, 4)
         return question.answer(
-            lambda plan: compute_plan(farm, plan, folder, lease, show, warn)[0], folder, points, holes
+            lambda plan: compute_plan(farm, plan, lease, show, Journal(folder), warn)[0], folder, points, holes
         )
 
 

@@ -41,7 +41,7 @@ def _run(farm: Farm, journal: Journal, order: Order) -> int:
             if not plan.cases:
                 say(f"{order.shard} has nothing to do: there are fewer cases (or ensembles) than shards")
                 return 0
-        rest = rest_of(plan, store, order.out, journal, order.recompute_foreign, order.retry, _warn)
+        rest = rest_of(plan, store, order.out, journal, _warn, order.recompute_foreign, order.retry)
         if order.recompute_foreign:
             _warn(f"{len(rest.foreign)} results of other software count as not finished")
         else:

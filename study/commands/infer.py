@@ -41,7 +41,7 @@ from nanoslip.study.report.console import Table, console, print_sentences, print
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_plan
-from nanoslip.study.run.journal import measured_in
+from nanoslip.study.run.journal import Journal, measured_in
 from nanoslip.study.run.launch import computing
 from nanoslip.study.run.mpi import Farm, FarmError, open_farm
 from nanoslip.study.run.progress import makespan, open_progress, roughly
@@ -218,7 +218,9 @@ def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
         return open_progress(tasks, console(stderr=True), processes, measured)
 
     with Lease(out, farm.interruption.request) as lease:
-        return question.answer(lambda plan: compute_plan(farm, plan, out, lease, progress, warn)[0], out, points, holes)
+        return question.answer(
+            lambda plan: compute_plan(farm, plan, lease, progress, Journal(out), warn)[0], out, points, holes
+        )
 
 
 def _print(found: Fit, scales: Scales) -> None:

@@ -32,20 +32,13 @@ class Order:
 
 
 def run_campaign(
-    campaign: Path,
-    out: Path | None,
-    serial: bool,
-    jobs: int | None,
-    grace: float,
-    recompute_foreign: bool,
-    retry: bool,
-    shard: Shard | None,
+    campaign: Path, out: Path | None, serial: bool, jobs: int | None, grace: float, shard: Shard | None, **again: bool
 ) -> None:
     """Compute a campaign's tasks that are left, with all ranks or processes, and write its dataset. Ends the process.
 
-    shard: compute this part alone, and write no dataset.
+    shard: compute this part alone, and write no dataset. again: `recompute_foreign` and `retry`, as of `Order`.
     """
-    order = Order(campaign, folder(campaign, out), shard, recompute_foreign, retry)
+    order = Order(campaign, folder(campaign, out), shard, **again)
     with refusals(FarmError):
         farm = open_farm(computing(order.into), grace, serial, jobs)
     with farm:

@@ -108,6 +108,10 @@ def blame(plan: Plan, store: Store, journal: Journal, into: Path) -> None:
         (into / BEGUN).unlink(missing_ok=True)
 
 
+Warn = Callable[[str], object]
+"""Called with a problem that stops nothing."""
+
+
 @dataclass(frozen=True, slots=True)
 class Rest:
     """Remaining tasks of a campaign, or of a shard of it."""
@@ -127,9 +131,9 @@ def rest_of(
     store: Store,
     out: Path,
     journal: Journal,
-    recompute_foreign: bool,
-    retry: bool,
-    warn: Callable[[str], object],
+    warn: Warn,
+    recompute_foreign: bool = False,
+    retry: bool = False,
 ) -> Rest:
     """Remaining tasks of a plan, after merging existing shards. Requires the lease of the folder. Raises StoreError.
 
@@ -184,23 +188,14 @@ def compute_rest(farm: Farm, rest: Rest, journal: Journal, lease: Lease, show: S
 
 
 def compute_plan(
-    farm: Farm,
-    plan: Plan,
-    out: Path,
-    lease: Lease,
-    show: Show,
-    warn: Callable[[str], object],
-    *,
-    command: str = "",
-    recompute_foreign: bool = False,
-    retry: bool = False,
+    farm: Farm, plan: Plan, lease: Lease, show: Show, journal: Journal, warn: Warn, **again: bool
 ) -> tuple[Store, int]:
-    """Compute all that is left of a plan in its leased folder; returns its store, and how many tasks failed, now or before.
+    """Compute all that is left of a plan in the leased folder of a journal; returns its store, and how many tasks failed, now or
+    before. Raises as `compute_rest`.
 
-    Raises as `compute_rest`; for the other arguments see `rest_of` and `Journal`.
+    again: see `rest_of`.
     """
-    journal = Journal(out, command)
-    rest = rest_of(plan, Store(out), out, journal, recompute_foreign, retry, warn)
+    rest = rest_of(plan, Store(journal.out), journal.out, journal, warn, **again)
     try:
         failed = compute_rest(farm, rest, journal, lease, show) + len(rest.left.given_up)
     except StoreError as error:

@@ -42,7 +42,7 @@ class Journal(Watch):
         super().__init__()
         self.undone: set[str] = set()
         """Keys of the tasks that have ended without a result."""
-        self._out = out
+        self.out = out
         self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
         self._run: Run | None = None
         self._failed: set[str] = set()
@@ -56,7 +56,7 @@ class Journal(Watch):
     def begin(self, processes: int, unit: str) -> None:
         """Record user, hosts and software at the start."""
         home = here()
-        self._failed.update(attempts.final(self._out, home.solver))
+        self._failed.update(attempts.final(self.out, home.solver))
         self._run = Run(
             run=secrets.token_hex(6),
             begun=_now(),
@@ -89,7 +89,7 @@ class Journal(Watch):
             if self._begun is None:
                 # Without waiting: a pipe in its place would have no reader.
                 how = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NONBLOCK | os.O_NOFOLLOW
-                self._begun = os.open(self._out / BEGUN, how, 0o666)
+                self._begun = os.open(self.out / BEGUN, how, 0o666)
             os.write(self._begun, "".join(f"{key}\n" for key in long).encode())
 
     def forget(self) -> None:
@@ -99,7 +99,7 @@ class Journal(Watch):
             if self._begun is not None:
                 os.close(self._begun)
                 self._begun = None
-            (self._out / BEGUN).unlink(missing_ok=True)
+            (self.out / BEGUN).unlink(missing_ok=True)
 
     def ended(self, task: Any, outcome: Outcome, seconds: float) -> None:
         """Note how long a task with a result took, and that one which had failed has not in the end."""
@@ -138,7 +138,7 @@ class Journal(Watch):
             self._add(replace(self._run, ended=_now(), exit_code=code))
 
     def _add(self, run: Run) -> None:
-        self._print(attempts.add_run(self._out, run))
+        self._print(attempts.add_run(self.out, run))
 
     def _note(self, task: Any, done: Done, final: bool) -> None:
         attempt = Attempt(
@@ -153,7 +153,7 @@ class Journal(Watch):
             ended=_now(),
             trace=done.trace,
         )
-        self._print(attempts.add(self._out, attempt))
+        self._print(attempts.add(self.out, attempt))
 
     def _print(self, problem: str) -> None:
         if problem and problem not in self._printed:
