@@ -39,10 +39,9 @@ from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.manifest.reader import parse_manifest, sha256_of
-from nanoslip.study.origin import Origin, computing
+from nanoslip.study.origin import Origin, computing, from_data
 from nanoslip.study.plan.plan import NOTHING_KNOWN, PENDING, Plan, evenly, make_plan, plan_of
 from nanoslip.study.plan.task import Task
-from nanoslip.study.provenance import UNKNOWN
 from nanoslip.study.results.store import Store, StoreError
 
 # A dataset computed again from itself alone: its manifest -> plan -> tasks -> dataset, and both side by side.
@@ -94,8 +93,7 @@ def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
 
 def other_software(found: xr.Dataset) -> str:
     """Who computed the dataset, and who recomputes it, where they may not make the same bits; else empty."""
-    origin = Origin(**{item.name: str(found.attrs.get(item.name, UNKNOWN)) for item in fields(Origin)})
-    home = computing()
+    (origin,), home = from_data([found.attrs]), computing()
     if not origin.alike(home):
         return f"computed by {origin}; recomputed by {home}"
     said = f"computed with {origin.arithmetic}; recomputed with {home.arithmetic}: last bits may differ"
