@@ -138,7 +138,7 @@ def test_an_interrupted_run_keeps_what_is_finished_and_raises(monkeypatch, tmp_p
     compute = executor.run_task
 
     def interrupted(task, inputs):
-        if task.kind == "record":
+        if task.kind == "record" and task.cost > 0.0:  # a plan's, no miniature that compiles kernels
             raise KeyboardInterrupt
         return compute(task, inputs)
 
