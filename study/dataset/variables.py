@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, lru_cache
 from pathlib import Path
-from tempfile import SpooledTemporaryFile
-from typing import Any, Final
+from tempfile import TemporaryFile
+from typing import IO, Any, Final
 
 import numpy as np
 import xarray as xr
@@ -426,24 +426,28 @@ class Samples:
 
     def __init__(self, folder: Path | None) -> None:
         """folder: where many lie until nobody has them any more, without a name; None for the system's own."""
-        self._file = SpooledTemporaryFile(HELD, dir=str(folder) if folder else None)  # noqa: SIM115  the values are mapped from it
-        self._dtype: Any = None
-
-    def __del__(self) -> None:
-        self._file.close()  # also where collecting has failed
+        self._folder = folder
+        self._runs: list[NDArray[Any]] = []
+        self._held = 0
+        self._file: IO[bytes] | None = None
 
     def add(self, run: NDArray[Any]) -> None:
         """Append values; all runs are of one type. Raises OSError where the disk refuses."""
-        self._file.write(run.tobytes())
-        self._dtype = run.dtype
+        self._runs.append(run.copy())  # a view would keep all of its result
+        self._held += run.nbytes
+        if self._held > HELD:
+            self._file = self._file or TemporaryFile(dir=self._folder)  # noqa: SIM115  the values are mapped from it
+            np.concatenate(self._runs).tofile(self._file)
+            self._runs, self._held = [run[:0].copy()], 0
 
     def values(self, dtype: DTypeLike) -> NDArray[Any]:
         """All of them; of this type where there are none."""
+        rest = np.concatenate(self._runs) if self._runs else np.empty(0, dtype)
+        if self._file is None:
+            return rest
         with self._file as file:
-            if file.tell() > HELD:
-                return np.memmap(file, self._dtype, "c")
-            file.seek(0)
-            return np.frombuffer(bytearray(file.read()), self._dtype or dtype)
+            rest.tofile(file)
+            return np.memmap(file, rest.dtype, "c")
 
 
 class Runs:
