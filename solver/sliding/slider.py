@@ -116,7 +116,7 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
     piece = np.clip(edges.searchsorted(record.displacement, side="right") - 1, 0, PIECES - 1)
     highest = np.maximum(force[:-1], force[1:])
     np.maximum.at(highest, piece, np.maximum(record.force_before, record.force_after))
-    sizes = np.concatenate(([record.initial_contact_size], record.contact_size))
+    sizes = np.insert(record.contact_size, 0, record.initial_contact_size)
     valid, counted = record_validity(case, start, record, last), event_statistics(record)
 
     def added(column: NDArray[Any]) -> Any:

@@ -33,6 +33,7 @@ def test_one_contact_is_the_record_that_it_is_without_an_interface() -> None:
     there, here = whole.nanoslip.record(contacts=1), alone.nanoslip.record()
     for name in here.data_vars:
         np.testing.assert_array_equal(there[name].values, here[name].values, err_msg=str(name))
+        assert there[name].dtype == here[name].dtype, name
     assert one.case_id.item() == alone.case_id.item()
     assert float(one.static_excess) == pytest.approx(float(alone.peak_friction / alone.plateau_mean - 1.0), rel=0.02)
 
