@@ -27,7 +27,6 @@ from nanoslip.study.plan.plan import (
     duration_lines,
     ended,
     expected_lines,
-    out_of_reach,
     outlook_of,
     shortages,
     span_line,
@@ -89,13 +88,14 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
 
 
 def check_campaign(campaigns: tuple[Path, ...]) -> None:
-    """Print a line for each campaign that is fine, and what in it changes nothing; then refuse the others, problem by problem."""
+    """Print a line for each valid campaign, what in it changes nothing and expected flags; then refuse the others."""
     problems: list[str] = []
     for campaign in campaigns:
         try:
             plan = plans.planned(campaign)
             say(_counted(campaign, plan))
-            print_sentences([*plans.idle_lines(plan), *duration_lines(plan), *out_of_reach(plan)])
+            expected = (f"expected: {line}" for line in expected_lines(plan, outlook_of(plan)))
+            print_sentences([*plans.idle_lines(plan), *duration_lines(plan), *expected])
         except ManifestError as error:
             problems += error.lines
     if problems:
@@ -110,7 +110,7 @@ def _counted(campaign: Path, plan: Plan) -> str:
     for number, what, refused in (cases, drives, (len(plan.distinct), "task", 0)):
         why = f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""
         said.append(f"{'each with ' * (what == 'drive')}{plans.counted(number, what)}{why}")
-    return f"{whole(campaign)}: fine: {', '.join(said)}"
+    return f"{whole(campaign)}: valid: {', '.join(said)}"
 
 
 # `nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed.

@@ -209,7 +209,7 @@ def test_a_campaign_whose_name_is_no_text_can_be_planned(nanoslip, campaign):
     """Any bytes are a file's name on Linux."""
     done = nanoslip("check", campaign.rename(campaign.with_name("\udcff.toml")), PYTHONIOENCODING="utf-8:strict")
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.splitlines()[0].endswith("?.toml: fine: 4 cases, each with 2 drives, 13 tasks")
+    assert done.stdout.splitlines()[0].endswith("?.toml: valid: 4 cases, each with 2 drives, 13 tasks")
 
 
 LIFE = """\

@@ -98,17 +98,23 @@ def test_what_matters_to_some_cases_and_limits_of_contacts_are_not_said_to_chang
     assert "changes nothing" not in main("check", campaign)[1]
 
 
-def test_all_problems_of_all_files_are_shown_and_the_others_are_fine_and_nothing_is_written(main, campaign):
+def test_all_problems_of_all_files_are_shown_and_the_others_are_valid_and_nothing_is_written(main, campaign):
     wrong, again, missing = (campaign.with_name(f"{name}.toml") for name in ("wrong", "again", "missing"))
     wrong.write_text(SMALL.replace("n_x = 17", "n_y = 17").replace("[50.0, 100.0]", "[-50.0]"))
     again.write_text(SMALL.replace("[50.0, 100.0]", "[50.0, 50]"))
     code, said, errors = main("check", wrong, campaign, again, missing)
-    assert (code, said) == (2, f"{campaign}: fine: 4 cases, each with 2 drives, 13 tasks\n")
+    assert (code, said.splitlines()[0]) == (2, f"{campaign}: valid: 4 cases, each with 2 drives, 13 tasks")
     lines = errors.splitlines()
     assert [sum(str(path) in line for line in lines) for path in (wrong, again, missing)] == [2, 2, 1]
     for said in (f"{wrong}: axes.radius[0] = -50.0: needs ", "did you mean n_x?", "cases 1 and 2 are the same"):
         assert sum(said in line for line in lines) == 1
     assert set(campaign.parent.iterdir()) == {campaign, wrong, again}
+
+
+def test_flags_are_expected_before_anything_is_planned(main, campaign):
+    campaign.write_text('title = "x"\nconstants.radius = 1.0\n[numerics]\nn_x = 17\n')
+    for command in ("check", "plan"):
+        assert "expected: few_nodes" in main(command, campaign)[1]
 
 
 def test_refused_cases_are_results_that_are_counted(main, campaign):
