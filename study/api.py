@@ -34,9 +34,9 @@ from nanoslip.study.results.store import Lease, StoreError
 from nanoslip.study.run.campaign import compute_plan
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import Measured, Report
+from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm, sharing
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import Program, computing, processes_started
-from nanoslip.study.run.mpi import Farm, ProcessFarm, SerialFarm, sharing
 from nanoslip.study.run.progress import open_progress
 from nanoslip.study.toml_text import as_toml
 

@@ -32,7 +32,7 @@ ORDER = {
     "nanoslip.study.plan": "task kinds cost grids plan",
     "nanoslip.study.results": "entry attempts shard store",
     "nanoslip.study.dataset": "file crate variables collect access compare verify",
-    "nanoslip.study.run": "launch dispatch progress journal child mpi compute executor batch campaign",
+    "nanoslip.study.run": "launch dispatch progress journal child farm compute executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures trace",
@@ -45,7 +45,7 @@ SIDE_BY_SIDE = {"run": {"report"}, "report": {"run"}}
 """Folders that do not know each other, though one has to be named first."""
 
 HOMES = {
-    "mpi4py": {"nanoslip.study.run.mpi"},
+    "mpi4py": {"nanoslip.study.run.farm"},
     "netCDF4": {"nanoslip.study.dataset", "nanoslip.study.report"},
     "xarray": {
         "nanoslip.solver.view",

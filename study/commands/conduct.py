@@ -15,8 +15,8 @@ from nanoslip.study.results import attempts
 from nanoslip.study.results.store import Lease, Store
 from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute_rest, part, rest_of
 from nanoslip.study.run.dispatch import Measured
+from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import Journal
-from nanoslip.study.run.mpi import Farm
 from nanoslip.study.run.progress import Progress, open_progress
 
 

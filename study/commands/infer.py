@@ -41,9 +41,9 @@ from nanoslip.study.report.console import Table, console, print_sentences, print
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_plan
+from nanoslip.study.run.farm import Farm, FarmError, open_farm
 from nanoslip.study.run.journal import Journal, measured_in
 from nanoslip.study.run.launch import computing
-from nanoslip.study.run.mpi import Farm, FarmError, open_farm
 from nanoslip.study.run.progress import makespan, open_progress, roughly
 
 # `nanoslip sensitivity`: which parameters a number depends on, from the cases of a dataset.

@@ -35,8 +35,8 @@ from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, write_files
 from nanoslip.study.run.dispatch import Watch
 from nanoslip.study.run.executor import drop_intermediates, left
+from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import computing
-from nanoslip.study.run.mpi import open_farm
 from nanoslip.study.run.progress import open_progress
 
 

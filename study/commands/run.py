@@ -7,8 +7,8 @@ from pathlib import Path
 from nanoslip.study.commands.plans import refusals
 from nanoslip.study.commands.words import folder
 from nanoslip.study.results.shard import Shard
+from nanoslip.study.run.farm import FarmError, open_farm
 from nanoslip.study.run.launch import computing
-from nanoslip.study.run.mpi import FarmError, open_farm
 
 # The arguments of a run: campaign, folder, shard, and what to compute again.
 

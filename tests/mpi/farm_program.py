@@ -8,8 +8,8 @@ from typing import Final
 
 from nanoslip.solver.outcome import COMPLETED, Outcome
 from nanoslip.study.run.dispatch import Execute, Watch
+from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import Program
-from nanoslip.study.run.mpi import open_farm
 from tests.study.run.made_up import Work
 
 UNHEARD: Final = 1000

@@ -23,8 +23,8 @@ from nanoslip.study.run import executor as real
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import Done, Execute, Tally
+from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.launch import Program
-from nanoslip.study.run.mpi import ProcessFarm
 from tests.study.run.made_up import Diary, Work
 
 

@@ -18,8 +18,8 @@ from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.commands import cli, run
 from nanoslip.study.dataset import file
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
+from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import Program
-from nanoslip.study.run.mpi import open_farm
 from tests.conftest import clean_environment, launcher
 from tests.study.run import faults
 from tests.study.run.faults import BLOCKER, FAULTS

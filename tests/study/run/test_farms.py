@@ -18,13 +18,13 @@ from nanoslip.study import origin
 from nanoslip.study.plan.kinds import compliance_task, contact_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
-from nanoslip.study.run import executor as executor_module, mpi
+from nanoslip.study.run import executor as executor_module, farm as farm_module
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import Done, Tally
 from nanoslip.study.run.executor import executor
+from nanoslip.study.run.farm import Farm, FarmError, MPIFarm, ProcessFarm, SerialFarm, open_farm
 from nanoslip.study.run.journal import Journal, left_begun
 from nanoslip.study.run.launch import WARNING, Interruption, Program, end_of_time, launcher_rank
-from nanoslip.study.run.mpi import Farm, FarmError, MPIFarm, ProcessFarm, SerialFarm, open_farm
 from tests.conftest import longer
 from tests.study.plan.running import CASE
 from tests.study.results.results import until_written, written
@@ -214,7 +214,7 @@ def test_without_the_end_of_a_job_all_is_done(monkeypatch):
 @pytest.mark.parametrize("looks", [(5, 1, 9), (math.inf,)], ids=["taken", "taken by nobody"])
 def test_a_rank_waits_until_all_that_it_sent_has_left_but_not_for_ever(monkeypatch, looks):
     """A message has left at so many looks at it."""
-    monkeypatch.setattr(mpi, "FLUSH", 0.05)
+    monkeypatch.setattr(farm_module, "FLUSH", 0.05)
     left = dict(enumerate(looks))
 
     def look(message):
@@ -262,7 +262,7 @@ def test_a_signal_to_any_rank_stops_all_and_what_it_has_not_begun_comes_back():
     second, sent = rank_of_two(1, [[Work("a"), Work("b")], None, None, 7, None], agent)
     second.interruption.request()
     assert second.serve() == 7
-    assert sent == [(0, mpi.TOLD_TO_STOP), (0, ([], ("a", "b")))]
+    assert sent == [(0, farm_module.TOLD_TO_STOP), (0, ([], ("a", "b")))]
     first, _ = rank_of_two(0, [message for _, message in sent] + [None], Agent(NOTHING, 0))
     assert first.news() == [(1, [], ("a", "b"))]
     assert first.interruption.requested
@@ -345,8 +345,8 @@ def test_without_mpi_processes_compute_the_dataset_of_one_and_ranks_are_refused_
 def test_a_start_of_mpi_that_hangs_is_given_up_with_one_message_and_code_99(environment, rank, messages):
     """A launcher that never answers, as MPICH hears it."""
     program = (
-        "from nanoslip.study.run import mpi; from nanoslip.study.run.launch import Program; "
-        "mpi.LONGEST_START = 0.5; mpi.open_farm(Program('builtins', 'callable'))"
+        "from nanoslip.study.run import farm; from nanoslip.study.run.launch import Program; "
+        "farm.LONGEST_START = 0.5; farm.open_farm(Program('builtins', 'callable'))"
     )
     ours, theirs = socket.socketpair()
     with ours, theirs:
