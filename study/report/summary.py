@@ -117,9 +117,11 @@ def ending_lines(case: xr.Dataset) -> Iterator[str]:
 
 
 def answer(case: xr.Dataset) -> str:
-    """The first numbers of `SHOWN` that one case has, in a line."""
-    there = [(SHOWN[name], _text(case, name, 4)) for name in SHOWN if name in case and not case[name].dims]
-    return ", ".join(f"{title} {value}" for title, value in there[:4] if value != NOTHING)
+    """Friction coefficients, regime and plateau of one case in a line, and how it ended unless it is completed."""
+    there = {SHOWN[name]: _text(case, name, 4) for name in list(SHOWN)[:4] if name in case and not case[name].dims}
+    endings = (case[each.name] for each, _ in variables.OUTCOMES.values() if each.name in case)
+    failed = dict.fromkeys(str(each.item()) for each in endings if not each.dims and each.item() != COMPLETED)
+    return ", ".join([*(f"{title} {value}" for title, value in there.items() if value != NOTHING), *failed])
 
 
 def _text(values: xr.Dataset, name: str, digits: int) -> str:

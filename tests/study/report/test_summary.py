@@ -17,6 +17,7 @@ from nanoslip.study.report.console import Table
 from nanoslip.study.report.page import MOST_RUNS, as_csv, as_json, cost, run_table
 from nanoslip.study.report.summary import (
     FEW,
+    answer,
     case_table,
     cautions,
     drive_summary,
@@ -149,6 +150,7 @@ def test_what_failed_is_said_and_its_numbers_are_named_as_missing():
     table, missing = case_table(case)
     assert table.rows == ()
     assert {"plateau_mean", "static_friction"} <= set(missing["not known here"])
+    assert answer(case) == "contact_lost"
 
 
 def test_a_mean_has_its_uncertainty_and_how_many_members_have_the_number() -> None:
@@ -157,6 +159,7 @@ def test_a_mean_has_its_uncertainty_and_how_many_members_have_the_number() -> No
     table, _ = case_table(case)
     assert [row[:2] for row in table.rows] == [("plateau_mean", "2.0 ± 0.5 (5 of 8)")]
     assert list(ending_lines(case))[-1].startswith("numbers are means over 8 members")
+    assert answer(case) == "plateau F/W 2.0 ± 0.5"
 
 
 def test_the_cost_is_that_of_all_runs_or_unknown() -> None:
