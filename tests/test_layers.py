@@ -36,8 +36,8 @@ ORDER = {
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures trace",
-    "nanoslip.study.accuracy": "measurement effects",
-    "nanoslip.study.commands": "words plans datasets prepare run conduct look judge infer cli",
+    "nanoslip.study.accuracy": "effects measurement",
+    "nanoslip.study.commands": "words plans datasets prepare run conduct draw look judge infer cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 
@@ -57,6 +57,7 @@ HOMES = {
         "nanoslip.study.api",
         "nanoslip.study.commands.datasets",
         "nanoslip.study.commands.infer",
+        "nanoslip.study.commands.draw",
         "nanoslip.study.commands.look",
     },
     "matplotlib": {

@@ -77,3 +77,9 @@ def test_who_computes_has_all_of_it_loaded_before_its_first_task(environment):
     )
     numerics = ("numba", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
     assert loaded(program, numerics, environment) == list(numerics)
+
+
+def test_a_case_is_tried_without_what_draws(environment):
+    program = "from nanoslip.study.commands.cli import cli\n"
+    program += "cli.main(['try', 'n_x=17', 'radius=50', 'events=3'], standalone_mode=False)"
+    assert loaded(program, ("matplotlib", "jinja2"), environment) == []

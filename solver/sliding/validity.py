@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.closed_forms import film_half_width
-from nanoslip.solver.contact.pin import expected_half_width, node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import Pin, expected_half_width, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import STEEP_PIN, energy_created
 from nanoslip.solver.contact.state import ContactState, contact_width
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
@@ -244,6 +244,15 @@ def _guess(case: Case) -> float:
     if case.pin == "flat_punch" or slab.scheme.bottomless:
         return expected
     return min(expected, film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio))
+
+
+def nodes_for(pin: Pin) -> int | None:
+    """The smallest n_x = 2^N + 1 of which nodes see enough of a rough pin's slope; None if none up to 2^20 + 1 does."""
+    for power in range(2, 21):
+        slope, missed = pin.roughness_slopes(0.5**power)
+        if missed <= MISSED * slope:
+            return int(2**power + 1)
+    return None
 
 
 def contact_half_width(state: ContactState) -> float:

@@ -6,13 +6,12 @@ grid. It is nanoslip's own; tests/verification show that it converges to the sla
 
 import math
 import platform
-import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +32,7 @@ from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.statistics import event_statistics
 from nanoslip.solver.view import with_error
+from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.figures.shared import COLUMN, MARKERS, column, image
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError
@@ -46,19 +46,7 @@ from nanoslip.study.report.console import Table
 from nanoslip.study.results.store import write_files
 from nanoslip.study.toml_text import shown
 
-# Processor time, and the machine that it was measured on.
-
-T = TypeVar("T")
-
-
-def timed(run: Callable[[], T], repeats: int = 1) -> tuple[T, float]:
-    """Result of `run`, and the shortest of its processor times in s."""
-    shortest = float("inf")
-    for _ in range(repeats):
-        start = time.process_time()
-        result = run()
-        shortest = min(shortest, time.process_time() - start)
-    return result, shortest
+# The machine that times are measured on.
 
 
 def machine() -> dict[str, str]:

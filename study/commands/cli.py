@@ -297,19 +297,19 @@ def submit() -> None:
     """Write batch scripts that run CAMPAIGN as a job, or an array."""
 
 
-# Showing results: look.py.
+# Showing results: look.py and draw.py.
 
 FORMATS: Final = ("pdf", "svg", "png")
 """Of pictures; nanoslip.study.figures.shared knows how to write them."""
 RESULTS: Final = Path("results")
 
 
-@command("look:write_report", CAMPAIGN, OUT)
+@command("draw:write_report", CAMPAIGN, OUT)
 def report() -> None:
     """Write the HTML page of a collected CAMPAIGN."""
 
 
-@command("look:draw_figure")
+@command("draw:draw_figure")
 @click.argument("names", nargs=-1, metavar="[CAMPAIGN [KEY=VALUE]... | NAME...]")
 @flag("--all", "everything", help="Draw every shipped figure.")
 @click.option(
@@ -356,7 +356,7 @@ def figure() -> None:
 
 
 @command(
-    "look:show_profile",
+    "draw:show_profile",
     FILE,
     defaulted("--x", default="m", metavar="UNIT", help="Unit of the first column, as nm."),
     defaulted("--z", default="m", metavar="UNIT", help="Unit of the second column."),
@@ -438,7 +438,7 @@ def try_case() -> None:
     """
 
 
-@command("look:draw_frames", CAMPAIGN, PARAMETERS)
+@command("draw:draw_frames", CAMPAIGN, PARAMETERS)
 @defaulted(
     "--events",
     default="0:200:40",

@@ -1,15 +1,17 @@
 """Lines that can be drawn of one case (friction record, spring force, contact pressure), and drawn in text."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
+import click
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.report.console import console
 
 
 class Curve(NamedTuple):
@@ -108,3 +110,10 @@ def _letters(dots: NDArray[np.bool_]) -> list[str]:
     cells = dots.reshape(down // 4, 4, across // 2, 2)
     codes = _BLANK + np.einsum("iajb,ab->ij", cells, _DOTS)
     return ["".join(map(chr, line)) for line in codes.tolist()]
+
+
+def print_lines(lines: Iterable[Curve]) -> None:
+    """Plot lines in text, as wide as there is room."""
+    width = min(WIDTH, console().width - MARGIN)
+    for line in lines:
+        click.echo(text_plot(line.x, line.y, (line.x_label, line.y_label), width))

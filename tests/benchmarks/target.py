@@ -27,7 +27,7 @@ from nanoslip.solver.ensemble import FEWEST, Ensemble, Mean, mean_of
 from nanoslip.solver.outcome import SolverError
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.study.accuracy.measurement import timed
+from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.sliding.validity import FLAGS
-from nanoslip.study.commands import cli, look
+from nanoslip.study.commands import cli, draw
 from nanoslip.study.commands.datasets import print_summary
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.file import loaded
@@ -267,8 +267,8 @@ def test_named_figures_are_drawn_and_their_tables_shown(tmp_path, capsys, monkey
         asked.append((campaign.name, out, progress))
         return data
 
-    monkeypatch.setattr(look.api, "run", computed)
-    look.draw_figure(("fig8",), False, ("svg",), into, tmp_path / "out", "", "", "", None, False, None, "")
+    monkeypatch.setattr(draw.api, "run", computed)
+    draw.draw_figure(("fig8",), False, ("svg",), into, tmp_path / "out", "", "", "", None, False, None, "")
     assert asked == [("resolution.toml", tmp_path / "out" / "figures" / "resolution", True)]
     assert sorted(path.name for path in (into / "figures").iterdir()) == ["fig8.md", "fig8.svg"]
     assert "exponent of mean step" in capsys.readouterr().out
@@ -278,7 +278,7 @@ def test_named_figures_are_drawn_and_their_tables_shown(tmp_path, capsys, monkey
 def dataset(tmp_path, monkeypatch):
     """A dataset that stands for the file results.nc."""
     made = product(intrinsic_friction=[0.25, 0.5], radius=[50.0, 100.0, 200.0])
-    monkeypatch.setattr(look, "dataset_of", lambda source, out: nullcontext({tmp_path: made}[source]))
+    monkeypatch.setattr(draw, "dataset_of", lambda source, out: nullcontext({tmp_path: made}[source]))
     return made
 
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.sliding.validity import nodes_for
 from nanoslip.study import api
-from nanoslip.study.commands.look import nodes_for, pin_under
+from nanoslip.study.commands.draw import pin_under
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
