@@ -16,11 +16,13 @@ Function = TypeVar("Function", bound=Callable[..., object])
 class Kernel:
     """A function of which numba compiles one version for each combination of argument types."""
 
-    def __init__(self, function: Callable[..., object], allocates: bool, options: dict[str, Any]) -> None:
+    def __init__(self, function: Callable[..., object], allocates: bool, entry: bool, options: dict[str, Any]) -> None:
         """options: of numba's `njit`."""
         update_wrapper(self, function)
+        self.entry = entry
         # Numba inlines what has these two attributes of its own, and the option inline="always".
-        self.py_func, self.allocates, self.targetoptions = function, allocates, options
+        self.py_func, self.allocates = function, allocates
+        self.targetoptions = {"no_cpython_wrapper": not entry, **options}
 
     @cached_property
     def dispatcher(self) -> Any:
@@ -33,21 +35,24 @@ class Kernel:
         return self.dispatcher._numba_type_
 
     def __call__(self, *arguments: object) -> object:
+        if not self.entry:
+            return self.py_func(*arguments)
         try:
             return self.dispatcher(*arguments)
         except SystemError as error:  # what Python makes of a signal's exception that was raised while a kernel ran
             raise error.__cause__ or error from None
 
 
-def compiled(*, allocates: bool = False, **options: Any) -> Callable[[Function], Function]:
+def compiled(*, allocates: bool = False, entry: bool = False, **options: Any) -> Callable[[Function], Function]:
     """Decorator: numba's `njit` without the interpreter's lock, with `options` of its own, and kept on disk.
 
     allocates: whether the kernel makes or returns arrays or lists. Only then are references to arrays counted, which takes
     longer than a slip; numba refuses to compile a kernel that makes arrays without.
+    entry: whether Python calls the compiled kernel, which takes longer to compile then. Other kernels Python runs as written.
     """
 
     def declared(function: Function) -> Function:
-        kernel: Any = Kernel(function, allocates, options)
+        kernel: Any = Kernel(function, allocates, entry, options)
         return kernel  # type: ignore[no-any-return]
 
     return declared

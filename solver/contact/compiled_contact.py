@@ -18,6 +18,7 @@ from nanoslip.solver.contact.kernels.state import (
     KernelConstants,
     KernelPin,
     KernelState,
+    Rise,
     SlipConstants,
     Stop,
     equilibrium_residual,
@@ -284,6 +285,7 @@ def _state(
         sticks=np.full(nodes, sticks),
         active_friction=np.where(contact & (not sticks), friction_of_nodes, np.nan),
         node_slips=np.zeros(nodes, np.int64),
+        work=np.zeros((2, entries)),
         scalars=new_scalars(displacement),
     )
 
@@ -342,7 +344,7 @@ def slip_constants(case: Case) -> SlipConstants:
     rule = case.slip_rule
     return SlipConstants(
         residual_shear=rule.residual_shear,
-        simultaneous=rule.slip_order == "simultaneous",
+        simultaneous=rule.slip_order == "simultaneous" or None,
         opposite=-1.0 if rule.limited_shear == "both_ways" else 0.0,
         event_floor=rule.event_floor,
         spacing=case.slab.spacing,
@@ -356,7 +358,7 @@ def _constants(case: Case, window: slice, state: KernelState, slides: bool) -> K
     pin = pin_of(case)
     return KernelConstants(
         slip=slip_constants(case),
-        pin=KernelPin(pin.curvature, pin.knots, pin.rises),
+        pin=KernelPin(pin.curvature, Rise(pin.knots, pin.rises) if pin.rough else None),
         half_width=pin.half_width,
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         first_node=window.start,

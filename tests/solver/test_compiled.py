@@ -30,8 +30,9 @@ WATCHED = sorted(path for files in KERNEL_FILES for path in PACKAGE.glob(files))
 CALLEE, CONSTANT = (
     (
         """
-from nanoslip.solver.dynamics.kernels.motion import segment_from as kernel
-from nanoslip.solver.dynamics.kernels.motion import Motion, Pin
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.motion import Motion, Pin, segment_from
+kernel = compiled(entry=True, error_model="numpy")(segment_from.py_func)
 value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0, 0.5, 0.1, 0.2), 0.3).q
 """,
         *("dynamics/kernels/motion.py", "motion.spring * stretch", "7.0 * motion.spring * stretch"),
@@ -40,7 +41,9 @@ value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0,
     (
         """
 import numpy as np
-from nanoslip.solver.sliding.kernels.slide import _worst_violation as kernel
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.sliding.kernels.slide import _worst_violation
+kernel = compiled(entry=True)(_worst_violation.py_func)
 value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, -1.0)
 """,
         *("contact/kernels/events.py", "PLACE = 0xFFFF\n", "PLACE = 0xFFFFFFFF\n"),
@@ -142,20 +145,20 @@ def test_compiling_is_told_as_it_begins_and_only_then():
 THREADS = """
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from nanoslip.solver.contact.kernels.state import first_root, knot_ahead
-from nanoslip.solver.contact.kernels.state import KernelPin
+from nanoslip.solver.contact.kernels.state import total_shear
+from nanoslip.solver.sliding.kernels.slide import cycle
 import numpy as np
 before = "numba" in sys.modules
-pin = KernelPin(1.0, np.array([-0.1, 0.1]), np.zeros(2))
+nodes, forces = np.full(6, 7, np.int32), np.full(6, 0.5)
 with ThreadPoolExecutor(4) as threads:
-    found = [threads.submit(first_root, 1.0, -2.0, 1.0), threads.submit(knot_ahead, pin, 1, 1)] * 2
+    found = [threads.submit(total_shear, forces > 0.0, forces), threads.submit(cycle, nodes, forces, forces)] * 2
     print(before, *(each.result() for each in found))
 """
 
 
 def test_numba_is_loaded_by_the_first_call_of_any_thread(environment):
     done = subprocess.run([sys.executable, "-c", THREADS], env=environment, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["False", "1.0", "0.1", "1.0", "0.1"]
+    assert done.stdout.split() == ["False", "3.0", "1", "3.0", "1"]
 
 
 def holds_arrays(kind):
@@ -185,7 +188,7 @@ def test_an_interrupt_while_a_kernel_runs_is_an_interrupt():
     def interrupted():
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
-    kernel = compiled()(interrupted)
+    kernel = compiled(entry=True)(interrupted)
     vars(kernel)["dispatcher"] = interrupted
     with pytest.raises(KeyboardInterrupt):
         kernel()

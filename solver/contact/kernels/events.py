@@ -9,8 +9,8 @@ from nanoslip.solver.contact.kernels.state import (
     EventKind,
     Floats,
     KernelConstants,
-    KernelPin,
     KernelState,
+    Rise,
     Stop,
     add_two,
     add_two_rows,
@@ -33,7 +33,7 @@ REFRESH_CHANGES = 64
 """Touches and releases after which response and rate are summed afresh."""
 
 
-@compiled(allocates=True)
+@compiled()
 def pivot(state: KernelState, i: int) -> bool:
     """Exchange inputs and responses of node i (a principal pivot with a 2 × 2 block); False where the block is singular."""
     n = len(state.x)
@@ -45,18 +45,17 @@ def pivot(state: KernelState, i: int) -> bool:
     if not abs(determinant) > 1e-14 * scale:
         return False
     ia, ib, ic, id_ = d / determinant, -b / determinant, -c / determinant, a / determinant
-    row_p, row_q = t[p].copy(), t[q].copy()
+    row_p, row_q = t[p], t[q]
     for j in range(2 * n + 1):
-        if j not in (p, q):
+        if j != p and j != q:  # noqa: PLR1714 - a tuple of both takes longer to compile
             # What the pivot's two inputs must be to hold its old responses, per unit of input j.
             first = -(ia * t[j, p] + ib * t[j, q])
             second = -(ic * t[j, p] + id_ * t[j, q])
             add_two(t[j], first, row_p, second, row_q)
             t[j, p], t[j, q] = first, second
-    for j in range(
-        2 * n + 1
-    ):  # whole rows at once take numba a second longer to compile: what it says of shapes is a text
-        t[p, j], t[q, j] = ia * row_p[j] + ic * row_q[j], ib * row_p[j] + id_ * row_q[j]
+    for j in range(2 * n + 1):  # whole rows at once would take numba longer to compile
+        first, second = row_p[j], row_q[j]
+        row_p[j], row_q[j] = ia * first + ic * second, ib * first + id_ * second
     t[p, p], t[p, q], t[q, p], t[q, q] = ia, ic, ib, id_
     for row in (p, q):
         state.inputs[row], state.response[row] = state.response[row], state.inputs[row]
@@ -76,7 +75,7 @@ def displace(y: Floats, tableau: Floats, inputs: Floats, i: int, along: float, d
     return float(0.5 * ((before_x + y[i]) * along + (before_z + y[j]) * down))
 
 
-@compiled()
+@compiled(entry=True)
 def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
     """Move contact nodes that the rounding of many slips has lifted off the pin back onto it; whether there were any."""
     n, moved = len(state.x), False
@@ -236,7 +235,7 @@ def on_steep_flank(state: KernelState, constants: KernelConstants, against_frict
         if state.contact[i]:
             most = min(0.5 * state.node_friction[i], STEEPEST) if against_friction and not state.sticks[i] else STEEPEST
             xi = state.x[i] + state.inputs[i] - state.scalars.displacement
-            if not abs(pin_slope(constants.pin, xi)) <= most:
+            if not abs(pin_slope(constants.pin.curvature, constants.pin.rise, xi)) <= most:
                 return True
     return False
 
@@ -257,12 +256,8 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
     Returns why it stops, and RELEASE with its node or NOTHING with -1. The arrays are taken out of the state once,
     not for every slip.
     """
-    n, tolerance, pin, residual_shear = (
-        len(state.x),
-        constants.slip.tolerance,
-        constants.pin,
-        constants.slip.residual_shear,
-    )
+    n, tolerance, residual_shear = len(state.x), constants.slip.tolerance, constants.slip.residual_shear
+    curvature, rise = constants.pin.curvature, constants.pin.rise
     y, tableau, inputs, x, scalars = state.response, state.tableau, state.inputs, state.x, state.scalars
     shear, normal, contact = y[:n], y[n : 2 * n], state.contact
     node_friction, active_friction, node_slips = state.node_friction, state.active_friction, state.node_slips
@@ -278,7 +273,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         if scalars.slips >= constants.slip.cascade_limit:
             return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
         xi = x[node] + inputs[node] - displacement
-        along, down = slip_move(y, tableau, node_friction, node, xi, pin, residual_shear)
+        along, down = slip_move(y, tableau, node_friction, node, xi, curvature, rise, residual_shear)
         if not abs(along) < np.inf:
             return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
         scalars.dissipated -= displace(y, tableau, inputs, node, along, down)
@@ -292,12 +287,12 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         node = -1
 
 
-@compiled(allocates=True)
+@compiled()
 def _slip_together(state: KernelState, constants: KernelConstants, first: int) -> tuple[Stop, EventKind, int]:
     """The same by rounds: every offender of a round slips by the distance it would slip alone."""
     n, tolerance, y, displacement = len(state.x), constants.slip.tolerance, state.response, state.scalars.displacement
     opposite = constants.slip.opposite
-    along, down = np.zeros(n), np.zeros(n)
+    along, down = state.work[0], state.work[1]
     while True:
         worst, tension = worst_violation(y[:n], y[n : 2 * n], state.active_friction, state.contact, tolerance, opposite)
         if tension > tolerance:
@@ -313,7 +308,14 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
             if offends or i in (first, worst):  # the worst one may offend by the rounding of the search alone
                 xi = state.x[i] + state.inputs[i] - displacement
                 along[i], down[i] = slip_move(
-                    y, state.tableau, state.node_friction, i, xi, constants.pin, constants.slip.residual_shear
+                    y,
+                    state.tableau,
+                    state.node_friction,
+                    i,
+                    xi,
+                    constants.pin.curvature,
+                    constants.pin.rise,
+                    constants.slip.residual_shear,
                 )
                 if not abs(along[i]) < np.inf:
                     return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
@@ -330,6 +332,16 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
             return Stop.DONE, EventKind.RELEASE, left
         if state.scalars.slips_since_refresh >= REFRESH_SLIPS:
             refresh(state)
+
+
+@compiled()
+def _slip_offenders(
+    state: KernelState, constants: KernelConstants, first: int, simultaneous: bool | None
+) -> tuple[Stop, EventKind, int]:
+    """Slips in the order of the slip rule."""
+    if simultaneous is None:
+        return _slip_in_turn(state, constants, first)
+    return _slip_together(state, constants, first)
 
 
 @compiled(inline="always")
@@ -352,7 +364,7 @@ def _change_contact(state: KernelState, constants: KernelConstants, kind: EventK
     return Stop.DONE
 
 
-@compiled()
+@compiled(entry=True)
 def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, node: int, pin_rate: float) -> Stop:
     """The cascade: answer the trigger (or NOTHING, -1), then the worst violation until none is left: tension, shear, penetration.
 
@@ -369,10 +381,7 @@ def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, nod
             if status != Stop.DONE:
                 return status
             node = -1
-        if constants.slip.simultaneous:
-            status, kind, node = _slip_together(state, constants, node)
-        else:
-            status, kind, node = _slip_in_turn(state, constants, node)
+        status, kind, node = _slip_offenders(state, constants, node, constants.slip.simultaneous)
         if status != Stop.DONE:
             return status
         if kind == EventKind.NOTHING:
@@ -407,7 +416,7 @@ def next_event(state: KernelState, constants: KernelConstants, pin_rate: float) 
     """
     n = len(state.x)
     nearest, kind, node = np.inf, EventKind.NOTHING, -1
-    horizon = _horizon(constants.pin, state, constants.slip.opposite)
+    horizon = _horizon(constants.pin.rise, state, constants.slip.opposite)
     for i in range(n - 1, -1, -1):
         if state.contact[i]:
             step, what = _step_to_limit(state, constants.slip.opposite, i)
@@ -419,11 +428,11 @@ def next_event(state: KernelState, constants: KernelConstants, pin_rate: float) 
     return nearest, kind, node
 
 
-@compiled(inline="always")
-def _horizon(pin: KernelPin, state: KernelState, opposite: float) -> float:
+@compiled()
+def _horizon(rise: Rise | None, state: KernelState, opposite: float) -> float:
     """Step beyond which touches are not searched: that of the next slip or release, as a search along a rough pin takes time."""
     nearest = np.inf
-    if len(pin.knots) == 1:
+    if rise is None:
         return nearest
     for i in range(len(state.x)):
         if state.contact[i]:
@@ -462,19 +471,26 @@ def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, pin_r
             return np.inf
         step = (abs(xi) - constants.half_width * (1.0 - EDGE)) / abs(xi_rate)
         return step if height + height_rate * step >= 0.0 else np.inf
-    return float(_step_to_profile(constants.pin, xi, xi_rate, height, height_rate, nearest))
+    pin = constants.pin
+    return float(_step_to_profile(pin.curvature, pin.rise, xi, xi_rate, height, height_rate, nearest))
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def _step_to_profile(
-    pin: KernelPin, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+    curvature: float,
+    rise: Rise | None,
+    xi: float,
+    xi_rate: float,
+    height: float,
+    height_rate: float,
+    nearest: float,
 ) -> float:
     """Step at which a node at ξ and this height meets a pin without edges."""
-    if len(pin.knots) > 1:
-        return _step_to_rough(pin, xi, xi_rate, height, height_rate, nearest)
-    gap = 0.5 * pin.curvature * xi * xi - height
-    linear = pin.curvature * xi * xi_rate - height_rate
-    quadratic = 0.5 * pin.curvature * xi_rate * xi_rate
+    if rise is not None:
+        return _step_to_rough(curvature, rise, xi, xi_rate, height, height_rate, nearest)
+    gap = 0.5 * curvature * xi * xi - height
+    linear = curvature * xi * xi_rate - height_rate
+    quadratic = 0.5 * curvature * xi_rate * xi_rate
     if linear >= 0.0:
         return np.inf
     if gap <= 0.0:
@@ -487,16 +503,16 @@ def _step_to_profile(
 
 @compiled()
 def _step_to_rough(
-    pin: KernelPin, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+    curvature: float, rise: Rise, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
 ) -> float:
     """From knot to knot, to where the gap first closes; a node that lies inside and closes in has met the pin."""
     sense = 1 if xi_rate > 0.0 else -1
-    k = piece_entered(pin, xi, sense)
-    here, passed, gap = xi, 0.0, face_height(pin, xi) - height
-    quadratic = 0.5 * pin.curvature * xi_rate * xi_rate
+    k = piece_entered(rise.knots, xi, sense)
+    here, passed, gap = xi, 0.0, face_height(curvature, rise, xi) - height
+    quadratic = 0.5 * curvature * xi_rate * xi_rate
     while passed < nearest:
-        linear = (pin.curvature * here + rise_slope(pin, k)) * xi_rate - height_rate
-        far = knot_ahead(pin, k, sense)
+        linear = (curvature * here + rise_slope(rise, k)) * xi_rate - height_rate
+        far = knot_ahead(rise.knots, k, sense)
         longest = (far - here) / xi_rate if xi_rate != 0.0 else np.inf
         if linear < 0.0 and gap <= 0.0:
             return passed
@@ -515,7 +531,7 @@ def _step_to_rough(
 # Raise the load event by event, the pin held.
 
 
-@compiled()
+@compiled(entry=True)
 def raise_load(state: KernelState, constants: KernelConstants, target: float) -> Stop:
     """Raise the load to `target` event by event, the pin held; slips are counted in `scalars`."""
     n = len(state.x)

@@ -115,24 +115,37 @@ class KernelState(NamedTuple):
     """(n,) μ_i where a node is in contact and may slip; NaN elsewhere."""
     node_slips: NDArray[np.int64]
     """(n,) slips of each node in the current event."""
+    work: Floats
+    """(2, N) for what a kernel notes while it runs."""
     scalars: Scalars
 
 
+# What a scene does not call for is None in these constants, and is left out of the kernels that are compiled for them.
+
+
+class Rise(NamedTuple):
+    """What a rough pin adds to its parabola: straight between knots and level beyond them."""
+
+    knots: Floats
+    """Pin coordinates, increasing."""
+    heights: Floats
+    """Of the same shape."""
+
+
 class KernelPin(NamedTuple):
-    """A pin without edges: its height is curvature·ξ²/2 + rise(ξ), the rise straight between knots and level beyond them."""
+    """A pin without edges: its height is curvature·ξ²/2 + rise(ξ)."""
 
     curvature: float
-    knots: Floats
-    """Pin coordinates, increasing; one of a smooth pin."""
-    rises: Floats
-    """Of the same shape."""
+    rise: Rise | None
+    """None of a smooth pin."""
 
 
 class SlipConstants(NamedTuple):
     """Constants of slips and steps during a run."""
 
     residual_shear: float
-    simultaneous: bool
+    simultaneous: bool | None
+    """True where nodes slip together, None where they slip in turn."""
     opposite: float
     """Factor of shear against the drag before it is compared with its limit: -1, or 0 where only shear along it is limited."""
     event_floor: float
@@ -225,50 +238,51 @@ def pin_height(constants: KernelConstants, xi: float) -> float:
     """Height of the pin above its lowest point; infinite beyond its edges."""
     if abs(xi) > constants.half_width:
         return np.inf
-    return float(face_height(constants.pin, xi))
+    return float(face_height(constants.pin.curvature, constants.pin.rise, xi))
 
 
 @compiled()
-def face_height(pin: KernelPin, xi: float) -> float:
+def face_height(curvature: float, rise: Rise | None, xi: float) -> float:
     """Height of a pin without edges above its lowest point (of a rough one: of its parabola)."""
-    height = 0.5 * pin.curvature * xi * xi
-    last = len(pin.knots) - 1
-    if last == 0:
+    height = 0.5 * curvature * xi * xi
+    if rise is None:
         return float(height)
-    k = min(max(int(np.searchsorted(pin.knots, xi, side="right")), 1), last)
-    along = min(max(xi, pin.knots[0]), pin.knots[last]) - pin.knots[k - 1]
-    rise = pin.rises[k - 1] + along * rise_slope(pin, k)
-    return float(height + rise)
+    last = len(rise.knots) - 1
+    k = min(max(int(np.searchsorted(rise.knots, xi, side="right")), 1), last)
+    along = min(max(xi, rise.knots[0]), rise.knots[last]) - rise.knots[k - 1]
+    return float(height + (rise.heights[k - 1] + along * rise_slope(rise, k)))
 
 
 @compiled()
-def rise_slope(pin: KernelPin, k: int) -> float:
+def rise_slope(rise: Rise, k: int) -> float:
     """Slope of the rise between knots k - 1 and k; level before the first and behind the last."""
-    if not 0 < k < len(pin.knots):
+    if not 0 < k < len(rise.knots):
         return 0.0
-    return float((pin.rises[k] - pin.rises[k - 1]) / (pin.knots[k] - pin.knots[k - 1]))
+    return float((rise.heights[k] - rise.heights[k - 1]) / (rise.knots[k] - rise.knots[k - 1]))
 
 
 @compiled()
-def pin_slope(pin: KernelPin, xi: float) -> float:
+def pin_slope(curvature: float, rise: Rise | None, xi: float) -> float:
     """Slope of a pin without edges at ξ; at a knot that to its right."""
-    return float(pin.curvature * xi + rise_slope(pin, int(np.searchsorted(pin.knots, xi, side="right"))))
+    if rise is None:
+        return curvature * xi
+    return float(curvature * xi + rise_slope(rise, int(np.searchsorted(rise.knots, xi, side="right"))))
 
 
 @compiled()
-def piece_entered(pin: KernelPin, xi: float, sense: int) -> int:
+def piece_entered(knots: Floats, xi: float, sense: int) -> int:
     """Number k of the piece between knots k - 1 and k that a node at ξ enters."""
     if sense > 0:
-        return int(np.searchsorted(pin.knots, xi, side="right"))
-    return int(np.searchsorted(pin.knots, xi, side="left"))
+        return int(np.searchsorted(knots, xi, side="right"))
+    return int(np.searchsorted(knots, xi, side="left"))
 
 
 @compiled()
-def knot_ahead(pin: KernelPin, k: int, sense: int) -> float:
+def knot_ahead(knots: Floats, k: int, sense: int) -> float:
     """End of the piece between knots k - 1 and k in the direction of `sense`."""
     if sense > 0:
-        return float(pin.knots[k]) if k < len(pin.knots) else np.inf
-    return float(pin.knots[k - 1]) if k > 0 else -np.inf
+        return float(knots[k]) if k < len(knots) else np.inf
+    return float(knots[k - 1]) if k > 0 else -np.inf
 
 
 @compiled()
@@ -284,31 +298,45 @@ def first_root(constant: float, linear: float, quadratic: float) -> float:
 # How far one node slips along the pin until its shear has fallen to what a slip leaves.
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def slip_move(
-    y: Floats, tableau: Floats, node_friction: Floats, i: int, xi: float, pin: KernelPin, residual_shear: float
+    y: Floats,
+    tableau: Floats,
+    node_friction: Floats,
+    i: int,
+    xi: float,
+    curvature: float,
+    rise: Rise | None,
+    residual_shear: float,
 ) -> tuple[float, float]:
     """How far node i slips along and down the pin, the others held; infinite where no distance lowers its shear enough.
 
     On a smooth pin the shear that exceeds residual_shear·μ_i·pressure is quadratic in the distance, as the pin's height is.
     """
-    if len(pin.knots) > 1:
-        return slip_on_rough(y, tableau, node_friction, i, xi, pin, residual_shear)
+    if rise is not None:
+        return slip_on_rough(y, tableau, node_friction, i, xi, curvature, rise, residual_shear)
     n = len(node_friction)
     share = residual_shear * node_friction[i] * (1.0 if y[i] > 0.0 else -1.0)
     excess = y[i] + share * y[n + i]
-    down = pin.curvature * (tableau[n + i, i] + share * tableau[n + i, n + i])
+    down = curvature * (tableau[n + i, i] + share * tableau[n + i, n + i])
     linear = tableau[i, i] + share * tableau[i, n + i] + down * xi
     discriminant = linear * linear - 2.0 * down * excess
     if not (linear > 0.0 and discriminant >= 0.0):
         return np.inf, 0.0
     distance = -2.0 * excess / (linear + np.sqrt(discriminant))
-    return distance, pin.curvature * distance * (xi + 0.5 * distance)
+    return distance, curvature * distance * (xi + 0.5 * distance)
 
 
 @compiled()
 def slip_on_rough(
-    y: Floats, tableau: Floats, node_friction: Floats, i: int, xi: float, pin: KernelPin, residual_shear: float
+    y: Floats,
+    tableau: Floats,
+    node_friction: Floats,
+    i: int,
+    xi: float,
+    curvature: float,
+    rise: Rise,
+    residual_shear: float,
 ) -> tuple[float, float]:
     """The same from knot to knot, the way the shear pushes: the node rests where the excess is first gone."""
     n = len(node_friction)
@@ -317,16 +345,16 @@ def slip_on_rough(
     along = tableau[i, i] + share * tableau[i, n + i]
     down = tableau[n + i, i] + share * tableau[n + i, n + i]
     sense = -1 if excess > 0.0 else 1
-    k = piece_entered(pin, xi, sense)
+    k = piece_entered(rise.knots, xi, sense)
     here = xi
     while True:
-        linear = along + down * (pin.curvature * here + rise_slope(pin, k))
-        quadratic = -sense * 0.5 * down * pin.curvature
-        far = knot_ahead(pin, k, sense)
+        linear = along + down * (curvature * here + rise_slope(rise, k))
+        quadratic = -sense * 0.5 * down * curvature
+        far = knot_ahead(rise.knots, k, sense)
         step = first_root(abs(excess), -linear, quadratic)
         if step <= abs(far - here):
             distance = here - xi + sense * step
-            return distance, face_height(pin, xi + distance) - face_height(pin, xi)
+            return distance, face_height(curvature, rise, xi + distance) - face_height(curvature, rise, xi)
         if abs(far) == np.inf:
             return np.inf, 0.0
         # Rounding must not turn a knot's little rest into an excess of the other sign.
@@ -341,7 +369,7 @@ RESIDUAL_LIMIT = 1e-11
 """Relative residual of the prescribed displacements or of the load at which the tableau is rebuilt."""
 
 
-@compiled()
+@compiled(entry=True)
 def refresh(state: KernelState) -> None:
     """Sum the response afresh from the inputs."""
     state.response[:] = 0.0
@@ -360,7 +388,7 @@ def set_rate_to_displacement(state: KernelState) -> None:
             add(state.rate, 1.0, state.tableau[i])
 
 
-@compiled()
+@compiled(entry=True)
 def set_rate_to_load(state: KernelState) -> None:
     """Set the rate to the response per unit of load, the pin held."""
     last = 2 * len(state.x)
@@ -368,7 +396,7 @@ def set_rate_to_load(state: KernelState) -> None:
         state.rate[k] = -state.tableau[last, k]
 
 
-@compiled()
+@compiled(entry=True)
 def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
     """Sum of the tangential entries of `values` (response or rate) over the contact, (n,)."""
     total = 0.0
@@ -390,22 +418,23 @@ def _displaced(compliances: Floats, forces: Floats) -> tuple[float, float]:
     return total, moved
 
 
-@compiled(allocates=True)
-def _residual(state: KernelState, missing: Floats) -> float:
-    """Fill `missing`, (N,), with the residual of equilibrium; returns its largest entry as a share of what is displaced.
+@compiled(entry=True)
+def equilibrium_residual(state: KernelState) -> float:
+    """How far the response is from equilibrium, relative, see RESIDUAL_LIMIT; what is missing, (N,), is then in `state.work[0]`.
 
     Displacements by the compliance, less inputs and responses; last, the load less all forces. Infinite where a number is
     missing or nothing bears the load.
     """
-    n, response, inputs = len(state.x), state.response, state.inputs
-    error, largest, carried, forces = 0.0, 0.0, 0.0, np.zeros(2 * n)
+    n, response, inputs, missing, forces = len(state.x), state.response, state.inputs, state.work[0], state.work[1]
+    error, largest, carried = 0.0, 0.0, 0.0
+    forces[:] = 0.0
     for i in range(n):
         if state.contact[i]:
             forces[i], forces[n + i] = response[i], response[n + i]
             carried += response[n + i]
     blur = 8.0 * BLUR * abs(response[2 * n])  # far out on a sharp pin heights are more than all the load displaces
     for row in range(2 * n):
-        seen, moved = _displaced(state.matrix[row], forces)
+        seen, moved = _displaced(state.matrix[row], forces[: 2 * n])
         if row >= n:
             seen += response[2 * n]
         missing[row] = inputs[row] - seen if state.contact[row % n] else seen - response[row]
@@ -420,33 +449,27 @@ def _residual(state: KernelState, missing: Floats) -> float:
     return float(max(error / largest, unborne))
 
 
-@compiled(allocates=True)
-def equilibrium_residual(state: KernelState) -> float:
-    """How far the response is from equilibrium, relative: see RESIDUAL_LIMIT."""
-    return _residual(state, np.empty(len(state.inputs)))
-
-
-@compiled(allocates=True)
+@compiled()
 def _refine(state: KernelState) -> None:
     """One step of iterative refinement, where the response of a fresh tableau leaves a residual.
 
     An inverse alone loses the digits of its condition number; an inverse and its residual do not.
     """
-    n, missing = len(state.x), np.empty(len(state.inputs))
-    if not _residual(state, missing) > 0.01 * RESIDUAL_LIMIT:
+    n, missing = len(state.x), state.work[0]
+    if not equilibrium_residual(state) > 0.01 * RESIDUAL_LIMIT:
         return
     for i in range(n):
         if state.contact[i]:
             add_two_rows(state.response, state.tableau, i, missing[i], n + i, missing[n + i])
     add(state.response, missing[2 * n], state.tableau[2 * n])
-    _residual(state, missing)
+    equilibrium_residual(state)
     for i in range(n):
         if not state.contact[i]:
             state.response[i] += missing[i]
             state.response[n + i] += missing[n + i]
 
 
-@compiled()
+@compiled(entry=True)
 def respond(state: KernelState) -> None:
     """Set response and rate to those of a fresh tableau, the nodes in contact moving with the pin."""
     refresh(state)

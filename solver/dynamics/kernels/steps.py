@@ -431,7 +431,7 @@ def cruise(
 # The event-driven method with an elastic contact.
 
 
-@compiled(allocates=True, error_model="numpy")
+@compiled(entry=True, allocates=True, error_model="numpy")
 def integrate_exactly(
     teeth: Teeth,
     motion: Motion,
@@ -513,7 +513,7 @@ def _let_go(segment: Segment) -> Segment:
     return Segment(pin, slope, c, total, 0.0, ramp, 0.0, ramp, pace)
 
 
-@compiled(allocates=True, error_model="numpy")
+@compiled(entry=True, allocates=True, error_model="numpy")
 def integrate_rigidly(
     teeth: Teeth, motion: Motion, sample_count: int, bin_count: int, step_limit: int, one_way: bool | None
 ) -> Run:
@@ -615,7 +615,7 @@ def _write_step(
     return row, edge
 
 
-@compiled(allocates=True, error_model="numpy")
+@compiled(entry=True, allocates=True, error_model="numpy")
 def integrate_by_steps(
     teeth: Teeth, motion: Motion, steps: int, sample_count: int, bin_count: int, one_way: bool | None
 ) -> Run:

@@ -63,7 +63,7 @@ def add_slips(total: NDArray[np.int64], node_slips: NDArray[np.int64]) -> int:
     return extent
 
 
-@compiled()
+@compiled(entry=True)
 def cycle(node: NDArray[np.int32], before: Floats, after: Floats) -> int:
     """Number of events after which the last of these repeat themselves; 0 where they do not (see `cycle_of`)."""
     last, fallen = len(node) - 1, 0.0
@@ -151,7 +151,7 @@ def overshoot(state: KernelState, opposite: float) -> float:
     return total
 
 
-@compiled()
+@compiled(entry=True)
 def slide_events(
     state: KernelState,
     constants: KernelConstants,
@@ -264,7 +264,7 @@ class TangentialState(NamedTuple):
     scalars: Scalars
 
 
-@compiled()
+@compiled(entry=True)
 def refresh(state: TangentialState) -> None:
     """Sum the shear afresh."""
     for i in range(len(state.u)):
@@ -390,7 +390,7 @@ def _overshoot(state: TangentialState, opposite: float) -> float:
     return total
 
 
-@compiled()
+@compiled(entry=True)
 def slide_tangentially(
     state: TangentialState,
     constants: SlipConstants,
@@ -438,6 +438,12 @@ def _answer_event(state: TangentialState, constants: SlipConstants, node: int) -
     start_event(state.scalars, state.node_slips)
     if overshot(constants, _overshoot(state, constants.opposite), len(state.u)):
         return Stop.OVERSHOT
-    if constants.simultaneous:
-        return _slip_together(state, constants, node)
-    return _slip_in_turn(state, constants, node)
+    return _slip_offenders(state, constants, node, constants.simultaneous)
+
+
+@compiled()
+def _slip_offenders(state: TangentialState, constants: SlipConstants, first: int, simultaneous: bool | None) -> Stop:
+    """Slips in the order of the slip rule."""
+    if simultaneous is None:
+        return _slip_in_turn(state, constants, first)
+    return _slip_together(state, constants, first)
