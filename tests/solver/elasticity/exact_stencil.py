@@ -1,4 +1,4 @@
-"""The paper's stencil in exact fractions, and its surface compliance by exact elimination: an oracle without rounding.
+"""The paper's stencil in exact fractions, and its surface compliance to 200 digits: an oracle without rounding.
 
 Written from Eq. 4-10 anew: polynomials are evaluated, parabolas integrated by Simpson's rule and differentiated by a central
 difference, both of which are exact for them.
@@ -7,6 +7,7 @@ difference, both of which are exact for them.
 from fractions import Fraction
 from itertools import accumulate
 
+import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,10 +28,15 @@ def exact_compliance(slab: Slab) -> NDArray[np.float64]:
     kept = np.flatnonzero(~held).tolist()
     equations = _equations(slab, counts)
     surface = [*range(slab.n_x), *range(sum(counts), sum(counts) + slab.n_x)]
-    system = [{column: value for column, value in equations[place].items() if not held[column]} for place in kept]
-    sides: list[Row] = [{surface.index(place): Number(1)} if place in surface else {} for place in kept]
-    found = _eliminated(system, sides, kept[::-1])
-    return np.array([[float(found[place].get(side, 0)) for side in range(len(surface))] for place in surface])
+    with mpmath.workdps(200):
+        system = mpmath.matrix(len(kept))
+        for row, place in enumerate(kept):
+            for column, other in enumerate(kept):
+                value = equations[place].get(other, HALF - HALF)
+                system[row, column] = mpmath.mpf(value.numerator) / value.denominator
+        inverse = system**-1
+        found = {(a, b): float(inverse[i, j]) for i, a in enumerate(kept) for j, b in enumerate(kept)}
+    return np.array([[found.get((place, force), 0.0) for force in surface] for place in surface])
 
 
 def _equations(slab: Slab, counts: list[int]) -> list[Row]:
@@ -104,37 +110,3 @@ def _integral(points: list[Number], k: int, lower: Number, upper: Number) -> Num
     middle = (lower + upper) * HALF
     values = _value(points, k, lower) + 4 * _value(points, k, middle) + _value(points, k, upper)
     return (upper - lower) / 6 * values
-
-
-def _eliminated(system: list[Row], sides: list[Row], order: list[int]) -> dict[int, Row]:
-    """Solutions by unknown: Gauss and Jordan's elimination, any pivot, as nothing is rounded."""
-    rows = list(zip(system, sides, strict=True))
-    solved: dict[int, Row] = {}
-    done: list[tuple[int, Row, Row]] = []
-    for unknown in order:
-        pick = next(place for place, (row, _) in enumerate(rows) if row.get(unknown))
-        pivot, right = rows.pop(pick)
-        scale = 1 / pivot[unknown]
-        pivot, right = ({column: value * scale for column, value in part.items()} for part in (pivot, right))
-        rows = [_without(unknown, row, side, pivot, right) for row, side in rows]
-        done.append((unknown, pivot, right))
-    for unknown, pivot, right in reversed(done):
-        answer = dict(right)
-        for other, factor in pivot.items():
-            if other != unknown:
-                _add(answer, solved[other], -factor)
-        solved[unknown] = answer
-    return solved
-
-
-def _without(unknown: int, row: Row, side: Row, pivot: Row, right: Row) -> tuple[Row, Row]:
-    factor = row.get(unknown, 0)
-    if factor:
-        _add(row, pivot, -factor)
-        _add(side, right, -factor)
-    return {column: value for column, value in row.items() if value}, side
-
-
-def _add(target: Row, source: Row, factor: Number) -> None:
-    for place, value in source.items():
-        target[place] = target.get(place, Number(0)) + factor * value
