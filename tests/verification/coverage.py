@@ -4,7 +4,10 @@
 """
 
 import math
+import sys
+from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +26,7 @@ from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.statistics import event_statistics
 from nanoslip.solver.sliding.validity import record_validity
 from nanoslip.study.manifest.parameters import LIMITS
-from tests.verification.random_cases import Verdict, measure, verdict
+from tests.written_tables import show
 
 MEMBERS, OTHERS = 8, 24
 OBSERVABLES = ("plateau", "μ_s", "μ_k", "mean step", "mean drop", "half-width", "K")
@@ -79,6 +82,23 @@ def read(case: Case, compliance: SurfaceCompliance) -> list[float]:
     return [plateau.mean, static, kinetic, events.mean_step, events.mean_drop, width, events.surface_stiffness]
 
 
+@dataclass(frozen=True)
+class Verdict:
+    """One stated uncertainty: of what, and how often it would have to be taken to reach the truth."""
+
+    observable: str
+    case: int
+    error: float
+    """|value - truth|, over the truth."""
+    times: float
+    """The same over the stated uncertainty; NaN where none was stated."""
+
+
+def verdict(observable: str, number: int, value: float, stated: float, truth: float) -> Verdict:
+    error = abs(value - truth)
+    return Verdict(observable, number, error / abs(truth), error / stated if stated > 0.0 else math.nan)
+
+
 def verdicts(number: int) -> Iterator[Verdict]:
     """± of every observable of the case of this number, and how far the mean is from that over the other members."""
     case, ensemble = drawn(number), Ensemble(MEMBERS + OTHERS)
@@ -98,5 +118,33 @@ def verdicts(number: int) -> Iterator[Verdict]:
         yield verdict(name, number, float(mean), math.hypot(half, theirs), float(others))
 
 
+def table(found: list[Verdict]) -> Iterator[list[object]]:
+    """Coverage by observable: how often one and two ± hold, how large errors are, and how often no ± is stated."""
+    groups: dict[str, list[Verdict]] = defaultdict(list)
+    for verdict in found:
+        groups[verdict.observable].append(verdict)
+    yield ["of", "cases", "± holds", "2 ± holds", "median error", "not stated"]
+    for observable, group in groups.items():
+        times, errors = np.array([each.times for each in group]), np.array([each.error for each in group])
+        stated = np.isfinite(times)
+        one, two = coverage(times)
+        missing = 1.0 - stated.mean()
+        middle = np.median(errors[stated]) if stated.any() else math.nan
+        pairs = zip((one, two, middle), (".0%", ".0%", ".2%"), strict=True)
+        shares = ("–" if math.isnan(share) else f"{share:{form}}" for share, form in pairs)
+        yield [observable, len(group), *shares, f"{missing:.0%}"]
+
+
+def coverage(times: np.ndarray) -> tuple[float, float]:
+    """Share of stated uncertainties that hold once, and twice, as an average over what was stated."""
+    stated = times[np.isfinite(times)]
+    return (float(np.mean(stated <= 1.0)), float(np.mean(stated <= 2.0))) if len(stated) else (math.nan, math.nan)
+
+
 if __name__ == "__main__":
-    measure(verdicts, 200, Path(__file__).with_suffix(".csv"))
+    wanted, found, taken, number = int(sys.argv[1]) if len(sys.argv) > 1 else 200, list[Verdict](), 0, 0
+    while taken < wanted:
+        new = list(verdicts(number))
+        taken, number, found = taken + bool(new), number + 1, found + new
+        print(f"case {number - 1}: {taken if new else 'left out'}", file=sys.stderr, flush=True)
+    show(table(found), Path(__file__).with_suffix(".csv"))

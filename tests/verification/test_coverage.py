@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from tests.verification.coverage import MEMBERS, OBSERVABLES, OTHERS, drawn, verdicts
-from tests.verification.random_cases import Verdict, coverage
+from tests.verification.coverage import MEMBERS, OBSERVABLES, OTHERS, Verdict, coverage, drawn, verdicts
 from tests.verification.seen import seen
 
 CASES = 16
