@@ -3,6 +3,7 @@
 import itertools
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -47,18 +48,24 @@ def expected(plan: Plan) -> list[str]:
     return expected_lines(plan, outlook_of(plan))
 
 
+def computed(folder: Path, text: str) -> xr.Dataset:
+    """The dataset of a campaign, given as text, from its file."""
+    plan, store = planned(folder, text), Store(folder)
+    compute(plan, store)
+    file.write(collect(plan, store), folder / file.FILE)
+    with file.read(folder / file.FILE) as found:
+        return found.load()
+
+
 @pytest.fixture
 def collected(tmp_path):
-    """The dataset of a campaign, given as text, from its file."""
+    return partial(computed, tmp_path)
 
-    def computed(text: str) -> xr.Dataset:
-        plan, store = planned(tmp_path, text), Store(tmp_path)
-        compute(plan, store)
-        file.write(collect(plan, store), tmp_path / file.FILE)
-        with file.read(tmp_path / file.FILE) as found:
-            return found.load()
 
-    return computed
+@pytest.fixture(scope="module")
+def mapped(tmp_path_factory):
+    """The dataset of the map: not to be changed."""
+    return computed(tmp_path_factory.mktemp("map"), MAP)
 
 
 def names(found: xr.Dataset) -> list[list[str]]:
@@ -69,8 +76,8 @@ def names(found: xr.Dataset) -> list[list[str]]:
     return [[" ".join(name for mask, name in meanings if value & mask) for value in row] for row in masks]
 
 
-def test_the_dataset_holds_flags_as_cf_has_them_and_the_advice(collected):
-    found = collected(MAP)
+def test_the_dataset_holds_flags_as_cf_has_them_and_the_advice(mapped):
+    found = mapped
     assert found["validity_flags"].dtype == np.int32
     assert names(found) == FOUND
     for mask, advice in zip(found["validity_flags"].values.flat, found["advice"].values.flat, strict=True):
@@ -104,8 +111,8 @@ def test_a_contact_that_was_not_reached_keeps_the_flags_to_be_expected_of_it(col
     assert set(found["advice"].values.flat) == {advice_on((FEW_NODES,))}
 
 
-def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(collected):
-    found = collected(MAP)
+def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(mapped):
+    found = mapped
     endings = [row[-1] for row in scalar_table(found).rows]
     for flags, ending in zip(itertools.chain(*FOUND), endings, strict=True):
         word = ending.partition(":")[0]
@@ -131,8 +138,8 @@ def test_a_single_case_needs_no_name(collected):
     assert flag_summary(collected(one))[0].startswith("few_nodes: 1 of 1 cases: fewer")
 
 
-def test_the_report_shows_flags_with_their_advice(collected, tmp_path):
-    found = collected(MAP)
+def test_the_report_shows_flags_with_their_advice(mapped, tmp_path):
+    found = mapped
     page = report_page.write(found, tmp_path).read_text("utf-8")
     for line in flag_summary(found):
         assert f"<li>{line}</li>" in page
