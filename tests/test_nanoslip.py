@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 import nanoslip
-from tests.conftest import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -54,10 +53,6 @@ def test_a_name_that_is_not_there_is_an_attribute_error():
 def test_all_that_is_raised_on_purpose_has_one_base(wrong):
     with pytest.raises(nanoslip.NanoslipError):
         wrong()
-
-
-def test_the_version_is_that_of_the_source_tree():
-    assert f'version = "{nanoslip.__version__}"' in (ROOT / "pyproject.toml").read_text("utf-8")
 
 
 @pytest.mark.parametrize("module", ["nanoslip", "nanoslip.study.api"])

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, SlipRule
-from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
 from tests.hard_cases.following import compliance_of
@@ -67,45 +65,3 @@ def test_the_sample_has_touches_and_releases() -> None:
     record = slide(_case("biquadratic", WALKING), compliance_of(Slab(n_x=33, scheme="biquadratic")))
     assert record.touches.sum() >= 3
     assert record.releases.sum() >= 3
-
-
-def _by_projection(case: Case, compliance: SurfaceCompliance) -> np.ndarray:
-    """Normal forces on any operator by projected Gauss-Seidel on N ≥ 0, gap ≥ 0, N·gap = 0, the heights taken at x + u."""
-    n = compliance.slab.n_x
-    c_xz, c_zz = -compliance.matrix[:n, n:], compliance.matrix[n:, n:]
-
-    def forces(approach: float, start: np.ndarray) -> np.ndarray:
-        pressing = start.copy()
-        for _ in range(20_000):
-            before = pressing.copy()
-            for i in range(n):
-                height = (compliance.x[i] + c_xz[i] @ pressing) ** 2 / (2.0 * case.radius)
-                gap = height - approach + c_zz[i] @ pressing
-                pressing[i] = max(0.0, pressing[i] - gap / c_zz[i, i])
-            if np.abs(pressing - before).max() <= 1e-14 * case.normal_load:
-                break
-        return pressing
-
-    guess = initial_contact(case, compliance)
-    start = np.full(n, case.normal_load / n)
-    return forces(guess.approach, start)
-
-
-def _off(found: np.ndarray, case: Case, compliance: SurfaceCompliance) -> float:
-    state = initial_contact(case, compliance)
-    return float(np.abs(found + state.nodal_force[1]).max() / case.normal_load)
-
-
-def _frictionless(slab: Slab, radius: float, normal_load: float) -> Case:
-    return Case(
-        slab=slab, radius=radius, normal_load=normal_load, initial_contact="frictionless", intrinsic_friction=0.5
-    )
-
-
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize(("radius", "normal_load"), [(200.0, 1e-3), (10.0, 1e-4), (1.0, 1e-6)])
-def test_contact_agrees_with_a_complementarity_solver(radius: float, normal_load: float, scheme: str) -> None:
-    """The approach is ours; that the forces found from it add up to the load is part of the check."""
-    case = _frictionless(Slab(n_x=17, scheme=scheme), radius, normal_load)
-    compliance = compliance_of(case.slab)
-    assert _off(_by_projection(case, compliance), case, compliance) < 1e-9

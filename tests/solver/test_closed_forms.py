@@ -24,17 +24,6 @@ def test_hertz_carries_its_load_and_closes_without_a_step():
     assert a == pytest.approx(0.2913, abs=1e-4)
 
 
-def test_hertz_surface_is_the_parabola():
-    """The slope of the half-plane under p, (1 - ν)/π ∫ p(s)/(x - s) ds per G, is x/R inside the contact."""
-    radius, poisson = 3.0, 0.3
-    contact = hertz(normal_load=0.02, radius=radius, poisson=poisson)
-    a = contact.half_width
-    x = 0.4 * a
-    # ⨍ p(s)/(s - x) ds by the weighted principal value; p/√ is smooth inside.
-    principal, _ = quad(lambda s: float(contact.pressure(np.array(s))), -a, a, weight="cauchy", wvar=x)
-    assert -(1 - poisson) / np.pi * principal == pytest.approx(x / radius, rel=1e-6)
-
-
 def test_a_flat_punch_carries_its_load():
     carried, _ = quad(
         lambda t: float(flat_punch_pressure(np.sin(t) * 0.25, 0.25, 2.0)) * 0.25 * np.cos(t), -np.pi / 2, np.pi / 2

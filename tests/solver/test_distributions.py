@@ -120,20 +120,6 @@ def test_ratios_agree_with_the_package_powerlaw(discrete):
         assert rival.chance == pytest.approx(chance, abs=0.1)
 
 
-def test_scale_does_not_matter():
-    drawn = sample(False, 1.7, 1.0, 500, 2)
-    one, other = fitted_power_law(drawn), fitted_power_law(Sizes(drawn.values * 1e-9, False))
-    assert other.cutoff == pytest.approx(1e-9 * one.cutoff)
-    assert (other.exponent, other.distance) == pytest.approx((one.exponent, one.distance), rel=1e-9)
-
-
-def test_too_few_or_equal_sizes_have_no_power_law():
-    assert fitted_power_law(sorted_sizes(np.arange(1.0, power_law.LEAST_TAIL), False)) is None
-    assert fitted_power_law(sorted_sizes(np.full(1000, 3.0), True)) is None
-    assert fitted_power_law(sorted_sizes(np.empty(0), True)) is None
-    np.testing.assert_array_equal(sorted_sizes(np.array([0.0, 3.0, np.nan, -1.0, 2.0]), False).values, [2.0, 3.0])
-
-
 @pytest.mark.parametrize("exponent", [1.2, 2.0, 3.5])
 @pytest.mark.parametrize("cutoff", [1.0, 7.0])
 def test_drawn_whole_sizes_have_the_laws_shares(exponent, cutoff):
@@ -162,12 +148,6 @@ def test_power_laws_are_not_refused_more_often_than_chance_does(discrete):
 def test_exponential_sizes_are_refused_where_no_cutoff_hides_them():
     drawn = sorted_sizes(1.0 + np.random.default_rng(4).exponential(1.0, 5000), False)
     assert goodness(drawn) < 0.1 or fitted_power_law(drawn).tail < 500  # a tail of a few hundred may pass
-
-
-def test_the_same_sizes_have_the_same_goodness():
-    drawn = sample(False, 2.0, 1.0, 500, 1)
-    assert goodness(drawn) == goodness(Sizes(drawn.values.copy(), False))
-    assert np.isnan(goodness(drawn, draws=0))
 
 
 @BOTH
@@ -294,14 +274,6 @@ def test_mean_field_avalanches_have_the_exponent_three_halves():
     assert found.preferred == "power_law"
 
 
-def test_avalanches_below_criticality_have_an_upper_cutoff():
-    """Their number falls as s^-3/2 exp(-s/s_0) with 1/s_0 = R - 1 - ln R, 43 at R = 0.8."""
-    rng = np.random.default_rng(13)
-    found = size_distribution(np.array([branching(rng, 0.8) for _ in range(5000)]), discrete=True, draws=0)
-    assert found.preferred != "power_law" or found.cutoff > 20.0
-    assert math.isnan(found.goodness)
-
-
 def test_order_and_missing_sizes_do_not_matter():
     drawn = power_law_sizes(np.random.default_rng(3), 400, 1.7, 1e-6, False)
     one = size_distribution(drawn, discrete=False, draws=20)
@@ -311,7 +283,9 @@ def test_order_and_missing_sizes_do_not_matter():
     assert {rival.name for rival in one.comparisons} == {"exponential", "lognormal", "truncated_power_law"}
 
 
-@pytest.mark.parametrize("values", [[], [1.0] * 100, list(range(1, 40))], ids=["none", "equal", "few"])
+@pytest.mark.parametrize(
+    "values", [[], [1.0] * 100, list(range(1, power_law.LEAST_TAIL))], ids=["none", "equal", "few"]
+)
 def test_what_cannot_be_known_is_nan(values):
     found = size_distribution(np.array(values), discrete=True)
     assert (found.count, found.preferred, found.tail) == (len(values), None, 0)
@@ -357,7 +331,7 @@ def test_members_are_fitted_together_and_their_order_does_not_matter():
     )
     assert (found.exponent, found.cutoff, found.tail) == (whole.exponent, whole.cutoff, whole.tail)
     assert (found.exponent_members, whole.exponent_members) == (3, 1)
-    assert math.isnan(whole.exponent_uncertainty)
+    assert np.isnan([whole.exponent_uncertainty, whole.goodness]).all()
     assert back.exponent_uncertainty == pytest.approx(found.exponent_uncertainty)
     assert f"exponent {found.exponent:.1f}" in str(found)
     assert "± ? from" in str(whole)

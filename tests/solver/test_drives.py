@@ -87,13 +87,6 @@ def test_a_pin_that_follows_in_slips_too_short_is_to_have_a_softer_spring_or_a_f
         assert len(pulled(**stiff | change)[0].slip_time)
 
 
-def test_a_drive_that_stops_amid_the_first_oscillations_has_static_friction_only():
-    found = pulled(duration=0.075 / TIME_UNIT)[1]
-    assert found.outcome.ending is Ending.NO_PLATEAU
-    assert found.static_friction > 0.27
-    assert math.isnan(found.kinetic_friction)
-
-
 def test_a_pin_too_heavy_to_swing_twice_has_no_kinetic_friction():
     period = 2.0 * math.pi / math.sqrt(PAPER.spring_stiffness)
     result, found = pulled(stage_velocity=20.0 * PAPER.stage_velocity, duration=1.5 * period)
@@ -218,12 +211,6 @@ def test_a_drive_given_up_after_its_first_slip_ran_off_has_its_static_friction()
     assert math.isnan(found.kinetic_friction)
 
 
-def test_a_failed_run_passes_its_outcome_on():
-    found = pulled(integrator=RK4(100.0))[1]
-    assert found.outcome.ending is Ending.UNSTABLE_STEP
-    assert math.isnan(found.static_friction)
-
-
 DRIVE = Drive(1.0, 0.05, 0.1, duration=100.0, samples=10)
 WAVES = profile_through([0.0, 0.1, 1.1], [0.0, 0.5], [1.0, 0.5], periodic_from=0)
 """Teeth from 0.5 up to 1 and down again at once, much shorter than a slow pin's slips."""
@@ -284,13 +271,6 @@ def test_a_pin_that_sticks_again_before_it_slides_for_good_slides():
     assert counted_of(motion, 300.0).regime == "slides"
     soon = float(motion.slip_time[-1]) + 0.99 * np.diff(motion.slip_time).max()  # of a cycle: too early to tell
     assert counted_of(closed_form(soon, 2.0, 0.52), soon).regime == "stick_slip"
-
-
-def test_a_pin_that_never_sticks_again_slides():
-    found = counted_of(closed_form(100.0, 0.5, 0.5), 100.0)
-    assert (found.resticks, found.regime) == (0, "slides")
-    assert found.time_stuck == pytest.approx((0.5 - 0.01) / 0.1 / 100.0, rel=1e-12)  # up to k V t + c V = 0.5
-    assert math.isfinite(found.spring_force_amplitude)  # what repeats is that it slides
 
 
 @pytest.mark.parametrize(("velocity", "duration", "regime"), [(0.02, 300.0, "stick_slip"), (2.0, 60.0, "slides")])

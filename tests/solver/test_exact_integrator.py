@@ -113,20 +113,6 @@ def test_sliding_against_constant_friction_is_the_closed_form(damping_ratio, com
         assert 0.0 < beyond < 0.3 if damping_ratio else beyond == pytest.approx(0.3, rel=1e-12)
 
 
-def test_sliding_with_the_slope_of_the_limit_is_an_oscillator_with_that_stiffness():
-    """One long rising tooth from 0: F̃ = s·x from the start, so x'' + c x' + (k + s)x = kVt + cV."""
-    slope, damping_ratio, V = 0.7, 0.2, 0.3
-    result = integrate(profile_through([0.0, 100.0], [0.0], [70.0]), Drive(1.0, damping_ratio, V, 4.0, samples=50), K)
-    total = 1.0 + slope
-    # Stage velocity V·k/(k + s) gives the same spring term; the damper then lacks c(V - V k/(k + s)), a constant force.
-    lacking = 2.0 * damping_ratio * (V - V / total)
-    shifted = Oscillator(total, damping_ratio / math.sqrt(total), V / total, friction_force=-lacking)
-    position, velocity = shifted.motion(result.time)
-    assert np.all(np.diff(result.position) > 0.0)  # else the limit would have been left
-    assert np.abs(result.position - position).max() < 1e-14
-    assert np.abs(result.velocity - velocity).max() < 1e-14
-
-
 def test_equal_slopes_of_limit_and_contact_are_one_motion_whichever_branch_rounding_takes():
     """F̃ = K x from a relaxed start: on the limit and below it at once."""
     drive = Drive(1.0, 0.1, 0.3, duration=20.0, samples=200)
@@ -340,15 +326,6 @@ def test_the_short_way_is_the_long_way(monkeypatch, damping_ratio, stage):
     assert short.friction_work == pytest.approx(long.friction_work, rel=1e-13)
     assert short.micro_slips == long.micro_slips
     assert short.micro_travel == pytest.approx(long.micro_travel, abs=1e-13)
-
-
-def test_momentum_balance_over_small_teeth():
-    result = SMALL_TEETH.driven(samples=256 * 800)
-    driving = result.spring_force + 0.2 * (STAGE - result.velocity)
-    pushed = (driving[:-1] + 0.5 * np.diff(driving)).reshape(256, 800).mean(axis=1)
-    gained = np.diff(result.velocity[::800]) * 256 / result.time[-1]
-    # The driving force is continuous: the trapezoidal rule is right to (step·ω)² of it, and a step is 4e-5.
-    assert np.allclose(result.binned_force, pushed - gained, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("stiffness", [-4.0, 0.0, 1e-3, 3.99])

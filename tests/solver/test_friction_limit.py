@@ -17,7 +17,7 @@ from nanoslip.solver.dynamics.friction_limit import (
     sawtooth,
     taken_together,
 )
-from nanoslip.solver.dynamics.integrators import integrate, measured
+from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
@@ -112,19 +112,6 @@ def test_the_mean_profile_is_the_plateaus_mean_everywhere():
     profile = friction_limit_of(RECORD, PLATEAU, "mean")
     assert np.array_equal(profile.limit(np.linspace(-3.0, 3.0, 11)), np.full(11, PLATEAU.mean * LOAD))
     assert profile.steady_force == PLATEAU.mean * LOAD
-
-
-@pytest.mark.parametrize("compliant", [True, False])
-def test_ever_finer_teeth_tend_to_the_mean(compliant):
-    """Teeth of the contact's own slope over shorter and shorter periods p, about the same mean: off by less than p."""
-    level, contact = 0.5, 5.0
-    drive = Drive(1.0, 0.1, 0.3, 12.0, samples=100, surface_compliance=compliant)
-    mean = integrate(profile_through([0.0, 1.0], [level], [level]), drive, contact)
-    for period in (1e-2, 1e-3, 1e-4):
-        half = 0.5 * contact * period
-        fine = integrate(profile_through([0.0, period], [level - half], [level + half]), drive, contact)
-        # A rise of K·p delays the first slip by 5 p/V·V.
-        assert np.abs(fine.position - mean.position).max() < 10.0 * period
 
 
 def random_teeth(seed: int, count: int = 500) -> Teeth:

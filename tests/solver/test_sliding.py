@@ -182,13 +182,6 @@ def test_where_nothing_can_ever_happen_the_record_says_so():
     assert len(record.kind) == 0
 
 
-def test_without_friction_the_pin_feels_none():
-    record = slide(case_with(intrinsic_friction=0.0, max_events=50), COMPLIANCE)
-    assert record.outcome.ok
-    # Every step is as small as the force's tolerance allows.
-    assert record.force_before.max() <= 1e-12 * record.normal_load
-
-
 def test_a_punch_edge_that_comes_upon_the_next_node_is_an_outcome():
     slab = Slab(n_x=9)
     case = Case(0.05, slab=slab, pin="flat_punch", half_width=0.13, max_events=None, max_displacement=2.0)
@@ -197,20 +190,6 @@ def test_a_punch_edge_that_comes_upon_the_next_node_is_an_outcome():
     assert "edge" in record.outcome.message
     # The next node stands at 0.25 and counts as reached half a node spacing before the punch's edge, 0.13, is there.
     assert record.final_displacement == pytest.approx(0.25 - 0.13 - 0.125 / 2, rel=0.01)
-
-
-def test_a_pin_can_be_dragged_off_the_slab_or_until_it_carries_on_one_corner():
-    """Contact follows the pin by touch and release; past the slab's end the last node carries the whole load.
-
-    Slopes stay below half of μ_i: a pin twice as sharp creates energy on its way, and is named for it.
-    """
-    case = Case(0.1, 2.0, 1e-3, slab=Slab(n_x=9), max_events=None, max_displacement=0.6)
-    compliance = surface_compliance(case.slab)
-    record, state = slide_to_state(case, compliance)
-    assert record.outcome.ok
-    assert_contact_laws(state, case, compliance)
-    assert list(np.flatnonzero(state.contact)) == [8]
-    assert min(record.releases.sum(), record.touches.sum()) > 0
 
 
 def test_a_cascade_can_be_given_up_and_a_contact_that_failed_to_form_gives_an_empty_record_with_its_reason():
@@ -488,14 +467,6 @@ def test_a_long_classical_slide_has_a_plateau_at_the_intrinsic_friction():
     assert min(record.releases.sum(), record.touches.sum()) > 5
     assert plateau_of(record).outcome.ok
     assert plateau_of(record).mean == pytest.approx(0.2, rel=1e-3)
-
-
-def test_single_nodes_hand_the_load_over():
-    """A pin so sharp that one or two nodes carry it walks from node to node at F/W = μ_i."""
-    record = slide(replace(CLASSICAL, radius=5.0, normal_load=1e-4, max_displacement=0.3), COMPLIANCE)
-    assert record.outcome.ok
-    assert record.contact_size.max() <= 3
-    np.testing.assert_allclose(record.force_after[record.displacement > 0.05], 0.5 * record.normal_load, rtol=1e-9)
 
 
 def test_friction_too_large_for_any_motion_is_an_outcome():

@@ -1,6 +1,5 @@
 """An independent elastic slab for reference: quadratic finite elements of scikit-fem on a graded mesh."""
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -16,33 +15,10 @@ from skfem import (
     LinearForm,
     MeshQuad,
     asm,
-    condense,
-    solve,
 )
 from skfem.helpers import ddot, eye, sym_grad, trace
 
 from nanoslip.solver.slab import Support
-
-MOMENTS = 2  # the next, 3e-4 or less, are the mesh's own
-
-
-@dataclass(frozen=True)
-class PunchReference:
-    """A frictionless flat punch pressed into the bonded unit-width slab: force per unit depth and indentation, in G.
-
-    moments: mean of cos 2mθ under the pressure, x = a cos θ, m = 1 … MOMENTS. On a half-plane all vanish, as the pressure
-    is even in θ; on a slab they fall off fast (-0.046, 0.0015 at a = L_x/4), so that a few give the pressure everywhere.
-    """
-
-    half_width: float
-    stiffness: float
-    moments: NDArray[np.float64]
-
-    def share_left_of(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The load's share left of x, |x| ≤ a."""
-        theta, m = np.arccos(x / self.half_width), np.arange(1, MOMENTS + 1)
-        return 1 - theta / np.pi - np.sin(2 * theta[:, None] * m) @ (self.moments / m) / np.pi
-
 
 LARGEST = 0.03  # the largest element, in slab widths
 
@@ -114,29 +90,3 @@ def elasticity(poisson: float) -> BilinearForm:
         return ddot(lame * eye(trace(strain), 2) + 2 * strain, sym_grad(v))
 
     return work
-
-
-def flat_punch(
-    half_width: float, poisson: float, aspect_ratio: float, smallest: float = 1e-4, growth: float = 1.5
-) -> PunchReference:
-    """Stiffness and load distribution of the punch; the mesh is graded towards the punch's edges, where p is singular."""
-    x = np.concatenate(
-        (
-            graded(-half_width, -0.5, smallest, growth)[::-1],
-            graded(-half_width, half_width, smallest, growth, both=True)[1:-1],
-            graded(half_width, 0.5, smallest, growth),
-        )
-    )
-    z = graded(0.0, -aspect_ratio, smallest, growth)[::-1]
-    mesh = MeshQuad.init_tensor(x, z)
-    basis = Basis(mesh, ElementVector(ElementQuad2()))
-    stiffness = asm(elasticity(poisson), basis)
-    bottom = basis.get_dofs(lambda p: np.isclose(p[1], -aspect_ratio)).all()
-    under = basis.get_dofs(lambda p: np.isclose(p[1], 0.0) & (np.abs(p[0]) <= half_width * (1 + 1e-9))).all("u^2")
-    displacement = basis.zeros()
-    displacement[under] = -1.0
-    displacement = solve(*condense(stiffness, x=displacement, D=np.concatenate((bottom, under))))
-    pushing = -(stiffness @ displacement)[under]
-    theta = np.arccos(np.clip(basis.doflocs[0, under] / half_width, -1.0, 1.0))
-    moments = np.cos(2 * np.arange(1, MOMENTS + 1)[:, None] * theta) @ pushing / pushing.sum()
-    return PunchReference(half_width, float(pushing.sum()), moments)

@@ -300,15 +300,6 @@ def test_a_full_product_has_the_four_standard_dimensions_and_the_drives(small):
     assert (found["normal_load"].item(), found["support"].item()) == (1e-3, "bonded")
 
 
-def test_a_further_axis_is_a_further_dimension(build):
-    text = changed(radius='support = ["bonded", "frictionless"]', stages='stages = ["contact", "slip"]')
-    found = collect(*build(text.split("[[drives]]")[0]))
-    assert found["plateau_mean"].dims == (*CASE_DIMS, "support")
-    assert found["support"].values.tolist() == ["bonded", "frictionless"]
-    assert "static_friction" not in found
-    assert not np.array_equal(found["surface_stiffness"][..., 0], found["surface_stiffness"][..., 1])
-
-
 LISTED = {
     "zip": ('design = "zip"\n' + SMALL, [50.0, 100.0]),
     "table": (
@@ -473,16 +464,6 @@ def test_members_with_the_same_events_are_one_start_and_give_no_error(build: Bui
         known = np.isfinite(found[f"{name}_uncertainty"]).any([dim for dim in found[name].dims if dim != "radius"])
         assert (name, known.values.tolist()) == (name, [True, False])
     assert np.isfinite(found["plateau_mean"]).all()
-
-
-def test_a_target_is_reached_or_the_most_are_computed(build: Build) -> None:
-    asked = 0.008
-    text = FOUR.replace("ensemble.members = 4", f"target = {{within = {asked}, most = 24, of = ['plateau_mean']}}")
-    found = collect(*build(text)).squeeze()
-    shares = (2.0 * found["plateau_mean_uncertainty"] / found["plateau_mean"]).values.tolist()
-    counts = found["members"].values.tolist()
-    assert set(counts) <= {3.0, 6.0, 12.0, 24.0}
-    assert all(share <= asked or count == 24 for share, count in zip(shares, counts, strict=True))
 
 
 # Records and trajectories of different length are cut apart again as they were put together.

@@ -3,7 +3,6 @@
 import copy
 import errno
 import os
-import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -62,9 +61,6 @@ def test_what_is_no_file_is_refused_and_nobody_waits_for_it(tmp_path, no_file):
     no_file(tmp_path / "one.nc")
     with pytest.raises(StoreError, match=r"one\.nc: no dataset \(no regular file\)"):
         file.read(tmp_path / "one.nc")
-
-
-COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
 
 
 DIMS = ("load", "radius", "member")
@@ -161,11 +157,6 @@ KEPT = {
 def test_selections_and_copies_keep_the_groups(change):
     root = grouped()
     assert groups_of(change(root)) is groups_of(root)
-
-
-def test_a_dataset_in_memory_goes_to_another_process_whole():
-    again = pickle.loads(pickle.dumps(grouped()))
-    xr.testing.assert_identical(groups_of(again)["record"], groups_of(grouped())["record"])
 
 
 def test_a_file_gives_root_and_groups_until_it_is_closed(tmp_path):

@@ -2,15 +2,12 @@
 
 import itertools
 import math
-from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from nanoslip.solver.case import Case, SlipRule
-from nanoslip.solver.elasticity.schemes import Galerkin
-from nanoslip.solver.outcome import Ending, InvalidInput
-from nanoslip.solver.slab import Slab
+from nanoslip.solver.case import Case
+from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.cases import expand, naming
 from nanoslip.study.manifest.checker import ManifestError
@@ -37,21 +34,6 @@ def test_no_axes_are_one_case(tmp_path):
     assert [case.case for case in expand(read(tmp_path, "constants.radius = 50"))] == [Case(radius=50, **LIMITS)]
 
 
-def test_zip_reads_the_axes_together(tmp_path):
-    cases = expand(read(tmp_path, 'design = "zip"\naxes.radius = [50, 200]\naxes.n_x = [17, 33]'))
-    assert [case.case for case in cases] == [
-        Case(radius=50, slab=Slab(17), **LIMITS),
-        Case(radius=200, slab=Slab(33), **LIMITS),
-    ]
-
-
-def test_a_table_gives_a_case_per_line(tmp_path):
-    (tmp_path / "cases.csv").write_text("slip_order,residual_shear\nsimultaneous,0\nworst_first,0.5\n")
-    cases = expand(read(tmp_path, 'table = "cases.csv"\nconstants.normal_load = 2e-3'))
-    rules = [SlipRule("simultaneous"), SlipRule(residual_shear=0.5)]
-    assert [case.case for case in cases] == [Case(normal_load=2e-3, slip_rule=rule, **LIMITS) for rule in rules]
-
-
 def test_cases_that_are_the_same_are_named_by_the_words_of_the_manifest(tmp_path):
     manifest = read(tmp_path, "axes.events = [5, 5]\naxes.radius = [50]")
     with pytest.raises(ManifestError, match=r"cases 1 and 2 are the same: .*radius = 50\.0, .*, events = 5$") as error:
@@ -75,17 +57,6 @@ def test_the_name_knows_content_only(tmp_path):
     )
     assert len(first) == 4
     assert first == second
-
-
-@pytest.mark.parametrize(
-    "other",
-    [
-        "axes.radius = [51]", "axes.rows_per_level = [3]", 'axes.support = ["right_side"]', "axes.residual_shear = [0.5]",
-        "limits.events = 1999", "limits.displacement = 1e-3", "constants.half_width = 0.2",
-    ],
-)  # fmt: skip
-def test_every_parameter_is_in_the_name(tmp_path, other):
-    assert ids(read(tmp_path, "")).isdisjoint(ids(read(tmp_path, other)))
 
 
 @pytest.mark.parametrize(
@@ -116,20 +87,6 @@ def test_the_names_of_cases_are_what_they_were(tmp_path):
     assert [case.case_id for case in expand(read(tmp_path, text))] == RECORDED
 
 
-def test_a_default_spelled_out_is_the_same_case(tmp_path):
-    (tmp_path / "cases.csv").write_text("n_x,bottom_row\n17,17\n17,9\n17,17\n")
-    with pytest.raises(ManifestError, match="cases 1 and 3 are the same"):
-        expand(read(tmp_path, 'table = "cases.csv"'))
-
-
-def test_a_point_that_excludes_itself_is_a_case_with_an_outcome(tmp_path):
-    cases = expand(read(tmp_path, "axes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}"))
-    assert [case.outcome.ending for case in cases] == [Ending.INVALID, Ending.COMPLETED]
-    assert cases[0].case is None
-    assert cases[0].outcome.message == "rows = 6: needs 3 to 5 rows at n_x = 17"
-    assert cases[0].parameters["n_x"] == 17
-
-
 def test_a_displacement_limit_stands_alone_unless_events_are_given(tmp_path):
     (alone,) = expand(read(tmp_path, "limits.displacement = 1e-3"))
     (both,) = expand(read(tmp_path, "limits.displacement = 1e-3\nlimits.events = 7"))
@@ -141,14 +98,3 @@ def test_every_field_of_a_case_is_a_parameter():
     """A parameter without a table of a manifest would be out of reach."""
     reached = [words()[word] for table in TABLES for word in words_of(table)]
     assert sorted(reached) == sorted(Case().flat)
-
-
-def test_flat_parameters_make_the_case_again():
-    case = replace(
-        Case(),
-        radius=7.0,
-        slab=Slab(33, scheme=Galerkin(coarsest_row=5)),
-        slip_rule=SlipRule(residual_shear=0.1),
-        max_displacement=1.0,
-    )
-    assert make_case({name: value for name, value in case.flat.items() if value is not None}) == case

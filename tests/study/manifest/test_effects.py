@@ -263,13 +263,6 @@ def test_tractions_at_chosen_events_are_those_of_a_run_that_ends_there(effect):
         np.testing.assert_allclose(result.arrays["surface_shear"][at], state.shear, atol=1e-9 * case.normal_load)
 
 
-def test_events_that_a_record_does_not_reach_are_left_out():
-    case = replace(CASE, max_displacement=1e-3)
-    result = states(case, (0, 2, 100_000))
-    assert result.outcome.ok
-    assert set(result.arrays["surface_event"]) == {0, 2}
-
-
 def test_the_inside_of_the_slab_is_solved_for_on_request_only():
     assert not any(name.startswith("interior") for name in states(CASE, (0,)).arrays)
     inside = states(CASE, (0, 5), subsurface=True).arrays

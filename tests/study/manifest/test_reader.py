@@ -362,11 +362,6 @@ def test_what_one_of_the_campaigns_schemes_takes_is_no_error_of_the_file(tmp_pat
     assert all(case.outcome.message.startswith(refused) for case in cases if case.case is None)
 
 
-def test_a_value_of_one_of_the_campaigns_schemes_is_no_error_of_the_file(tmp_path):
-    text = 'title = "x"\naxes.scheme = ["galerkin", "biquadratic"]\nnumerics.n_x = 17\nnumerics.coarsest_row = 5'
-    assert read(tmp_path, text).tables["numerics"] == {"n_x": 17, "coarsest_row": 5}
-
-
 @pytest.mark.parametrize("path", sorted(CAMPAIGNS.rglob("*.toml")), ids=lambda path: path.stem)
 def test_the_campaigns_of_the_repository_are_good(path):
     assert load_manifest(path).title

@@ -1,22 +1,19 @@
 """Kinds of task: their results are the solver's, refusals included, under names that are unambiguous."""
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Effects, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import quantities
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
-from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.plan.kinds import (
     KINDS,
     MEMBER,
@@ -28,8 +25,8 @@ from nanoslip.study.plan.kinds import (
     states_task,
     statistics_task,
 )
-from nanoslip.study.run.compute import compliance_of, records_in, run_task, whole_again
-from tests.study.plan.running import CASE, DRIVE, drive, first, planned, run, slid
+from nanoslip.study.run.compute import compliance_of, records_in, run_task
+from tests.study.plan.running import CASE, drive, first, planned, run, slid
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
@@ -54,16 +51,6 @@ def test_tasks_of_one_slab_are_given_the_very_same_compliance():
     inputs = {first.needs[0]: run_task(compliance_task(first.slab), {})}
     assert compliance_of(first, inputs) is compliance_of(second, inputs)
     assert compliance_of(first, inputs) != compliance_of(first, {first.needs[0]: replace(inputs[first.needs[0]])})
-
-
-def test_a_record_comes_back_from_its_result():
-    case = Case(radius=50.0, slab=Slab(17), max_events=20)
-    slab = run_task(compliance_task(case.slab), {})
-    again = whole_again(FrictionRecord, run_task(record_task(case), {slab.key: slab}))
-    once = slide(case, surface_compliance(case.slab))
-    for item in fields(FrictionRecord):
-        if item.name != "outcome":  # the record lacks nothing, its result a plateau
-            np.testing.assert_array_equal(getattr(again, item.name), getattr(once, item.name))
 
 
 ENDLESS = replace(CASE, slab=Slab(65, scheme="half_plane"), effects=Effects(coupling=False))
@@ -123,31 +110,6 @@ def test_a_drive_over_a_record_without_a_plateau_says_so():
     assert result.outcome.ending is Ending.NO_PLATEAU
     assert result.outcome.message.startswith("the friction record has none to repeat: the record ends after")
     assert not first(result)
-
-
-def test_a_drive_measures_its_friction():
-    """μ_s is at most the record's peak, μ_k the plateau, and the fit finds both again.
-
-    To a mean drop of the record: the closed form has no teeth, and where on one a slip begins is not its to know.
-    """
-    record, result = slid(CASE), drive(CASE)
-    measured, plateau = first(result), first(record)["plateau_mean"]
-    assert measured["macroscopic_slips"] == len(result.arrays["slip_time"]) >= 1
-    assert measured["kinetic_friction"] == pytest.approx(plateau, abs=first(record)["mean_drop"])
-    assert plateau < measured["static_friction"] < 1.01 * first(record)["peak_friction"]
-    tooth = first(record)["mean_drop"]
-    assert measured["fitted_static_friction"] == pytest.approx(measured["static_friction"], abs=tooth)
-    assert measured["fitted_kinetic_friction"] == pytest.approx(measured["kinetic_friction"], abs=tooth)
-
-
-def test_a_drive_too_short_to_slip_says_so_and_keeps_its_motion():
-    result = drive(CASE, replace(DRIVE, duration=0.01 * DRIVE.duration))
-    assert result.outcome.ending is Ending.NO_SLIP
-    assert "raise the drive's duration" in result.outcome.message
-    assert np.isnan(first(result)["static_friction"])
-    assert np.isfinite(result.arrays["position"]).all()
-    assert (first(result)["macroscopic_slips"], first(result)["resticks"], first(result)["time_stuck"]) == (0, 0, 1.0)
-    assert REGIMES[int(first(result)["regime"])] == "sticks"
 
 
 def test_the_numbers_are_those_of_all_members_together():

@@ -91,15 +91,6 @@ def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x):
         assert bool(together[1]) == whole
 
 
-def test_the_first_of_more_members_are_those_of_fewer():
-    few, many = records(Ensemble(3)), records(Ensemble(6))
-    assert few.key != many.key
-    for name, values in few.scalars.items():
-        np.testing.assert_array_equal(values, many.scalars[name][:3])
-    for name, values in few.arrays.items():
-        np.testing.assert_array_equal(values, many.arrays[name][: len(values)])
-
-
 def test_a_target_doubles_the_members_until_they_know_enough():
     names = ("plateau_mean",)
     most = records(Ensemble(12)).scalars["plateau_mean"]

@@ -67,13 +67,6 @@ def test_letters_have_the_dots_of_their_names(x, y, dots):
     assert [unicodedata.name(row) for row in rows] == [f"BRAILLE PATTERN DOTS-{each}" for each in dots]
 
 
-def test_a_level_line_and_a_drop_at_one_place_are_drawn():
-    assert sum(row.strip(BLANK) != "" for row in letters(text_plot([0, 1], [5, 5], LABELS))) == 1
-    rows = letters(text_plot([0.0, 0.5, 0.5, 1.0], [1.0, 1.0, 0.0, 0.0], LABELS, width=10, height=5))
-    assert [rows[0].strip(BLANK), rows[-1].strip(BLANK)] != ["", ""]
-    assert all(row.strip(BLANK) for row in rows)  # the drop joins both levels
-
-
 @pytest.mark.parametrize(("x", "y"), [([], []), ([1.0], [2.0]), ([1.0, 1.0], [0.0, 1.0]), ([0.0, 1.0], [np.nan, 1.0])])
 def test_what_is_no_line_is_no_plot(x, y):
     assert text_plot(x, y, LABELS) == ""

@@ -205,12 +205,6 @@ def test_one_process_takes_back_what_would_outlast_the_job(monkeypatch):
     assert tally == Tally(done=1, interrupted=True, outlasting=5)
 
 
-def test_without_the_end_of_a_job_all_is_done(monkeypatch):
-    monkeypatch.delenv("SLURM_JOB_END_TIME", raising=False)
-    tally, _ = coordinated(MadeUpRanks(1, seconds=1e9), [Work(str(number)) for number in range(5)])
-    assert tally == Tally(done=5)
-
-
 @pytest.mark.parametrize("looks", [(5, 1, 9), (math.inf,)], ids=["taken", "taken by nobody"])
 def test_a_rank_waits_until_all_that_it_sent_has_left_but_not_for_ever(monkeypatch, looks):
     """A message has left at so many looks at it."""

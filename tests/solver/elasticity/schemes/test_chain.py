@@ -19,7 +19,6 @@ from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.validity import expected_flags
 from nanoslip.study.accuracy.measurement import discretizations
 from nanoslip.study.plan.grids import load_front
-from tests.physics import energy
 
 Vector = NDArray[np.float64]
 
@@ -44,18 +43,6 @@ def test_the_compliance_is_that_of_its_springs(coupling: float) -> None:
     np.testing.assert_allclose(springs(chain, slab) @ matrix[:33, :33], np.eye(33), atol=1e-14 * (1 + 4 * coupling))
     np.testing.assert_array_equal(matrix[33:, 33:], np.eye(33) / (5.0 * slab.spacing))
     assert not matrix[:33, 33:].any()
-
-
-@pytest.mark.parametrize("coupling", [0.2, 3.0, 30.0])
-def test_a_push_dies_out_exponentially(coupling: float) -> None:
-    """In the middle of a chain that is long against the decay length, the Green's function of an endless one."""
-    slab = Slab(257, scheme=Chain(coupling_stiffness=coupling))
-    leaf, k_c = spring_stiffness(Chain(coupling_stiffness=coupling), slab)
-    decay = 2.0 * np.arcsinh(0.5 / np.sqrt(coupling))
-    j = np.arange(-20, 21)
-    pushed = surface_compliance(slab).matrix[128 + j, 128]
-    np.testing.assert_allclose(pushed, np.exp(-decay * np.abs(j)) / (2.0 * k_c * np.sinh(decay)), rtol=1e-10)
-    assert pushed.sum() < 1.0 / leaf  # all blocks together, moved as one
 
 
 def test_a_chain_moved_as_one_feels_its_leaf_springs() -> None:
@@ -158,17 +145,6 @@ def test_a_parabola_presses_springs_by_its_own_height(start: float) -> None:
     assert state.approach == pytest.approx(a**2 / (2.0 * case.radius), rel=1e-3)  # the sum over nodes for the integral
     assert 0.5 * case.slab.spacing * state.contact.sum() == pytest.approx(a, abs=case.slab.spacing)
     assert not state.shear.any()
-
-
-@pytest.mark.parametrize("residual_shear", [0.0, 0.5])
-def test_the_work_of_pin_and_load_is_stored_or_lost(residual_shear: float) -> None:
-    rule = SlipRule(residual_shear=residual_shear)
-    case = Case(radius=50.0, slab=Slab(65, scheme="chain"), slip_rule=rule, max_events=400)
-    compliance = surface_compliance(case.slab)
-    start = initial_contact(case, compliance)
-    record, end = slide_to_state(case, compliance, start)
-    assert energy(case, start, record, end).missing < 1e-9
-    assert record.dissipated.min() > -1e-12 * case.normal_load**2
 
 
 def test_no_error_of_a_grid_is_known_of_it() -> None:
