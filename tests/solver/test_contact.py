@@ -14,7 +14,7 @@ from nanoslip.solver.case import Case, Effects, InitialContact, PinShape, SlipRu
 from nanoslip.solver.contact import initial, normal
 from nanoslip.solver.contact.compiled_contact import compiled_contact, tableau
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.normal import PATIENCE, ContactSystem, Exchange
+from nanoslip.solver.contact.normal import ContactSystem
 from nanoslip.solver.contact.pin import surface_from_pin
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending, SingularOperator, TooFarApart
@@ -192,22 +192,6 @@ def test_stuck_sets_that_were_looked_through_before_are_found_again_without_new_
         # Answers kept for all right sides have other last bits than factors; of a stuck contact the set alone is taken.
         np.testing.assert_allclose(again.normal_force, found[0].normal_force, atol=1e-12 * case.normal_load)
         assert again.approach == pytest.approx(found[0].approach, rel=1e-12)
-
-
-X = np.linspace(-0.5, 0.5, 9)
-MIDDLE, ENDS = np.abs(X) < 0.2, np.abs(X) > 0.4
-
-
-def test_a_set_that_comes_back_one_node_at_a_time_is_known_until_fewer_are_wrong():
-    exchange = Exchange(X)
-    for _ in range(PATIENCE):
-        assert not exchange.exchanged(MIDDLE, ENDS).again
-    other = exchange.exchanged(MIDDLE, ENDS)
-    assert not other.again
-    assert not exchange.exchanged(other.contact, ENDS).again
-    assert exchange.exchanged(MIDDLE, ENDS).again
-    exchange.exchanged(MIDDLE, ENDS & (X < 0.0))
-    assert not exchange.exchanged(MIDDLE, ENDS).again
 
 
 FEW, LOAD = 33, 1e-3

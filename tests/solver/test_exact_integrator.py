@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics import integrators
@@ -251,11 +252,9 @@ def test_rigid_stick_slip_is_put_together_from_closed_forms():
     """A static peak of 1.2 over a width of 0.1, then 0.5: rest, two slides, rest at the first stop, slip again at 0.5."""
     result = PEAK_AND_REST._replace(damping_ratio=0.1).driven(FIRM, surface_compliance=False)
     over_peak = Oscillator(1.0, 0.1, 0.2, 1.2, time=(1.2 - 0.04) / 0.2)
-    low, high = over_peak.time, over_peak.time + 2.0
-    for _ in range(100):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if over_peak.motion(np.asarray(middle))[0] > 0.1 else (middle, high)
-    slide = Oscillator(1.0, 0.1, 0.2, 0.5, high, *map(float, over_peak.motion(np.asarray(high))))
+    ends = over_peak.time, over_peak.time + 2.0
+    over = brentq(lambda time: float(over_peak.motion(np.asarray(time))[0]) - 0.1, *ends, xtol=1e-15)
+    slide = Oscillator(1.0, 0.1, 0.2, 0.5, over, *map(float, over_peak.motion(np.asarray(over))))
     stop = slide.first_stop(25.0)
     rest = float(slide.motion(np.asarray(stop))[0])
     assert result.slip_time == pytest.approx([over_peak.time, (0.5 - 0.04 + rest) / 0.2], abs=1e-12)
