@@ -43,7 +43,7 @@ ALL_BITS: Final = 10_000
 CUTS: Final = 100
 THOROUGH: Final = 200
 """The dataset is collected after one of so many damages; after the others the results that make it are compared."""
-PATIENCE: Final = 5
+PATIENCE: Final = 60
 """Seconds after which a look at a folder is taken to block; each takes some milliseconds."""
 CAMPAIGN: Final = """\
 title = "A campaign whose files are damaged"
