@@ -9,9 +9,11 @@ from nanoslip.study.run.executor import WarmUp, miniatures
 
 
 def tasks() -> list[Task]:
-    """Pins whose load or stage is raised; drives by every integrator, back as well or forward only."""
+    """Pins whose load or stage is raised, rough or slipping in rounds; drives by every integrator, back or forward only."""
     cases = [Case(initial_contact=way) for way in ("stick", "gradual")]
     cases += [Case(effects=Effects(pin_translation=False)), Case(slip_rule=SlipRule(residual_shear=1.0))]
+    cases += [Case(slip_rule=SlipRule("simultaneous"))]
+    cases += [Case.of({"roughness": ((0.0, 0.0), (0.01, 1e-6), (0.02, 0.0))})]
     drives = [
         Drive.from_si(reverse_motion=back, **way)
         for back in (True, False)
