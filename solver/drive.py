@@ -11,7 +11,18 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Literal, Self
 
 from nanoslip.solver.outcome import InvalidInput, quoted
-from nanoslip.solver.parameter import MOST_WHOLE, Family, Parameter, as_float, check, declared, parameter, require
+from nanoslip.solver.parameter import (
+    MOST_WHOLE,
+    Family,
+    Parameter,
+    as_float,
+    check,
+    declared,
+    given_to,
+    parameter,
+    require,
+    values_of,
+)
 
 ProfileShape = Literal["sawtooth", "coarse", "linear", "mean"]
 
@@ -153,8 +164,7 @@ class Drive:
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """The drive with these parameters, those of its integrator beside its own. Raises InvalidInput."""
-        own = {name: parameters[name] for name in declared(cls) if name in parameters}
-        return cls(**{**own, "integrator": INTEGRATORS.member(parameters, "exact")})
+        return cls(**{**given_to(cls, parameters), "integrator": INTEGRATORS.member(parameters, "exact")})
 
     @classmethod
     def from_si(cls, scales: Scales | None = None, pin_mass: float = 0.5, **parameters: Any) -> Self:
@@ -171,8 +181,7 @@ class Drive:
     @property
     def flat(self) -> dict[str, Any]:
         """Every parameter of the drive, its integrator by name and that one's settings beside it; None for other ones'."""
-        own = {name: getattr(self, name) for name in declared(type(self))}
-        return own | INTEGRATORS.flat(self.integrator)
+        return values_of(self) | INTEGRATORS.flat(self.integrator)
 
     def scaled(self, scales: Scales, pin_mass: float, length: tuple[str, float] | None = None) -> Self:
         """A drive given in SI in the solver's units. Raises InvalidInput where a value is out of range in them.
@@ -232,8 +241,7 @@ def only_length(parameters: Mapping[str, Any]) -> list[str]:
     given = [name for name in DURATIONS if parameters.get(name) is not None]
     if len(given) > 1:
         one, other = given[:2]
-        shown = f"{other} = {quoted(parameters[other])}"
-        raise InvalidInput(f"{shown}: needs to be left out beside {one} = {quoted(parameters[one])}")
+        require(other, parameters[other], False, f"to be left out beside {one} = {quoted(parameters[one])}")
     return given
 
 

@@ -218,13 +218,19 @@ _declared: dict[type, Mapping[str, Parameter]] = {}
 def declared(kind: type) -> Mapping[str, Parameter]:
     """The parameters among the fields of a dataclass, by name, in their order."""
     if kind not in _declared:
-        found = {
-            item.name: item.metadata[_PARAMETER_KEY]
-            for item in dataclasses.fields(kind)
-            if _PARAMETER_KEY in item.metadata
-        }
-        _declared[kind] = MappingProxyType(found)
+        own = (item for item in fields(kind) if _PARAMETER_KEY in item.metadata)
+        _declared[kind] = MappingProxyType({item.name: item.metadata[_PARAMETER_KEY] for item in own})
     return _declared[kind]
+
+
+def given_to(kind: type, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of the parameters that are the type's own."""
+    return {name: parameters[name] for name in declared(kind) if name in parameters}
+
+
+def values_of(value: Any) -> dict[str, Any]:
+    """Every parameter of a value, by name."""
+    return {name: getattr(value, name) for name in declared(type(value))}
 
 
 @lru_cache(maxsize=64)
@@ -244,7 +250,7 @@ def check(value: Any) -> None:
     """Give every parameter of a frozen value its declared type (200 and 200.0 are one case); refuse what is out of range."""
     kind = type(value)
     if kind not in _checks:
-        checks = tuple(_Check.of(item) for item in dataclasses.fields(kind) if _PARAMETER_KEY in item.metadata)
+        checks = tuple(_Check.of(item) for item in fields(kind) if item.name in declared(kind))
         _checks[kind] = checks, attrgetter(*(each.name for each in checks), "__class__"), [_NOTHING] * len(checks)
     checks, values_of, accepted = _checks[kind]
     for place, given in enumerate(values_of(value)[:-1]):
@@ -307,9 +313,8 @@ def choices_of(kind: Any) -> tuple[str, ...]:
 def as_float(name: str, given: Any) -> float:
     """A number as a float. Raises InvalidInput where it is none, or more than floats hold."""
     if type(given) is float and not math.isnan(given):
-        return (
-            given or 0.0
-        )  # -0.0 and 0.0 are one number; others stay the objects that they are: millions of cases share them
+        # -0.0 and 0.0 are one number; others stay the objects that they are: millions of cases share them.
+        return given or 0.0
     fits = not isinstance(given, int) or abs(given) <= sys.float_info.max
     require(name, given, fits, f"a number of at most {sys.float_info.max:.2g}")
     number = not isinstance(given, bool | str) and _converts(float, given) and not math.isnan(float(given))
@@ -319,8 +324,8 @@ def as_float(name: str, given: Any) -> float:
 
 def as_int(name: str, given: Any) -> int:
     """A whole number as an int. Raises InvalidInput where it is none."""
-    if isinstance(given, bool | str) or not _converts(int, given) or int(given) != given:
-        raise InvalidInput(f"{name} = {quoted(given)}: needs a whole number")
+    whole = not isinstance(given, bool | str) and _converts(int, given) and int(given) == given
+    require(name, given, whole, "a whole number")
     return int(given)
 
 
@@ -339,8 +344,7 @@ def _as_points(name: str, given: Any) -> Roughness:
 
 
 def _as_numbers(name: str, given: Any) -> Numbers:
-    if not isinstance(given, Iterable) or isinstance(given, str):
-        raise InvalidInput(f"{name} = {quoted(given)}: needs a list of numbers")
+    require(name, given, isinstance(given, Iterable) and not isinstance(given, str), "a list of numbers")
     return tuple(as_float(name, each) for each in given)
 
 
@@ -384,14 +388,10 @@ class Family(dict[str, type[T]]):
         super().__init__()
         self.word = word
 
-    def register(self) -> Callable[[_Kind], _Kind]:
+    def register(self, kind: _Kind) -> _Kind:
         """A decorator that registers a settings type: from then on values, manifests and documentation know it."""
-
-        def registered(kind: _Kind) -> _Kind:
-            self[kind.name] = kind  # type: ignore[attr-defined]
-            return kind
-
-        return registered
+        self[kind.name] = kind  # type: ignore[attr-defined]
+        return kind
 
     def named(self, name: object) -> type[T]:
         """The settings type of this name. Raises InvalidInput where nobody registered it."""
@@ -409,7 +409,7 @@ class Family(dict[str, type[T]]):
         chosen = parameters.get(self.word, default)
         own: Mapping[str, Any] = {}
         if not isinstance(chosen, str) and type(chosen) in self.values():
-            own = {name: getattr(chosen, name) for name in declared(type(chosen))}
+            own = values_of(chosen)
             chosen = chosen.name
         kind = self.named(chosen)
         given = {**parameters, **own}

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.parameter import Family, check, declared, parameter, require
+from nanoslip.solver.parameter import Family, check, given_to, parameter, require, values_of
 
 Support = Literal["bonded", "frictionless", "right_side"]
 
@@ -123,14 +123,12 @@ class Slab:
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """The slab with these parameters, those of its scheme beside its own. Raises InvalidInput."""
-        own = {name: parameters[name] for name in declared(cls) if name in parameters}
-        return cls(**{**own, "scheme": SCHEMES.member(parameters, "galerkin")})
+        return cls(**{**given_to(cls, parameters), "scheme": SCHEMES.member(parameters, "galerkin")})
 
     @property
     def flat(self) -> dict[str, Any]:
         """Every parameter of the slab, its scheme by name and that one's settings beside it; None for other schemes'."""
-        own = {name: getattr(self, name) for name in declared(type(self))}
-        return own | SCHEMES.flat(self.scheme)
+        return values_of(self) | SCHEMES.flat(self.scheme)
 
     @property
     def spacing(self) -> float:

@@ -143,7 +143,7 @@ def reversed_at(run: Run, motion: Motion) -> Outcome:
 # Eq. 16-19.
 
 
-@INTEGRATORS.register()
+@INTEGRATORS.register
 @dataclass(frozen=True, slots=True)
 class Exact(Method):
     """From crossing to crossing in closed form; nothing to set."""
@@ -168,7 +168,7 @@ class Exact(Method):
 # friction force the order falls to one; velocities during stick suffer first.
 
 
-@INTEGRATORS.register()
+@INTEGRATORS.register
 @dataclass(frozen=True, slots=True)
 class RK4(Method):
     """Runge-Kutta steps of a given length."""

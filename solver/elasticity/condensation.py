@@ -42,8 +42,8 @@ def families(k: Stiffness) -> list[Fields]:
 
     There are two, even and odd, where the support is symmetric; otherwise one of all displacements.
     """
-    if not _mirrored(k):
-        return [_numbered(np.arange(2 * k.grid.nodes), np.where(k.fixed, 0.0, 1.0))]
+    if not np.array_equal(k.fixed, k.fixed[:, _mirror(k.grid)]):
+        return [_numbered(np.arange(2 * k.grid.nodes), np.where(k.fixed.ravel(), 0.0, 1.0))]
     return [_of_parity(k, sign) for sign in (1.0, -1.0)]
 
 
@@ -55,11 +55,6 @@ def projected(matrix: Sparse, fields: Fields) -> Sparse:
     kept = values != 0.0
     places = (fields.number[rows[kept]], fields.number[columns[kept]])
     return scipy.sparse.csr_array((values[kept], places), shape=(fields.count, fields.count))
-
-
-def _mirrored(k: Stiffness) -> bool:
-    mirror = _mirror(k.grid)
-    return bool(np.array_equal(k.fixed_u, k.fixed_u[mirror]) and np.array_equal(k.fixed_w, k.fixed_w[mirror]))
 
 
 def _mirror(grid: Grid) -> NDArray[np.int64]:
@@ -75,7 +70,7 @@ def _of_parity(k: Stiffness, sign: float) -> Fields:
         np.where(nodes == mirror, max(parity, 0.0), np.sqrt(0.5) * np.where(nodes > mirror, parity, 1.0))
         for parity in (-sign, sign)
     ]
-    return _numbered(np.concatenate((left, left + k.grid.nodes)), np.where(k.fixed, 0.0, np.concatenate(weights)))
+    return _numbered(np.concatenate((left, left + k.grid.nodes)), np.where(k.fixed, 0.0, weights).ravel())
 
 
 def _numbered(group: NDArray[np.int64], weight: NDArray[np.float64]) -> Fields:

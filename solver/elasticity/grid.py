@@ -99,11 +99,6 @@ def value(basis: Basis, t: float) -> NDArray[np.float64]:
     return np.asarray(polynomial.polyval(t, basis.T))
 
 
-def slope(basis: Basis, t: float) -> NDArray[np.float64]:
-    """Derivative of each polynomial at t, shape (m,)."""
-    return np.asarray(polynomial.polyval(t, polynomial.polyder(basis.T)))
-
-
 def integral(basis: Basis, lower: float, upper: float) -> NDArray[np.float64]:
     """Integral of each polynomial from lower to upper, shape (m,)."""
     primitive = polynomial.polyint(basis.T)
@@ -121,24 +116,27 @@ def gram(first: Basis, second: Basis, lower: float, upper: float) -> NDArray[np.
     return integral(products, lower, upper).reshape(len(first), len(second))
 
 
+def across(grid: Grid, row: int) -> tuple[NDArray[np.int64], Basis]:
+    """The three rows nearest to `row`, and the polynomials through them, of z above the row itself."""
+    used = np.clip(row, 1, grid.rows - 2) + np.array([-1, 0, 1])
+    return used, lagrange([float(grid.depths[q] - grid.depths[row]) for q in used])
+
+
 # The stiffness of a discretized slab (Eq. 11), and its supports: which displacements are zero (Figure 1).
-
-# Supports of the slab (Figure 1): the nodal displacements that are zero under each.
 #
-# Under all of them the bottom row rests on a flat rigid plane (w = 0). They differ in the nodes with u = 0.
+# Under all supports the bottom row rests on a flat rigid plane (w = 0). They differ in the nodes with u = 0.
 
 
-def restrained(grid: Grid, support: Support) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Nodes with u = 0 and nodes with w = 0, two masks of shape (nodes,). `bonded`: u = 0 along the bottom.
+def restrained(grid: Grid, support: Support) -> NDArray[np.bool_]:
+    """Mask of the nodes with u = 0 and of those with w = 0, shape (2, nodes). `bonded`: u = 0 along the bottom.
 
     `frictionless`: u = 0 at the bottom's middle node only; there displacements grow as the logarithm of the refinement.
     `right_side`: u = 0 along the right side, without its surface corner, which the pin may hold.
     """
-    fixed_u = np.zeros(grid.nodes, dtype=np.bool_)
-    fixed_w = np.zeros(grid.nodes, dtype=np.bool_)
-    fixed_u[HELD[support](grid)] = True
-    fixed_w[_bottom(grid)] = True
-    return fixed_u, fixed_w
+    fixed = np.zeros((2, grid.nodes), dtype=np.bool_)
+    fixed[0, HELD[support](grid)] = True
+    fixed[1, _bottom(grid)] = True
+    return fixed
 
 
 def _bottom(grid: Grid) -> NDArray[np.int64]:
@@ -170,17 +168,11 @@ def in_blocks(k_u: Sparse, c_uw: Sparse, c_wu: Sparse, k_w: Sparse) -> Sparse:
 class Stiffness:
     """{f_x; f_z} = matrix {u; w} for every node, no support applied (Eq. 11).
 
-    matrix: sparse, (2·nodes, 2·nodes), in G. fixed_u, fixed_w: masks of the displacements held at zero, (nodes,).
+    matrix: sparse, (2·nodes, 2·nodes), in G. fixed: mask of the displacements u and w held at zero, (2, nodes).
     symmetric: whether the scheme promises a symmetric positive definite matrix.
     """
 
     grid: Grid
     matrix: Sparse
-    fixed_u: NDArray[np.bool_]
-    fixed_w: NDArray[np.bool_]
+    fixed: NDArray[np.bool_]
     symmetric: bool
-
-    @property
-    def fixed(self) -> NDArray[np.bool_]:
-        """Mask of the restrained entries of [u; w], shape (2·nodes,)."""
-        return np.concatenate((self.fixed_u, self.fixed_w))

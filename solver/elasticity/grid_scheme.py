@@ -77,13 +77,8 @@ class NodalFields:
 
 def blank(stiffness: Stiffness) -> NodalFields:
     """The problem without load: displacements of the support are zero, forces of all other nodes are zero."""
-
-    def pair(fixed: NDArray[np.bool_]) -> tuple[Vector, Vector]:
-        return np.where(fixed, 0.0, np.nan), np.where(fixed, np.nan, 0.0)
-
-    u, f_x = pair(stiffness.fixed_u)
-    w, f_z = pair(stiffness.fixed_w)
-    return NodalFields(u, w, f_x, f_z)
+    fixed = stiffness.fixed
+    return NodalFields(*np.where(fixed, 0.0, np.nan), *np.where(fixed, np.nan, 0.0))
 
 
 def solve_mixed(stiffness: Stiffness, given: NodalFields) -> NodalFields:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.elasticity.condensation import families, projected
 from nanoslip.solver.elasticity.fields import InteriorFields
-from nanoslip.solver.elasticity.grid import Grid, Stiffness, lagrange, lame, slope
+from nanoslip.solver.elasticity.grid import Grid, Stiffness, across, lame, slopes, value
 from nanoslip.solver.elasticity.grid_scheme import solve_sparse, stiffness
 from nanoslip.solver.elasticity.schemes.column import bar_forces, lengthening, passed_down, resultants, trunk
 from nanoslip.solver.slab import Slab
@@ -80,13 +80,13 @@ def gradient(grid: Grid, values: Vector) -> tuple[Vector, Vector]:
     """∂/∂x and ∂/∂z of a field at every node, from its nodal values; all of shape (nodes,)."""
     rows = [values[grid.row_nodes(row)] for row in range(grid.rows)]
     along = [np.gradient(rows[row], grid.spacing(row), edge_order=2) for row in range(grid.rows)]
-    across = []
+    down = []
     for row in range(grid.rows):
-        used = np.clip(row, 1, grid.rows - 2) + np.array([-1, 0, 1])
-        weights = slope(lagrange([float(grid.depths[q] - grid.depths[row]) for q in used]), 0.0)
+        used, basis = across(grid, row)
         above_or_below = [_seen_from(grid, rows[q], int(q), row) for q in used]
-        across.append(sum(weight * seen for weight, seen in zip(weights, above_or_below, strict=True)))
-    return np.concatenate(along), np.concatenate(across)
+        weights = value(slopes(basis), 0.0)
+        down.append(sum(weight * seen for weight, seen in zip(weights, above_or_below, strict=True)))
+    return np.concatenate(along), np.concatenate(down)
 
 
 def _seen_from(grid: Grid, values: Vector, row: int, here: int) -> Vector:

@@ -28,7 +28,7 @@ NEAR = 1.5
 def sparse_compliance(slab: Slab) -> NDArray[np.float64]:
     """The same matrix, (2n, 2n): the whole stiffness factorized, and solved for a unit force on each surface node."""
     k = stiffness(slab)
-    free = np.flatnonzero(~k.fixed)
+    free = np.flatnonzero(~k.fixed.ravel())
     surface = np.concatenate((np.arange(slab.n_x), k.grid.nodes + np.arange(slab.n_x)))
     place = np.searchsorted(free, surface)
     forces = np.zeros((len(free), 2 * slab.n_x))

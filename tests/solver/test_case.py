@@ -43,7 +43,7 @@ class Sweet:
 SWEETS: Family[Sweet] = Family("sweet")
 
 
-@SWEETS.register()
+@SWEETS.register
 @dataclass(frozen=True, slots=True)
 class Cake(Sweet):
     name = "cake"
@@ -53,7 +53,7 @@ class Cake(Sweet):
         check(self)
 
 
-@SWEETS.register()
+@SWEETS.register
 @dataclass(frozen=True, slots=True)
 class Fruit(Sweet):
     name = "fruit"

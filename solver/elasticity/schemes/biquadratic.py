@@ -13,17 +13,17 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.elasticity.grid import (
-    Basis,
     FirstSpacing,
     Grid,
     Stiffness,
+    across,
     binary_hierarchy,
     in_blocks,
     integral,
     lagrange,
     lame,
     restrained,
-    slope,
+    slopes,
     value,
 )
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
@@ -35,7 +35,7 @@ WIDEST_BOTTOM = 1.25
 n_x is. The row has 3 nodes unless `rows` are fewer than the paper's."""
 
 
-@SCHEMES.register()
+@SCHEMES.register
 @dataclass(frozen=True, slots=True)
 class Biquadratic(GridScheme):
     """Settings of the paper's stencil. In place of None stand the paper's: `equal` first spacings, N + 1 rows."""
@@ -79,7 +79,6 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
     def block(weights: list[NDArray[np.float64]]) -> scipy.sparse.csr_array:
         return scipy.sparse.csr_array((np.concatenate(weights), (rows, columns)), shape=(grid.nodes, grid.nodes))
 
-    fixed_u, fixed_w = restrained(grid, support)
     # An external nodal force balances the forces of the neighbours, hence the minus signs.
     return Stiffness(
         grid=grid,
@@ -89,28 +88,9 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
             c_wu=block([-dilation * p.dx_on_ends - p.dz_on_sides for p in parts]),
             k_w=block([-(dilation + 2) * p.dz_on_ends - p.dx_on_sides for p in parts]),
         ),
-        fixed_u=fixed_u,
-        fixed_w=fixed_w,
+        fixed=restrained(grid, support),
         symmetric=False,
     )
-
-
-def _across(grid: Grid, row: int) -> tuple[NDArray[np.int64], Basis]:
-    """The three rows that a stencil uses, and γ: polynomials of z above its own row."""
-    used = np.clip(row, 1, grid.rows - 2) + np.array([-1, 0, 1])
-    return used, lagrange([float(grid.depths[q] - grid.depths[row]) for q in used])
-
-
-def _ends(grid: Grid, row: int) -> tuple[float, float]:
-    """Lower and upper z of a row's volumes, above the row itself."""
-    lower, upper = (z - float(grid.depths[row]) for z in grid.volume_z(row))
-    return lower, upper
-
-
-def _inner_ends(grid: Grid, row: int) -> list[tuple[float, float]]:
-    """Outward normal and z of those ends that lie inside the slab."""
-    lower, upper = _ends(grid, row)
-    return [(s, z) for s, z, inside in ((-1.0, lower, row < grid.rows - 1), (1.0, upper, row > 0)) if inside]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,12 +119,12 @@ def _column_classes(grid: Grid, row: int) -> Iterator[NDArray[np.int64]]:
 def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIntegrals:
     """The stencil of a class of columns. It is computed for the first column and repeated for the others."""
     column = int(columns[0])
-    used_rows, gamma = _across(grid, row)
-    lower, upper = _ends(grid, row)
+    used_rows, gamma = across(grid, row)
+    lower, upper = (z - float(grid.depths[row]) for z in grid.volume_z(row))
     half = grid.spacing(row) / 2
     sides = [(s, s * half) for s in (-1.0, 1.0) if (s < 0 and column > 0) or (s > 0 and column < grid.counts[row] - 1)]
     left, right = (-half if column > 0 else 0.0), (half if column < grid.counts[row] - 1 else 0.0)
-    ends = _inner_ends(grid, row)
+    ends = [(s, z) for s, z, inside in ((-1.0, lower, row < grid.rows - 1), (1.0, upper, row > 0)) if inside]
 
     gamma_integral = integral(gamma, lower, upper)
     gamma_rise = value(gamma, upper) - value(gamma, lower)
@@ -158,10 +138,10 @@ def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIn
         none = np.zeros(len(nodes))
         weights.append(
             (
-                sum((s * slope(alpha, x) for s, x in sides), none) * gamma_integral[q],
+                sum((s * value(slopes(alpha), x) for s, x in sides), none) * gamma_integral[q],
                 sum((s * value(alpha, x) for s, x in sides), none) * gamma_rise[q],
                 sum(s * value(gamma, z)[q] for s, z in ends) * alpha_rise,
-                sum(s * slope(gamma, z)[q] for s, z in ends) * alpha_integral,
+                sum(s * value(slopes(gamma), z)[q] for s, z in ends) * alpha_integral,
             )
         )
         stride = (int(grid.counts[other]) - 1) / (int(grid.counts[row]) - 1)

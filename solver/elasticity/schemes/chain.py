@@ -30,7 +30,7 @@ from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 Dense = NDArray[np.float64]
 
 
-@SCHEMES.register()
+@SCHEMES.register
 @dataclass(frozen=True, slots=True)
 class Chain(Scheme):
     """Blocks on springs. It has no height, no Poisson's ratio and no other support: aspect_ratio and poisson do not matter.

@@ -50,7 +50,7 @@ Dense = NDArray[np.float64]
 MOST_ROWS_PER_LEVEL = 1024
 
 
-@SCHEMES.register()
+@SCHEMES.register
 @dataclass(frozen=True, slots=True)
 class Galerkin(GridScheme):
     """Settings of the finite elements. Values in place of None:
@@ -116,10 +116,7 @@ def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
     fields = _prolongation(grid, cells)
     blocks = [_element_blocks(grid, strip, 1.0 / width, poisson) for strip, width in zip(strips, cells, strict=True)]
     k_u, k_w, c_uw = (fields.T @ _assembled(cells, block) @ fields for block in zip(*blocks, strict=True))
-    fixed_u, fixed_w = restrained(grid, support)
-    return Stiffness(
-        grid=grid, matrix=in_blocks(k_u, c_uw, c_uw.T, k_w), fixed_u=fixed_u, fixed_w=fixed_w, symmetric=True
-    )
+    return Stiffness(grid, in_blocks(k_u, c_uw, c_uw.T, k_w), restrained(grid, support), symmetric=True)
 
 
 def _cells(grid: Grid, strip: int) -> int:

@@ -24,7 +24,7 @@ from nanoslip.solver.parameter import require
 from nanoslip.solver.slab import SCHEMES, Slab
 
 
-@SCHEMES.register()
+@SCHEMES.register
 @dataclass(frozen=True, slots=True)
 class HalfPlane(EndlessScheme):
     """The half-plane in closed form, without settings. It takes no support; aspect_ratio is the depth D of the datum."""

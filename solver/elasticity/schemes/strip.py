@@ -28,7 +28,7 @@ from nanoslip.solver.slab import SCHEMES, Slab
 Vector = NDArray[np.float64]
 
 
-@SCHEMES.register()
+@SCHEMES.register
 @dataclass(frozen=True, slots=True)
 class Strip(EndlessScheme):
     """The layer of height aspect_ratio·L_x, without settings."""
