@@ -154,29 +154,20 @@ def _pivoted_first(
     matrix: NDArray[np.float64], pivoted: NDArray[np.int64], kept: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """The tableau with its pivoted entries first."""
-    first, then = _rows(matrix, pivoted, kept)
+    result = np.zeros((len(matrix) + 1, len(matrix) + 1))
+    result[:-1, :-1] = matrix
+    result[len(matrix) // 2 : -1, -1] = result[-1, len(matrix) // 2 : -1] = 1.0
+    first, then = result.take(pivoted, 0), result.take(kept, 0)
     # `take` along one axis after the other: several times as fast as a gather by lists of rows and columns.
     across = first.take(kept, 1)
     stiffness = _bordered_inverse(first.take(pivoted, 1), f"compliance of {len(pivoted) // 2} nodes")
     from_kept = then.take(pivoted, 1) @ stiffness
-    count, entries = len(pivoted), len(pivoted) + len(kept)
-    result = np.empty((entries, entries))
+    count = len(pivoted)
     result[:count, :count] = stiffness.T
     result[:count, count:] = from_kept.T
     result[count:, :count] = -(stiffness @ across).T
     result[count:, count:] = (then.take(kept, 1) - from_kept @ across).T
     return result
-
-
-def _rows(
-    matrix: NDArray[np.float64], pivoted: NDArray[np.int64], kept: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pivoted rows of the bordered compliance, and the other ones."""
-    last = len(matrix)
-    bordered = np.zeros((last + 1, last + 1))
-    bordered[:last, :last] = matrix
-    bordered[last // 2 : last, last] = bordered[last, last // 2 : last] = 1.0
-    return bordered.take(pivoted, 0), bordered.take(kept, 0)
 
 
 def in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.normal import INSIDE, RESTING, Exchange, NormalContact
-from nanoslip.solver.contact.pin import Pin, expected_half_width, pin_of, surface_from_pin
+from nanoslip.solver.contact.normal import Exchange, NormalContact, rounding_at_rest, wrong_nodes
+from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
 from nanoslip.solver.elasticity.schemes.endless import Convolution
 
 # Normal forces of a given contact set at a given load, by preconditioned conjugate gradients.
@@ -104,32 +104,20 @@ def convolved_contact(case: Case, convolution: Convolution) -> NormalContact:
     scale, precision, exchange = case.normal_load * float(convolution.along_z[0]), FIRST / len(x), Exchange(x)
     for _ in range(MOST_ROUNDS):
         lowest = float(heights[contact].min())  # differences of heights are exact, large ones have fewer digits
-        found = pressed(convolution, contact, heights - lowest, force, precision * scale)
-        force, v, approach = found.normal_force, found.v + lowest, found.approach + lowest
+        force, v, approach = pressed(convolution, contact, heights - lowest, force, precision * scale)
         before, u = u, _sideways(case, convolution, force)
         heights = pin.face(x + u)
-        wrong = _wrong(case, contact, force, np.where(_beneath(pin, x, u), heights - v, np.inf))
+        found = NormalContact(contact, force, u, v + lowest, approach + lowest, converged=True)
+        wrong = wrong_nodes(case, found)
         if not wrong.any():
-            if precision == LAST and np.abs(u - before).max() <= RESTING * case.normal_load + pin.rounding(
-                (x + u)[contact]
-            ):
-                return NormalContact(contact, force, u, v, approach, converged=True)
+            if precision == LAST and np.abs(u - before).max() <= rounding_at_rest(case, found):
+                return found
             precision = LAST
             continue
         contact, all_at_once, _ = exchange.exchanged(contact, wrong)
         precision = max(precision * FINER, LAST) if all_at_once else LAST
         force = _spread(case, contact, force)
-    return NormalContact(contact, force, u, v, approach, converged=False)
-
-
-def _beneath(pin: Pin, x: Vector, u: Vector) -> Nodes:
-    """Nodes (n,) that may touch: a node beside a punch is never under it, even where it has moved there."""
-    return np.asarray((np.abs(x) <= pin.half_width) & (np.abs(x + u) <= pin.half_width))
-
-
-def _wrong(case: Case, contact: Nodes, force: Vector, gap: Vector) -> Nodes:
-    """Nodes (n,) in contact that pull, and free ones that lie inside the pin."""
-    return np.asarray(np.where(contact, force, gap) < -INSIDE * case.normal_load)
+    return found._replace(contact=contact, normal_force=force, converged=False)
 
 
 def _sideways(case: Case, convolution: Convolution, force: Vector) -> Vector:

@@ -5,12 +5,11 @@ unknown: ΣN = W in every state.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from nanoslip.solver.case import Case, InitialContact
+from nanoslip.solver.case import Case
 from nanoslip.solver.contact.compiled_contact import (
     answer_violations,
     beyond_window,
@@ -99,7 +98,7 @@ def _touch(case: Case, compliance: Compliance) -> ContactState:
         return _touch_without_shear(case, compliance)
     if case.slip_rule.residual_shear == 1.0:
         return _touch_with_coulomb_friction(case, compliance)
-    return WAYS_DOWN[case.initial_contact](case, compliance)
+    return (_load_gradually if case.initial_contact == "gradual" else _touch_at_once)(case, compliance)
 
 
 def _touch_without_shear(case: Case, compliance: Compliance) -> ContactState:
@@ -127,22 +126,15 @@ def _why_unsettled(case: Case, compliance: Compliance, found: NormalContact) -> 
 
 
 def _at_the_edge(case: Case, found: NormalContact) -> Outcome | None:
-    """Why a punch pressed down without friction has no answer at its edge; None where it has."""
-    if _out_from_under(case, found):
-        return OUT_FROM_UNDER
-    return IN_UNDER if _in_under(case, found) else None
+    """Why a punch pressed down without friction has no answer at its edge; None where it has.
 
-
-def _out_from_under(case: Case, found: NormalContact) -> bool:
-    """Whether a node in contact has moved beyond the punch's edge."""
-    return bool((np.abs(surface_from_pin(case) + found.u)[found.contact] > pin_of(case).half_width).any())
-
-
-def _in_under(case: Case, found: NormalContact) -> bool:
-    """Whether a free node has moved in under the punch's edge and into the punch: nothing could slide from there."""
+    A node in contact has moved beyond the edge, or a free one in under it and into the punch: nothing could slide from there.
+    """
     pin, xi = pin_of(case), surface_from_pin(case) + found.u
-    under = ~found.contact & (np.abs(xi) <= pin.half_width)
-    return found.converged and bool((pin.height(xi[under]) - found.v[under] < -INSIDE * case.normal_load).any())
+    if (np.abs(xi)[found.contact] > pin.half_width).any():
+        return OUT_FROM_UNDER
+    inside = pin.height(xi) - found.v < -INSIDE * case.normal_load
+    return IN_UNDER if found.converged and (inside & ~found.contact).any() else None
 
 
 def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
@@ -183,14 +175,6 @@ def _load_gradually(case: Case, compliance: Compliance) -> ContactState:
     if status == Stop.DONE:
         status = raise_load(compiled.state, compiled.constants, case.normal_load)
     return state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
-
-
-WAYS_DOWN: dict[InitialContact, Callable[[Case, Compliance], ContactState]] = {
-    "stick": _touch_at_once,
-    "frictionless": _touch_at_once,
-    "gradual": _load_gradually,
-}
-"""How the pin comes down -> initial contact of a case whose nodes slip one by one."""
 
 
 def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactState:

@@ -22,7 +22,7 @@ from nanoslip.solver.outcome import SingularOperator, TooFarApart
 
 Vector = NDArray[np.float64]
 Dense = NDArray[np.float64]
-Contact = NDArray[np.bool_]
+Nodes = NDArray[np.bool_]
 Indices = NDArray[np.int64]
 
 NEAR = 0.25
@@ -41,7 +41,7 @@ class ContactSystem:
     u = 0, so that forces f_x count too. Raises SingularOperator.
     """
 
-    def __init__(self, compliance: Compliance, base: Contact, slope: Vector | None, held: bool) -> None:
+    def __init__(self, compliance: Compliance, base: Nodes, slope: Vector | None, held: bool) -> None:
         self._compliance, self.slope, self._held = compliance, slope, held
         self._base, self._members = base, np.concatenate((base & held, base))
         self._entries = np.flatnonzero(self._members)
@@ -65,16 +65,16 @@ class ContactSystem:
         self.answers = np.hstack((solved, solved[:, :-1] @ everywhere.T))
         return self
 
-    def is_of(self, contact: Contact) -> bool:
+    def is_of(self, contact: Nodes) -> bool:
         """Whether the system was factorized for just this set."""
         return np.array_equal(contact, self._base)
 
-    def is_near(self, contact: Contact) -> bool:
+    def is_near(self, contact: Nodes) -> bool:
         """Whether a set (n,) differs so little that a border is worth while."""
         changes, nodes = np.count_nonzero(contact ^ self._base), np.count_nonzero(self._base)
         return bool(changes == 0 or (nodes > FEW and changes <= NEAR * nodes))
 
-    def forces(self, contact: Contact, heights: Vector, normal_load: float) -> tuple[Vector, float]:
+    def forces(self, contact: Nodes, heights: Vector, normal_load: float) -> tuple[Vector, float]:
         """Forces (2n,) on the nodes of a set (n,) and the approach, where its nodes are to have these heights (n,).
 
         Raises SingularOperator, TooFarApart.
@@ -96,7 +96,7 @@ class ContactSystem:
             forces[changed] = np.where(members[changed], border[self._places[changed]], 0.0)
         return _finite(forces), float(answer[-1]) + lowest
 
-    def answered(self, contact: Contact, heights: Vector, normal_load: float) -> tuple[Vector, float, Vector]:
+    def answered(self, contact: Nodes, heights: Vector, normal_load: float) -> tuple[Vector, float, Vector]:
         """Forces and approach of the set that it is kept for, and the displacements [u; w] (2n,) under them."""
         assert self.answers is not None
         entries, pressed = len(self._entries), heights[contact]
@@ -116,7 +116,7 @@ class ContactSystem:
         found[:, :-1] = forces - approach[:, None] * self._alone
         return found
 
-    def _border(self, changed: Indices, come: Contact, answer: Vector, right: Vector) -> Vector:
+    def _border(self, changed: Indices, come: Nodes, answer: Vector, right: Vector) -> Vector:
         """Forces on added entries, and corrections for removed ones, by their rows of the border so far."""
         self._extend(changed[self._places[changed] < 0])
         at = self._places[changed]
@@ -184,8 +184,6 @@ def _singular(nodes: int) -> SingularOperator:
 # All wrong nodes at once, those that pull and those inside the pin. When their number has not fallen for PATIENCE rounds, only
 # the one furthest right (Murty's rule, which cannot cycle on a positive definite operator), until fewer are wrong than ever
 # before.
-
-Nodes = NDArray[np.bool_]
 
 PATIENCE = 10
 """Rounds in which a contact set may not improve before its wrong nodes are exchanged one at a time."""
@@ -256,7 +254,7 @@ SLOW = 0.1
 class NormalContact(NamedTuple):
     """Contact of a pin pressed down; arrays (n,). converged: all constraints hold, else this is the last iterate."""
 
-    contact: NDArray[np.bool_]
+    contact: Nodes
     normal_force: Vector
     """N of every node, zero where free."""
     u: Vector
@@ -281,13 +279,13 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
         if not system.is_near(contact):
             system = _system(case, compliance, contact, u, stuck)
         found = _pressed(case, compliance, system, contact, u, stuck)
-        wrong = _wrong(case, found)
+        wrong = wrong_nodes(case, found)
         right = not wrong.any()
         if right and stuck:  # what comes of a stuck contact is its set alone
             return found
         before, moved, u = moved, float(np.abs(found.u - u).max()), found.u
         if right:
-            if system.is_of(contact) and moved <= _rounding(case, found):
+            if system.is_of(contact) and moved <= rounding_at_rest(case, found):
                 return found
             if not system.is_of(contact) or moved > SLOW * before:
                 system = _system(case, compliance, contact, u, stuck)
@@ -300,23 +298,21 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
     return found._replace(contact=contact, converged=False)
 
 
-def _rounding(case: Case, found: NormalContact) -> float:
+def rounding_at_rest(case: Case, found: NormalContact) -> float:
     """By how much nodes at rest may move from round to round, in L_x."""
     xi = (surface_from_pin(case) + found.u)[found.contact]
     return RESTING * case.normal_load + pin_of(case).rounding(xi)
 
 
-def _wrong(case: Case, found: NormalContact) -> NDArray[np.bool_]:
+def wrong_nodes(case: Case, found: NormalContact) -> Nodes:
     """Nodes (n,) in contact that pull, and free ones that lie inside the pin."""
     x, pin = surface_from_pin(case), pin_of(case)
     # A node beside a punch is never under it, even where it has moved there: see EDGE_REACHED.
-    gap = pin.height(x + found.u) - found.v
-    if pin.half_width < math.inf:
-        gap = np.where(np.abs(x) <= pin.half_width, gap, np.inf)
+    gap = np.where(np.abs(x) <= pin.half_width, pin.height(x + found.u) - found.v, np.inf)
     return np.asarray(np.where(found.contact, -found.normal_force, -gap) / case.normal_load > INSIDE)
 
 
-def _system(case: Case, compliance: Compliance, contact: NDArray[np.bool_], u: Vector, stuck: bool) -> ContactSystem:
+def _system(case: Case, compliance: Compliance, contact: Nodes, u: Vector, stuck: bool) -> ContactSystem:
     """The system of this contact set: without friction, the pin's height under a node depends on its u, linear near this one."""
     coupled = case.effects.coupling
     slope = pin_of(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
@@ -333,7 +329,7 @@ def _system_before(compliance: Compliance, contact: bytes, held: bool) -> Contac
 
 
 def _pressed(
-    case: Case, compliance: Compliance, system: ContactSystem, contact: NDArray[np.bool_], u: Vector, stuck: bool
+    case: Case, compliance: Compliance, system: ContactSystem, contact: Nodes, u: Vector, stuck: bool
 ) -> NormalContact:
     """The contact with just these nodes on the pin, one Newton step from the given u."""
     n, coupled = compliance.slab.n_x, case.effects.coupling

@@ -115,10 +115,7 @@ def surface_from_pin(case: Case, first_node: int = 0) -> Vector:
 
 @of_the_last
 def _surface_at_first(case: Case) -> Vector:
-    places = surface_x(case.slab.n_x)
-    if case.start == 0.0:
-        return places
-    places = places - case.start * case.slab.spacing
+    places = surface_x(case.slab.n_x) - case.start * case.slab.spacing
     places.setflags(write=False)
     return places
 
