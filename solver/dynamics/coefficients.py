@@ -65,13 +65,12 @@ def friction_coefficients(
 
     ended_by: the parameter of the drive that ended it.
     """
-    nan = float("nan")
     if not len(result.slip_force):
         failed = result.outcome if not result.outcome.ok else _no_slip(result, plateau, record.normal_load)
-        return FrictionCoefficients(nan, nan, result.slip_force, nan, failed)
+        return FrictionCoefficients(math.nan, math.nan, result.slip_force, math.nan, failed)
     static = result.slip_force / record.normal_load
     first, excess = _first_slip(record, static)
-    kinetic, outcome = nan, result.outcome
+    kinetic, outcome = math.nan, result.outcome
     slides = float(result.time[-1] - result.slip_time[0])
     if outcome.ok and slides < PERIODS * result.settling_time:
         periods = math.floor(100.0 * slides / result.settling_time) / 100.0  # never rounded up to those that are needed
@@ -79,7 +78,7 @@ def friction_coefficients(
         outcome = Outcome(Ending.NO_PLATEAU, f"the friction force is not steady: {message}")
     if outcome.ok:
         blocks, complaint = steady_blocks(result.binned_force / record.normal_load)
-        kinetic = nan if complaint else float(blocks.mean())
+        kinetic = math.nan if complaint else float(blocks.mean())
         if complaint:
             outcome = Outcome(Ending.NO_PLATEAU, f"the friction force {complaint}: raise {ended_by}")
     return FrictionCoefficients(
@@ -113,22 +112,19 @@ def _no_slip(result: DynamicsResult, plateau: Plateau, normal_load: float) -> Ou
 def _first_slip(record: FrictionRecord, static: NDArray[np.float64]) -> tuple[float, str]:
     """μ_s of the first slip, from the driving force of each; NaN, and the reason with advice, where that is not friction."""
     first = float(static[0])
-    if _beyond(record, first) <= _highest(record):
+    highest = record.highest_force / record.normal_load
+    if _beyond(record, first) <= highest:
         return first, ""
-    return float("nan"), (
+    return math.nan, (
         f"the driving force of the first slip, F/W = {first:.3g}, is inertia and damper: the contact holds "
-        f"{_highest(record):.3g} at most; for static friction lower stage_velocity, spring_stiffness or damping_ratio"
+        f"{highest:.3g} at most; for static friction lower stage_velocity, spring_stiffness or damping_ratio"
     )
 
 
 def _beyond(record: FrictionRecord, coefficient: float) -> float:
     """By how much a driving force is above all forces of the record, F/W, by inertia and damper; NaN of none."""
-    return max(coefficient - _highest(record), 0.0) if math.isfinite(coefficient) else math.nan
-
-
-def _highest(record: FrictionRecord) -> float:
-    """The largest F/W of a record."""
-    return float(max(record.force_before.max(), record.initial_force, record.final_force)) / record.normal_load
+    above = coefficient - record.highest_force / record.normal_load
+    return max(above, 0.0) if math.isfinite(coefficient) else math.nan
 
 
 def steady_blocks(bins: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:

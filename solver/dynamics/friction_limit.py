@@ -107,21 +107,22 @@ def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     return FrictionLimit(fewer.edges, fewer.start, (fewer.end - fewer.start) / np.diff(fewer.edges), periodic_from)
 
 
-def mean(plateau: Plateau, normal_load: float) -> FrictionLimit:
-    """The same F̃ everywhere, from the first position on: the plateau's mean. normal_load: W, in G·L_x·L_y.
+def mean(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
+    """The same F̃ everywhere, from the first position on: the plateau's mean.
 
     No static excess is made up: with surface compliance the contact is an elastic, perfectly plastic element.
     Raises NoPlateauError where the record has no plateau.
     """
     _need(plateau)
-    return FrictionLimit(np.array([0.0, 1.0]), np.array([plateau.mean * normal_load]), np.zeros(1), periodic_from=0)
+    force = np.array([plateau.mean * record.normal_load])
+    return FrictionLimit(np.array([0.0, 1.0]), force, np.zeros(1), periodic_from=0)
 
 
 SHAPES: dict[ProfileShape, Callable[[FrictionRecord, Plateau], FrictionLimit]] = {
     "sawtooth": sawtooth,
     "linear": linear,
     "coarse": coarse,
-    "mean": lambda record, plateau: mean(plateau, record.normal_load),
+    "mean": mean,
 }
 """F̃ by the name that a `Drive` asks for as `profile`."""
 

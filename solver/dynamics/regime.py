@@ -81,9 +81,8 @@ class StickSlipCount:
 def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     """Re-sticks of a drive, time stuck, regime, and amplitude and period of repeated slips."""
     slips, resticks = len(result.slip_time), int(np.count_nonzero(~np.isnan(result.restick_time)))
-    nan = float("nan")
     if not result.outcome.ok:
-        return StickSlipCount(slips, resticks, nan, None, nan, nan)
+        return StickSlipCount(slips, resticks, math.nan, None, math.nan, math.nan)
     duration = float(result.time[-1])
     ends = np.where(np.isnan(result.restick_time), duration, result.restick_time)
     stuck = 1.0 - float(np.sum(ends - result.slip_time)) / duration
@@ -93,8 +92,8 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     repeats = regime == "micro_slip" or np.count_nonzero(late) > 1 or (0 < slips != resticks and not late.any())
     unsettled = _unsettled(result, drive, late) if repeats else ""
     if unsettled or not repeats:
-        return StickSlipCount(slips, resticks, stuck, regime, nan, nan, unsettled)
-    period = float(np.diff(result.slip_time[late]).mean()) if regime == "stick_slip" and late.sum() > 1 else nan
+        return StickSlipCount(slips, resticks, stuck, regime, math.nan, math.nan, unsettled)
+    period = float(np.diff(result.slip_time[late]).mean()) if regime == "stick_slip" and late.sum() > 1 else math.nan
     return StickSlipCount(slips, resticks, stuck, regime, result.spring_force_range, period)
 
 

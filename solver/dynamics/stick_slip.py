@@ -40,8 +40,7 @@ class Oscillator:
 
     def motion(self, time: Floats) -> tuple[Floats, Floats]:
         """Position and velocity at each time (n,)."""
-        position, velocity = self._motion(time, np)
-        return position, velocity
+        return self._motion(time, np)
 
     def position_at(self, time: float) -> float:
         """Position at one time."""

@@ -167,9 +167,8 @@ def _moments(steady: Teeth) -> tuple[float, float]:
 def _refused(message: str, record: FrictionRecord) -> Plateau:
     """No plateau, and which limit to raise: one of displacement ends a record between two events, that of events at the last."""
     last = record.displacement[-1] if len(record.displacement) else -math.inf
-    between = (
-        record.final_displacement - last > 1e-12 * record.final_displacement
-    )  # beyond the rounding of a sum of steps
+    # Beyond the rounding of a sum of steps.
+    between = record.final_displacement - last > 1e-12 * record.final_displacement
     limit = "limits.presliding, spacings or displacement, whichever ended it" if between else "limits.events"
-    nan = float("nan")
+    nan = math.nan
     return Plateau(nan, nan, nan, nan, nan, 0, 0, nan, Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}"))
