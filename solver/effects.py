@@ -1,7 +1,7 @@
 """The effects that a scene may leave out: one declaration each, of what is pressed and dragged, or of how it is pulled."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Final, Generic, TypeVar
 
 from nanoslip.solver.case import Case
@@ -62,18 +62,14 @@ SPARED: Final = (TEETH, FINE_TEETH)
 class LeftOut:
     """Effects left out for most members of a drive, as requested numbers do not depend on them, and the possible change."""
 
-    left_out: str = field(
-        metadata=quantity(
-            "effect left out",
-            comment="of all members except the first two, which are computed with and without it; nothing: none may be left out",
-            words=("nothing", *(effect.name for effect in SPARED)),
-        )
+    left_out: str = quantity(
+        "effect left out",
+        comment="of all members except the first two, which are computed with and without it; nothing: none may be left out",
+        words=("nothing", *(effect.name for effect in SPARED)),
     )
-    left_out_error: float = field(
-        metadata=quantity(
-            "relative error by what is left out",
-            comment="|change| plus twice its ±, largest of all requested numbers, over two members",
-        )
+    left_out_error: float = quantity(
+        "relative error by what is left out",
+        comment="|change| plus twice its ±, largest of all requested numbers, over two members",
     )
 
 

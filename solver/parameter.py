@@ -93,17 +93,17 @@ class Quantity:
         )
 
 
-def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> dict[str, Any]:
-    """Metadata of a field that is a quantity: `mean: float = field(metadata=quantity("mean F/W"))`.
+def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> Any:
+    """A dataclass field that is a quantity: `mean: float = quantity("mean F/W")`.
 
     name: of the variable; the field's own (behind the prefix of its part) where empty. more: further fields of `Quantity`.
     """
-    return as_metadata(Quantity(name, meaning, units, **more))
+    return as_field(Quantity(name, meaning, units, **more))
 
 
-def as_metadata(declared: Quantity) -> dict[str, Any]:
-    """Metadata of a field that has the declaration of another one."""
-    return {_KEY: declared}
+def as_field(declared: Quantity) -> Any:
+    """A dataclass field with the declaration of another one."""
+    return dataclasses.field(metadata={_KEY: declared})
 
 
 @lru_cache(maxsize=64)

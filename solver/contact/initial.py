@@ -204,5 +204,5 @@ def _nothing(case: Case, outcome: Outcome) -> ContactState:
     n = case.slab.n_x
     none, blank = np.zeros(n, dtype=np.bool_), np.full(n, math.nan)
     return ContactState(
-        none, blank, blank, blank, blank, blank, blank, np.full((2, n), math.nan), math.nan, 0.0, 0, outcome
+        none, blank, blank, np.full((2, n), math.nan), 0.0, outcome, blank, blank, blank, blank, math.nan, 0
     )

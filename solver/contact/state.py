@@ -1,7 +1,7 @@
 """The contact at one position of the pin, `ContactState`, and its numbers."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.outcome import InvalidInput, Outcome
-from nanoslip.solver.parameter import quantity
+from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.slab import surface_x
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 Vector = NDArray[np.float64]
 
 
-def at_node(meaning: str, name: str, **more: Any) -> dict[str, Any]:
-    """Metadata of a column over the surface nodes of a contact."""
+def at_node(meaning: str, name: str, **more: Any) -> Any:
+    """A field that is a column over the surface nodes of a contact."""
     return quantity(meaning, name, along="contact_node", **more)
 
 
-NODE_X: Final = at_node("x from the slab's middle, in L_x", "x", coordinate=True, symbol="x/L_x")
-"""Metadata of the places of surface nodes."""
+NODE_X: Final = Quantity("x", "x from the slab's middle, in L_x", coordinate=True, symbol="x/L_x", along="contact_node")
+"""The places of surface nodes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -35,24 +35,22 @@ class ContactState(Viewed):
     """
 
     contact: NDArray[np.bool_]
-    pressure: Vector = field(metadata=at_node("pressure, in W/(L_x·L_y)", "pressure", symbol="p", per="contact_load"))
-    shear: Vector = field(metadata=at_node("shear traction, in W/(L_x·L_y)", "shear", symbol="q", per="contact_load"))
-    slip: Vector = field(metadata=at_node("slip of the node, in L_x", "slip", symbol="s/L_x"))
-    gap: Vector = field(metadata=at_node("gap between slab and pin, in L_x", "gap"))
     u: Vector
     w: Vector
     nodal_force: NDArray[np.float64]
-    approach: float = field(
-        metadata=quantity(
-            "approach of the pin, in L_x",
-            ensemble=True,
-            of_grid=True,
-            comment="depth of its lowest point below the undeformed surface at initial contact",
-        )
-    )
     displacement: float
-    slips: int = field(metadata=quantity("node slips of initial contact", "initial_slips"))
     outcome: Outcome
+    pressure: Vector = at_node("pressure, in W/(L_x·L_y)", "pressure", symbol="p", per="contact_load")
+    shear: Vector = at_node("shear traction, in W/(L_x·L_y)", "shear", symbol="q", per="contact_load")
+    slip: Vector = at_node("slip of the node, in L_x", "slip", symbol="s/L_x")
+    gap: Vector = at_node("gap between slab and pin, in L_x", "gap")
+    approach: float = quantity(
+        "approach of the pin, in L_x",
+        ensemble=True,
+        of_grid=True,
+        comment="depth of its lowest point below the undeformed surface at initial contact",
+    )
+    slips: int = quantity("node slips of initial contact", "initial_slips")
     first_node: int = 0
     """Of the surface, which the first of these is: above 0 where the pin has left nodes behind, on a surface without ends."""
 
@@ -79,7 +77,7 @@ class ContactState(Viewed):
 
     def _labelled(self) -> Iterator[Labelled]:
         yield from labelled(self)
-        yield from ((place, self.x) for place in NODE_X.values())
+        yield NODE_X, self.x
         yield from labelled(contact_summary(self))
 
     def _factors(self) -> dict[str, float]:
@@ -101,35 +99,29 @@ class ContactState(Viewed):
 class ContactSummary:
     """Single numbers of a contact: forces in G·L_x·L_y, pressure in G."""
 
-    contact_size: int = field(metadata=quantity("nodes in contact after initial contact", "initial_contact_size"))
-    mean_pressure: float = field(
-        metadata=quantity(
-            "mean pressure, in W/(L_x·L_y)",
-            symbol="p",
-            per="contact_load",
-            ensemble=True,
-            of_grid=True,
-            comment="after initial contact: the load over the contact's width",
-        )
+    contact_size: int = quantity("nodes in contact after initial contact", "initial_contact_size")
+    mean_pressure: float = quantity(
+        "mean pressure, in W/(L_x·L_y)",
+        symbol="p",
+        per="contact_load",
+        ensemble=True,
+        of_grid=True,
+        comment="after initial contact: the load over the contact's width",
     )
-    maximum_pressure: float = field(
-        metadata=quantity(
-            "largest pressure, in W/(L_x·L_y)",
-            symbol="p",
-            per="contact_load",
-            ensemble=True,
-            of_grid=True,
-            comment="after initial contact",
-        )
+    maximum_pressure: float = quantity(
+        "largest pressure, in W/(L_x·L_y)",
+        symbol="p",
+        per="contact_load",
+        ensemble=True,
+        of_grid=True,
+        comment="after initial contact",
     )
-    friction_force: float = field(
-        metadata=quantity(
-            "F/W after initial contact",
-            "initial_friction",
-            per="contact_load",
-            symbol="F/W",
-            comment="friction force over load",
-        )
+    friction_force: float = quantity(
+        "F/W after initial contact",
+        "initial_friction",
+        per="contact_load",
+        symbol="F/W",
+        comment="friction force over load",
     )
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -35,22 +35,18 @@ class FrictionCoefficients(Labels):
     kinetic_friction: μ_k, mean driving force while the pin slides steadily, less the pin's change of momentum.
     """
 
-    static_friction: float = field(
-        metadata=quantity(
-            "static friction coefficient", symbol="μ_s", comment="from the first macroscopic slip", ensemble=True
-        )
-    )
-    static_friction_excess: float = field(
-        metadata=quantity(
-            "μ_s beyond the record",
-            comment="by inertia and damper: excess over all forces of the record, as F/W; the same for all starts",
-        )
-    )
     every_static_friction: NDArray[np.float64]
-    kinetic_friction: float = field(
-        metadata=quantity("kinetic friction coefficient", symbol="μ_k", comment="from steady sliding", ensemble=True)
-    )
     outcome: Outcome
+    static_friction: float = quantity(
+        "static friction coefficient", symbol="μ_s", comment="from the first macroscopic slip", ensemble=True
+    )
+    static_friction_excess: float = quantity(
+        "μ_s beyond the record",
+        comment="by inertia and damper: excess over all forces of the record, as F/W; the same for all starts",
+    )
+    kinetic_friction: float = quantity(
+        "kinetic friction coefficient", symbol="μ_k", comment="from steady sliding", ensemble=True
+    )
 
     def _facts(self) -> Iterator[str]:
         yield f"μ_s {self.static_friction:.4g}"
@@ -67,7 +63,7 @@ def friction_coefficients(
     """
     if not len(result.slip_force):
         failed = result.outcome if not result.outcome.ok else _no_slip(result, plateau, record.normal_load)
-        return FrictionCoefficients(math.nan, math.nan, result.slip_force, math.nan, failed)
+        return FrictionCoefficients(result.slip_force, failed, math.nan, math.nan, math.nan)
     static = result.slip_force / record.normal_load
     first, excess = _first_slip(record, static)
     kinetic, outcome = math.nan, result.outcome

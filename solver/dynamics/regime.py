@@ -8,7 +8,7 @@ Amplitude and period refer to that half. They are omitted if it has no whole cyc
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 import numpy as np
@@ -35,45 +35,35 @@ class StickSlipCount:
         NaN of a pin that slides or sticks. unsettled: why both are missing although slips repeat, with advice; else empty.
     """
 
-    macroscopic_slips: int = field(
-        metadata=quantity(
-            "slips longer than the presliding length",
-            comment="motion within that length of the start does not count: the contact stretches there for the first time",
-        )
+    macroscopic_slips: int = quantity(
+        "slips longer than the presliding length",
+        comment="motion within that length of the start does not count: the contact stretches there for the first time",
     )
-    resticks: int = field(
-        metadata=quantity("macroscopic slips that ended", comment="the pin came down to stick_velocity")
+    resticks: int = quantity("macroscopic slips that ended", comment="the pin came down to stick_velocity")
+    time_stuck: float = quantity("share of time without macroscopic slip", ensemble=True)
+    regime: Regime | None = quantity(
+        "regime of the pin",
+        comment="sticks: no macroscopic slip; micro_slip: none, but in the second half of the time the pin keeps up with "
+        "more than half the stage's velocity, in slips shorter than presliding_length; slides: the last one did not end, and "
+        "lasted longer than any cycle before it, from one slip's start to the next one's; stick_slip: all else; empty where "
+        "the drive ended early",
+        words=REGIMES,
     )
-    time_stuck: float = field(metadata=quantity("share of time without macroscopic slip", ensemble=True))
-    regime: Regime | None = field(
-        metadata=quantity(
-            "regime of the pin",
-            comment="sticks: no macroscopic slip; micro_slip: none, but in the second half of the time the pin keeps up with "
-            "more than half the stage's velocity, in slips shorter than presliding_length; slides: the last one did not end, and "
-            "lasted longer than any cycle before it, from one slip's start to the next one's; stick_slip: all else; empty where "
-            "the drive ended early",
-            words=REGIMES,
-        )
+    spring_force_amplitude: float = quantity(
+        "peak-to-peak spring force over load",
+        ensemble=True,
+        comment="in the second half of the drive's time; NaN unless two macroscopic slips begin in it, one lasts all "
+        "through it, or the regime is micro_slip; NaN where the first slip or the end of the loading ramp is in that half",
+        per="normal_load",
     )
-    spring_force_amplitude: float = field(
-        metadata=quantity(
-            "peak-to-peak spring force over load",
-            ensemble=True,
-            comment="in the second half of the drive's time; NaN unless two macroscopic slips begin in it, one lasts all "
-            "through it, or the regime is micro_slip; NaN where the first slip or the end of the loading ramp is in that half",
-            per="normal_load",
-        )
-    )
-    stick_slip_period: float = field(
-        metadata=quantity(
-            "period of stick-slip",
-            "",
-            "s",
-            per="time",
-            ensemble=True,
-            comment="mean time from the start of one macroscopic slip to the next, of those that begin in the second half "
-            "of the time; NaN unless the regime is stick_slip and two begin there, and where the first one does",
-        )
+    stick_slip_period: float = quantity(
+        "period of stick-slip",
+        "",
+        "s",
+        per="time",
+        ensemble=True,
+        comment="mean time from the start of one macroscopic slip to the next, of those that begin in the second half "
+        "of the time; NaN unless the regime is stick_slip and two begin there, and where the first one does",
     )
     unsettled: str = ""
 

@@ -1,7 +1,7 @@
 """Result of a drive: trajectory at evenly spaced times, and slips found by the integrator."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -16,17 +16,17 @@ BINS: Final = 256
 """Stretches of time over which the friction force is averaged."""
 
 
-def sample(meaning: str, name: str, units: str = "1", **more: Any) -> dict[str, Any]:
-    """Metadata of a column over the output times. name: behind `sample_`."""
+def sample(meaning: str, name: str, units: str = "1", **more: Any) -> Any:
+    """A field that is a column over the output times. name: behind `sample_`."""
     return quantity(meaning, f"sample_{name}", units, along="sample", **more)
 
 
-def slip_phase(meaning: str, name: str, units: str = "1", **more: Any) -> dict[str, Any]:
-    """Metadata of a column over the macroscopic slips. name: behind `slip_phase_`."""
+def slip_phase(meaning: str, name: str, units: str = "1", **more: Any) -> Any:
+    """A field that is a column over the macroscopic slips. name: behind `slip_phase_`."""
     return quantity(meaning, f"slip_phase_{name}", units, along="slip_phase", **more)
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class DynamicsResult(OneLine):
     """The motion of a driven pin. Lengths in L_x, forces in G·L_x·L_y, time in √(m/(G·L_y)), energy in G·L_x²·L_y.
 
@@ -35,85 +35,69 @@ class DynamicsResult(OneLine):
     five arrays depend on the number of samples.
     """
 
-    time: NDArray[np.float64] = field(
-        metadata=quantity(
-            "time since the stage started", "", "s", per="time", along="sample", coordinate=True, symbol="t"
-        )
+    time: NDArray[np.float64] = quantity(
+        "time since the stage started", "", "s", per="time", along="sample", coordinate=True, symbol="t"
     )
     """(n + 1,) evenly spaced times from 0 to the end of the drive."""
-    position: NDArray[np.float64] = field(
-        metadata=sample("position of the pin", "position", "m", per="length", symbol="x")
-    )
+    position: NDArray[np.float64] = sample("position of the pin", "position", "m", per="length", symbol="x")
     """(n + 1,) x."""
-    velocity: NDArray[np.float64] = field(metadata=sample("velocity of the pin", "velocity", "m s-1", per="velocity"))
+    velocity: NDArray[np.float64] = sample("velocity of the pin", "velocity", "m s-1", per="velocity")
     """(n + 1,) dx/dt."""
-    spring_force: NDArray[np.float64] = field(
-        metadata=sample("spring force over load", "spring_force", per="normal_load", symbol="k(Vt - x)/W")
+    spring_force: NDArray[np.float64] = sample(
+        "spring force over load", "spring_force", per="normal_load", symbol="k(Vt - x)/W"
     )
     """(n + 1,) k(Vt - x)."""
-    friction_force: NDArray[np.float64] = field(
-        metadata=sample(
-            "friction force over load", "friction", per="normal_load", symbol="F/W", comment="on the pin, Eq. 13"
-        )
+    friction_force: NDArray[np.float64] = sample(
+        "friction force over load", "friction", per="normal_load", symbol="F/W", comment="on the pin, Eq. 13"
     )
     """(n + 1,) F of Eq. 13."""
-    slip_time: NDArray[np.float64] = field(metadata=slip_phase("start of macroscopic slip", "start", "s", per="time"))
+    slip_time: NDArray[np.float64] = slip_phase("start of macroscopic slip", "start", "s", per="time")
     """(s,) t_slip."""
-    slip_position: NDArray[np.float64] = field(
-        metadata=slip_phase("position where the slip starts", "position", "m", per="length")
-    )
+    slip_position: NDArray[np.float64] = slip_phase("position where the slip starts", "position", "m", per="length")
     """(s,) x_stick."""
-    slip_force: NDArray[np.float64] = field(
-        metadata=slip_phase(
-            "static friction of the slip",
-            "force",
-            per="normal_load",
-            symbol="μ_s",
-            comment="force of spring and damper over load",
-        )
+    slip_force: NDArray[np.float64] = slip_phase(
+        "static friction of the slip",
+        "force",
+        per="normal_load",
+        symbol="μ_s",
+        comment="force of spring and damper over load",
     )
     """(s,) the largest force of spring and damper until the pin is as fast as the stage."""
-    restick_time: NDArray[np.float64] = field(
-        metadata=slip_phase("time at which the pin sticks again", "end", "s", per="time")
-    )
+    restick_time: NDArray[np.float64] = slip_phase("time at which the pin sticks again", "end", "s", per="time")
     """(s,) NaN if the slip lasts to the end of the run."""
-    restick_position: NDArray[np.float64] = field(
-        metadata=slip_phase("position where the pin sticks again", "end_position", "m", per="length")
+    restick_position: NDArray[np.float64] = slip_phase(
+        "position where the pin sticks again", "end_position", "m", per="length"
     )
     """(s,) NaN likewise."""
-    micro_slips: int = field(metadata=quantity("slips shorter than presliding_length"))
-    micro_travel: float = field(metadata=quantity("total length of the micro slips", "", "m", per="length"))
+    micro_slips: int = quantity("slips shorter than presliding_length")
+    micro_travel: float = quantity("total length of the micro slips", "", "m", per="length")
     binned_force: NDArray[np.float64]
     """(256,) mean friction force in equal stretches of time: that of spring and damper, less by the change of momentum."""
     spring_force_range: float
     """Largest less least spring force in the second half of the time, in G·L_x·L_y."""
-    friction_work: float = field(metadata=quantity("work against friction, in W·L_x", per="normal_load"))
+    friction_work: float = quantity("work against friction, in W·L_x", per="normal_load")
     """∫F dx: what friction took, the energy still stored in the elastic contact included."""
-    stick_velocity: float = field(
-        metadata=quantity(
-            "velocity of a stuck pin",
-            "",
-            "m s-1",
-            per="velocity",
-            comment="velocity of a stuck pin dragged by the stage; also without surface compliance that of the compliant contact",
-        )
+    stick_velocity: float = quantity(
+        "velocity of a stuck pin",
+        "",
+        "m s-1",
+        per="velocity",
+        comment="velocity of a stuck pin dragged by the stage; also without surface compliance that of the compliant contact",
     )
     """kV/(k + K), also of a rigid contact, which sticks at rest: K then only tells slip from stick."""
-    settling_time: float = field(
-        metadata=quantity(
-            "settling time of the motion",
-            "",
-            "s",
-            per="time",
-            comment="natural period of the pin on its spring, or c/k where that is longer and the damper does not drag the pin "
-            "over all friction",
-        )
+    settling_time: float = quantity(
+        "settling time of the motion",
+        "",
+        "s",
+        per="time",
+        comment="natural period of the pin on its spring, or c/k where that is longer and the damper does not drag the pin "
+        "over all friction",
     )
-    presliding_length: float = field(metadata=quantity("stretch of the contact before sliding", "", "m", per="length"))
+    presliding_length: float = quantity("stretch of the contact before sliding", "", "m", per="length")
     """Mean steady friction over K."""
-    end_time: float = field(metadata=quantity("time at which the drive ended", "", "s", per="time"))
+    end_time: float = quantity("time at which the drive ended", "", "s", per="time")
     """Its duration, or where its last slip ended."""
-    steps: int = field(metadata=quantity("segments or time steps of the integrator"))
+    steps: int = quantity("segments or time steps of the integrator")
     outcome: Outcome
     """How the run ended."""
 

@@ -205,33 +205,25 @@ class StickSlipFit:
     residual: root mean square of what is left, as a fraction of W. motion: of the closed form, at the times of the fit.
     """
 
-    static_friction: float = field(
-        metadata=quantity(
-            "fitted static friction coefficient", symbol="μ_s", comment="best fit of Eq. 16-19 to the spring force"
-        )
-    )
-    later_static_friction: float = field(
-        metadata=quantity(
-            "fitted static friction of later slips",
-            symbol="μ_s",
-            comment="best fit of Eq. 16-19 to the spring force, of every slip except the first",
-        )
-    )
-    kinetic_friction: float = field(
-        metadata=quantity(
-            "fitted kinetic friction coefficient", symbol="μ_k", comment="best fit of Eq. 16-19 to the spring force"
-        )
-    )
-    residual: float = field(
-        metadata=quantity(
-            "residual of the fit, over load",
-            "fit_residual",
-            comment="root mean square difference between Eq. 16-19 and the spring force, "
-            f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip and where "
-            f"the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
-        )
-    )
     motion: StickSlip = field(repr=False)
+    static_friction: float = quantity(
+        "fitted static friction coefficient", symbol="μ_s", comment="best fit of Eq. 16-19 to the spring force"
+    )
+    later_static_friction: float = quantity(
+        "fitted static friction of later slips",
+        symbol="μ_s",
+        comment="best fit of Eq. 16-19 to the spring force, of every slip except the first",
+    )
+    kinetic_friction: float = quantity(
+        "fitted kinetic friction coefficient", symbol="μ_k", comment="best fit of Eq. 16-19 to the spring force"
+    )
+    residual: float = quantity(
+        "residual of the fit, over load",
+        "fit_residual",
+        comment="root mean square difference between Eq. 16-19 and the spring force, "
+        f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip and where "
+        f"the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
+    )
 
 
 def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> StickSlipFit:
@@ -269,8 +261,8 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> 
     if len(best.slip_time) >= MOST_SLIPS:
         return _NO_FIT
     residual = float(np.sqrt(np.mean((best.spring_force - force) ** 2))) / normal_load
-    return StickSlipFit(static, later if len(best.slip_time) > 1 else math.nan, kinetic, residual, best)
+    return StickSlipFit(best, static, later if len(best.slip_time) > 1 else math.nan, kinetic, residual)
 
 
 _NONE = np.empty(0)
-_NO_FIT = StickSlipFit(math.nan, math.nan, math.nan, math.nan, StickSlip(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE))
+_NO_FIT = StickSlipFit(StickSlip(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE), math.nan, math.nan, math.nan, math.nan)

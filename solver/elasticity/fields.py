@@ -1,6 +1,6 @@
 """Displacements and stresses at every node inside the slab."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,8 @@ from nanoslip.solver.parameter import quantity
 Vector = NDArray[np.float64]
 
 
-def inside(meaning: str, name: str, **more: Any) -> dict[str, Any]:
-    """Declaration of a result's column that has one value for each node inside the slab."""
+def inside(meaning: str, name: str, **more: Any) -> Any:
+    """A field that is a column, and has one value for each node inside the slab."""
     return quantity(meaning, name, along="interior_node", **more)
 
 
@@ -23,24 +23,16 @@ class InteriorFields:
     x from the slab's middle, z ≤ 0 from the undeformed surface; u, w in L_x; stresses in G, tension positive.
     """
 
-    x: Vector = field(metadata=inside("x from the slab's middle, in L_x", "x", coordinate=True, symbol="x/L_x"))
-    z: Vector = field(
-        metadata=inside(
-            "z above the surface, in L_x",
-            "z",
-            coordinate=True,
-            symbol="z/L_x",
-            comment="from the undeformed surface: 0 or less",
-        )
+    x: Vector = inside("x from the slab's middle, in L_x", "x", coordinate=True, symbol="x/L_x")
+    z: Vector = inside(
+        "z above the surface, in L_x",
+        "z",
+        coordinate=True,
+        symbol="z/L_x",
+        comment="from the undeformed surface: 0 or less",
     )
-    u: Vector = field(metadata=inside("displacement to the right, in L_x", "u", symbol="u/L_x"))
-    w: Vector = field(metadata=inside("displacement upwards, in L_x", "w", symbol="w/L_x"))
-    stress_xx: Vector = field(
-        metadata=inside("normal stress along x, in W/(L_x·L_y)", "stress_xx", symbol="σ_xx", per="contact_load")
-    )
-    stress_zz: Vector = field(
-        metadata=inside("normal stress along z, in W/(L_x·L_y)", "stress_zz", symbol="σ_zz", per="contact_load")
-    )
-    stress_xz: Vector = field(
-        metadata=inside("shear stress, in W/(L_x·L_y)", "stress_xz", symbol="σ_xz", per="contact_load")
-    )
+    u: Vector = inside("displacement to the right, in L_x", "u", symbol="u/L_x")
+    w: Vector = inside("displacement upwards, in L_x", "w", symbol="w/L_x")
+    stress_xx: Vector = inside("normal stress along x, in W/(L_x·L_y)", "stress_xx", symbol="σ_xx", per="contact_load")
+    stress_zz: Vector = inside("normal stress along z, in W/(L_x·L_y)", "stress_zz", symbol="σ_zz", per="contact_load")
+    stress_xz: Vector = inside("shear stress, in W/(L_x·L_y)", "stress_xz", symbol="σ_xz", per="contact_load")

@@ -5,7 +5,7 @@ the load. They do not feel each other. The sum is in nanoslip.solver.sliding.sli
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -30,31 +30,23 @@ Counts = NDArray[np.int32]
 class Collective:
     """Collective numbers of the contacts of an interface, also of a single one."""
 
-    static_excess: float = field(
-        metadata=quantity(
-            "highest force over plateau, minus 1",
-            symbol="F_max/F - 1",
-            ensemble=True,
-            comment="of the whole record of the slider: peak_friction over plateau_mean, less 1",
-        )
+    static_excess: float = quantity(
+        "highest force over plateau, minus 1",
+        symbol="F_max/F - 1",
+        ensemble=True,
+        comment="of the whole record of the slider: peak_friction over plateau_mean, less 1",
     )
-    fluctuation: float = field(
-        metadata=quantity(
-            "fluctuation of the plateau",
-            ensemble=True,
-            comment="standard deviation of the force of the slider over its mean, on the steady part of its record",
-        )
+    fluctuation: float = quantity(
+        "fluctuation of the plateau",
+        ensemble=True,
+        comment="standard deviation of the force of the slider over its mean, on the steady part of its record",
     )
-    unseen_force: float = field(
-        metadata=quantity(
-            "bound of the force between two readings",
-            comment="by how much the highest force may lie above the one that was read, over the plateau; 0 of one contact",
-        )
+    unseen_force: float = quantity(
+        "bound of the force between two readings",
+        comment="by how much the highest force may lie above the one that was read, over the plateau; 0 of one contact",
     )
-    lost_contacts: float = field(
-        metadata=quantity(
-            "contacts without a record", comment="of the slider: the others carry their load, and the outcome says why"
-        )
+    lost_contacts: float = quantity(
+        "contacts without a record", comment="of the slider: the others carry their load, and the outcome says why"
     )
 
 

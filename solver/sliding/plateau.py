@@ -6,7 +6,7 @@ the last whole spacings count: the surface pattern repeats with them.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, Final
 
 import numpy as np
@@ -31,39 +31,29 @@ class Plateau(Viewed):
     mean and std are displacement-weighted integrals over the sawtooth, without approximation. peak: the highest force.
     """
 
-    mean: float = field(
-        metadata=quantity(
-            "F/W on the plateau",
-            symbol="F/W",
-            ensemble=True,
-            comment="mean friction force over load on the steady part of the record, over displacement",
-            si=Quantity(
-                "plateau_ratio",
-                "plateau over μ_i",
-                "1",
-                "intrinsic_friction",
-                symbol="F/(μ_i·W)",
-                comment="plateau_mean over intrinsic_friction; NaN where that is 0 or infinite",
-            ),
-        )
-    )
-    spacings: float = field(
-        metadata=quantity("length of the plateau, in node spacings", comment="of the steady part of the record")
-    )
-    std: float = field(
-        metadata=quantity(
-            "standard deviation on the plateau", comment="of F/W over displacement, on the steady part of the record"
-        )
-    )
-    start: float = field(
-        metadata=quantity("start of the plateau, in L_x", comment="pin displacement where the steady part starts")
-    )
-    end: float = field(
-        metadata=quantity("end of the plateau, in L_x", comment="pin displacement where the steady part ends")
-    )
     first_event: int
     last_event: int
     peak: float
+    mean: float = quantity(
+        "F/W on the plateau",
+        symbol="F/W",
+        ensemble=True,
+        comment="mean friction force over load on the steady part of the record, over displacement",
+        si=Quantity(
+            "plateau_ratio",
+            "plateau over μ_i",
+            "1",
+            "intrinsic_friction",
+            symbol="F/(μ_i·W)",
+            comment="plateau_mean over intrinsic_friction; NaN where that is 0 or infinite",
+        ),
+    )
+    spacings: float = quantity("length of the plateau, in node spacings", comment="of the steady part of the record")
+    std: float = quantity(
+        "standard deviation on the plateau", comment="of F/W over displacement, on the steady part of the record"
+    )
+    start: float = quantity("start of the plateau, in L_x", comment="pin displacement where the steady part starts")
+    end: float = quantity("end of the plateau, in L_x", comment="pin displacement where the steady part ends")
     outcome: Outcome = COMPLETED
 
     PREFIX: ClassVar[str] = "plateau_"
@@ -171,4 +161,4 @@ def _refused(message: str, record: FrictionRecord) -> Plateau:
     between = record.final_displacement - last > 1e-12 * record.final_displacement
     limit = "limits.presliding, spacings or displacement, whichever ended it" if between else "limits.events"
     nan = math.nan
-    return Plateau(nan, nan, nan, nan, nan, 0, 0, nan, Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}"))
+    return Plateau(0, 0, nan, nan, nan, nan, nan, nan, Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}"))

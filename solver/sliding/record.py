@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -18,17 +18,17 @@ EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not Event
 """What can trigger an event: ("slip", "release", "touch"); `FrictionRecord.kind` holds the position in this tuple."""
 
 
-def event(meaning: str, name: str, **more: Any) -> dict[str, Any]:
-    """Metadata of a column of events: `column: NDArray[...] = field(metadata=event(...))`. name: behind `event_`."""
+def event(meaning: str, name: str, **more: Any) -> Any:
+    """A field that is a column of events: `column: NDArray[...] = event(...)`. name: behind `event_`."""
     return quantity(meaning, f"event_{name}", along="event", **more)
 
 
-def at_node(meaning: str, name: str, **more: Any) -> dict[str, Any]:
-    """Metadata of a column over the surface nodes, of a record as a whole. name: behind `record_node_`."""
+def at_node(meaning: str, name: str, **more: Any) -> Any:
+    """A field that is a column over the surface nodes, of a record as a whole. name: behind `record_node_`."""
     return quantity(meaning, f"record_node_{name}", along="record_node", **more)
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class FrictionRecord(Viewed):
     """The nanoscale friction record of one case: e events, arrays of shape (e,), read-only; two over the surface nodes.
 
@@ -36,56 +36,42 @@ class FrictionRecord(Viewed):
     L_x, forces in G·L_x·L_y, stiffness in G·L_y, energy in G·L_x²·L_y.
     """
 
-    displacement: NDArray[np.float64] = field(
-        metadata=quantity("pin displacement, in L_x", along="event", coordinate=True, symbol="δ_p/L_x")
+    displacement: NDArray[np.float64] = quantity(
+        "pin displacement, in L_x", along="event", coordinate=True, symbol="δ_p/L_x"
     )
     """Increasing."""
-    force_before: NDArray[np.float64] = field(
-        metadata=event(
-            "F/W before the event",
-            "friction_before",
-            per="normal_load",
-            symbol="F/W",
-            comment="friction force over load when the event is triggered",
-        )
+    force_before: NDArray[np.float64] = event(
+        "F/W before the event",
+        "friction_before",
+        per="normal_load",
+        symbol="F/W",
+        comment="friction force over load when the event is triggered",
     )
-    force_after: NDArray[np.float64] = field(
-        metadata=event(
-            "F/W after the event",
-            "friction_after",
-            per="normal_load",
-            symbol="F/W",
-            comment="friction force over load when the cascade is over",
-        )
+    force_after: NDArray[np.float64] = event(
+        "F/W after the event",
+        "friction_after",
+        per="normal_load",
+        symbol="F/W",
+        comment="friction force over load when the cascade is over",
     )
-    stiffness: NDArray[np.float64] = field(
-        metadata=event(
-            "stiffness after the event, in G·L_y", "stiffness", symbol="dF/dδ_p", comment="from this event to the next"
-        )
+    stiffness: NDArray[np.float64] = event(
+        "stiffness after the event, in G·L_y", "stiffness", symbol="dF/dδ_p", comment="from this event to the next"
     )
-    kind: NDArray[np.int8] = field(metadata=event("what triggered the event", "kind", codes=EVENT_KINDS, dtype=np.int8))
+    kind: NDArray[np.int8] = event("what triggered the event", "kind", codes=EVENT_KINDS, dtype=np.int8)
     """Position in `EVENT_KINDS`."""
-    node: NDArray[np.int32] = field(
-        metadata=event("surface node that triggered the event", "node", dtype=np.int32, comment="from 0 at the left")
+    node: NDArray[np.int32] = event(
+        "surface node that triggered the event", "node", dtype=np.int32, comment="from 0 at the left"
     )
-    slips: NDArray[np.int64] = field(metadata=event("node slips in the cascade", "slips", dtype=np.int64))
-    releases: NDArray[np.int32] = field(metadata=event("nodes released in the cascade", "releases", dtype=np.int32))
-    touches: NDArray[np.int32] = field(metadata=event("nodes that touch in the cascade", "touches", dtype=np.int32))
-    contact_size: NDArray[np.int32] = field(
-        metadata=event("nodes in contact after the event", "contact_size", dtype=np.int32)
-    )
-    extent: NDArray[np.int32] = field(metadata=event("nodes that slip in the cascade", "extent", dtype=np.int32))
+    slips: NDArray[np.int64] = event("node slips in the cascade", "slips", dtype=np.int64)
+    releases: NDArray[np.int32] = event("nodes released in the cascade", "releases", dtype=np.int32)
+    touches: NDArray[np.int32] = event("nodes that touch in the cascade", "touches", dtype=np.int32)
+    contact_size: NDArray[np.int32] = event("nodes in contact after the event", "contact_size", dtype=np.int32)
+    extent: NDArray[np.int32] = event("nodes that slip in the cascade", "extent", dtype=np.int32)
     """Each counted once. They need not be neighbours, as shear reaches far through the slab."""
-    dissipated: NDArray[np.float64] = field(
-        metadata=event("energy lost in the event, in W·L_x", "dissipated", per="normal_load")
-    )
-    node_x: NDArray[np.float64] = field(
-        metadata=at_node("position of the surface node, in L_x", "x", symbol="x/L_x", coordinate=True)
-    )
+    dissipated: NDArray[np.float64] = event("energy lost in the event, in W·L_x", "dissipated", per="normal_load")
+    node_x: NDArray[np.float64] = at_node("position of the surface node, in L_x", "x", symbol="x/L_x", coordinate=True)
     """(n_x,), as is the next; of a surface without ends as many more as the pin has come upon."""
-    node_slips: NDArray[np.int64] = field(
-        metadata=at_node("slips of the surface node in all events", "slips", dtype=np.int64)
-    )
+    node_slips: NDArray[np.int64] = at_node("slips of the surface node in all events", "slips", dtype=np.int64)
     normal_load: float
     """W."""
     spacing: float
@@ -93,42 +79,34 @@ class FrictionRecord(Viewed):
     goes on meeting what it met where it touched."""
     presliding_length: float
     """μ_i·W/K, in L_x: where a contact that stuck as a whole would reach the friction of all its nodes. Infinite if K ≤ 0."""
-    initial_force: float = field(
-        metadata=quantity(
-            "F/W after initial contact",
-            "initial_friction",
-            per="normal_load",
-            symbol="F/W",
-            comment="friction force over load",
-        )
+    initial_force: float = quantity(
+        "F/W after initial contact",
+        "initial_friction",
+        per="normal_load",
+        symbol="F/W",
+        comment="friction force over load",
     )
-    initial_stiffness: float = field(
-        metadata=quantity("initial stiffness, in G·L_y", of_grid=True, comment="dF/dδ_p before the first event")
+    initial_stiffness: float = quantity(
+        "initial stiffness, in G·L_y", of_grid=True, comment="dF/dδ_p before the first event"
     )
-    initial_slips: int = field(metadata=quantity("node slips of initial contact"))
-    initial_contact_size: int = field(metadata=quantity("nodes in contact after initial contact"))
-    end_nodes: int = field(
-        metadata=quantity(
-            "end nodes of the surface in contact", comment="0 to 2, where the record begins or where it ends"
-        )
+    initial_slips: int = quantity("node slips of initial contact")
+    initial_contact_size: int = quantity("nodes in contact after initial contact")
+    end_nodes: int = quantity(
+        "end nodes of the surface in contact", comment="0 to 2, where the record begins or where it ends"
     )
-    final_displacement: float = field(
-        metadata=quantity(
-            "displacement at the end, in L_x",
-            symbol="δ_p/L_x",
-            comment="pin displacement where the record ends",
-            si=Quantity("", "displacement at the end", "m", "length"),
-        )
+    final_displacement: float = quantity(
+        "displacement at the end, in L_x",
+        symbol="δ_p/L_x",
+        comment="pin displacement where the record ends",
+        si=Quantity("", "displacement at the end", "m", "length"),
     )
     """The last event, or the displacement limit."""
-    final_force: float = field(
-        metadata=quantity(
-            "F/W at the end of the record",
-            "final_friction",
-            per="normal_load",
-            symbol="F/W",
-            comment="friction force over load",
-        )
+    final_force: float = quantity(
+        "F/W at the end of the record",
+        "final_friction",
+        per="normal_load",
+        symbol="F/W",
+        comment="friction force over load",
     )
     outcome: Outcome
     """How the run ended."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.ensemble import jackknife, mean_of, needed
-from nanoslip.solver.parameter import as_metadata, quantities, quantity
+from nanoslip.solver.parameter import as_field, quantities, quantity
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.power_law import (
     DRAWS,
@@ -49,20 +49,18 @@ _OF_RECORD = quantities(FrictionRecord)
 class EventSizes(Viewed):
     """Sizes of each event of a record, arrays (e,); 0 is no size. Lengths in L_x, forces over W, energies in W·L_x."""
 
-    slips: NDArray[np.int64] = field(metadata=as_metadata(_OF_RECORD["slips"]))
-    extent: NDArray[np.int32] = field(metadata=as_metadata(_OF_RECORD["extent"]))
-    drop: Vector = field(
-        metadata=event(
-            "drop of F/W in the event",
-            "drop",
-            symbol="ΔF/W",
-            comment="event_friction_before minus event_friction_after; 0 within rounding",
-        )
+    slips: NDArray[np.int64] = as_field(_OF_RECORD["slips"])
+    extent: NDArray[np.int32] = as_field(_OF_RECORD["extent"])
+    drop: Vector = event(
+        "drop of F/W in the event",
+        "drop",
+        symbol="ΔF/W",
+        comment="event_friction_before minus event_friction_after; 0 within rounding",
     )
     """Fall of F/W; rises are 0."""
-    energy: Vector = field(metadata=as_metadata(replace(_OF_RECORD["dissipated"], per="")))
+    energy: Vector = as_field(replace(_OF_RECORD["dissipated"], per=""))
     """Energy lost."""
-    step: Vector = field(metadata=event("displacement to the next event, in L_x", "step"))
+    step: Vector = event("displacement to the next event, in L_x", "step")
     """Displacement to the next event; NaN of the last."""
 
     def _facts(self) -> Iterator[str]:
@@ -303,7 +301,7 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
 def _with_its_error(name: str, meaning: str, more: dict[str, Any]) -> list[tuple[str, Any, Field[Any]]]:
     """A field, and behind one whose dataset states a ± the two numbers that stand beside it there."""
     beside = ("_uncertainty", "_members") if more.get("ensemble") else ()
-    return [(name, Any, field(metadata=quantity(meaning, **more))), *((name + end, Any, field()) for end in beside)]
+    return [(name, Any, quantity(meaning, **more)), *((name + end, Any, field()) for end in beside)]
 
 
 def _joined(*parts: str) -> str:
@@ -344,22 +342,16 @@ EventDistributions: Any = make_dataclass(
 class SizeBins:
     """The sizes of all members in bins of equal ratio, one size behind the other; bins without any are left out."""
 
-    bin_of: NDArray[np.int8] = field(
-        metadata=quantity(
-            "size that is distributed", "", along="bin", codes=tuple(SIZES), dtype=np.int8, coordinate=True
-        )
+    bin_of: NDArray[np.int8] = quantity(
+        "size that is distributed", "", along="bin", codes=tuple(SIZES), dtype=np.int8, coordinate=True
     )
-    bin_middle: NDArray[np.float64] = field(
-        metadata=quantity(
-            "middle of the bin", along="bin", coordinate=True, comment="in the size's unit; geometric mean of its ends"
-        )
+    bin_middle: NDArray[np.float64] = quantity(
+        "middle of the bin", along="bin", coordinate=True, comment="in the size's unit; geometric mean of its ends"
     )
-    bin_density: NDArray[np.float64] = field(
-        metadata=quantity("share of events per unit of size", along="bin", comment="of whole numbers, per number")
+    bin_density: NDArray[np.float64] = quantity(
+        "share of events per unit of size", along="bin", comment="of whole numbers, per number"
     )
-    bin_events: NDArray[np.int64] = field(
-        metadata=quantity("events in the bin", along="bin", dtype=np.int64, comment="of all members")
-    )
+    bin_events: NDArray[np.int64] = quantity("events in the bin", along="bin", dtype=np.int64, comment="of all members")
 
 
 def event_distributions(members: Sequence[tuple[FrictionRecord, Plateau]], draws: int = DRAWS) -> tuple[Any, SizeBins]:

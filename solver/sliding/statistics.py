@@ -4,7 +4,7 @@ The plateau of a friction record is found in nanoslip.solver.sliding.plateau.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -22,68 +22,52 @@ LONGEST_CYCLE: Final = 6000
 class EventStatistics(Labels):
     """Counts and means over the events of one friction record. NaN without events."""
 
-    peak_friction: float = field(
-        metadata=quantity(
-            "largest F/W of the record",
-            symbol="F/W",
-            ensemble=True,
-            comment="friction force over load, of the whole record; NaN where the pin has not moved",
-        )
+    peak_friction: float = quantity(
+        "largest F/W of the record",
+        symbol="F/W",
+        ensemble=True,
+        comment="friction force over load, of the whole record; NaN where the pin has not moved",
     )
-    surface_stiffness: float = field(
-        metadata=quantity(
-            "lateral stiffness, in G·L_y",
-            ensemble=True,
-            of_grid=True,
-            symbol="K",
-            comment="of the contact before it slides (Eq. 15)",
-            si=Quantity("", "lateral stiffness", "N m-1", "stiffness", symbol="K"),
-        )
+    surface_stiffness: float = quantity(
+        "lateral stiffness, in G·L_y",
+        ensemble=True,
+        of_grid=True,
+        symbol="K",
+        comment="of the contact before it slides (Eq. 15)",
+        si=Quantity("", "lateral stiffness", "N m-1", "stiffness", symbol="K"),
     )
-    events: int = field(metadata=quantity("events of the record"))
-    spacings: float = field(
-        metadata=quantity(
-            "length of the record, in node spacings", "record_spacings", comment="the surface repeats each spacing"
-        )
+    events: int = quantity("events of the record")
+    spacings: float = quantity(
+        "length of the record, in node spacings", "record_spacings", comment="the surface repeats each spacing"
     )
-    presliding_lengths: float = field(
-        metadata=quantity(
-            "record's length, in presliding lengths",
-            "record_presliding_lengths",
-            comment="of μ_i·W/K; run-in takes one and a half; infinite without friction",
-        )
+    presliding_lengths: float = quantity(
+        "record's length, in presliding lengths",
+        "record_presliding_lengths",
+        comment="of μ_i·W/K; run-in takes one and a half; infinite without friction",
     )
-    cycle_events: int = field(
-        metadata=quantity(
-            "events of the cycle at the end",
-            comment="period with which the end of the record repeats exactly; 0: no period",
-        )
+    cycle_events: int = quantity(
+        "events of the cycle at the end",
+        comment="period with which the end of the record repeats exactly; 0: no period",
     )
-    cycle_spacings: float = field(
-        metadata=quantity(
-            "length of that cycle, in node spacings", comment="how far the pin moves in a cycle of cycle_events"
-        )
+    cycle_spacings: float = quantity(
+        "length of that cycle, in node spacings", comment="how far the pin moves in a cycle of cycle_events"
     )
     """0 without one."""
-    slips: int = field(metadata=quantity("events triggered by a slip"))
-    releases: int = field(metadata=quantity("events triggered by a release"))
-    touches: int = field(metadata=quantity("events triggered by a new contact"))
-    cascade_slips: int = field(metadata=quantity("node slips of all cascades together"))
-    cascade_releases: int = field(metadata=quantity("nodes that left contact in the record"))
-    cascade_touches: int = field(metadata=quantity("nodes that touched in the record"))
-    mean_step: float = field(
-        metadata=quantity(
-            "mean step per event, in L_x",
-            ensemble=True,
-            comment="pin displacement from one event to the next",
-            si=Quantity("", "mean step per event", "m", "length"),
-        )
+    slips: int = quantity("events triggered by a slip")
+    releases: int = quantity("events triggered by a release")
+    touches: int = quantity("events triggered by a new contact")
+    cascade_slips: int = quantity("node slips of all cascades together")
+    cascade_releases: int = quantity("nodes that left contact in the record")
+    cascade_touches: int = quantity("nodes that touched in the record")
+    mean_step: float = quantity(
+        "mean step per event, in L_x",
+        ensemble=True,
+        comment="pin displacement from one event to the next",
+        si=Quantity("", "mean step per event", "m", "length"),
     )
-    mean_slips: float = field(metadata=quantity("mean number of node slips per event"))
-    mean_drop: float = field(metadata=quantity("mean drop of F/W per event", ensemble=True))
-    dissipated: float = field(
-        metadata=quantity("energy lost in all events, in W·L_x", "dissipated_energy", per="normal_load")
-    )
+    mean_slips: float = quantity("mean number of node slips per event")
+    mean_drop: float = quantity("mean drop of F/W per event", ensemble=True)
+    dissipated: float = quantity("energy lost in all events, in W·L_x", "dissipated_energy", per="normal_load")
     """In G·L_x²·L_y here."""
 
     def _facts(self) -> Iterator[str]:

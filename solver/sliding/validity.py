@@ -9,7 +9,7 @@ flags of the ends come early for initial contact and late for long records.
 import math
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -138,24 +138,20 @@ _NAME_OF_BIT = {flag.mask: flag.name for flag in FLAGS}
 class Validity:
     """Validity flags of a contact or record, and its half-width."""
 
-    validity_flags: int = field(
-        metadata=quantity(
-            "warnings that the contact is doubtful",
-            comment="at any time of the record; "
-            "of a contact that was not reached those to be expected; bits by flag_masks; 0: none, or not computed "
-            "(see outcome); what each means and asks for is in advice",
-            flags=tuple(_NAME_OF_BIT.get(1 << bit, "") for bit in range(FLAGS[-1].mask.bit_length())),
-        )
+    validity_flags: int = quantity(
+        "warnings that the contact is doubtful",
+        comment="at any time of the record; "
+        "of a contact that was not reached those to be expected; bits by flag_masks; 0: none, or not computed "
+        "(see outcome); what each means and asks for is in advice",
+        flags=tuple(_NAME_OF_BIT.get(1 << bit, "") for bit in range(FLAGS[-1].mask.bit_length())),
     )
-    contact_half_width: float = field(
-        metadata=quantity(
-            "half-width of the contact, in L_x",
-            symbol="a/L_x",
-            ensemble=True,
-            of_grid=True,
-            comment="after initial contact: half of the contact's width, without gaps in it; its edges are where the "
-            "square of pressure, drawn through the last two nodes, is zero",
-        )
+    contact_half_width: float = quantity(
+        "half-width of the contact, in L_x",
+        symbol="a/L_x",
+        ensemble=True,
+        of_grid=True,
+        comment="after initial contact: half of the contact's width, without gaps in it; its edges are where the "
+        "square of pressure, drawn through the last two nodes, is zero",
     )
 
 

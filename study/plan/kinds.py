@@ -6,7 +6,7 @@ A kind is computed in nanoslip.study.run.compute; its cost is in nanoslip.study.
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any, Final, NamedTuple
 
@@ -24,7 +24,7 @@ from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.ensemble import ALONE, Ensemble, Places
 from nanoslip.solver.last import of_the_last
-from nanoslip.solver.parameter import Quantity, quantities, quantity
+from nanoslip.solver.parameter import Quantity, as_field, quantities, quantity
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import Collective, Portion, batches
 from nanoslip.solver.sliding.plateau import Plateau
@@ -177,8 +177,8 @@ COMPLIANCE: Final = Kind("compliance", lambda _: True, _compliance_tasks)
 # tractions are wanted.
 
 
-def seen_after(along: str) -> dict[str, Any]:
-    """Metadata of a column: the event after which the values of a node hold."""
+def seen_after(along: str) -> Any:
+    """A field that is a column: the event after which the values of a node hold."""
     return quantity("event after which the values hold", "event", along=along, dtype=np.int64, comment=_OF_THE_RECORD)
 
 
@@ -189,8 +189,8 @@ _OF_THE_RECORD = "of the record; 0: initial contact"
 class SurfaceNodes:
     """When and where each surface node of a contact is seen."""
 
-    event: NDArray[np.int64] = field(metadata=seen_after(along="contact_node"))
-    x: NDArray[np.float64] = field(metadata=NODE_X)
+    event: NDArray[np.int64] = seen_after(along="contact_node")
+    x: NDArray[np.float64] = as_field(NODE_X)
 
 
 def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
@@ -351,24 +351,24 @@ STATISTICS: Final = Kind(
 # The contact of the first member after chosen events of a record (0: initial contact), and the inside of the slab there.
 
 
-_AS_IN_A_CONTACT = {item.name: item.metadata for item in fields(ContactState)}
+_AS_IN_A_CONTACT = quantities(ContactState)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceStates(SurfaceNodes):
     """Every surface node after each event, one event behind the other; units as in ContactState."""
 
-    pressure: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["pressure"])
-    shear: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["shear"])
-    slip: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["slip"])
-    gap: NDArray[np.float64] = field(metadata=_AS_IN_A_CONTACT["gap"])
+    pressure: NDArray[np.float64] = as_field(_AS_IN_A_CONTACT["pressure"])
+    shear: NDArray[np.float64] = as_field(_AS_IN_A_CONTACT["shear"])
+    slip: NDArray[np.float64] = as_field(_AS_IN_A_CONTACT["slip"])
+    gap: NDArray[np.float64] = as_field(_AS_IN_A_CONTACT["gap"])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InteriorEvents:
     """Record and event of each node inside the slab."""
 
-    event: NDArray[np.int64] = field(metadata=seen_after(along="interior_node"))
+    event: NDArray[np.int64] = seen_after(along="interior_node")
 
 
 def states_task(case: Case, events: tuple[int, ...], subsurface: bool) -> Task:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import pytest
@@ -61,9 +61,9 @@ class Fruit(Sweet):
 
 @dataclass(frozen=True)
 class Made:
-    plain: float = field(metadata=quantity("a number"))
-    called: float = field(metadata=quantity("another", "its_own_name", "m", per="length", ensemble=True))
-    with_twin: float = field(metadata=quantity("a length, in L_x", si=of.Quantity("", "a length", "m", "length")))
+    plain: float = quantity("a number")
+    called: float = quantity("another", "its_own_name", "m", per="length", ensemble=True)
+    with_twin: float = quantity("a length, in L_x", si=of.Quantity("", "a length", "m", "length"))
     undeclared: float
 
 

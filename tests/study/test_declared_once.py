@@ -1,6 +1,6 @@
 """A number that somebody adds is declared once, where the solver makes it: results, dataset and descriptions follow."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +31,10 @@ from tests.study.dataset.campaigns import compute
 class LongestStep(EventStatistics):
     """The statistics, and one more of them."""
 
-    longest_step: float = field(
-        metadata=quantity(
-            "longest way between two events, in L_x",
-            ensemble=True,
-            si=Quantity("", "longest way between two events", "m", "length"),
-        )
+    longest_step: float = quantity(
+        "longest way between two events, in L_x",
+        ensemble=True,
+        si=Quantity("", "longest way between two events", "m", "length"),
     )
 
 
@@ -44,7 +42,7 @@ class LongestStep(EventStatistics):
 class WithFalls(FrictionRecord):
     """The record, and one more column of its events."""
 
-    fall: NDArray[np.float64] = field(metadata=event("fall of F/W in the event", "fall", per="normal_load"))
+    fall: NDArray[np.float64] = event("fall of F/W in the event", "fall", per="normal_load")
 
 
 def parts_of(value: Any) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """A task computes the members of a case: a prefix of more of them, as many as a target takes, and some without the others."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -203,7 +203,7 @@ def test_the_arrays_of_a_first_member_that_is_not_usable_are_not_kept():
 
 @dataclass(frozen=True)
 class Column:
-    position: np.ndarray = field(metadata=quantity("position", along="sample"))
+    position: np.ndarray = quantity("position", along="sample")
 
 
 def test_of_no_members_there_are_no_numbers():
