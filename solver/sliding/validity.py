@@ -10,6 +10,7 @@ import math
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,85 +52,65 @@ FELT = 0.02
 """Slope of the roughness, over a/R at the contact's edge, from which it is felt: plateaus noticed it at 0.07, not at 0.007."""
 
 
-class Flag(NamedTuple):
-    """One way in which a contact means little."""
+class Flag(Enum):
+    """One way in which a contact means little: the bit `mask`, its name, meaning and advice.
 
-    mask: int
-    """Its bit."""
-    name: str
-    meaning: str
-    advice: str
+    Only older datasets have the bits 64 and 256. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact has
+    the last that applies.
+    """
+
+    few_nodes = (
+        1,
+        f"fewer than {FEWEST_NODES} nodes in contact",
+        "raise radius (half_width of a punch) or n_x",
+    )
+    near_ends = (
+        2,
+        f"contact nearer to an end of the slab than {NEAR:g} of its half-width",
+        "lower normal_load, radius (half_width of a punch) or the record's limits",
+    )
+    outgrown = (
+        4,
+        "contact at an end of the surface, where the grid ends and not the contact",
+        "lower normal_load, radius (half_width of a punch) or the record's limits",
+    )
+    whole_slab = (
+        8,
+        "the pin covers the whole slab: slab width, not load and radius, sets the contact size",
+        "lower normal_load or radius (half_width of a punch)",
+    )
+    beyond_contact = (
+        16,
+        "pin moved by more than the contact's half-width, away from where it came down",
+        "lower the record's limits",
+    )
+    large_strain = (
+        32,
+        f"mean pressure above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
+        "lower normal_load, or raise radius (half_width of a punch)",
+    )
+    unresolved_slab = (
+        128,
+        "a grid above poisson 0.38, whose nodes deform together: friction too high, by 2 % at 0.39, 5 % at 0.42, 13 % at 0.45, "
+        "30 % at 0.49; or a film on a biquadratic grid with wider cells than the contact",
+        "use the scheme strip, right up to poisson 0.5",
+    )
+    unresolved_roughness = (
+        512,
+        f"nodes too far apart for the pin's roughness: they miss more than {MISSED:g} of its slope",
+        "raise n_x (nanoslip profile gives the value), or smooth the profile",
+    )
+    short_profile = (
+        1024,
+        "the pin's roughness profile is shorter than the contact, and constant beyond",
+        "use a longer profile, or lower normal_load or radius",
+    )
+
+    def __init__(self, mask: int, meaning: str, advice: str) -> None:
+        self.mask, self.meaning, self.advice = mask, meaning, advice
 
 
-FEW_NODES = Flag(
-    1,
-    "few_nodes",
-    f"fewer than {FEWEST_NODES} nodes in contact",
-    "raise radius (half_width of a punch) or n_x",
-)
-NEAR_ENDS = Flag(
-    2,
-    "near_ends",
-    f"contact nearer to an end of the slab than {NEAR:g} of its half-width",
-    "lower normal_load, radius (half_width of a punch) or the record's limits",
-)
-OUTGROWN = Flag(
-    4,
-    "outgrown",
-    "contact at an end of the surface, where the grid ends and not the contact",
-    "lower normal_load, radius (half_width of a punch) or the record's limits",
-)
-WHOLE_SLAB = Flag(
-    8,
-    "whole_slab",
-    "the pin covers the whole slab: slab width, not load and radius, sets the contact size",
-    "lower normal_load or radius (half_width of a punch)",
-)
-BEYOND_CONTACT = Flag(
-    16,
-    "beyond_contact",
-    "pin moved by more than the contact's half-width, away from where it came down",
-    "lower the record's limits",
-)
-LARGE_STRAIN = Flag(
-    32,
-    "large_strain",
-    f"mean pressure above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
-    "lower normal_load, or raise radius (half_width of a punch)",
-)
-UNRESOLVED_SLAB = Flag(
-    128,
-    "unresolved_slab",
-    "a grid above poisson 0.38, whose nodes deform together: friction too high, by 2 % at 0.39, 5 % at 0.42, 13 % at 0.45, "
-    "30 % at 0.49; or a film on a biquadratic grid with wider cells than the contact",
-    "use the scheme strip, right up to poisson 0.5",
-)
-UNRESOLVED_ROUGHNESS = Flag(
-    512,
-    "unresolved_roughness",
-    f"nodes too far apart for the pin's roughness: they miss more than {MISSED:g} of its slope",
-    "raise n_x (nanoslip profile gives the value), or smooth the profile",
-)
-SHORT_PROFILE = Flag(
-    1024,
-    "short_profile",
-    "the pin's roughness profile is shorter than the contact, and constant beyond",
-    "use a longer profile, or lower normal_load or radius",
-)
-FLAGS = (
-    FEW_NODES,
-    NEAR_ENDS,
-    OUTGROWN,
-    WHOLE_SLAB,
-    BEYOND_CONTACT,
-    LARGE_STRAIN,
-    UNRESOLVED_SLAB,
-    UNRESOLVED_ROUGHNESS,
-    SHORT_PROFILE,
-)
-"""All of them; only older datasets have the bits 64 and 256. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a
-contact has the last that applies."""
-
+FLAGS = tuple(Flag)
 Flags = tuple[Flag, ...]
 _NAME_OF_BIT = {flag.mask: flag.name for flag in FLAGS}
 
@@ -284,13 +265,13 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     narrowest = min(seen.half_width, expected)  # few nodes make a narrow contact seem wide
     several = FEWEST_NODES / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
     found = (
-        FEW_NODES if seen.fewest < FEWEST_NODES else None,
+        Flag.few_nodes if seen.fewest < FEWEST_NODES else None,
         _place(case, seen),
-        BEYOND_CONTACT if seen.travel > seen.half_width and not case.slab.scheme.endless else None,
-        LARGE_STRAIN if case.normal_load > LARGEST_PRESSURE * 2 * narrowest else None,
-        None if case.slab.scheme.resolves(case.slab, max(narrowest, several)) else UNRESOLVED_SLAB,
-        UNRESOLVED_ROUGHNESS if missed > MISSED * slope and slope > FELT * pin.curvature * narrowest else None,
-        SHORT_PROFILE if pin.rough and float(np.ptp(pin.knots)) < 2.0 * narrowest else None,
+        Flag.beyond_contact if seen.travel > seen.half_width and not case.slab.scheme.endless else None,
+        Flag.large_strain if case.normal_load > LARGEST_PRESSURE * 2 * narrowest else None,
+        None if case.slab.scheme.resolves(case.slab, max(narrowest, several)) else Flag.unresolved_slab,
+        Flag.unresolved_roughness if missed > MISSED * slope and slope > FELT * pin.curvature * narrowest else None,
+        Flag.short_profile if pin.rough and float(np.ptp(pin.knots)) < 2.0 * narrowest else None,
     )
     return tuple([flag for flag in found if flag])
 
@@ -298,11 +279,11 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
 def _place(case: Case, seen: _Seen) -> Flag | None:
     """How near the contact came to the ends of the surface; a half-plane's are those of its grid alone."""
     if seen.most == case.slab.n_x:
-        return WHOLE_SLAB
+        return Flag.whole_slab
     if seen.margin <= 0.0:
-        return OUTGROWN
+        return Flag.outgrown
     near = not case.slab.scheme.endless and seen.margin < NEAR * seen.half_width
-    return NEAR_ENDS if near else None
+    return Flag.near_ends if near else None
 
 
 def lawfulness(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Outcome:

@@ -22,7 +22,7 @@ from nanoslip.solver.sliding import slide as full_contact
 from nanoslip.solver.sliding.kernels.slide import slide_events
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import compiled_at, first_of, first_room, slide, slide_full_contact, slide_to_state
-from nanoslip.solver.sliding.validity import SHORT_PROFILE, UNRESOLVED_ROUGHNESS, contact_flags, expected_flags
+from nanoslip.solver.sliding.validity import Flag, contact_flags, expected_flags
 from tests.physics import assert_contact_laws
 
 SLAB = Slab(n_x=33)
@@ -327,11 +327,11 @@ def test_a_profile_that_nodes_miss_is_flagged_before_and_after(n_x):
     coarse = rough(
         random_profile(2e-7, 601), replace(CASE, slab=Slab(n_x, scheme="strip")), max_events=None, max_presliding=3.0
     )
-    assert UNRESOLVED_ROUGHNESS in expected_flags(coarse)
+    assert Flag.unresolved_roughness in expected_flags(coarse)
     start = initial_contact(coarse, surface_compliance(coarse.slab))
-    assert UNRESOLVED_ROUGHNESS in contact_flags(coarse, start)
-    assert UNRESOLVED_ROUGHNESS not in expected_flags(replace(coarse, slab=Slab(2049, scheme="strip")))
-    assert UNRESOLVED_ROUGHNESS not in expected_flags(
+    assert Flag.unresolved_roughness in contact_flags(coarse, start)
+    assert Flag.unresolved_roughness not in expected_flags(replace(coarse, slab=Slab(2049, scheme="strip")))
+    assert Flag.unresolved_roughness not in expected_flags(
         replace(coarse, radius=1e-3 * coarse.radius)
     )  # its slope is not felt
 
@@ -351,6 +351,6 @@ def test_a_profile_that_nodes_miss_rubs_less():
 
 def test_a_profile_shorter_than_the_contact_is_flagged():
     case = rough(profile(np.linspace(-0.05, 0.05, 11), np.zeros(11)), replace(CASE, slab=Slab(65, scheme="strip")))
-    assert SHORT_PROFILE in expected_flags(case)
+    assert Flag.short_profile in expected_flags(case)
     wide = profile(np.linspace(-0.5, 0.5, 11), np.zeros(11))
-    assert SHORT_PROFILE not in expected_flags(replace(case, heterogeneity=Heterogeneity(roughness=wide)))
+    assert Flag.short_profile not in expected_flags(replace(case, heterogeneity=Heterogeneity(roughness=wide)))

@@ -17,13 +17,8 @@ from nanoslip.solver.parameter import attributes, quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.validity import (
-    BEYOND_CONTACT,
-    FEW_NODES,
     FLAGS,
-    LARGE_STRAIN,
-    NEAR_ENDS,
-    OUTGROWN,
-    WHOLE_SLAB,
+    Flag,
     Validity,
     advice_on,
     contact_flags,
@@ -61,10 +56,10 @@ def punch(nodes, normal_load=1e-3):
 # Of 2k + 1 nodes, the edge lies (15.5 - k) spacings from the end and (k + 0.5) from the middle: near, below 0.45, from k = 11 on.
 # Under a mean pressure of G/10 a punch of half-width L_x/4 bears 0.05.
 TOUCHING = {
-    "fewer than 12 nodes": (punch(11), punch(13), FEW_NODES),
-    "near the ends": (punch(25), punch(21), NEAR_ENDS),
-    "the whole slab": (punch(33), punch(31), WHOLE_SLAB),
-    "a tenth of G": (punch(17, normal_load=0.0501), punch(17, normal_load=0.0499), LARGE_STRAIN),
+    "fewer than 12 nodes": (punch(11), punch(13), Flag.few_nodes),
+    "near the ends": (punch(25), punch(21), Flag.near_ends),
+    "the whole slab": (punch(33), punch(31), Flag.whole_slab),
+    "a tenth of G": (punch(17, normal_load=0.0501), punch(17, normal_load=0.0499), Flag.large_strain),
 }
 
 
@@ -79,9 +74,9 @@ def test_a_flag_of_first_touch_is_raised_and_not_beside(raising, beside, flag):
 SMALL_PIN = Case(0.1, 10.0, 5.2e-4, slab=Slab(N), max_events=None, max_displacement=0.1)
 SLIDING = {
     # Hertz's contact of 3 nodes and 1.5 spacings, on this grid to half a spacing: the pin goes farther than both, or less far.
-    "beyond the contact": (2.1 * H, 1.425 * H, BEYOND_CONTACT),
+    "beyond the contact": (2.1 * H, 1.425 * H, Flag.beyond_contact),
     # From the middle the last node is 16 spacings away, which the contact of 3 to 5 nodes reaches 2 spacings earlier.
-    "to the end": (16.0 * H, 12.0 * H, OUTGROWN),
+    "to the end": (16.0 * H, 12.0 * H, Flag.outgrown),
 }
 
 
@@ -108,17 +103,17 @@ def test_a_record_is_flagged_for_what_was_so_at_any_time_of_it():
     at_the_end = replace(start, contact=np.arange(N) == N - 1)
     for record, end, flags in (
         (plain, start, ()),
-        (replace(plain, contact_size=np.array([13, 11, 13])), start, (FEW_NODES,)),
-        (replace(plain, contact_size=np.array([13, N, 13])), start, (WHOLE_SLAB,)),
-        (replace(plain, node=np.array([16, 0, 16])), start, (OUTGROWN,)),
-        (replace(plain, node=np.array([16, 1, 16])), start, (NEAR_ENDS,)),
-        (replace(plain, node_slips=np.bincount([0, 16], minlength=N)), start, (OUTGROWN,)),
-        (plain, at_the_end, (OUTGROWN,)),
-        (replace(plain, final_displacement=0.3), start, (BEYOND_CONTACT,)),
+        (replace(plain, contact_size=np.array([13, 11, 13])), start, (Flag.few_nodes,)),
+        (replace(plain, contact_size=np.array([13, N, 13])), start, (Flag.whole_slab,)),
+        (replace(plain, node=np.array([16, 0, 16])), start, (Flag.outgrown,)),
+        (replace(plain, node=np.array([16, 1, 16])), start, (Flag.near_ends,)),
+        (replace(plain, node_slips=np.bincount([0, 16], minlength=N)), start, (Flag.outgrown,)),
+        (plain, at_the_end, (Flag.outgrown,)),
+        (replace(plain, final_displacement=0.3), start, (Flag.beyond_contact,)),
     ):
         assert record_flags(case, start, record, end) == flags
     everywhere = replace(start, contact=np.ones(N, bool))
-    assert record_flags(case, everywhere, plain, start) == (WHOLE_SLAB,)
+    assert record_flags(case, everywhere, plain, start) == (Flag.whole_slab,)
 
 
 def test_a_contact_has_one_place_the_nearest_that_it_came_to():
@@ -127,15 +122,15 @@ def test_a_contact_has_one_place_the_nearest_that_it_came_to():
     start, record, end = slid(case)
     assert start.contact.all()
     assert record.contact_size[-1] < N
-    assert record_flags(case, start, record, end) == (WHOLE_SLAB,)
-    assert contact_flags(case, end) != (WHOLE_SLAB,)
+    assert record_flags(case, start, record, end) == (Flag.whole_slab,)
+    assert contact_flags(case, end) != (Flag.whole_slab,)
 
 
 def test_a_half_plane_has_no_ends_to_be_near_but_its_grid_has():
     case = replace(punch(25), slab=Slab(N, scheme="half_plane"))
     assert expected_flags(case) == contact_flags(case, touched(case)) == ()
     all_nodes = replace(case, half_width=0.5)
-    assert expected_flags(all_nodes) == contact_flags(all_nodes, touched(all_nodes)) == (WHOLE_SLAB,)
+    assert expected_flags(all_nodes) == contact_flags(all_nodes, touched(all_nodes)) == (Flag.whole_slab,)
 
 
 def test_nodes_that_are_too_few_do_not_hide_a_large_strain():
@@ -143,7 +138,7 @@ def test_nodes_that_are_too_few_do_not_hide_a_large_strain():
     case = Case(radius=0.1, normal_load=2e-3, slab=Slab(N))
     assert touched(case).contact.sum() == 1
     assert case.normal_load / H < 0.1
-    assert contact_flags(case, touched(case)) == expected_flags(case) == (FEW_NODES, LARGE_STRAIN)
+    assert contact_flags(case, touched(case)) == expected_flags(case) == (Flag.few_nodes, Flag.large_strain)
 
 
 def test_what_was_not_reached_has_no_flags_and_no_width():
@@ -213,9 +208,9 @@ def test_on_a_map_of_radius_and_load_no_contact_without_meaning_goes_unflagged()
         start, record, end = slid(case)
         found, expected = record_flags(case, start, record, end), expected_flags(case)
         size = int(start.contact.sum())
-        assert (WHOLE_SLAB in found) == (size == N)
-        assert (FEW_NODES in found) == (min(size, record.contact_size.min()) < 12) == (FEW_NODES in expected)
-        assert set(contact_flags(case, start)) & {FEW_NODES, WHOLE_SLAB} <= set(found)
+        assert (Flag.whole_slab in found) == (size == N)
+        assert (Flag.few_nodes in found) == (min(size, record.contact_size.min()) < 12) == (Flag.few_nodes in expected)
+        assert set(contact_flags(case, start)) & {Flag.few_nodes, Flag.whole_slab} <= set(found)
         assert bool(found) or not expected
         agree += found == expected
     assert agree >= 86
@@ -229,9 +224,9 @@ def test_few_nodes_are_expected_where_they_are_found(start, spacings):
     radius = (spacings * slab.spacing) ** 2 * math.pi / (2 * 1e-4 * (1 - slab.poisson))
     case = Case(0.1, radius, normal_load=1e-4, start=start, slab=slab, max_events=None, max_spacings=1.0)
     begun, record, end = slid(case)
-    assert (FEW_NODES in contact_flags(case, begun)) == (FEW_NODES in expected_flags(case))
-    found = FEW_NODES in record_flags(case, begun, record, end)
-    assert found == (FEW_NODES in expected_flags(case, record.final_displacement)) == (spacings < 6.0)
+    assert (Flag.few_nodes in contact_flags(case, begun)) == (Flag.few_nodes in expected_flags(case))
+    found = Flag.few_nodes in record_flags(case, begun, record, end)
+    assert found == (Flag.few_nodes in expected_flags(case, record.final_displacement)) == (spacings < 6.0)
 
 
 def test_flags_are_bits_of_one_number():
@@ -244,4 +239,4 @@ def test_flags_are_bits_of_one_number():
     names = dict(zip(attrs["flag_masks"], attrs["flag_meanings"].split(), strict=True))
     assert names == {flag.mask: flag.name for flag in FLAGS}
     assert advice_on(()) == ""
-    assert advice_on(flags_in(33)) == f"few_nodes: {FEW_NODES.advice}; large_strain: {LARGE_STRAIN.advice}"
+    assert advice_on(flags_in(33)) == f"few_nodes: {Flag.few_nodes.advice}; large_strain: {Flag.large_strain.advice}"

@@ -15,7 +15,7 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import RESUMABLE, slide_to_state, states_at
-from nanoslip.solver.sliding.validity import UNRESOLVED_ROUGHNESS, expected_flags, record_flags
+from nanoslip.solver.sliding.validity import Flag, expected_flags, record_flags
 from tests.physics import assert_contact_laws, assert_friction_law
 
 PROFILE = np.column_stack((np.linspace(-2.0, 2.0, 800), 4e-5 * np.sin(np.linspace(0.0, 400.0, 800) ** 1.2)))
@@ -67,7 +67,7 @@ def test_laws_hold_behind_the_grids_first_place(name: str) -> None:
         assert_contact_laws(end, case, compliance if case.effects.coupling else compliance.uncoupled())
     flags = record_flags(case, start, record, end)
     assert flags == expected_flags(case, record.final_displacement)
-    assert set(flags) <= {UNRESOLVED_ROUGHNESS}  # a profile has more knots than nodes
+    assert set(flags) <= {Flag.unresolved_roughness}  # a profile has more knots than nodes
     assert record.node_slips.sum() == record.slips.sum() > 0
     assert len(record.node_x) == len(record.node_slips) >= case.slab.n_x + end.first_node > case.slab.n_x
     np.testing.assert_allclose(np.diff(record.node_x), case.slab.spacing, rtol=1e-12)

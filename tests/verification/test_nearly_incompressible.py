@@ -11,7 +11,7 @@ from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.solver.sliding.validity import UNRESOLVED_SLAB, contact_flags, expected_flags, record_flags
+from nanoslip.solver.sliding.validity import Flag, contact_flags, expected_flags, record_flags
 from tests.verification.seen import seen
 
 
@@ -54,8 +54,8 @@ def test_friction_that_is_too_high_is_flagged_and_other_is_not(n_x: int) -> None
         start = initial_contact(case, compliance(case.slab))
         record, end = slide_to_state(case, compliance(case.slab), start)
         every = (expected_flags(case, 0.1), contact_flags(case, start), record_flags(case, start, record, end))
-        assert len({UNRESOLVED_SLAB in flags for flags in every}) == 1
-        return plateau_of(record).mean, UNRESOLVED_SLAB in every[0]
+        assert len({Flag.unresolved_slab in flags for flags in every}) == 1
+        return plateau_of(record).mean, Flag.unresolved_slab in every[0]
 
     for poisson in (1 / 3, 0.38, 0.41, 0.44, 0.45, 0.49):
         slab, endless = found("galerkin", poisson), found("half_plane", poisson)

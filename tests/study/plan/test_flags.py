@@ -14,7 +14,7 @@ from nanoslip.solver.case import Case, SlipRule
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.solver.sliding.validity import FEW_NODES, WHOLE_SLAB, advice_on, flags_in
+from nanoslip.solver.sliding.validity import Flag, advice_on, flags_in
 from nanoslip.study import api
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
@@ -107,8 +107,8 @@ def test_a_contact_that_was_not_reached_keeps_the_flags_to_be_expected_of_it(col
     found = collected(text)
     assert set(found["outcome"].values.flat) == {"cascade_limit"}
     assert np.isnan(found["contact_half_width"]).all()  # the first contact itself slips
-    assert set(found["validity_flags"].values.flat) == {FEW_NODES.mask}
-    assert set(found["advice"].values.flat) == {advice_on((FEW_NODES,))}
+    assert set(found["validity_flags"].values.flat) == {Flag.few_nodes.mask}
+    assert set(found["advice"].values.flat) == {advice_on((Flag.few_nodes,))}
 
 
 def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(mapped):
@@ -121,7 +121,7 @@ def test_the_table_names_a_cases_flags_and_lines_say_what_to_do(mapped):
     whole = "whole_slab: 3 of 6 cases, first R/L_x = 20, W/(G·L_x·L_y) = 0.3: the pin covers the whole slab"
     assert [line.split(":")[0] for line in flag_summary(found)] == ["few_nodes", "whole_slab", "large_strain"]
     assert flag_summary(found)[1].startswith(whole)
-    assert flag_summary(found)[1].endswith(f"; {WHOLE_SLAB.advice}")
+    assert flag_summary(found)[1].endswith(f"; {Flag.whole_slab.advice}")
 
 
 def test_a_list_of_cases_names_its_first(collected):
