@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ from nanoslip.solver.sliding.plateau import Plateau, plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.slider import interface
-from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, as_dataset, in_words, labelled
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, as_dataset, labelled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,12 +51,9 @@ class DriveResult(Viewed):
         units = scales.units(pin_mass) if scales else {}
         return as_dataset(self._labelled(), self._factors() | units, self.outcome)
 
-    def _facts(self) -> Iterator[str]:
-        found = self.coefficients
-        yield f"μ_s {found.static_friction:.4g}"
-        yield f"μ_k {found.kinetic_friction:.4g}"
-        yield f"{len(self.motion.slip_time)} slips"
-        yield in_words(self.outcome)
+    def _facts(self) -> Iterable[str]:
+        *numbers, ended = self.coefficients._facts()
+        return *numbers, f"{len(self.motion.slip_time)} slips", ended
 
     def _labelled(self) -> Iterator[Labelled]:
         return chain(labelled(self.motion), labelled(self.coefficients), labelled(self.plateau, Plateau.PREFIX))

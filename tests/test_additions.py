@@ -14,7 +14,7 @@ import xarray as xr
 
 from nanoslip.solver.case import PARTS, SlipRule
 from nanoslip.solver.drive import INTEGRATORS, Drive
-from nanoslip.solver.dynamics.integrators import Method, integrate_rk4
+from nanoslip.solver.dynamics.integrators import RK4, Method
 from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.parameter import check, parameter
@@ -123,7 +123,7 @@ class HalfSteps(Method):
 
     def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
         step = 2.0 * np.pi / np.sqrt(motion.spring) / self.steps_per_period
-        return integrate_rk4(teeth, motion, drive.samples, step, drive.step_limit, drive.reverse_motion)
+        return RK4(float(step)).run(teeth, motion, drive)
 
 
 def test_an_integrator(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -99,7 +99,8 @@ def within_reach(
     """
     if not case.heterogeneity.roughness:
         return contact
-    if not _in_one_spot(contact):
+    nodes = np.flatnonzero(contact)
+    if len(nodes) < ONE_SPOT * (nodes[-1] - nodes[0] + 1):
         return np.ones_like(contact)
     farther, deeper = _reach(case)
     lowest = pin_of(case).lowest_within(surface_from_pin(case, first_node) + u - displacement, farther)
@@ -117,11 +118,6 @@ def good_until(case: Case, state: KernelState) -> tuple[float, float, float]:
         return float(state.scalars["displacement"]) + max(room, farther), math.inf, math.inf
     left, right = (float(state.response[nodes + end]) + deeper / NOT_SEEN for end in (0, nodes - 1))
     return float(state.scalars["displacement"]) + farther, left, right
-
-
-def _in_one_spot(contact: Nodes) -> bool:
-    nodes = np.flatnonzero(contact)
-    return bool(len(nodes) >= ONE_SPOT * (nodes[-1] - nodes[0] + 1))
 
 
 def _reach(case: Case) -> tuple[float, float]:
@@ -295,14 +291,6 @@ _set_up_before = lru_cache(maxsize=KEPT)(_set_up)
 """The same of few nodes: sliding begins with the contact that was found, and cases of a campaign have the same ones again."""
 
 
-def rebuild(state: KernelState) -> None:
-    """Replace a tableau whose pivots have gathered rounding errors by a freshly inverted one, in place."""
-    fresh = tableau(state.matrix, state.contact)
-    state.tableau[:, : len(fresh)] = fresh
-    state.scalars["residual"] = 0.0
-    respond(state)
-
-
 def answer_violations(compiled: CompiledContact, pin_rate: float = 1.0) -> Stop:
     """The cascade that begins with the worst violation; pin_rate as in `resolve`."""
     return resolve(compiled.state, compiled.constants, EventKind.NOTHING, -1, pin_rate)
@@ -323,7 +311,10 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
         if not (lifted or inaccurate):
             return status
         if inaccurate:
-            rebuild(state)
+            fresh = tableau(state.matrix, state.contact)
+            state.tableau[:, : len(fresh)] = fresh
+            state.scalars["residual"] = 0.0
+            respond(state)
         resolved = answer_violations(compiled)
         if resolved != Stop.DONE:
             return resolved

@@ -58,9 +58,7 @@ class Pin:
         return np.asarray(height + np.minimum(ends, between))
 
     def fall_within(self, distance: float) -> float:
-        """Upper bound of the roughness' rise or fall within a distance, anywhere."""
-        if not self.rough:
-            return 0.0
+        """Upper bound of the roughness' rise or fall within a distance, anywhere on a rough pin."""
         steepest = float(np.abs(np.diff(self.rises) / np.diff(self.knots)).max())
         return min(steepest * distance, float(np.ptp(self.rises)))
 

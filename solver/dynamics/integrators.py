@@ -24,9 +24,6 @@ from nanoslip.solver.parameter import MOST_WHOLE, check, parameter, require
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 
-__all__ = ["RK4", "DynamicsResult", "Exact", "integrate"]
-
-
 LARGEST: Final = 1e-4
 """Rounding allowed, over the steady friction force and over the mean width of a tooth: what a plateau knows of itself."""
 _DIGIT: Final = float(np.finfo(float).eps)
@@ -188,34 +185,29 @@ class RK4(Method):
         require("time_step", step, allowed, "0 < time_step ≤ duration with rk4")
 
     def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+        """Integrate in steps of at most `time_step`, as many as fill the duration evenly; refused if more than `step_limit`.
+
+        A step that makes free vibrations of the stuck pin grow is refused with the outcome `UNSTABLE_STEP`. Unless the pin
+        may move back, the run ends where F would be -F̃.
+        """
         assert self.time_step is not None  # a drive with rk4 has one
-        return integrate_rk4(teeth, motion, drive.samples, self.time_step, drive.step_limit, drive.reverse_motion)
-
-
-def integrate_rk4(
-    teeth: Teeth, motion: Motion, samples: int, time_step: float, step_limit: int, reverse_motion: bool
-) -> tuple[Run, Outcome]:
-    """Integrate in steps of at most `time_step`, as many as fill the duration evenly; refused if more than `step_limit`.
-
-    A step that makes free vibrations of the stuck pin grow is refused with the outcome `UNSTABLE_STEP`. Unless the pin
-    may move back, the run ends where F would be -F̃.
-    """
-    if not is_stable(time_step, motion):
-        shorter = time_step / longest(motion)
-        message = (
-            f"the stuck pin's vibrations would grow: needs a time_step shorter by a factor of {shorter:.4g} or more"
-        )
-        return nothing(samples), Outcome(Ending.UNSTABLE_STEP, message)
-    steps_needed = motion.duration / time_step * (1.0 - 1e-12)
-    if steps_needed > step_limit:
-        message = f"{steps_needed:.6g} steps of time_step, step_limit = {step_limit}: raise one of the two"
-        return nothing(samples), Outcome(Ending.STEP_LIMIT, message)
-    steps = max(1, math.ceil(steps_needed))
-    run = integrate_by_steps(teeth, motion, steps, samples, BINS, None if reverse_motion else True)
-    if math.isnan(run.friction_work):
-        message = f"the motion ran away after {part_reached(run, motion)}: needs a shorter time_step"
-        return run, Outcome(Ending.UNSTABLE_STEP, message)
-    return run, COMPLETED if run.steps == steps or slipped_enough(run, motion) else reversed_at(run, motion)
+        if not is_stable(self.time_step, motion):
+            shorter = self.time_step / longest(motion)
+            message = (
+                f"the stuck pin's vibrations would grow: needs a time_step shorter by a factor of {shorter:.4g} or more"
+            )
+            return nothing(drive.samples), Outcome(Ending.UNSTABLE_STEP, message)
+        steps_needed = motion.duration / self.time_step * (1.0 - 1e-12)
+        if steps_needed > drive.step_limit:
+            message = f"{steps_needed:.6g} steps of time_step, step_limit = {drive.step_limit}: raise one of the two"
+            return nothing(drive.samples), Outcome(Ending.STEP_LIMIT, message)
+        steps = max(1, math.ceil(steps_needed))
+        one_way = None if drive.reverse_motion else True
+        run = integrate_by_steps(teeth, motion, steps, drive.samples, BINS, one_way)
+        if math.isnan(run.friction_work):
+            message = f"the motion ran away after {part_reached(run, motion)}: needs a shorter time_step"
+            return run, Outcome(Ending.UNSTABLE_STEP, message)
+        return run, COMPLETED if run.steps == steps or slipped_enough(run, motion) else reversed_at(run, motion)
 
 
 def is_stable(time_step: float, motion: Motion) -> bool:
@@ -317,14 +309,13 @@ def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[Dy
 
     Raises NoPlateauError where the record has no steady part that could be continued.
     """
-    limit = friction_limit_of(record, plateau, drive.profile)
-    motion = integrate(limit, drive, record.initial_stiffness)
-    found = friction_coefficients(motion, record, plateau, ended_by(motion, drive))
-    for _ in range(DOUBLINGS if drive.duration is None else 0):
-        if _known(motion, found, drive) or ended_by(motion, drive) == "step_limit":
-            break
-        motion = integrate(limit, replace(drive, duration=2.0 * motion.end_time), record.initial_stiffness)
+    limit, pulled = friction_limit_of(record, plateau, drive.profile), drive
+    for _ in range(DOUBLINGS + 1):
+        motion = integrate(limit, pulled, record.initial_stiffness)
         found = friction_coefficients(motion, record, plateau, ended_by(motion, drive))
+        if drive.duration is not None or _known(motion, found, drive) or ended_by(motion, drive) == "step_limit":
+            break
+        pulled = replace(drive, duration=2.0 * motion.end_time)
     return motion, found
 
 

@@ -34,9 +34,9 @@ class Compliance(OneLine, ABC):
         """[u; w] = matrix @ [f_x; f_z], (2n, 2n)."""
 
     @property
-    @abstractmethod
     def lasting(self) -> bool:
         """Whether derived results may be cached with it: it is immutable."""
+        return True
 
     @abstractmethod
     def under_itself(self) -> Vector:
@@ -71,6 +71,12 @@ class Compliance(OneLine, ABC):
         of it, except on a half-plane, whose surface continues beyond them, and on a chain, whose blocks are all alike.
         """
         return _widths(self.slab.n_x, self.slab.scheme.equal_widths)
+
+    def _facts(self) -> Iterator[str]:
+        middle = np.array([self.slab.n_x // 2])
+        yield f"{self.slab.n_x} surface nodes"
+        yield f"scheme {self.slab.scheme.name}"
+        yield f"u under a force at the middle {self.entries(middle, middle).item():.4g}"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -120,11 +126,6 @@ class SurfaceCompliance(Compliance):
         matrix.setflags(write=False)
         return SurfaceCompliance(matrix, self.slab)
 
-    def _facts(self) -> Iterator[str]:
-        yield f"{self.slab.n_x} surface nodes"
-        yield f"scheme {self.slab.scheme.name}"
-        yield f"u under a force at the middle {self.matrix[self.slab.n_x // 2, self.slab.n_x // 2]:.4g}"
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class EndlessCompliance(Compliance):
@@ -136,10 +137,6 @@ class EndlessCompliance(Compliance):
     @property
     def matrix(self) -> Dense:
         return self.window(0, self.slab.n_x)
-
-    @property
-    def lasting(self) -> bool:
-        return True
 
     def under_itself(self) -> Vector:
         return np.full(self.slab.n_x, self.convolution.along_z[0])
@@ -157,11 +154,6 @@ class EndlessCompliance(Compliance):
 
     def uncoupled(self) -> "EndlessCompliance":
         return EndlessCompliance(self.convolution.uncoupled(), self.slab)
-
-    def _facts(self) -> Iterator[str]:
-        yield f"{self.slab.n_x} surface nodes"
-        yield f"scheme {self.slab.scheme.name}"
-        yield f"u under a force {self.convolution.along_x[0]:.4g}"
 
 
 @lru_cache(maxsize=4)  # asked for every contact, and few campaigns have more grids at a time

@@ -1,7 +1,7 @@
 """A case slid from initial contact to the end of its record, in the way that its rules ask for."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -64,8 +64,6 @@ def empty_events(capacity: int) -> Events:
 
 def first_of(events: Events, count: int) -> Events:
     """Room for the first `count` events."""
-    if count == len(events.displacement):
-        return events
     return Events(**{name: column[:count] for name, column in events._asdict().items()})
 
 
@@ -424,9 +422,6 @@ def _as_one(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, .
 
 # Slide the pin quasistatically from event to event (§2.1.1, §3.2): slip, release, touch -> FrictionRecord.
 
-WayToSlide = Callable[[Case, ContactState, Compliance], tuple[FrictionRecord, ContactState]]
-"""From a case, a contact to start from and the slab's compliance to a record and the contact where it ends."""
-
 
 def slide(case: Case, compliance: Compliance, start: ContactState | None = None) -> FrictionRecord:
     """Slide the pin of `case` from initial contact (or from `start`) to its limits, event by event.
@@ -447,7 +442,7 @@ def slide_to_state(
     if not start.outcome.ok:
         return _no_record(case, start, start), start
     try:
-        record, end = way_to_slide(case)(case, start, compliance)
+        record, end = _slid(case, start, compliance)
     except (SingularOperator, TooFarApart) as error:
         end = replace(start, outcome=error.outcome)
         record = _no_record(case, start, end)
@@ -462,13 +457,13 @@ def _no_record(case: Case, start: ContactState, end: ContactState) -> FrictionRe
     return record_of(case, start, math.nan, empty_events(0), np.zeros(case.slab.n_x, np.int64), 0, end)
 
 
-def way_to_slide(case: Case) -> WayToSlide:
-    """Which of the three ways to slide a case asks for."""
+def _slid(case: Case, start: ContactState, compliance: Compliance) -> tuple[FrictionRecord, ContactState]:
+    """The record and the contact where it ends, in the one of the three ways to slide that a case asks for."""
     if not case.effects.pin_translation:
-        return slide_with_constant_pressures
+        return slide_with_constant_pressures(case, start, compliance)
     if case.slip_rule.residual_shear == 1.0:
-        return slide_with_coulomb_friction
-    return slide_full_contact
+        return slide_with_coulomb_friction(case, start, compliance)
+    return slide_full_contact(case, start, compliance)
 
 
 def states_at(case: Case, compliance: Compliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:

@@ -63,9 +63,8 @@ class Convolution:
     def displacements(self, forces: Dense) -> Dense:
         """[u; w] of all nodes under nodal forces [f_x; f_z]; both (2, n)."""
         f_x, f_z = forces
-        along = (
-            scipy.linalg.matmul_toeplitz(self.along_x, f_x) if f_x.any() else 0.0
-        )  # a layer that rests has no number for it
+        # A layer that nothing holds sideways has no number for it.
+        along = scipy.linalg.matmul_toeplitz(self.along_x, f_x) if f_x.any() else 0.0
         sideways = scipy.linalg.matmul_toeplitz((self.across, -self.across), forces.T)
         return np.array([along + sideways[:, 1], self.w(f_z) - sideways[:, 0]])
 
