@@ -158,17 +158,12 @@ def with_error(number: float, uncertainty: float) -> str:
         return f"{number:.3g} ± ?"
     if uncertainty <= ROUNDING * abs(number):
         return f"{number:g}"
-    digits, place = _digits_and_place(uncertainty)
+    _, _, exponent = f"{uncertainty:.0e}".partition("e")
+    digits = 2 if "1" in (f"{uncertainty:.0e}"[0], f"{uncertainty:.1e}"[0]) else 1
+    place = int(exponent) - digits + 1  # the power of ten of its last digit
     number, uncertainty = round(number, -place), round(uncertainty, -place)
     if number and not SMALL <= abs(number) < LARGE:
         shown = max(int(f"{number:e}".partition("e")[2]) - place, 0)
         return f"{number:.{shown}e} ± {uncertainty:.{digits - 1}e}"
     decimals = max(-place, 0)
     return f"{number:.{decimals}f} ± {uncertainty:.{decimals}f}"
-
-
-def _digits_and_place(uncertainty: float) -> tuple[int, int]:
-    """Significant digits of an uncertainty, and the power of ten of the last one."""
-    _, _, exponent = f"{uncertainty:.0e}".partition("e")
-    digits = 2 if "1" in (f"{uncertainty:.0e}"[0], f"{uncertainty:.1e}"[0]) else 1
-    return digits, int(exponent) - digits + 1

@@ -299,8 +299,7 @@ def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive) -> tuple[R
     if not outcome.ok:
         return nothing(drive.samples), outcome
     teeth = Teeth(friction_limit.edges, friction_limit.force, friction_limit.slope, friction_limit.periodic_from)
-    method = drive.integrator
-    assert isinstance(method, Method)  # all that are registered are
+    method: Method = drive.integrator
     return method.run(teeth, motion, drive)
 
 

@@ -76,7 +76,9 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     duration = float(result.time[-1])
     ends = np.where(np.isnan(result.restick_time), duration, result.restick_time)
     stuck = 1.0 - float(np.sum(ends - result.slip_time)) / duration
-    follows = result.spring_force_range < 0.5 * _stuck_rise(result, drive)
+    # By which the spring force of a stuck pin rises in the second half of the time.
+    rise = drive.spring_stiffness * (drive.stage_velocity - result.stick_velocity) * 0.5 * result.end_time
+    follows = result.spring_force_range < 0.5 * rise
     regime = _regime(result, resticks, duration) if slips else "micro_slip" if follows else "sticks"
     late = result.slip_time >= 0.5 * duration
     repeats = regime == "micro_slip" or np.count_nonzero(late) > 1 or (0 < slips != resticks and not late.any())
@@ -109,11 +111,6 @@ def _ramp_left(result: DynamicsResult, drive: Drive, slips: int) -> float:
     if result.settling_time < lag:
         return float(after.mean()) * (math.exp(-0.5 * end / lag) - math.exp(-end / lag))
     return 0.0 if slips else float(after.mean() - before.max())
-
-
-def _stuck_rise(result: DynamicsResult, drive: Drive) -> float:
-    """By how much the spring force of a stuck pin rises in the second half of the time."""
-    return drive.spring_stiffness * (drive.stage_velocity - result.stick_velocity) * 0.5 * result.end_time
 
 
 def _regime(result: DynamicsResult, resticks: int, duration: float) -> Regime:

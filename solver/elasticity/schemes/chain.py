@@ -87,9 +87,15 @@ class Chain(Scheme):
         return self
 
     def matrix(self, slab: Slab) -> Dense:
-        n, none = slab.n_x, np.zeros((slab.n_x, slab.n_x))
-        upright = np.eye(n) / (self.foundation_stiffness * slab.spacing)
-        return np.block([[lateral_compliance(self, slab), none], [none, upright]])
+        one, none = np.eye(slab.n_x), np.zeros((slab.n_x, slab.n_x))
+        leaf, coupling = spring_stiffness(self, slab)
+        # u per f_x is the inverse of a tridiagonal stiffness, here exactly symmetric.
+        bands = np.full((2, slab.n_x), -coupling)
+        bands[1] = leaf + 2.0 * coupling
+        bands[1, [0, -1]] -= coupling
+        lateral = scipy.linalg.solveh_banded(bands, one)
+        upright = one / (self.foundation_stiffness * slab.spacing)
+        return np.block([[(lateral + lateral.T) / 2, none], [none, upright]])
 
     def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
         """K of so many neighbouring blocks moving together, far from the ends, in G, with the blocks that they drag along."""
@@ -101,13 +107,3 @@ def spring_stiffness(chain: Chain, slab: Slab) -> tuple[float, float]:
     """(k_l, k_c) of every block, in G per unit depth."""
     leaf = chain.leaf_stiffness * slab.spacing
     return leaf, leaf * chain.coupling_stiffness
-
-
-def lateral_compliance(chain: Chain, slab: Slab) -> Dense:
-    """u per f_x, (n, n), in 1/G, exactly symmetric: the inverse of a tridiagonal stiffness."""
-    leaf, coupling = spring_stiffness(chain, slab)
-    bands = np.full((2, slab.n_x), -coupling)
-    bands[1] = leaf + 2.0 * coupling
-    bands[1, [0, -1]] -= coupling
-    found = scipy.linalg.solveh_banded(bands, np.eye(slab.n_x))
-    return np.asarray((found + found.T) / 2)

@@ -16,7 +16,6 @@ smooth and integrated over k by Gauss's rule, with the hat's transform (sin(kh/2
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +48,7 @@ class Strip(EndlessScheme):
         image = soft / math.pi * (mean_log(places + 2j * height / spacing) - mean_log(places + 0j))
         waves, weights = _gauss(height, (nodes + 1) * spacing)
         weights *= np.sinc(waves * spacing / (2.0 * math.pi)) ** 2 / (math.pi * waves)
-        transforms = weights * np.array(_rests(waves * height, slab))
+        transforms = weights * _rests(waves * height, slab)
         found = np.zeros((3, slab.n_x))
         found[:2, :nodes] = image
         found[2, :nodes] = (1.0 - 2.0 * slab.poisson) / 4.0 * np.sign(places)
@@ -61,27 +60,22 @@ class Strip(EndlessScheme):
         return Convolution(*found)
 
 
-class _Rests(NamedTuple):
-    """k times the remainder of the transforms without the half-plane and its image; each (waves,)."""
+def _rests(xi: Vector, slab: Slab) -> Vector:
+    """k times the remainder of the transforms along x, along z and across, without the half-plane and its image, (3, waves).
 
-    along_x: Vector
-    along_z: Vector
-    across: Vector
-
-
-def _rests(xi: Vector, slab: Slab) -> _Rests:
-    """From ξ = kH, with all exponentials as q = exp(-2ξ): none overflows, and nothing large cancels."""
+    From ξ = kH, with all exponentials as q = exp(-2ξ): none overflows, and nothing large cancels.
+    """
     nu, q = slab.poisson, np.exp(-2.0 * xi)
     if slab.support == "frictionless":
         under = (1.0 - q**2) / 2.0 + 2.0 * xi * q
         along_z = (1.0 - nu) * q * (q - 1.0) * ((1.0 - q) / 2.0 + 2.0 * xi) / under
-        return _Rests(np.full_like(xi, np.nan), along_z, -2.0 * (1.0 - nu) * xi * q / under)
+        return np.array([np.full_like(xi, np.nan), along_z, -2.0 * (1.0 - nu) * xi * q / under])
     kappa = 3.0 - 4.0 * nu
     square = 4.0 * xi**2 + 1.0 + kappa**2
     under = (kappa * (1.0 + q**2) + square * q) / q
     common = kappa - square + (square - 2.0 * kappa) * q + kappa * q**2
     along_x, along_z = ((1.0 - nu) * (common + sign * 4.0 * xi) / under for sign in (1.0, -1.0))
-    return _Rests(along_x, along_z, -((kappa - 1.0) * (2.0 * kappa + square) / 4.0 + 2.0 * xi**2) / under)
+    return np.array([along_x, along_z, -((kappa - 1.0) * (2.0 * kappa + square) / 4.0 + 2.0 * xi**2) / under])
 
 
 def _gauss(height: float, farthest: float) -> tuple[Vector, Vector]:
