@@ -108,11 +108,6 @@ def test_a_datum_is_refused_where_forces_would_do_negative_work(poisson: float, 
     assert np.linalg.eigvalsh(nearer)[0] < 0.0
 
 
-@pytest.mark.parametrize("n_x", [FEWEST_NODES, 7, 1001, 100_001, MOST_NODES])
-def test_every_odd_number_of_nodes_is_taken(n_x: int) -> None:
-    assert Slab(n_x=n_x, scheme="half_plane").n_x == n_x
-
-
 @pytest.mark.parametrize("n_x", [FEWEST_NODES - 2, 6, 100_000, MOST_NODES + 2])
 def test_other_numbers_of_nodes_are_refused_by_name(n_x: int) -> None:
     with pytest.raises(InvalidInput, match=rf"n_x = {n_x}: needs an odd number from 5 to 1048577"):
