@@ -29,7 +29,7 @@ from tests.conftest import SMALL, clean_environment, launcher
 from tests.study.results.results import written
 
 KEPT: Final = SMALL.replace("[0.25, 0.5]", "[0.25, 0.3, 0.4, 0.5]").replace("[50.0, 100.0]", "[50, 60, 70, 80, 100]")
-CAMPAIGNS: Final = {"kept": KEPT, "scalars": f"{KEPT}\n[outputs]\nrecords = false\ntrajectory = false\n"}
+CAMPAIGNS: Final = {"kept": KEPT, "scalars": f"{KEPT}records = false\ntrajectory = false\n"}
 """Name -> a campaign of short tasks: one of 61 keeps all, one of 81 only scalars, so that 20 records go when they were driven."""
 PATIENCE: Final = 120.0
 """Seconds after which a run is taken to hang; each takes a few."""

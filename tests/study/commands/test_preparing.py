@@ -132,7 +132,7 @@ def test_refused_cases_are_results_that_are_counted(main, campaign):
 
 
 def test_a_plan_shows_effects_tasks_and_memory(main, campaign):
-    campaign.write_text(SMALL + "[effects]\ncoupling = false\n[outputs]\nrecords = false\ntractions_at = [5]\n")
+    campaign.write_text(SMALL + "records = false\ntractions_at = [5]\n[effects]\ncoupling = false\n")
     code, said, _ = main("plan", campaign)
     assert code == 0
     rows = {cells[0]: cells for line in said.splitlines() if (cells := re.split(r"\s{2,}", line.strip())) != [""]}

@@ -93,7 +93,7 @@ def test_results_of_other_software_are_named_and_computed_again_when_asked(run, 
     assert (written(finished) - kept).keys() <= set(changed)  # nothing else was computed again
 
 
-DROPPED = SMALL + "[outputs]\nrecords = false\ntrajectory = false\n"
+DROPPED = SMALL + "records = false\ntrajectory = false\n"
 
 
 def test_records_that_nobody_wants_are_gone_after_the_run(run, campaign, out):

@@ -145,7 +145,7 @@ def test_what_a_case_and_a_drive_lack_can_be_filtered(build):
 
 
 def test_a_failure_outweighs_a_missing_plateau_and_what_is_unfinished_is_pending(build, tmp_path):
-    plan, store = build(changed(events="events = 8", radius="radius = [50.0]") + "[outputs]\ntractions_at = [3]\n")
+    plan, store = build(changed(events="events = 8", radius="radius = [50.0]") + "tractions_at = [3]\n")
     part = prepared(tmp_path)
     first, second = (plan.case_tasks[case.case_id] for case in plan.cases)
     for keys in (first, second):
@@ -334,7 +334,7 @@ def test_parameters_that_do_not_matter_are_no_coordinates(build):
     np.testing.assert_array_equal(mixed["radius"], [50.0, np.nan])
 
 
-HEAD = SMALL[: SMALL.index("[[drives]]")].replace("[50.0, 100.0]", "[50.0]") + "[outputs]\nfit = false\n"
+HEAD = SMALL[: SMALL.index("[[drives]]")].replace("[50.0, 100.0]", "[50.0]")
 AXES = "[drive_axes]\nspring_stiffness = [1e5, 2e5]\npin_mass = [0.5, 0.2, 1.0]\n" + SMALL[SMALL.index("[[drives]]") :]
 
 

@@ -27,11 +27,9 @@ from tests.study.dataset.campaigns import Build
 @pytest.fixture(scope="module")
 def dataset(build: Build) -> xr.Dataset:
     """A campaign that has all outputs."""
-    text = (
-        SMALL.replace("members = 1", "members = 2").replace("[50.0, 100.0]", "[50.0]").replace("[0.25, 0.5]", "[0.5]")
-    )
-    outputs = "[outputs]\ntractions = true\ntractions_at = [0, 3]\nsubsurface = true\n"
-    return collect(*build(text + outputs + "[heterogeneity]\nspread = 0.1\n"))
+    outputs = "tractions = true\ntractions_at = [0, 3]\nsubsurface = true"
+    text = SMALL.replace("fit = false", outputs).replace("[50.0, 100.0]", "[50.0]").replace("[0.25, 0.5]", "[0.5]")
+    return collect(*build(text.replace("members = 1", "members = 2") + "[heterogeneity]\nspread = 0.1\n"))
 
 
 def row_of(path: str) -> Described:

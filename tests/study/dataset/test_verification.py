@@ -195,7 +195,7 @@ DESIGNS = {
     "a target": SMALL.replace(
         "ensemble.members = 1", "target = {within = 0.04, of = ['static_friction'], most = 6}"
     ).replace("[50.0, 100.0]", "[50.0]"),
-    "scalars alone": SMALL + "[outputs]\nrecords = false\ntrajectory = false\n",
+    "scalars alone": SMALL + "records = false\ntrajectory = false\n",
     "contact alone": RECORDS.replace(', "slip"', ""),
     "refused cases": RECORDS.replace("n_x = 17", "n_x = 17\nrows = 4\nscheme = 'biquadratic'\n").replace(
         "radius = [50.0, 100.0]", "initial_contact = ['stick', 'gradual']\npoisson = [0.3, 0.499]"
@@ -388,7 +388,7 @@ def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_p
 
 
 ONE_CASE = SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]") + (
-    "[drive_axes]\nspring_stiffness = [1e5, 2e5]\ndamping_ratio = [0.1, 0.3]\n[outputs]\nfit = false\n"
+    "[drive_axes]\nspring_stiffness = [1e5, 2e5]\ndamping_ratio = [0.1, 0.3]\n"
 )
 
 
