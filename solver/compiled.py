@@ -36,7 +36,7 @@ class Kernel:
 
     def __call__(self, *arguments: object) -> object:
         if not self.entry:
-            return self.py_func(*arguments)
+            raise TypeError(f"{self.py_func.__name__}: a kernel that Python calls is declared with entry=True")
         try:
             return self.dispatcher(*arguments)
         except SystemError as error:  # what Python makes of a signal's exception that was raised while a kernel ran
@@ -48,7 +48,7 @@ def compiled(*, allocates: bool = False, entry: bool = False, **options: Any) ->
 
     allocates: whether the kernel makes or returns arrays or lists. Only then are references to arrays counted, which takes
     longer than a slip; numba refuses to compile a kernel that makes arrays without.
-    entry: whether Python calls the compiled kernel, which takes longer to compile then. Other kernels Python runs as written.
+    entry: whether Python may call the kernel, which takes longer to compile then.
     """
 
     def declared(function: Function) -> Function:

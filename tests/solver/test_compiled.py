@@ -20,6 +20,7 @@ import pytest
 from nanoslip import solver
 from nanoslip.solver.compiled import Kernel, compiled, reporting_compilation
 from nanoslip.solver.compiling import KERNEL_FILES
+from nanoslip.solver.contact.kernels.state import first_root
 from nanoslip.solver.last import of_the_last
 
 PACKAGE = Path(solver.__file__).parent
@@ -180,6 +181,11 @@ def test_only_kernels_that_count_references_are_handed_new_arrays():
         body = ast.parse(inspect.getsource(kernel.__wrapped__))
         used = {node.id for node in ast.walk(body) if isinstance(node, ast.Name)} & makers
         assert kernel.allocates or not (used or name in makers), name
+
+
+def test_python_calls_what_is_declared_for_it():
+    with pytest.raises(TypeError, match="first_root: a kernel that Python calls is declared with entry=True"):
+        first_root(1.0, -2.0, 1.0)
 
 
 def test_an_interrupt_while_a_kernel_runs_is_an_interrupt():
