@@ -12,18 +12,7 @@ from functools import lru_cache
 from typing import Any, Final, Literal, Self
 
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import (
-    MOST_WHOLE,
-    Numbers,
-    Parameter,
-    Roughness,
-    check,
-    declared,
-    given_to,
-    parameter,
-    require,
-    values_of,
-)
+from nanoslip.solver.parameter import MOST_WHOLE, Numbers, Parameter, Roughness, check, declared, parameter, require
 from nanoslip.solver.slab import SCHEMES, Slab
 
 PinShape = Literal["parabola", "flat_punch"]
@@ -326,16 +315,16 @@ class Case:
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """The case with these parameters, those of its parts beside its own; defaults for the rest. Raises InvalidInput."""
         parts: dict[str, Any] = {"slab": Slab.of(parameters)}
-        parts |= {part: kind(**given_to(kind, parameters)) for part, kind in PARTS.items()}
-        return cls(**given_to(cls, parameters), **parts)
+        parts |= {part: kind(**_of(kind, parameters)) for part, kind in PARTS.items()}
+        return cls(**_of(cls, parameters), **parts)
 
     @property
     def flat(self) -> dict[str, Any]:
         """Every parameter of the case and its parts, by name; None for the settings of schemes that it does not use."""
-        found = values_of(self) | self.slab.flat
-        for part in PARTS:
-            found |= values_of(getattr(self, part))
-        return found
+        own = {name: getattr(self, name) for name in declared(type(self))}
+        return {**own, **self.slab.flat} | {
+            name: getattr(getattr(self, part), name) for part, kind in PARTS.items() for name in declared(kind)
+        }
 
 
 def _refuse_combinations(case: Case) -> None:
@@ -389,6 +378,10 @@ PARTS: Final[dict[str, type]] = {
     "interface": Interface,
 }
 """Field of a case -> type of its part, the slab apart: the parameters of these are parameters of the case."""
+
+
+def _of(kind: type, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: parameters[name] for name in declared(kind) if name in parameters}
 
 
 def parameters_of_a_case() -> dict[str, Parameter]:

@@ -11,18 +11,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Literal, Self
 
 from nanoslip.solver.outcome import InvalidInput, quoted
-from nanoslip.solver.parameter import (
-    MOST_WHOLE,
-    Family,
-    Parameter,
-    as_float,
-    check,
-    declared,
-    given_to,
-    parameter,
-    require,
-    values_of,
-)
+from nanoslip.solver.parameter import MOST_WHOLE, Family, Parameter, as_float, check, declared, parameter, require
 
 ProfileShape = Literal["sawtooth", "coarse", "linear", "mean"]
 
@@ -164,7 +153,8 @@ class Drive:
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """The drive with these parameters, those of its integrator beside its own. Raises InvalidInput."""
-        return cls(**{**given_to(cls, parameters), "integrator": INTEGRATORS.member(parameters, "exact")})
+        own = {name: parameters[name] for name in declared(cls) if name in parameters}
+        return cls(**{**own, "integrator": INTEGRATORS.member(parameters, "exact")})
 
     @classmethod
     def from_si(cls, scales: Scales | None = None, pin_mass: float = 0.5, **parameters: Any) -> Self:
@@ -181,7 +171,8 @@ class Drive:
     @property
     def flat(self) -> dict[str, Any]:
         """Every parameter of the drive, its integrator by name and that one's settings beside it; None for other ones'."""
-        return values_of(self) | INTEGRATORS.flat(self.integrator)
+        own = {name: getattr(self, name) for name in declared(type(self))}
+        return own | INTEGRATORS.flat(self.integrator)
 
     def scaled(self, scales: Scales, pin_mass: float, length: tuple[str, float] | None = None) -> Self:
         """A drive given in SI in the solver's units. Raises InvalidInput where a value is out of range in them.

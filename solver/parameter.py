@@ -223,16 +223,6 @@ def declared(kind: type) -> Mapping[str, Parameter]:
     return _declared[kind]
 
 
-def given_to(kind: type, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of the parameters that are the type's own."""
-    return {name: parameters[name] for name in declared(kind) if name in parameters}
-
-
-def values_of(value: Any) -> dict[str, Any]:
-    """Every parameter of a value, by name."""
-    return {name: getattr(value, name) for name in declared(type(value))}
-
-
 @lru_cache(maxsize=64)
 def settings_of(*kinds: type) -> Mapping[str, tuple[Any, ...]]:
     """Parameter of any of these types -> those that have it: what the members of a family can be given."""
@@ -409,7 +399,7 @@ class Family(dict[str, type[T]]):
         chosen = parameters.get(self.word, default)
         own: Mapping[str, Any] = {}
         if not isinstance(chosen, str) and type(chosen) in self.values():
-            own = values_of(chosen)
+            own = {name: getattr(chosen, name) for name in declared(type(chosen))}
             chosen = chosen.name
         kind = self.named(chosen)
         given = {**parameters, **own}

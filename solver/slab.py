@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.parameter import Family, check, given_to, parameter, require, values_of
+from nanoslip.solver.parameter import Family, check, declared, parameter, require
 
 Support = Literal["bonded", "frictionless", "right_side"]
 
@@ -123,12 +123,14 @@ class Slab:
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
         """The slab with these parameters, those of its scheme beside its own. Raises InvalidInput."""
-        return cls(**{**given_to(cls, parameters), "scheme": SCHEMES.member(parameters, "galerkin")})
+        own = {name: parameters[name] for name in declared(cls) if name in parameters}
+        return cls(**{**own, "scheme": SCHEMES.member(parameters, "galerkin")})
 
     @property
     def flat(self) -> dict[str, Any]:
         """Every parameter of the slab, its scheme by name and that one's settings beside it; None for other schemes'."""
-        return values_of(self) | SCHEMES.flat(self.scheme)
+        own = {name: getattr(self, name) for name in declared(type(self))}
+        return own | SCHEMES.flat(self.scheme)
 
     @property
     def spacing(self) -> float:
