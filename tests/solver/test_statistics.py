@@ -122,12 +122,11 @@ SEVEN = np.array([3, 1, 4, 1, 5, 9, 2])
 """A cycle of seven events: their nodes, and how large their drops are; two of them are of one node."""
 
 
-def cyclic(turns, noise=0.0, before=300):
-    """Events at random nodes, then so many turns of SEVEN; the forces between are off by noise of a drop."""
+def cyclic(turns, before=300):
+    """Events at random nodes, then so many turns of SEVEN."""
     rng, turned = np.random.default_rng(7), np.resize(SEVEN, round(7 * turns))
     drops = np.concatenate((rng.random(before) * 1e-6, turned * 1e-7))
     steps = np.concatenate((drops[:before], np.roll(turned, 2) * 1e-7)) / STIFFNESS
-    drops[before:] += noise * 9e-7 * np.diff(rng.random(len(turned)), prepend=0.0)
     nodes = np.concatenate((rng.integers(10, 60, before), turned))
     return replace(record_from(steps, drops), node=nodes.astype(np.int32))
 
@@ -140,10 +139,6 @@ def test_a_cycle_at_the_end_of_a_record_is_found_from_the_third_turn_on(turns):
     # One turn is Σ SEVEN·1e-7 / STIFFNESS long, to rounding of displacements that many turns add up to.
     long = 25e-7 / STIFFNESS / SPACING if turns >= 3 else 0.0
     assert found.cycle_spacings == pytest.approx(long, rel=1e-9)
-
-
-def test_a_cycle_is_one_to_a_thousandth_of_its_drops():
-    assert (cycle_of(cyclic(10, noise=1e-4)), cycle_of(cyclic(10, noise=1e-2))) == (7, 0)
 
 
 def test_of_all_cycles_the_shortest_is_taken():

@@ -10,7 +10,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import MOST_LINES, ManifestError
-from nanoslip.study.manifest.manifest import Manifest, NamedDrive
+from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.plan import make_plan
 
@@ -53,12 +53,6 @@ def test_numbers_take_their_declared_type(tmp_path):
     assert repr(manifest.fixed) == "{'normal_load': 1.0, 'n_x': 33}"
 
 
-def test_limits_go_by_their_field_name(tmp_path):
-    manifest = read(tmp_path, 'title = "x"\naxes.displacement = [1e-3]\nlimits.events = 10')
-    assert manifest.axes == {"max_displacement": (1e-3,)}
-    assert manifest.tables["limits"] == {"max_events": 10}
-
-
 def test_the_hash_covers_the_file_and_its_table(tmp_path):
     table = written(tmp_path, "radius\n50\n", "cases.csv")
     path = written(tmp_path, 'title = "µ"\ntable = "cases.csv"')
@@ -86,14 +80,6 @@ def test_a_table_of_cases_becomes_axes_read_together(tmp_path):
     assert manifest.axes == {"n_x": (65, 129), "radius": (50.0, 200.0), "pin": ("parabola", "flat_punch")}
 
 
-def test_drives_and_scales_are_read_in_si(tmp_path):
-    text = 'title = "x"\nscales.slab_width = 2e-3\n[[drives]]\nname = "slow"\nstage_velocity = 1e-4\n'
-    manifest = read(tmp_path, text)
-    assert manifest.stages == ("contact", "slip", "dynamics")
-    assert [each.drive for each in manifest.drives] == [NamedDrive.of("slow", stage_velocity=1e-4)]
-    assert manifest.scales == Scales(slab_width=2e-3)
-
-
 def test_a_title_is_any_text_of_one_line(tmp_path):
     for title in ("", "μ_i über 日本語", "👩‍🔬 <b>%s</b> {{ 7 }}", "\u202e", "x" * 10_000):
         assert read(tmp_path, f'title = "{title}"').title == title
@@ -106,16 +92,6 @@ def test_drives_that_no_stage_computes_are_checked_and_left_out(tmp_path):
     assert read(tmp_path, text.replace(', "slip"]', ', "slip", "dynamics"]')).drives_left_out == ()
     with pytest.raises(ManifestError, match=r"drives\[1\]\.pin_mass = 0"):
         read(tmp_path, text + "pin_mass = 0\n")
-
-
-def test_a_drive_loses_its_units_by_the_scales():
-    """Mass 1, stiffness in G·L_y = 1e8 N/m, time in √(m/(G·L_y)) = 70.7 µs, length in L_x = 1 mm."""
-    drive = NamedDrive.of("rk4", duration=0.2, integrator="rk4", time_step=1e-7).dimensionless(Scales())
-    time = (0.5 / 1e8) ** 0.5
-    assert drive.spring_stiffness == pytest.approx(2e-3, rel=1e-15)
-    assert drive.stage_velocity == pytest.approx(2.0 * time, rel=1e-15)
-    assert drive.duration == pytest.approx(0.2 / time, rel=1e-15)
-    assert drive.integrator.time_step == pytest.approx(1e-7 / time, rel=1e-15)
 
 
 def test_an_ensemble_is_a_number_of_members_or_a_target(tmp_path):
