@@ -48,7 +48,7 @@ def compiled(*, allocates: bool = False, entry: bool = False, **options: Any) ->
 
     allocates: whether the kernel makes or returns arrays or lists. Only then are references to arrays counted, which takes
     longer than a slip; numba refuses to compile a kernel that makes arrays without.
-    entry: whether Python may call the kernel, which takes longer to compile then.
+    entry: whether Python, or a test, may call the kernel, which takes longer to compile then.
     """
 
     def declared(function: Function) -> Function:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Distribution, Effects, Heterogeneity, InitialContact, SlipRule
-from nanoslip.solver.compiled import compiled
 from nanoslip.solver.contact.compiled_contact import beyond_window, state_of, within_reach
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import Rise, Stop, slip_on_rough
@@ -84,12 +83,12 @@ def test_a_node_rests_where_its_shear_is_first_gone():
     """By brute force: |shear| falls through residual_shear·μ_i·pressure nowhere before the distance that the kernel finds."""
     points = random_profile(2e-4, 601)
     height = pin_of(rough(points)).height
-    rise, slipped = Rise(*map(np.ascontiguousarray, np.array(points).T)), compiled(entry=True)(slip_on_rough.py_func)
+    rise = Rise(*map(np.ascontiguousarray, np.array(points).T))
     rng, bent = np.random.default_rng(5), 0
     for _ in range(50):
         xi, shear = rng.uniform(-0.1, 0.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.1)
         y, tableau = np.array([shear, -0.05, 0.0]), np.array([[1.3, 0.2], [-0.3, 1.1]])
-        along, down = slipped(y, tableau, np.array([0.5]), 0, xi, 1.0 / CASE.radius, rise, 0.3)
+        along, down = slip_on_rough(y, tableau, np.array([0.5]), 0, xi, 1.0 / CASE.radius, rise, 0.3)
         share = 0.3 * 0.5 * np.sign(shear)
         path = np.linspace(0.0, along, 20_001)[:-1]
         climbed = height(xi + path) - height(np.array(xi))

@@ -33,7 +33,7 @@ REFRESH_CHANGES = 64
 """Touches and releases after which response and rate are summed afresh."""
 
 
-@compiled()
+@compiled(entry=True)
 def pivot(state: KernelState, i: int) -> bool:
     """Exchange inputs and responses of node i (a principal pivot with a 2 × 2 block); False where the block is singular."""
     n = len(state.x)
@@ -177,7 +177,7 @@ def limited(shear: float, opposite: float) -> float:
     return max(shear, opposite * shear)
 
 
-@compiled(fastmath={"contract"}, error_model="numpy")
+@compiled(entry=True, fastmath={"contract"}, error_model="numpy")
 def worst_violation(
     shear: Floats,
     normal: Floats,

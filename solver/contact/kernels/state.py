@@ -327,7 +327,7 @@ def slip_move(
     return distance, curvature * distance * (xi + 0.5 * distance)
 
 
-@compiled()
+@compiled(entry=True)
 def slip_on_rough(
     y: Floats,
     tableau: Floats,

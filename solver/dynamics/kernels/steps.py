@@ -56,7 +56,7 @@ def _quick_crossing(segment: Segment, distance: float) -> float:
     return tau
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(entry=True, error_model="numpy", inline="always")
 def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float) -> float:
     """How far the velocity (and, if watched, the driving force's rate) is monotone, at most to the horizon.
 
