@@ -10,7 +10,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.checker import MOST_LINES, ManifestError
-from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.plan import make_plan
 
@@ -378,3 +378,13 @@ def test_the_time_of_a_task_limits_no_case(tmp_path):
     assert [task.key for task in plain.tasks] == [task.key for task in timed.tasks]
     assert {task.limit for task in timed.tasks} == {7.0}
     assert all(task.limit >= max(600.0, 99.0 * task.cost) for task in plain.tasks)
+
+
+def test_a_drive_loses_its_units_by_the_scales():
+    """Mass 1, stiffness in G·L_y = 1e8 N/m, time in √(m/(G·L_y)) = 70.7 µs, length in L_x = 1 mm."""
+    drive = NamedDrive.of("rk4", duration=0.2, integrator="rk4", time_step=1e-7).dimensionless(Scales())
+    time = (0.5 / 1e8) ** 0.5
+    assert drive.spring_stiffness == pytest.approx(2e-3, rel=1e-15)
+    assert drive.stage_velocity == pytest.approx(2.0 * time, rel=1e-15)
+    assert drive.duration == pytest.approx(0.2 / time, rel=1e-15)
+    assert drive.integrator.time_step == pytest.approx(1e-7 / time, rel=1e-15)
