@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -243,7 +243,7 @@ def _film(shown: Moments, suffix: str) -> bytes:
     """The moments one after the other, on axes with the same limits."""
     writer = FILMS[suffix](fps=FRAMES_PER_SECOND)
     with TemporaryDirectory() as folder, column(3.0, 6.0) as figure:
-        FigureCanvasAgg(figure)
+        get_registered_canvas_class("png")(figure)
         film = Path(folder) / f"film.{suffix}"
         with writer.saving(figure, str(film), RESOLUTION):
             for moment in shown.moments:

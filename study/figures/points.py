@@ -188,8 +188,12 @@ def _number(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, Any, bool]:
     value, uncertainty = dataset[name], description_of(name).uncertainty
     if value.dtype.kind in "OUTS":
         return value.astype(object), np.nan, False
-    value = value.astype(float)
-    return value.where(np.isfinite(value)), dataset.get(uncertainty, np.nan), uncertainty in dataset
+    return _finite(value.astype(float)), dataset.get(uncertainty, np.nan), uncertainty in dataset
+
+
+def _finite(numbers: xr.DataArray) -> xr.DataArray:
+    """NaN instead of infinite ones."""
+    return numbers.copy(data=np.where(np.isfinite(numbers.values), numbers.values, np.nan))
 
 
 def _ratio(dataset: xr.Dataset, above: str, below: str) -> tuple[xr.DataArray, Any, bool]:
@@ -200,8 +204,7 @@ def _ratio(dataset: xr.Dataset, above: str, below: str) -> tuple[xr.DataArray, A
     numbers = [_number(dataset, each) for each in (above, below)]
     if any(value.dtype.kind == "O" for value, *_ in numbers):
         raise ValueError("a ratio needs two numbers, and one of these is words")
-    quotient = numbers[0][0] / numbers[1][0]
-    quotient = quotient.where(np.isfinite(quotient))
+    quotient = _finite(numbers[0][0] / numbers[1][0])
     stated = any(each for *_, each in numbers)
     if above == below:
         return quotient, quotient.where(quotient.isnull(), 0.0), stated  # whatever it is, it is all of itself

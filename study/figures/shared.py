@@ -3,7 +3,7 @@
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -23,7 +23,7 @@ from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import scales_of
-from nanoslip.study.figures.points import Columns, ordered, words
+from nanoslip.study.figures.points import Columns, ordered
 
 # A table of claims: the paper's statement, the dataset's number, and why the two differ.
 
@@ -217,13 +217,6 @@ class View:
     """`make` as of `column`."""
     columns: Callable[[], Columns]
     """The numbers that are drawn."""
-    place: Mapping[str, Any] = field(default_factory=dict)
-    """Of one of many alike, which a page shows small: the coordinates in which it differs from the others."""
-
-    @property
-    def label(self) -> str:
-        """The parameters in which one run differs from the others, in words."""
-        return words(self.place)
 
 
 @dataclass(frozen=True, slots=True)

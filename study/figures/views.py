@@ -21,7 +21,7 @@ from nanoslip.study.figures.points import Columns, label, typeset, varying, word
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
 from nanoslip.study.figures.sweep import answers
 
-# Runs of a dataset (records, trajectories, contacts) as views: a few together in one figure, then each alone.
+# Runs of a dataset (records, trajectories, contacts) as views: of many a few, spread over all axes.
 
 HEIGHT: Final = 2.3
 """Of a figure without its legend, in inches."""
@@ -29,8 +29,8 @@ LINE: Final = 0.15
 """Height of a line of a legend, in inches."""
 LONG: Final = 30
 """Characters of a name from which it has a line of its own."""
-MOST_TOGETHER: Final = len(COLORS)
-"""Runs that are drawn together; of more, so many that are spread over all axes."""
+MOST_RUNS: Final = len(COLORS)
+"""Runs that are drawn; of more, so many that are spread over all axes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +75,7 @@ class Family:
     of_all: bool = False
     """Whether a run is of all members of an ensemble, not of the first."""
     together: bool = True
-    """Whether several have a figure of some of them on the same axes."""
-    alone: bool = True
-    """Whether several have a figure of each."""
+    """Whether several share a figure, else each has its own."""
     height: float = HEIGHT
 
 
@@ -106,21 +104,22 @@ def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[R
 
 
 def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View | str]:
-    """One figure of several runs together, then one of each; and how many are not drawn, and why."""
+    """Figures of a few runs; and how many are not drawn, and why."""
     caption = f"{family.caption}, of the first member" if are_means(dataset) and not family.of_all else family.caption
     runs = runs_of(dataset, family.group, family.need)
-    numbers = cache(partial(family.columns, dataset))  # two figures show a run, and two files hold it
-    if family.together and len(runs) > 1:
-        shown = [runs[position] for position in spread([run.label for run in runs], MOST_TOGETHER)]
-        counted = "all" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)}, spread over all axes"
+    shown = [runs[position] for position in spread([run.label for run in runs], MOST_RUNS)]
+    counted = "all" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)}, spread over all axes"
+    numbers = cache(partial(family.columns, dataset))  # a figure shows a run, and a file holds it
+    if family.together and len(shown) > 1:
         draw, columns = partial(_drawn, family, numbers, shown), partial(_joined, numbers, shown)
         yield View(f"{family.name}_together", f"{caption}: {counted}.", draw, columns)
-    for run in runs if family.alone or len(runs) == 1 else ():
-        which = f": {words(run.label)}" if run.label else ""
-        draw, columns = partial(_drawn, family, numbers, [run]), partial(numbers, run)
-        yield View(
-            f"{family.name}_{run.number}", f"{caption}{which}.", draw, columns, run.label if len(runs) > 1 else {}
-        )
+    else:
+        for run in shown:
+            which = f": {words(run.label)}" if run.label else ""
+            draw, columns = partial(_drawn, family, numbers, [run]), partial(numbers, run)
+            yield View(f"{family.name}_{run.number}", f"{caption}{which}.", draw, columns)
+        if len(shown) < len(runs):
+            yield f"Drawn: {counted}."
     if family.need and len(runs) < (every := len(runs_of(dataset, family.group))):
         count, verb = (every - len(runs), "are not") if runs else ("None", "is")
         yield f"{count} of {every} {verb} drawn: {family.need.otherwise}."
@@ -316,7 +315,6 @@ SIZES: Final = Family(
     {"xlabel": typeset(label("event_slips")), "ylabel": "share of events", "xscale": "log", "yscale": "log"},
     Need("sized_events", LEAST_TAIL, f"they have fewer than {LEAST_TAIL} events on the plateaus of enough members"),
     of_all=True,
-    alone=False,
 )
 
 

@@ -22,7 +22,7 @@ from nanoslip.study.dataset.access import Column, scales_of
 from nanoslip.study.dataset.compare import values
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import SYMBOL, readable
-from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image, spread
+from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image
 from nanoslip.study.figures.sweep import sentence
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
@@ -200,8 +200,6 @@ class Picture(NamedTuple):
     width: int
     height: int
     data: str
-    label: str
-    """Short, for a thumbnail."""
 
 
 def picture(view: View) -> Picture:
@@ -210,7 +208,7 @@ def picture(view: View) -> Picture:
     drawn = themed(image(figure, "svg").decode())
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     data = address(csv_of(view.columns()), "text/csv")
-    return Picture(view.name, view.caption, address(drawn, "image/svg+xml"), width, height, data, view.label)
+    return Picture(view.name, view.caption, address(drawn, "image/svg+xml"), width, height, data)
 
 
 def themed(svg: str) -> str:
@@ -235,8 +233,6 @@ def address(text: str, kind: str) -> str:
 
 
 FILE: Final = "report.html"
-MOST_SINGLE: Final = 6
-"""The most figures of single records, drives, … of a section: so many find room below a large one of half the page's width."""
 LONG: Final = 40
 """Letters of an outcome that a line has room for."""
 _THINNED: Final = ("records", "drives")
@@ -246,11 +242,10 @@ _ELSEWHERE: Final = ("title", "manifest", *(f"manifest_{key}" for key in NAMED))
 
 
 class Section(NamedTuple):
-    """The figures of one sort: large ones, and single cases behind small ones."""
+    """The figures of one sort."""
 
     title: str
-    large: tuple[Picture, ...]
-    single: tuple[Picture, ...]
+    pictures: tuple[Picture, ...]
     notes: tuple[str, ...]
     """Sentences on what is not drawn."""
 
@@ -259,7 +254,7 @@ def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
     """Sections with their places on a broad page: a `half` beside the next one, `alone` without one, "" across."""
     found: list[tuple[str, Section]] = []
     for section in sections:
-        if len(section.large) > 1:
+        if len(section.pictures) > 1:
             found.append(("", section))
         elif found and found[-1][0] == "alone":
             found[-1:] = [("half", found[-1][1]), ("half", section)]
@@ -322,20 +317,13 @@ def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
     seen = list(sort.of(dataset))
     if not seen:
         return None
-    views, notes = [each for each in seen if isinstance(each, View)], [each for each in seen if isinstance(each, str)]
-    single = [view for view in views if view.place]
-    chosen = spread([view.place for view in single], MOST_SINGLE)
-    if left := len(single) - len(chosen):
-        notes.append(
-            f"{len(chosen)} of {len(single)} single cases are drawn small, spread over all axes; {left} are not shown."
-        )
-    large = tuple(picture(view) for view in views if not view.place)
-    return Section(sort.title, large, tuple(picture(single[position]) for position in chosen), tuple(notes))
+    pictures = tuple(picture(each) for each in seen if isinstance(each, View))
+    return Section(sort.title, pictures, tuple(each for each in seen if isinstance(each, str)))
 
 
 def _not_shown(dataset: xr.Dataset, sections: Sequence[Section], rows: int) -> Iterator[str]:
     yield from left_out(dataset)
     if rows > summary.MOST_ROWS:
         yield f"Table: the first {summary.MOST_ROWS} cases; the dataset has all."
-    if any(picture.name.startswith(_THINNED) for section in sections for picture in section.large):
+    if any(picture.name.startswith(_THINNED) for section in sections for picture in section.pictures):
         yield "Lines of many points are thinned to what can be seen, in figures and their CSV."

@@ -153,7 +153,6 @@ def views(dataset: xr.Dataset) -> dict[str, View]:
 
 def test_a_driven_campaign_is_answered_and_shows_drives_and_records(driven: xr.Dataset) -> None:
     found = views(driven)
-    singles = {f"drives_{number}" for number in (1, 2, 3, 4)} | {"records_1", "records_2"}
     together = {"drives_together", "records_together"}
     answers = {
         "plateau_mean_over_intrinsic_friction",
@@ -161,21 +160,28 @@ def test_a_driven_campaign_is_answered_and_shows_drives_and_records(driven: xr.D
         "kinetic_friction_over_intrinsic_friction",
         "mean_step",
     }
-    assert singles | together | answers <= set(found)
-    assert {name for name, view in found.items() if view.label} == singles
-    assert found["drives_2"].label == "μ_i = 0.25, k = 4e5 N/m"
-    assert all("of the first member" in found[name].caption for name in singles | together)
+    assert together | answers <= set(found)
+    assert set(found["drives_together"].columns()["case"].tolist()) == {
+        f"μ_i = {friction}, k = {stiffness} N/m" for friction in (0.25, 0.5) for stiffness in ("1e5", "4e5")
+    }
+    assert all("of the first member: all." in found[name].caption for name in together)
+    assert set(views(driven.isel(intrinsic_friction=[0], spring_stiffness=[0]))) & {"drives_1", "records_1"}
 
 
 def test_a_pressed_campaign_shows_contacts_and_the_inside(pressed: xr.Dataset) -> None:
-    found = views(pressed)
-    assert {name for name, view in found.items() if view.place} == {
-        "contacts_1", "contacts_2", "interior_1", "interior_2",
+    """Pressures share a figure, maps of the inside cannot."""
+    assert set(views(pressed)) == {
+        "contact_half_width", "maximum_pressure", "approach", "contacts_together", "interior_1", "interior_2",
     }  # fmt: skip
-    assert set(found) == {
-        "contact_half_width", "maximum_pressure", "approach",
-        "contacts_together", "contacts_1", "contacts_2", "interior_1", "interior_2",
-    }  # fmt: skip
+
+
+def test_of_many_runs_a_few_are_drawn_and_counted(driven: xr.Dataset, pressed: xr.Dataset, monkeypatch) -> None:
+    monkeypatch.setattr("nanoslip.study.figures.views.MOST_RUNS", 2)
+    caption = views(driven)["drives_together"].caption
+    assert caption.endswith("of the first member: 2 of 4, spread over all axes.")
+    monkeypatch.setattr("nanoslip.study.figures.views.MOST_RUNS", 1)
+    found = list(SORTS["interior"].of(pressed))
+    assert [each for each in found if isinstance(each, str)] == ["Drawn: 1 of 2, spread over all axes."]
 
 
 @pytest.mark.slow
@@ -190,7 +196,7 @@ def test_every_picture_is_small_and_its_table_is_whole(driven: xr.Dataset, press
 
 
 def test_a_drive_is_drawn_with_the_closed_form_that_was_fitted(driven: xr.Dataset) -> None:
-    table = views(driven)["drives_1"].columns()
+    table = views(driven.isel(intrinsic_friction=[0], spring_stiffness=[0]))["drives_1"].columns()
     assert len(table["time"]) < 900
     missed = table["spring_force"] - table["fitted_spring_force"]
     residual = float(driven.fit_residual.values.ravel()[0])
@@ -198,7 +204,7 @@ def test_a_drive_is_drawn_with_the_closed_form_that_was_fitted(driven: xr.Datase
 
 
 def test_pressures_stand_beside_those_of_a_half_plane(pressed: xr.Dataset) -> None:
-    table = views(pressed)["contacts_1"].columns()
+    table = views(pressed.isel(radius=[0]))["contacts_1"].columns()
     spacing = np.diff(table["x"])[0]
     for name in ("pressure", "half_plane_pressure"):
         assert np.sum(table[name]) * spacing == pytest.approx(1.0, rel=0.1), name  # W, on 17 nodes
@@ -314,7 +320,7 @@ def test_sizes_of_few_events_are_said_and_not_drawn() -> None:
         ensemble={"members": 1},
     )
     assert "sizes_together" not in views(data)
-    assert "first member" not in views(data)["records_1"].caption
+    assert "first member" not in views(data)["records_together"].caption
     assert [each for each in SORTS["sizes"].of(data) if isinstance(each, str)] == [
         "None of 2 is drawn: they have fewer than 50 events on the plateaus of enough members."
     ]

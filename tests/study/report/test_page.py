@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nanoslip.study.dataset.file import carrying, groups_of
+from nanoslip.study.dataset.file import carrying
 from nanoslip.study.figures.shared import COLORS, column, image
-from nanoslip.study.figures.views import SORTS
 from nanoslip.study.report import page as report_page, summary
 from nanoslip.study.report.page import DARK, in_si, left_out, themed
 from nanoslip.study.results.store import StoreError
@@ -193,20 +192,8 @@ def data_of(text: str, name: str) -> str:
     return base64.b64decode(found[1]).decode()
 
 
-def test_single_cases_that_are_left_out_are_counted(monkeypatch):
-    monkeypatch.setattr(report_page, "MOST_SINGLE", 1)
-    dataset = made_up(drives=3)
-    dataset["trajectory_id"][0, 0] = ["t", "u", "v"]
-    group = groups_of(dataset)["trajectory"].isel(trajectory=[0, 0, 0], sample=[0, 1] * 3)
-    group = group.assign_coords(trajectory=["t", "u", "v"])
-    found = report_page.section(carrying(dataset, {**groups_of(dataset), "trajectory": group}), SORTS["drives"])
-    assert found is not None
-    assert (len(found.large), len(found.single)) == (1, 1)
-    assert found.notes == ("1 of 3 single cases are drawn small, spread over all axes; 2 are not shown.",)
-
-
 def test_sections_of_one_figure_stand_side_by_side():
-    sections = [report_page.Section("", (None,) * large, (), ()) for large in (3, 1, 1, 0, 2, 1)]  # type: ignore[arg-type]
+    sections = [report_page.Section("", (None,) * large, ()) for large in (3, 1, 1, 0, 2, 1)]  # type: ignore[arg-type]
     found = [place for place, _ in report_page.placed(sections)]
     assert found == ["", "half", "half", "alone", "", "alone"]
 
