@@ -87,14 +87,14 @@ def test_a_node_rests_where_its_shear_is_first_gone():
     rng, bent = np.random.default_rng(5), 0
     for _ in range(50):
         xi, shear = rng.uniform(-0.1, 0.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.1)
-        y, tableau = np.array([shear, -0.05, 0.0]), np.array([[1.3, 0.2], [-0.3, 1.1]])
-        along, down = slip_on_rough(y, tableau, np.array([0.5]), 0, xi, 1.0 / CASE.radius, rise, 0.3)
-        share = 0.3 * 0.5 * np.sign(shear)
+        share = 0.3 * 0.5 * np.sign(shear)  # of the pressure, 0.05
+        excess, sideways, downwards = shear - 0.05 * share, 1.3 + 0.2 * share, -0.3 + 1.1 * share
+        along, down = slip_on_rough(excess, sideways, downwards, xi, 1.0 / CASE.radius, rise)
         path = np.linspace(0.0, along, 20_001)[:-1]
         climbed = height(xi + path) - height(np.array(xi))
-        excess = y[0] + share * y[1] + (1.3 + share * 0.2) * path + (-0.3 + share * 1.1) * climbed
-        assert np.all(np.sign(excess[:-1]) == np.sign(excess[0]))
-        assert abs(excess[-1]) < 1e-3 * abs(excess[0])
+        left = excess + sideways * path + downwards * climbed
+        assert np.all(np.sign(left[:-1]) == np.sign(excess))
+        assert abs(left[-1]) < 1e-3 * abs(excess)
         assert down == pytest.approx(float(height(np.array(xi + along)) - height(np.array(xi))))
         bent += abs(along) > 0.002
     assert bent > 25  # more than one piece of the profile

@@ -313,14 +313,16 @@ def slip_move(
 
     On a smooth pin the shear that exceeds residual_shear·μ_i·pressure is quadratic in the distance, as the pin's height is.
     """
-    if rise is not None:
-        return slip_on_rough(y, tableau, node_friction, i, xi, curvature, rise, residual_shear)
     n = len(node_friction)
     share = residual_shear * node_friction[i] * (1.0 if y[i] > 0.0 else -1.0)
     excess = y[i] + share * y[n + i]
-    down = curvature * (tableau[n + i, i] + share * tableau[n + i, n + i])
-    linear = tableau[i, i] + share * tableau[i, n + i] + down * xi
-    discriminant = linear * linear - 2.0 * down * excess
+    along = tableau[i, i] + share * tableau[i, n + i]
+    down = tableau[n + i, i] + share * tableau[n + i, n + i]
+    if rise is not None:
+        return slip_on_rough(excess, along, down, xi, curvature, rise)
+    quadratic = curvature * down
+    linear = along + quadratic * xi
+    discriminant = linear * linear - 2.0 * quadratic * excess
     if not (linear > 0.0 and discriminant >= 0.0):
         return np.inf, 0.0
     distance = -2.0 * excess / (linear + np.sqrt(discriminant))
@@ -329,21 +331,12 @@ def slip_move(
 
 @compiled(entry=True)
 def slip_on_rough(
-    y: Floats,
-    tableau: Floats,
-    node_friction: Floats,
-    i: int,
-    xi: float,
-    curvature: float,
-    rise: Rise,
-    residual_shear: float,
+    excess: float, along: float, down: float, xi: float, curvature: float, rise: Rise
 ) -> tuple[float, float]:
-    """The same from knot to knot, the way the shear pushes: the node rests where the excess is first gone."""
-    n = len(node_friction)
-    share = residual_shear * node_friction[i] * (1.0 if y[i] > 0.0 else -1.0)
-    excess = y[i] + share * y[n + i]
-    along = tableau[i, i] + share * tableau[i, n + i]
-    down = tableau[n + i, i] + share * tableau[n + i, n + i]
+    """The same from knot to knot, the way the shear pushes: the node rests where the excess is first gone.
+
+    along, down: change of the excess with each displacement.
+    """
     sense = -1 if excess > 0.0 else 1
     k = piece_entered(rise.knots, xi, sense)
     here = xi
