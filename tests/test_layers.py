@@ -26,7 +26,7 @@ ORDER = {
     "nanoslip.solver.sliding.kernels": "slide",
     "nanoslip.solver.dynamics": "friction_limit kernels result coefficients duration regime integrators stick_slip",
     "nanoslip.solver.dynamics.kernels": "motion steps",
-    "nanoslip.study": "shipped toml_text exit_codes canonical provenance origin "
+    "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance origin "
     "manifest plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.manifest": "parameters columns surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan",

@@ -12,11 +12,10 @@ import re
 import secrets
 import socket
 import struct
-import sys
 import time
 import weakref
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -26,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, as_data, from_data
 from nanoslip.study.plan.task import TaskResult
 
@@ -319,6 +319,8 @@ _NO_RESULT: Final = (ValueError, LookupError, TypeError, AttributeError, Arithme
 # A result in a file of its own, `<key>.result`, that appears whole: tasks which read it find it without looking.
 
 ENDING: Final = ".result"
+AGAIN: Final = "; a run computes it again where it is needed"
+"""What follows of a damaged result."""
 MAPPED: Final = 1 << 20
 """Bytes of numbers from which a file is mapped into memory instead of read: the ranks of a node hold one copy."""
 
@@ -555,18 +557,16 @@ class _Seen(NamedTuple):
 class Logs:
     """The results in logs of this folder."""
 
-    def __init__(self, folder: Path, whole: bool) -> None:
-        """whole: numbers are checked when results are looked for, else only when they are read."""
-        self._folder, self._whole = folder, whole
+    def __init__(self, folder: Path, whole: bool, notice: Callable[[str], None] = print_notice) -> None:
+        """whole: numbers are checked when results are looked for, else only when they are read. notice: is called with damage."""
+        self._folder, self._whole, self._notice = folder, whole, notice
         self._seen: dict[Path, _Seen] = {}
         self._opened = lru_cache(_OPEN)(Opened)
-        self._no_files: set[Path] = set()
-        """What stands in the place of a log and was named."""
         self.places: dict[str, Place] = {}
         """Key -> where its result is, as far as was looked."""
 
     def look(self) -> None:
-        """Read added results; damage is reported on stderr, except a torn end, which may still be written."""
+        """Read added results; damage is noted, except a torn end, which may still be written."""
         for path in self._paths():
             with suppress(FileNotFoundError):  # a run that goes on meanwhile has mended it
                 self._look_into(path)
@@ -585,12 +585,12 @@ class Logs:
             aside = free_name(path)
             _copy(path, aside, [(fault.begin, fault.end) for fault in faults])
             if isinstance(faults[0].error, TornError):
-                sys.stderr.write(f"{path}: its end was torn; what was there will be computed again\n")
+                self._notice(f"{path}: its end was torn{AGAIN}")
                 os.truncate(path, faults[0].begin)
             else:
                 ends = [0, *(fault.end for fault in faults)]
                 _copy(path, path, zip(ends, [*(fault.begin for fault in faults), path.stat().st_size], strict=True))
-            sys.stderr.write(f"{aside}: what was cut out\n")
+            self._notice(f"{aside}: what was cut out")
 
     def settle(self) -> None:
         """Sync added results to disk. Raises OSError."""
@@ -612,9 +612,8 @@ class Logs:
         """Existing logs; other objects of such a name are reported once."""
         found = logs_in(self._folder)
         for path in found:
-            if is_no_file(path) and path not in self._no_files:
-                self._no_files.add(path)
-                sys.stderr.write(f"{path}: {NO_FILE}, so no log of results; what was there will be computed again\n")
+            if is_no_file(path):
+                self._notice(f"{path}: {NO_FILE}, so no log of results{AGAIN}")
         return [path for path in found if path.is_file()]
 
     def _look_into(self, path: Path) -> list[Fault]:
@@ -636,7 +635,7 @@ class Logs:
                 continue
             faults.append(found)
             if not isinstance(found.error, TornError):
-                sys.stderr.write(f"{_damaged(path, found)}; what was there will be computed again\n")
+                self._notice(f"{_damaged(path, found)}{AGAIN}")
                 end = found.end
         self._seen[path] = _Seen(end, state.st_ino, state.st_mtime_ns)
         return faults

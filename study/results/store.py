@@ -11,20 +11,22 @@ import re
 import secrets
 import socket
 import stat
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
 from nanoslip.solver.outcome import NanoslipError, Outcome
+from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, here
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts, entry
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import (
+    AGAIN,
     CorruptResultError,
     Head,
     Logs,
@@ -74,8 +76,9 @@ class Store:
         """whole: check every byte of a result, else only its head."""
         self.folder = out / FOLDER
         self._out = out
+        self._notice = lru_cache(None)(print_notice)  # damage is met again and again, and named once
         self._log = LogWriter(self.folder)
-        self._logs = Logs(self.folder, whole)
+        self._logs = Logs(self.folder, whole, self._notice)
         self._checked: dict[Path, tuple[object, Head]] = {}
 
     @_refused()
@@ -88,7 +91,7 @@ class Store:
             scratch_beside(self.folder / "probe").unlink()
             self._logs.mend()
             if problem := attempts.lost(self._out):
-                sys.stderr.write(f"{problem}\n")
+                self._notice(problem)
 
     def finished(self) -> set[str]:
         """Keys of all results that are there and sound; an unsound one is named on stderr and not counted."""
@@ -130,7 +133,7 @@ class Store:
             except OtherFormatError:
                 raise
             except CorruptResultError as error:
-                _say_unsound(error)
+                self._notice(f"{error}{AGAIN}")
             except FileNotFoundError:
                 continue  # a run that goes on meanwhile has dropped it
         return found
@@ -171,7 +174,7 @@ class Store:
         except (FileNotFoundError, NotADirectoryError):
             return None
         except CorruptResultError as error:
-            _say_unsound(error)
+            self._notice(f"{error}{AGAIN}")
             return None
 
     def settle(self) -> None:
@@ -189,10 +192,6 @@ class Store:
         path = entry.path_of(self.folder, key)
         with failing(f"{path}: cannot be removed"):
             path.unlink(missing_ok=True)
-
-
-def _say_unsound(error: CorruptResultError) -> None:
-    sys.stderr.write(f"{error}; it will be computed again\n")
 
 
 # One run at a time in a folder: two would compute everything twice, and the first would drop what the second still reads.
@@ -323,7 +322,7 @@ class Lease:
         except (OSError, StoreError):
             return  # nobody can say; the next look may
         self.lost = _LOST.format(path=self._path, **_words(_owner(found))) if found else _GONE.format(path=self._path)
-        sys.stderr.write(f"{self.lost}\n")
+        print_notice(self.lost)
         self._stop()
 
 
@@ -360,7 +359,7 @@ def _ended(found: _Found, clock: Path) -> bool:
     while age < FRESH and time.monotonic() < patience:
         if not said and age > 2.0 * BEAT:
             said = True
-            sys.stderr.write(_WAITING.format(path=found.path, seconds=FRESH - age, **_words(owner)))
+            print_notice(_WAITING.format(path=found.path, seconds=FRESH - age, **_words(owner)))
         time.sleep(BEAT / 5.0)
         again = _opened(found.path)
         if again is None or again.text != found.text:
@@ -405,7 +404,7 @@ def _words(owner: dict[str, Any]) -> dict[str, str]:
 
 _WHO: Final = "process {process} on {host}, since {started}"
 _BUSY: Final = f"{{path}}: a run is at work there, {_WHO}; wait until it has ended, or use another --out"
-_WAITING: Final = f"{{path}}: a run was at work there, {_WHO}; it is silent, and counts as ended in {{seconds:.0f}} s\n"
+_WAITING: Final = f"{{path}}: a run was at work there, {_WHO}; it is silent, and counts as ended in {{seconds:.0f}} s"
 _LOST: Final = f"{{path}}: another run has taken over, {_WHO}, while this one was silent: this one stops"
 _GONE: Final = (
     "{path}: gone: another run has taken over while this one was silent, and ended, or somebody has removed it: "

@@ -3,7 +3,6 @@
 import heapq
 import itertools
 import math
-import sys
 import time as dispatch_time
 import traceback
 from collections import Counter, defaultdict
@@ -15,6 +14,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome, printable, quoted
+from nanoslip.study.notices import print_notice
 
 
 class Work(Protocol):
@@ -258,13 +258,7 @@ def print_failure(task: Work, done: Done) -> None:
     ending, message = done.outcome.ending, done.outcome.message
     if ending in UNDONE and not done.halt:
         why = "" if done.trace.rstrip().endswith(message) else f": {message}"
-        say(f"{done.where}: {task.label} {UNDONE[ending]}{why}\n{done.trace}")
-
-
-def say(text: str) -> None:
-    """Write to standard error at once, in one piece."""
-    sys.stderr.write(text)
-    sys.stderr.flush()
+        print_notice(f"{done.where}: {task.label} {UNDONE[ending]}{why}\n{done.trace}")
 
 
 LEAST: Final = 1e-3

@@ -1,6 +1,5 @@
 """How a process computes one task of a campaign: inputs from the store, result into it; and before all, the kernels."""
 
-import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -14,6 +13,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.compiled import reporting_compilation
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
+from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import arithmetic
 from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, record_task
 from nanoslip.study.plan.plan import Plan
@@ -95,8 +95,8 @@ class WarmUp:
 
         It is said before the first kernel is compiled, not where all are in the cache.
         """
-        say = cache(lambda: sys.stderr.write(f"{self.label}, once: later runs load them\n"))
-        with TemporaryDirectory() as folder, reporting_compilation(say):
+        notice = cache(partial(print_notice, f"{self.label}, once: later runs load them"))
+        with TemporaryDirectory() as folder, reporting_compilation(notice):
             store = Store(Path(folder))
             store.prepare()
             for task in self.tasks:

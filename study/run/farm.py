@@ -21,6 +21,7 @@ from typing import Any, Final, NoReturn, Self
 
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.exit_codes import INTERRUPTED
+from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origin, here
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import (
@@ -34,7 +35,6 @@ from nanoslip.study.run.dispatch import (
     attempt,
     lookahead,
     print_failure,
-    say,
 )
 from nanoslip.study.run.launch import (
     GRACE,
@@ -240,7 +240,7 @@ class MPIFarm(Farm):
         super().__exit__(*error)
         if error[0] is not None and not issubclass(error[0], SystemExit):
             text = "".join(traceback.format_exception(*error))
-            say(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
+            print_notice(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
             time.sleep(LAST_WORDS)
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
 
@@ -377,7 +377,7 @@ LONGEST_START: Final = 300.0
 """Seconds after which a start of MPI is taken to hang: thousands of ranks need a minute."""
 _NOT_STARTED: Final = (
     "Error: MPI has not started within {:g} s: a rank is missing, or the launcher speaks another language (srun --mpi=...); "
-    "nothing was computed, run again to continue\n"
+    "nothing was computed, run again to continue"
 )
 _NO_MPI4PY: Final = "mpi4py is not installed: pip install 'nanoslip[mpi]', or without a launcher nanoslip run -j 4"
 
@@ -453,7 +453,7 @@ def _start(mpi: Any) -> None:
 def _give_up() -> None:
     """End this process as an interrupted run does: a batch script starts it again."""
     if launcher_rank() == 0:
-        say(_NOT_STARTED.format(LONGEST_START))
+        print_notice(_NOT_STARTED.format(LONGEST_START))
     time.sleep(LAST_WORDS)
     os._exit(INTERRUPTED)
 

@@ -13,11 +13,13 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from threading import Lock
 from typing import Any, Final
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
+from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import here, this_machine, user
 from nanoslip.study.results import attempts, entry
 from nanoslip.study.results.attempts import Attempt, Run
@@ -44,9 +46,9 @@ class Journal(Watch):
         """Keys of the tasks that have ended without a result."""
         self.out = out
         self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
+        self._notice = lru_cache(None)(print_notice)
         self._run: Run | None = None
         self._failed: set[str] = set()
-        self._printed: set[str] = set()
         self._measured = Measured()
         self._started, self._next = 0.0, FIRST
         self._lock = Lock()  # a signal forgets what was begun from another thread
@@ -156,9 +158,8 @@ class Journal(Watch):
         self._print(attempts.add(self.out, attempt))
 
     def _print(self, problem: str) -> None:
-        if problem and problem not in self._printed:
-            self._printed.add(problem)
-            sys.stderr.write(f"{problem}\n")
+        if problem:
+            self._notice(problem)
 
 
 def left_begun(out: Path) -> frozenset[str]:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from nanoslip.study.exit_codes import INTERRUPTED
+from nanoslip.study.notices import print_notice
 
 ONE_THREAD: Final = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
@@ -198,8 +199,7 @@ class Interruption:
                 self._patience.start()
 
     def _leave(self, reason: str) -> None:
-        sys.stderr.write(f"{reason}: left in the middle of a task; run again to continue\n")
-        sys.stderr.flush()
+        print_notice(f"{reason}: left in the middle of a task; run again to continue")
         time.sleep(LAST_WORDS)
         self.end(INTERRUPTED)
 

@@ -179,7 +179,7 @@ def test_what_is_cut_out_of_a_log_is_set_aside_once_and_nothing_else(tmp_path, l
     Logs(tmp_path, whole=True).mend()
     assert log.read_bytes() == b"".join(ENTRIES)
     assert set_aside(log) == foreign + ENTRIES[0][:-1]
-    assert "computed again" in capsys.readouterr().err
+    assert "computes it again" in capsys.readouterr().err
     logs = Logs(tmp_path, whole=True)
     logs.mend()
     assert (set(logs.places), capsys.readouterr().err) == (set(KEYS), "")

@@ -66,7 +66,7 @@ def test_an_unsound_result_is_named_and_its_repetition_counts(store, shared, cap
     later.prepare()
     assert later.finished() == {OTHER.key}
     assert f"{path}: " in (said := capsys.readouterr().err)
-    assert "computed again" in said
+    assert "computes it again" in said
     assert later.find(RECORD.key) is None
     later.write(RECORD, shared)
     assert later.finished() == {OTHER.key, RECORD.key}
@@ -163,3 +163,14 @@ def test_what_results_say_of_themselves_is_found_in_files_and_logs_alike(store):
     said = store.metas()
     assert dict(said) == {each.key: Meta(each.kind, each.outcome, each.origins) for each in (RECORD, COMPLIANCE)}
     assert [key for key, _ in store.seals()] == sorted(said)
+
+
+def test_damage_is_named_once_and_as_wide_as_the_terminal(store, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "60")
+    (store.folder / f"{'a' * 20}.result").write_bytes(b"nothing whole")
+    for _ in range(3):
+        assert store.finished() == set()
+        assert store.find("a" * 20) is None
+    said = capsys.readouterr().err
+    assert said.count("not a whole result") == 1
+    assert all(len(line) <= 60 or " " not in line for line in said.splitlines())

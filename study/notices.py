@@ -1,0 +1,19 @@
+"""What a command or a task notes on standard error while it works."""
+
+import shutil
+import sys
+import textwrap
+from typing import Final
+
+_INDENT: Final = "    "
+_UNLIMITED: Final = (2**20, 24)
+"""Columns and lines without a terminal or COLUMNS."""
+
+
+def print_notice(text: str) -> None:
+    """Print at once, in one piece: the first line as wide as the terminal, further ones (of a traceback) as they are."""
+    first, *others = text.splitlines()
+    width = shutil.get_terminal_size(_UNLIMITED).columns
+    lines = textwrap.wrap(first, width, subsequent_indent=_INDENT, break_long_words=False, break_on_hyphens=False)
+    sys.stderr.write("\n".join([*lines, *others, ""]))
+    sys.stderr.flush()
