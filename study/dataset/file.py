@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Final
 
 import netCDF4
@@ -151,15 +152,21 @@ _COMPRESSED: Final = {"zlib": True, "complevel": 1, "shuffle": True}
 
 def write_tree(tree: xr.DataTree, path: Path) -> None:
     """Write the file. Raises OSError, RuntimeError where the disk refuses."""
-    plain = {node.path: node.to_dataset(inherit=False).drop_encoding() for node in tree.subtree}
-    encoding = {
-        path: {name: _encoding(each, name in group.coords) for name, each in group.variables.items()}
-        for path, group in plain.items()
-    }
+    values: list[tuple[Any, Any]] = []  # written last: netCDF writes all definitions anew for each that follows a value
+    last = SimpleNamespace(add=lambda source, target: values.append((target, source)))
     usual = netCDF4.get_chunk_cache()
     netCDF4.set_chunk_cache(0)  # else all chunks of all variables stay in memory until the file is closed
     try:
-        xr.DataTree.from_dict(plain).to_netcdf(path, engine="netcdf4", encoding=encoding)
+        with netCDF4.Dataset(path, "w") as opened:
+            for node in tree.subtree:
+                group = node.to_dataset(inherit=False).drop_encoding()
+                variables, attributes = xr.conventions.encode_dataset_coordinates(group)
+                for name, variable in variables.items():
+                    variable.encoding |= _encoding(variable, name in group.coords)
+                store: Any = xr.backends.NetCDF4DataStore
+                store(opened.createGroup(node.path)).store(variables, attributes, frozenset(variables), last)
+            for target, value in values:
+                target[...] = value
     finally:
         netCDF4.set_chunk_cache(*usual)
 
