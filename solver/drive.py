@@ -63,11 +63,6 @@ class Scales:
         """G·L_y in N/m."""
         return self.shear_modulus * self.slab_depth
 
-    @property
-    def energy(self) -> float:
-        """G·L_x²·L_y in J."""
-        return self.force * self.slab_width
-
     def time(self, pin_mass: float) -> float:
         """√(m/(G·L_y)) in s for a pin of mass m (kg)."""
         return math.sqrt(pin_mass / self.stiffness)

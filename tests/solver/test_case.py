@@ -212,4 +212,3 @@ def test_scales_give_the_units_of_the_paper():
     assert scales.force == pytest.approx(1e5)  # so W = 100 N is 1e-3
     assert scales.stiffness == pytest.approx(1e8)
     assert scales.time(0.5) == pytest.approx(math.sqrt(0.5 / 1e8))
-    assert scales.energy == pytest.approx(scales.force * scales.slab_width)

@@ -77,11 +77,6 @@ class Chain(Scheme):
     def bed_stiffness(self) -> float:
         return self.foundation_stiffness
 
-    @property
-    def handed_on(self) -> float:
-        """α: share of a block's force that each neighbour gets when it slips."""
-        return self.coupling_stiffness / (1.0 + 2.0 * self.coupling_stiffness)
-
     def completed(self, slab: Slab) -> "Chain":
         require("support", slab.support, slab.support == "bonded", 'scheme = "galerkin" or "biquadratic"')
         return self

@@ -56,7 +56,6 @@ def test_a_chain_moved_as_one_feels_its_leaf_springs() -> None:
 
 
 def test_settings_and_refusals() -> None:
-    assert Chain(coupling_stiffness=2.0).handed_on == pytest.approx(0.4)
     assert Slab(33, scheme="chain") == Slab(33, scheme=Chain())
     with pytest.raises(InvalidInput, match="support = 'right_side': needs"):
         Slab(33, scheme="chain", support="right_side")
