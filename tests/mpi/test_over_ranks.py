@@ -160,6 +160,7 @@ def test_an_ensemble_is_the_same_on_two_ranks(nanoslip, campaign, tmp_path):
 # Ranks of a user's own program share a campaign by `nanoslip.run(..., comm=)`, and the program goes on.
 
 
+@pytest.mark.slow
 def test_ranks_of_a_program_share_campaigns_and_go_on_whatever_comes_of_them(environment, alone, tmp_path):
     """One that completes, one with a task that kills its process, a wrong one, and one whose folder is a file."""
     deadly = 'title = "x"\nstages = ["contact"]\naxes.normal_load = [1e-3, 2e-3, 3e-3]\nnumerics.n_x = 17\n'

@@ -111,6 +111,7 @@ def test_a_task_that_crashes_is_a_warning_and_an_outcome_until_it_is_tried_again
     assert run(TINY, tmp_path, retry=True).outcome.values.ravel().tolist() == ["no_plateau", "no_plateau"]
 
 
+@pytest.mark.slow
 def test_the_death_of_a_process_costs_one_task(monkeypatch, tmp_path):
     faulty = lambda out: Program(faults.__name__, "campaign_executor", (out, {2e-3: "kill -9"}))  # noqa: E731
     monkeypatch.setattr(api, "computing", faulty)

@@ -94,7 +94,7 @@ def test_a_fit_finds_what_was_put_in_and_computes_nothing_twice(main: Main, cont
 def test_a_setting_of_a_drive_is_found_and_what_is_expected_is_printed_before(main: Main, contacts: Path):
     """Each point has its own drive: a run of the best one, from the file that is written, has the number printed for it."""
     drive = '[[drives]]\nname = "a"\nstep_limit = 1000\n[outputs]\ntrajectory = false\n'
-    contacts.write_text('title = "x"\nnumerics = {n_x = 65, scheme = "strip"}\nensemble.members = 2\n' + drive)
+    contacts.write_text('title = "x"\nnumerics = {n_x = 33, scheme = "strip"}\nensemble.members = 2\n' + drive)
     words = ("fit", contacts, "mu_s=0.3±0.02", "--points", 16, "--vary")
     code, _, errors = main(*words, "stage_velocity=1 mm/s:4 mm/s,k=1e5:4e5")
     assert (code, errors.count("may end at step_limit")) == (2, 1)

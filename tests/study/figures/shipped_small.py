@@ -19,14 +19,14 @@ SMALLER: Mapping[str, str] = {
     "figures/modulation": "axes = {normal_load = [2.5e-4, 1e-3], start = [0.0, 0.5]}\nnumerics.n_x = 33",
     "figures/continuum": "axes.n_x = [17, 33, 65]",
     "figures/layers": "numerics.n_x = 33\nensemble.members = 3",
-    "figures/chain": "numerics.n_x = 33\nlimits.events = 1500\nensemble.members = 1",
+    "figures/chain": "numerics.n_x = 33\nlimits.events = 700\nensemble.members = 1",
     "interface/preparation": "axes = {initial_contact = ['stick', 'frictionless'], spread = [0.0, 0.1], contacts = [1, 4, 16]}\n"
     "numerics.n_x = 33\nlimits.presliding = 4.0\nensemble.members = 3",
     "interface/shear": "axes.residual_shear = [0.0, 0.9]\naxes.intrinsic_friction = [0.2, 0.5]\naxes.spread = [0.0, 0.1]\n"
-    "axes.contacts = [1, 4, 16]\nnumerics.n_x = 33\nlimits.presliding = 4.0\nensemble.members = 3",
+    "axes.contacts = [1, 4, 16]\nnumerics.n_x = 33\nlimits.presliding = 4.0\nensemble.members = 2",
     "maps/slider": "axes = {loads = ['equal', 'exponential'], contacts = [1, 4]}\nnumerics.n_x = 33\nlimits.presliding = 4.0\n"
-    "ensemble.members = 3\ndrive_axes = {spring_stiffness = [1e7, 1e8], stage_velocity = [1e-3, 1e-2]}\n"
-    "drives = [{name = 'stage', stage_travel = 1e-4, max_slips = 300, samples = 1}]",
+    "ensemble.members = 2\ndrive_axes = {spring_stiffness = [1e7, 1e8], stage_velocity = [1e-3, 1e-2]}\n"
+    "drives = [{name = 'stage', stage_travel = 1e-4, max_slips = 60, samples = 1}]",
     "maps/stick_slip": "numerics.n_x = 17\n[drive_axes]\nspring_stiffness = [1e5, 1e6]\nstage_velocity = [1e-4, 1e-2]\n"
     "damping_ratio = [0.01, 0.3]\npin_mass = [0.016, 0.5]",
     "maps/friction": "numerics.n_x = 65\n[axes]\nintrinsic_friction = [0.2, 0.5]\nradius = [50.0, 200.0]\n"
@@ -34,7 +34,7 @@ SMALLER: Mapping[str, str] = {
     "schemes": "axes.n_x = [33, 65]",
     "figures/choices": "numerics.n_x = 33\nlimits.events = 300\n[axes]\nradius = [200.0]\nsupport = ['bonded', 'right_side']\n"
     "first_spacing = ['equal']\ninitial_contact = ['stick']\nslip_order = ['worst_first', 'simultaneous']\n"
-    "limited_shear = ['both_ways']\nevent_floor = [1e-6]\nstart = [0.0, 0.5]",
+    "limited_shear = ['both_ways']\nevent_floor = [1e-6]\nresidual_shear = [0.0]\nstart = [0.0, 0.5]",
 }
 """Campaign -> keys that are given other values."""
 

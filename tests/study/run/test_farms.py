@@ -353,12 +353,13 @@ def test_a_start_of_mpi_that_hangs_is_given_up_with_one_message_and_code_99(envi
     assert "Traceback" not in done.stderr
 
 
-def test_a_run_whose_job_ends_before_its_tasks_would_ends_as_if_interrupted(nanoslip, campaign, tmp_path):
-    done = nanoslip("run", campaign, "--out", tmp_path / "out", SLURM_JOB_END_TIME="1")
-    assert done.returncode == 99
+def test_a_run_whose_job_ends_before_its_tasks_would_ends_as_if_interrupted(main, campaign, tmp_path, monkeypatch):
+    monkeypatch.setenv("SLURM_JOB_END_TIME", "1")
+    code, _, errors = main("run", campaign, "--out", tmp_path / "out", "--serial")
+    assert code == 99
     # The first record, and the first of its two drives, say how long the three others and the second would take.
     said = "interrupted: 4 tasks left would outlast this job; what is finished is kept; run again to continue"
-    assert said in done.stderr
+    assert said in errors
     assert not (tmp_path / "out" / "results.nc").exists()
 
 
