@@ -80,14 +80,7 @@ BODIES = (
     *("elasticity.compliance", "elasticity.interior", "sliding.slide", "sliding.slider"),
 )
 """Files of the solver that compute: whoever only declares, plans or shows has no need of them."""
-DECLARING = (
-    "manifest.cases",
-    "plan.plan",
-    "results.store",
-    "dataset.collect",
-    "dataset.compare",
-    "report.page",
-)
+DECLARING = ("manifest.cases", "plan.plan", "results.store", "dataset.collect", "dataset.compare", "report.page")
 FILES = {
     path: path.read_text("utf-8")
     for package in ("solver", "study")

@@ -126,7 +126,7 @@ def alone(nanoslip, tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ranks", [1, 2, 4])
+@pytest.mark.parametrize("ranks", [1, 4])
 def test_any_number_of_ranks_gives_the_same_dataset(nanoslip, campaign, tmp_path, alone, ranks):
     assert dataset(nanoslip, campaign, tmp_path / "out", ranks) == alone
 

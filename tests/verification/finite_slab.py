@@ -5,17 +5,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
-from skfem import (
-    Basis,
-    BilinearForm,
-    Element,
-    ElementQuad2,
-    ElementVector,
-    FacetBasis,
-    LinearForm,
-    MeshQuad,
-    asm,
-)
+from skfem import Basis, BilinearForm, Element, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad, asm
 from skfem.helpers import ddot, eye, sym_grad, trace
 
 from nanoslip.solver.slab import Support

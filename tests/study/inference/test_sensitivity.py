@@ -92,9 +92,9 @@ def test_intervals_hold_the_truth_under_noise():
 )
 def test_intervals_hold_the_truth_whatever_the_noise(function, truth):
     """Meant to hold 95 %; 98 to 100 % of 20 draws seen with each noise. A few draws of dependent indices scatter by 5 %."""
-    of_noise = {noise: drawn(function, noise, 2) for noise in (0.0, 0.2, 0.37)}
+    of_noise = {noise: drawn(function, noise, 2) for noise in (0.0, 0.37)}
     shares = {noise: np.mean([held(each, truth) for each in found]) for noise, found in of_noise.items() if found}
-    assert len(shares) >= 2
+    assert len(shares) == 2
     assert min(shares.values()) >= 0.85, shares
 
 

@@ -81,7 +81,7 @@ def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty() -> None
 
 @pytest.mark.slow
 def test_the_uncertainty_holds_as_often_as_it_states() -> None:
-    """162 traces over damping, noise and sampling: 57 to 79 % are three standard deviations of such a count."""
+    """108 traces over damping, noise and sampling: 55 to 81 % are three standard deviations of such a count."""
     truth = {
         "static_friction": STATIC,
         "kinetic_friction": KINETIC,
@@ -89,7 +89,7 @@ def test_the_uncertainty_holds_as_often_as_it_states() -> None:
         "rising_stiffness": 2e4,
     }
     held: dict[str, list[bool]] = {name: [] for name in (*truth, "mean_force", "damping_ratio")}
-    for number, (zeta, level, count) in enumerate(product((0.02, 0.1, 0.3), (0.003, 0.02, 0.08), (1301, 2001, 4001))):
+    for number, (zeta, level, count) in enumerate(product((0.02, 0.1, 0.3), (0.003, 0.02, 0.08), (1301, 4001))):
         drive = replace(SLOW, damping_ratio=zeta)
         time, force = analytic(drive, count, 2.0)
         truth |= {
@@ -103,7 +103,7 @@ def test_the_uncertainty_holds_as_often_as_it_states() -> None:
             for name, value in truth.items():
                 held[name].append(abs(found[name].value - value) <= found[name].uncertainty)
     shares = {name: float(np.mean(each)) for name, each in held.items()}
-    assert shares == pytest.approx(dict.fromkeys(held, 0.68), abs=0.11)
+    assert shares == pytest.approx(dict.fromkeys(held, 0.68), abs=0.135)
 
 
 @pytest.mark.parametrize("noise", [1 / 12, 1 / 5])

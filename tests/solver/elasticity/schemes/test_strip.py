@@ -113,8 +113,7 @@ def elliptic(half_width: float, slab: Slab) -> Dense:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("support", "poisson", "height", "within"),
-    [("bonded", 0.45, 1 / 16, 5e-5), ("bonded", 0.49, 1 / 16, 5e-5), ("frictionless", 0.49, 1 / 8, 5e-6)],
+    ("support", "poisson", "height", "within"), [("bonded", 0.49, 1 / 16, 5e-5), ("frictionless", 0.49, 1 / 8, 5e-6)]
 )
 def test_energies_of_loads_are_those_of_finite_elements_of_fourth_degree(
     support: Support, poisson: float, height: float, within: float
