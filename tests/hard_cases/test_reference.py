@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, SlipRule
-from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
 from tests.hard_cases.following import compliance_of
 from tests.hard_cases.reference import Reference
@@ -51,7 +51,7 @@ def _disagreement(case: Case) -> tuple[float, float]:
 
 @pytest.mark.parametrize(
     ("name", "scheme"),
-    [each for each in product(SAMPLE, SCHEMES) if each[0] != WALKING or each[1] in ("biquadratic", "half_plane")],
+    [*product(SAMPLE, ("biquadratic", "half_plane")), *product(("paper", "light"), ("galerkin", "strip", "chain"))],
 )
 def test_sliding_agrees_with_solving_from_scratch(name: str, scheme: str) -> None:
     """Kind, node, slips, releases and touches of every event; displacements and forces to 1e-9."""

@@ -13,7 +13,7 @@ from nanoslip.study.results import attempts
 from nanoslip.study.shipped import campaigns, starters
 from tests.conftest import PARTLY_REFUSED, SMALL
 
-SMALLER = {"numerics": {"n_x": 17}, "limits": {"events": 150}, "ensemble": {"members": 2}}
+SMALLER = {"numerics": {"n_x": 17}, "limits": {"events": 150}, "ensemble": {"members": 1}}
 """Values that make a starter quick: tables that it has are changed."""
 
 

@@ -186,7 +186,6 @@ DESIGNS = {
     "a zip and a byte order mark": '\ufeffdesign = "zip"\n' + RECORDS,
     "a roughness": RECORDS + '[heterogeneity]\nroughness = "../far/rough.csv"\n[outputs]\nrecords = false\n',
     "measured loads": STEADY + '[interface]\ncontacts = 3\nmeasured_loads = "../far/loads.csv"\n',
-    "an accuracy": "accuracy = 0.05\n" + RECORDS.replace("n_x = 17", ""),
     "an accuracy from a front": 'accuracy = 0.005\nfront = "../far/front.json"\n' + RECORDS.replace("n_x = 17", ""),
     "states": RECORDS.replace("[0.25, 0.5]", "[0.5]")
     + "[outputs]\ntractions = true\ntractions_at = [0, 30]\nsubsurface = true\n",
