@@ -116,6 +116,7 @@ class Drive:
         "sawtooth",
         meaning="friction profile between events",
         unit="",
+        note="; a measured surface is `roughness = FILE`",
         comment="the record's teeth; at most 64 of them in a node spacing; lines between forces after events; the plateau's mean",
     )
     samples: int = parameter(2000, meaning="output times after the start", least=1, most=MOST_SAMPLES)

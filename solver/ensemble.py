@@ -22,7 +22,7 @@ Places = Literal["drawn", "given"]
 LEVEL: Final = math.erf(math.sqrt(0.5))
 """Probability of an interval of one standard error of a normal distribution: 68.27 %."""
 FEWEST: Final = 3
-"""Members that a mean needs, where there are as many: two may agree by chance."""
+"""Members, or parts of a stretch, that a mean needs, where there are as many: two may agree by chance."""
 SEEDS: Final = 2**32
 """Difference between the seeds of successive members; large, so that seeds of an axis do not coincide with them."""
 
@@ -64,11 +64,11 @@ class Ensemble:
             size *= 2
         yield self.members
 
-    def within_target(self, values: Sequence[float]) -> bool:
-        """Whether the mean over these members meets the target."""
+    def within_target(self, values: Sequence[float], *ends: Sequence[float]) -> bool:
+        """Whether the mean over these members meets the target. ends: see `mean_of`."""
         if self.within is None:
             return False
-        mean = mean_of(np.array(values, float))
+        mean = mean_of(*np.array([values, *ends], float))
         return bool(2.0 * mean.uncertainty <= self.within * abs(mean.mean))
 
     @property
@@ -145,20 +145,39 @@ class Mean(NamedTuple):
     members: NDArray[np.int64]
 
 
-def mean_of(values: NDArray[np.float64]) -> Mean:
+def mean_of(values: NDArray[np.float64], *ends: NDArray[np.float64]) -> Mean:
     """The mean over members, the last axis of `values` (..., m); NaN: a member without a value.
 
-    No mean of fewer than half of the members, or of fewer than FEWEST of as many. No ± of one alone.
+    No mean of fewer than half of the members, or of fewer than FEWEST of as many; no ± unless all have a value: those that have
+    one are no fair sample of all. ends: of values that are means over a stretch, those over its first and its last third, from
+    which follows the part of ± that all members share.
     """
     there = np.isfinite(values)
     having, most = there.sum(axis=-1), values.shape[-1]
     enough = having >= needed(most)
     count = np.where(enough, having, 1)
     mean = np.where(there, values, 0.0).sum(axis=-1) / count
-    off = np.where(there, values - mean[..., None], 0.0)
+    off = values - mean[..., None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        error = student(count) * np.sqrt((off * off).sum(axis=-1) / (count - 1.0) / count)
-    return Mean(np.where(enough, mean, np.nan), np.where(enough & (count > 1), error, np.nan), having)
+        error = student(most) * np.sqrt((off * off).sum(axis=-1) / (most - 1.0) / most)
+        if ends:
+            error = np.hypot(error, shared_error(np.stack((*ends, FEWEST * values - sum(ends)), axis=-1)))
+    return Mean(np.where(enough, mean, np.nan), error, having)
+
+
+def shared_error(parts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The ± of a mean over m members and k equal parts of a stretch, (..., m, k), by what the parts of all members share.
+
+    The component of the parts in a two-way analysis of variance (Searle et al., Variance Components, 1992, ch. 4), with
+    Student's t over the parts. Before it is held at 0, its square has the expectation 0 if members scatter independently.
+    """
+    members, count = parts.shape[-2:]
+    common = parts.mean(axis=-2)
+    apart = parts - parts.mean(axis=-1, keepdims=True)
+    apart -= apart.mean(axis=-2, keepdims=True)
+    chance = (apart * apart).sum(axis=(-2, -1)) / (count - 1.0) / (members - 1.0)
+    between = members * common.var(axis=-1, ddof=1)
+    return np.asarray(student(count) * np.sqrt(np.maximum(between - chance, 0.0) / (members * count)))
 
 
 def jackknife(without: Sequence[float]) -> float:

@@ -29,7 +29,8 @@ SCALED: Final = ("", "normal_load", "contact_load", "intrinsic_friction", "lengt
 """What a number may be scaled with: nothing, the load W of all contacts or of one, or μ_i (it becomes a share of it), or the
 case's unit (it becomes SI)."""
 PLUS_MINUS: Final = (
-    "at 68 %, Student's t over independent starts; NaN of one member alone, and of members with the same events"
+    "at 68 %, Student's t over independent starts, of a plateau over its thirds, too; "
+    "NaN of one member, of members with the same events, and where a member has no value"
 )
 _KEY: Final = "quantity"
 
@@ -46,6 +47,8 @@ class Quantity:
     """One of SCALED."""
     ensemble: bool = False
     """Whether its mean over the members of an ensemble has an uncertainty, and a count of the members that have a value."""
+    ends: tuple[str, ...] = ()
+    """Of a mean over a stretch: what a result holds of its first and its last third."""
     of_grid: bool = False
     """Whether the error of the slab's grid is an error of it."""
     comment: str = ""
@@ -137,9 +140,12 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
 
 
 def _named(declared: Quantity, key: str) -> Quantity:
-    name = declared.name or key
-    twin = declared.si and replace(declared.si, name=declared.si.name or f"{name}_si", ensemble=declared.ensemble)
-    return replace(declared, name=name, si=twin)
+    name, twin = declared.name or key, declared.si
+    return replace(
+        declared,
+        name=name,
+        si=twin and replace(twin, name=twin.name or f"{name}_si", ensemble=declared.ensemble, ends=declared.ends),
+    )
 
 
 Roughness = tuple[tuple[float, float], ...]
@@ -278,7 +284,7 @@ class _Check(NamedTuple):
             return None
         if self.choices:
             if not (isinstance(given, str) and given in self.choices):
-                require(self.name, given, False, "one of " + ", ".join(self.choices))
+                require(self.name, given, False, f"one of {', '.join(self.choices)}{self.stated.note}")
             return given
         if self.plain is None:
             return given

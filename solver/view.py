@@ -22,8 +22,11 @@ Labelled = tuple[Quantity, Any]
 OWN_UNITS: Final = {"length": "L_x", "stiffness": "G·L_y", "time": "√(m/(G·L_y))", "velocity": "L_x·√(G·L_y/m)"}
 """`Quantity.per` -> the unit of a number that nobody scales."""
 
-ROUNDING = 1e-12
-"""Relative uncertainty below which members differ by rounding alone."""
+ROUNDING = 1e-9
+"""Largest difference that is taken for rounding, as a share of a number's scale.
+
+Another processor or library changes last digits, 1e-16, and operators of condition 1e5 make 1e-11 of that.
+"""
 SMALL, LARGE = 1e-4, 1e6
 """Numbers below and from here on are written with a power of ten."""
 
@@ -147,17 +150,14 @@ def in_words(outcome: Outcome) -> str:
 
 
 def with_error(number: float, uncertainty: float) -> str:
-    """A number as text, ± its uncertainty: `0.13670 ± 0.00009`, `0.295 ± 0.010`; `0.295 ± ?` where that is not known.
+    """A number as text, ± its uncertainty: `0.13670 ± 0.00009`, `0.295 ± 0.010`; `0.295 ± ?` of unknown, or of rounding.
 
-    The uncertainty has one significant digit, two where it begins with 1; the number ends at the same place. One of
-    rounding is left out.
+    The uncertainty has one significant digit, two where it begins with 1; the number ends at the same place.
     """
     if not np.isfinite(number):
         return f"{number:g}"
-    if not np.isfinite(uncertainty):
+    if not ROUNDING * abs(number) < uncertainty < np.inf:
         return f"{number:.3g} ± ?"
-    if uncertainty <= ROUNDING * abs(number):
-        return f"{number:g}"
     _, _, exponent = f"{uncertainty:.0e}".partition("e")
     digits = 2 if "1" in (f"{uncertainty:.0e}"[0], f"{uncertainty:.1e}"[0]) else 1
     place = int(exponent) - digits + 1  # the power of ten of its last digit

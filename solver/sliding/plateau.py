@@ -12,6 +12,7 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.ensemble import FEWEST
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.record import FrictionRecord
@@ -21,6 +22,7 @@ RUN_IN: Final = 1.5
 """Presliding lengths after which initial contact is forgotten: measured by tests.verification.run_in."""
 FEWEST_EVENTS: Final = 8
 """Of a steady part: fewer say nothing of a mean over a sawtooth."""
+_THIRD: Final = "of its displacement; by how much thirds differ in all members is a part of the ± of plateau_mean"
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -38,6 +40,7 @@ class Plateau(Viewed):
         "F/W on the plateau",
         symbol="F/W",
         ensemble=True,
+        ends=("plateau_first_third", "plateau_last_third"),
         comment="mean friction force over load on the steady part of the record, over displacement",
         si=Quantity(
             "plateau_ratio",
@@ -48,6 +51,8 @@ class Plateau(Viewed):
             comment="plateau_mean over intrinsic_friction; NaN where that is 0 or infinite",
         ),
     )
+    first_third: float = quantity("F/W on the first third of the plateau", ensemble=True, comment=_THIRD)
+    last_third: float = quantity("F/W on the last third of the plateau", ensemble=True, comment=_THIRD)
     spacings: float = quantity("length of the plateau, in node spacings", comment="of the steady part of the record")
     std: float = quantity(
         "standard deviation on the plateau", comment="of F/W over displacement, on the steady part of the record"
@@ -134,12 +139,15 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
     start, end = float(steady.edges[0]), float(steady.edges[-1])
     mean, std = _moments(steady)
+    first_third, _, last_third = (steady.block_means(start, end, FEWEST) / record.normal_load).tolist()
     return Plateau(
         start=start,
         end=end,
         first_event=first,
         last_event=last,
         mean=mean / record.normal_load,
+        first_third=first_third,
+        last_third=last_third,
         std=std / record.normal_load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=(end - start) / record.spacing,
@@ -161,4 +169,6 @@ def _refused(message: str, record: FrictionRecord) -> Plateau:
     between = record.final_displacement - last > 1e-12 * record.final_displacement
     limit = "limits.presliding, spacings or displacement, whichever ended it" if between else "limits.events"
     nan = math.nan
-    return Plateau(0, 0, nan, nan, nan, nan, nan, nan, Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}"))
+    return Plateau(
+        0, 0, nan, nan, nan, nan, nan, nan, nan, nan, Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}")
+    )

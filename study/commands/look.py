@@ -14,16 +14,15 @@ import xarray as xr
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of
-from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
 from nanoslip.study import api
 from nanoslip.study.accuracy.effects import FINER, Influence, Scenes, influences, scenes_of
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
 from nanoslip.study.commands.plans import counted, refusals
 from nanoslip.study.commands.words import Refusal, folder
-from nanoslip.study.dataset import file
+from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import scales_of
-from nanoslip.study.dataset.variables import are_means
 from nanoslip.study.manifest.cases import campaign_of, expand
 from nanoslip.study.manifest.checker import ManifestError, number_or_text
 from nanoslip.study.manifest.manifest import Manifest
@@ -62,6 +61,9 @@ def try_campaign(parameters: tuple[str, ...], contact: bool, drive: bool, pictur
         _draw().format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
         found = api.run(campaign_of(given, contact, drive), progress=True)
+    for ending, message in variables.OUTCOMES.values():
+        if ending.name in found and found[ending.name].item() == Ending.INVALID:
+            raise Refusal(found[message.name].item())
     print_sentences(_idle(given, contact))
     show_case(found, {}, picture)
 
@@ -220,7 +222,7 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
     case = single(dataset, given)
     _print_numbers(case, dataset)
     lines = list(curves(case))
-    if lines and are_means(case):
+    if lines and variables.are_means(case):
         say("lines are those of the first member")
     if picture:
         _draw().write({picture: _draw().drawn(lines, picture)})

@@ -107,7 +107,7 @@ def _counted(campaign: Path, plan: Plan) -> str:
     cases = len(plan.cases), "case", sum(not case.outcome.ok for case in plan.cases)
     drives = len(plan.manifest.drives), "drive", sum(drive.drive is None for drive in plan.manifest.drives)
     said = []
-    for number, what, refused in (cases, drives, (len(plan.distinct), "task", 0)):
+    for number, what, refused in (cases, *([drives] if drives[0] else []), (len(plan.distinct), "task", 0)):
         why = f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""
         said.append(f"{'each with ' * (what == 'drive')}{plans.counted(number, what)}{why}")
     return f"{whole(campaign)}: valid: {', '.join(said)}"

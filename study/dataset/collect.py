@@ -321,7 +321,9 @@ class Table:
         found = dict(zip(rows[0].scalars, numbers, strict=True))
         places = np.array([row.place for row in rows])
         if kind == "record":
-            counts = np.where(numbers == np.floor(numbers), numbers, np.nan)
+            # Not the grid, which may have followed the pin.
+            stated = np.array([found[name] for name, _ in scalars(kind) if name in found])
+            counts = np.where(stated == np.floor(stated), stated, np.nan)
             differ = np.fmax.reduce(counts, axis=2) > np.fmin.reduce(counts, axis=2)
             self._as_one[places] = ~differ.any(axis=0)
         for name, quantity in scalars(kind):
@@ -330,7 +332,7 @@ class Table:
             if quantity.words:
                 self._values[quantity.name][places] = [_word(quantity, row) for row in found[name].tolist()]
                 continue
-            mean, uncertainty, members = mean_of(found[name])
+            mean, uncertainty, members = mean_of(found[name], *(found[end] for end in quantity.ends))
             if quantity.uncertainty in found:  # of all members together: the result holds its ±
                 uncertainty, members = found[quantity.uncertainty][:, 0], found[quantity.members][:, 0].astype(int)
             unit = np.array([row.factors[quantity.per] for row in rows])

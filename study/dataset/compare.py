@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import GRID_ERROR
+from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.access import values_over
 from nanoslip.study.dataset.variables import (
@@ -32,12 +33,6 @@ from nanoslip.study.plan.plan import NOTHING_KNOWN
 from nanoslip.study.toml_text import from_toml, shown
 
 # Whether two values agree.
-
-ROUNDING: Final = 1e-9
-"""Largest difference that is taken for rounding, as a share of the variable's scale.
-
-Another processor or library changes last digits, 1e-16, and operators of condition 1e5 make 1e-11 of that.
-"""
 
 
 class Verdict(IntEnum):

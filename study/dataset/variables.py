@@ -23,6 +23,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.parameter import GRID_ERROR, Quantity, attributes, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import FLAGS, Validity
+from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import with_symbol
@@ -307,6 +308,7 @@ def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Descr
 
 # Of how many members the numbers of a dataset are, as not all members of an ensemble have each.
 
+UNKNOWN: Final = "± ?: not known of one start, of starts that do not differ, or where some have no value"
 EXPLAINED: Final = "behind a mean: as many members have this number, the others have none"
 
 
@@ -347,8 +349,9 @@ def means_of(dataset: xr.Dataset) -> str:
     parts = []
     if are_means(dataset):
         parts.append(f"numbers are means over {ends_of(dataset[MEMBERS.name])} members, ± their 68 % interval")
-    if any(bool((error.isnull() & dataset[name].notnull()).any()) for name, error in stated.items()):
-        parts.append("± ?: not known of one start")
+    known = (dataset[name].isnull() | (error > ROUNDING * abs(dataset[name])) for name, error in stated.items())
+    if not all(bool(each.all()) for each in known):
+        parts.append(UNKNOWN)
     if any(bool(((having > 0) & (having < used)).any()) for having, used in counts):
         parts.append(f"(k of n) {EXPLAINED}")
     return "; ".join(parts)

@@ -12,10 +12,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.parameter import Quantity
+from nanoslip.solver.view import ROUNDING
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import Layout, collect, layout_of
 from nanoslip.study.dataset.compare import (
-    ROUNDING,
     Verdict,
     deviations,
     identical,

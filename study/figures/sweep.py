@@ -17,7 +17,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
-from nanoslip.solver.view import with_error
+from nanoslip.solver.view import ROUNDING, with_error
 from nanoslip.study.dataset.variables import commonest
 from nanoslip.study.figures.points import (
     Floats,
@@ -437,9 +437,6 @@ def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
 
 
 # Numbers that need no figure, told in one sentence: the same in all cases, known of one case only, or of none.
-
-ROUNDING: Final = 1e-9
-"""Share of a number by which others may differ from it and be the same."""
 
 
 def differs(points: Points) -> bool:

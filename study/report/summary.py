@@ -92,7 +92,7 @@ def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
             continue  # ±, count of members and size in SI are shown with their variable
         if (value := _text(case, name, 6)) == NOTHING:
             others["not known here"].append(name)
-        elif value == "0":
+        elif value in ("0", "0 ± ?"):
             others["0 here"].append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
@@ -288,10 +288,10 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
             known = 2.0 * abs(dataset[f"{name}_uncertainty"] / mean)
             if _LEFT_OUT_ERROR.name in dataset and set(dataset[_LEFT_OUT_ERROR.name].dims) <= set(known.dims):
                 known = known + dataset[_LEFT_OUT_ERROR.name]
-            line(known > enough, f"the worst to {float(known.max()):.1%}; raise target.most")
+            line(known > enough, f"the worst to {float(known.max()):.1%}; raise target.most, or limits.presliding")
             endings = (dataset[each.name] for each, _ in variables.OUTCOMES.values() if each.name in dataset)
             for ending in [each for each in endings if set(each.dims) <= set(mean.dims)][-1:]:
-                line(mean.isnull() & (ending == COMPLETED), "too few members have a value")
+                line(known.isnull() & (ending == COMPLETED), "members lack a value, or do not differ")
     return lines
 
 

@@ -145,19 +145,20 @@ def computed_members(
 
 def _reaches_target(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
     """Whether these members determine all observables of an ensemble's target that are numbers of this kind."""
-    return all(map(ensemble.within_target, _targeted(kind, ensemble, members)))
+    return all(ensemble.within_target(*each) for each in _targeted(kind, ensemble, members))
 
 
 def largest_change(kind: Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
     """`change_by` what members leave out, of the observable of an ensemble's target in which it is largest."""
-    return max(map(change_by, _targeted(kind, ensemble, without), _targeted(kind, ensemble, whole)))
+    each = (_targeted(kind, ensemble, members) for members in (without, whole))
+    return max(change_by(fewer, all_of_it) for (fewer, *_), (all_of_it, *_) in zip(*each, strict=True))
 
 
-def _targeted(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[list[float | int]]:
-    """Values of the members, of each number of this kind in an ensemble's target."""
-    scalars = _scalars(kind, members)
-    nothing = [math.nan] * len(members)
-    return [scalars.get(key, nothing) for key, each in declared(kind).items() if each.name in ensemble.of]
+def _targeted(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[list[list[float | int]]]:
+    """Values of the members, and of the ends of their stretches, of each number of this kind in an ensemble's target."""
+    scalars, nothing = _scalars(kind, members), [math.nan] * len(members)
+    chosen = ((key, *each.ends) for key, each in declared(kind).items() if each.name in ensemble.of)
+    return [[scalars.get(name, nothing) for name in names] for names in chosen]
 
 
 def numbers(

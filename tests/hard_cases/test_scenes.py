@@ -51,6 +51,7 @@ SHARES = ("fluctuation", "unseen_force")
 LACKS = {
     Ending.NO_PLATEAU: (
         "plateau_mean", "plateau_std", "plateau_start", "plateau_end", "plateau_spacings", "plateau_peak",
+        "plateau_first_third", "plateau_last_third",
         "mean_step", "mean_slips", "mean_drop", "kinetic_friction",
     ),
     Ending.NO_SLIP: ("static_friction", "kinetic_friction"),

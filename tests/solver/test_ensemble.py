@@ -11,7 +11,17 @@ import scipy
 from nanoslip.solver.case import LEAST_APART, Case, Heterogeneity
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES, SPARED
-from nanoslip.solver.ensemble import FEWEST, LEVEL, Ensemble, chance_of, change_by, elsewhere, jackknife, mean_of
+from nanoslip.solver.ensemble import (
+    FEWEST,
+    LEVEL,
+    Ensemble,
+    chance_of,
+    change_by,
+    elsewhere,
+    jackknife,
+    mean_of,
+    shared_error,
+)
 from nanoslip.solver.slab import Slab
 
 CASE = Case(start=0.25)
@@ -101,8 +111,23 @@ def test_the_interval_holds_in_68_and_twice_of_it_in_93_of_100():
 def test_the_mean_is_that_of_members_with_a_value_and_says_of_how_many():
     mean = mean_of(np.array([1.0, 2.0, math.nan, 4.0, math.nan, 5.0]))
     assert (mean.mean, mean.members) == (3.0, 4)
+    assert math.isnan(mean.uncertainty)  # those that have a value are no fair sample of all
     half = scipy.stats.t.isf(0.5 - LEVEL / 2.0, 3) * np.std([1.0, 2.0, 4.0, 5.0], ddof=1) / 2.0
-    assert mean.uncertainty == pytest.approx(half, rel=1e-12)
+    assert mean_of(np.array([1.0, 2.0, 4.0, 5.0])).uncertainty == pytest.approx(half, rel=1e-12)
+
+
+def test_what_thirds_of_all_members_share_is_an_error_of_their_mean():
+    """Of 20,000 ensembles: with members that scatter alone it is 0 in expectation before it is held there; what thirds have in
+    common has the standard deviation that its ± states, at 68 % within it where it outweighs chance."""
+    rng = np.random.default_rng(5)
+    alone, common = rng.normal(0.0, 1.0, (20_000, 8, 3)), rng.normal(0.0, 30.0, (20_000, 1, 3))
+    found = shared_error(3.0 + alone + common)
+    # A share of 20,000 has a standard error of 0.33 %; four of them.
+    assert np.mean(np.abs(common.mean(axis=(1, 2))) < found) == pytest.approx(LEVEL, abs=0.014)
+    assert np.mean(shared_error(alone) > 0.0) == pytest.approx(scipy.stats.f.sf(1.0, 2, 14), abs=0.014)
+    first, _, last = np.moveaxis(alone + common, -1, 0)
+    both = mean_of((alone + common).mean(axis=-1), first, last).uncertainty
+    np.testing.assert_allclose(both, np.hypot(mean_of(alone.mean(axis=-1)).uncertainty, shared_error(alone + common)))
 
 
 @pytest.mark.parametrize(("there", "members"), [(1, 1), (2, 2), (3, 6), (4, 8), (1, 2), (2, 3), (3, 7), (3, 8)])
@@ -111,7 +136,7 @@ def test_too_few_members_with_a_value_make_no_mean(there, members):
     mean = mean_of(np.append(np.arange(there), np.full(members - there, math.nan)))
     known = (there, members) in {(1, 1), (2, 2), (3, 6), (4, 8)}
     assert math.isfinite(mean.mean) == known
-    assert math.isfinite(mean.uncertainty) == (known and there > 1)
+    assert math.isfinite(mean.uncertainty) == (there == members > 1)
     assert mean.members == there
 
 

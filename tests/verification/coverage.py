@@ -70,7 +70,7 @@ def driven(case: Case, record: FrictionRecord) -> Drive:
 
 
 def read(case: Case, compliance: SurfaceCompliance) -> list[float]:
-    """The OBSERVABLES of one member; NaN where there is none."""
+    """The OBSERVABLES of one member, and the plateau's ends; NaN where there is none."""
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau, events, nan = plateau_of(record), event_statistics(record), math.nan
@@ -79,7 +79,8 @@ def read(case: Case, compliance: SurfaceCompliance) -> list[float]:
         _, friction = measured(record, plateau, driven(case, record))
         static, kinetic = friction.static_friction, friction.kinetic_friction
     width = record_validity(case, start, record, end).contact_half_width
-    return [plateau.mean, static, kinetic, events.mean_step, events.mean_drop, width, events.surface_stiffness]
+    numbers = (plateau.mean, static, kinetic, events.mean_step, events.mean_drop, width, events.surface_stiffness)
+    return [*numbers, plateau.first_third, plateau.last_third]
 
 
 @dataclass(frozen=True)
@@ -107,15 +108,17 @@ def verdicts(number: int) -> Iterator[Verdict]:
         rows = [read(ensemble.case(case, member), compliance) for member in range(MEMBERS + OTHERS)]
     except SolverError:
         return
-    values = np.array(rows).T
-    known, truth = mean_of(values[:, :MEMBERS]), mean_of(values[:, MEMBERS:])
-    for name, mean, half, others, theirs in zip(
-        OBSERVABLES, known.mean, known.uncertainty, truth.mean, truth.uncertainty, strict=True
-    ):
-        if half == 0.0 and mean == others:  # all starts agree
+    *values, first, last = np.array(rows).T
+    for name, each in zip(OBSERVABLES, values, strict=True):
+        ends = (first, last) if name == "plateau" else ()
+        known, truth = (
+            mean_of(*(one[part] for one in (each, *ends))) for part in (slice(MEMBERS), slice(MEMBERS, None))
+        )
+        if known.uncertainty == 0.0 and known.mean == truth.mean:  # all starts agree
             continue
         # The other members know the mean to their own ±.
-        yield verdict(name, number, float(mean), math.hypot(half, theirs), float(others))
+        stated = math.hypot(known.uncertainty, truth.uncertainty)
+        yield verdict(name, number, float(known.mean), stated, float(truth.mean))
 
 
 def table(found: list[Verdict]) -> Iterator[list[object]]:

@@ -203,9 +203,30 @@ def test_a_contact_alone_is_its_pressure_and_a_punch_named_by_its_half_width_and
     assert ", a/L_x = 0.25, L_z/L_x = 1, n_x = 17\n" in said
 
 
-def test_what_the_physics_refuses_is_a_result(main):
-    code, said, _ = main("try", "n_x=17", "pin_translation=false", "residual_shear=1")
-    assert (code, "outcome: invalid: " in said) == (0, True)
+def test_what_the_physics_refuses_is_a_result_and_what_means_nothing_bad_input(main):
+    code, said, _ = main("try", "n_x=17", "radius=1e-3")
+    assert (code, "outcome: steep_pin: " in said) == (0, True)
+    code, said, errors = main("try", "n_x=17", "pin_translation=false", "residual_shear=1")
+    assert (code, said, "Error: residual_shear = 1.0 with pin_translation = false: " in errors) == (2, "", True)
+
+
+SHORT = "scheme=half_plane radius=1e12 normal_load=1e-9 slip_order=simultaneous"
+
+
+def test_starts_that_end_alike_in_a_short_record_share_an_error(main):
+    """Plateaus of 8, 9 and 40 presliding lengths differ by much more than starts do: the window has no whole number of cycles."""
+    found = {}
+    for lengths in (8, 9, 40):
+        rough = f"roughness={ROOT / 'campaigns/starters/roughness.csv'}"
+        _, said, _ = main("try", "n_x=65", *SHORT.split(), rough, f"presliding={lengths}")
+        found[lengths] = [float(each) for each in re.findall(r"^plateau_mean +(\S+) ± (\S+)", said, re.M)[0]]
+    for lengths in (8, 9):
+        assert abs(found[lengths][0] - found[40][0]) < 2.0 * found[lengths][1]
+
+
+def test_the_ones_that_have_a_plateau_are_no_sample_of_all(main):
+    _, said, _ = main("try", "n_x=65", "radius=200", "normal_load=1e-6", "scheme=strip")
+    assert re.search(r"^plateau_mean +0\.361 ± \? \(4 of 8\)", said, re.M)
 
 
 @pytest.mark.parametrize(
@@ -218,6 +239,7 @@ def test_what_the_physics_refuses_is_a_result(main):
         ),
         *(([f"{key}=1", [f"{key} = 1: a key of campaign files, not of one case"]])
           for key in ("title", "accuracy", "axes", "seconds")),
+        ("profile=rough.csv", ['profile = "rough.csv": needs one of sawtooth, coarse, linear, mean; a measured surface']),
         ("n_x=17 --contact V_o=1", ["stage_velocity = 1: needs a drive, which initial contact alone has not"]),
     ],
 )  # fmt: skip

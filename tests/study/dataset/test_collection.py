@@ -14,11 +14,12 @@ import xarray as xr
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.study import api
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.collect import NOTE, collect, is_made_of, made_of, note
 from nanoslip.study.dataset.file import groups_of
-from nanoslip.study.dataset.variables import EXPLAINED, all_groups, fewer, means_of, members_of, scalars
+from nanoslip.study.dataset.variables import EXPLAINED, UNKNOWN, all_groups, fewer, means_of, members_of, scalars
 from nanoslip.study.origin import Origin, computing, here
 from nanoslip.study.plan.grids import load_front
 from nanoslip.study.plan.kinds import column
@@ -406,7 +407,9 @@ def test_a_number_is_the_mean_over_members_with_its_error_and_count(four: Four) 
         ("mean_step", keys["record", ""], case),
         ("static_friction", keys["drive", "fast"], case.sel(drive="fast")),
     ):
-        mean = mean_of(np.array(store.read(key).scalars[name]))
+        of = store.read(key).scalars
+        ends = ("plateau_first_third", "plateau_last_third") if name == "plateau_mean" else ()
+        mean = mean_of(*(np.array(of[each]) for each in (name, *ends)))
         assert at[name].item() == mean.mean
         assert at[f"{name}_uncertainty"].item() == mean.uncertainty > 0.0
         assert at[f"{name}_members"].item() == mean.members == 4
@@ -437,7 +440,7 @@ def test_one_member_has_no_error_and_no_group_of_its_own(small) -> None:
     assert np.isnan(found["plateau_mean_uncertainty"]).all()
     assert said(found["members"]) == {1.0}
     assert not {"ensemble", "drive_ensemble"} & set(groups_of(found))
-    assert means_of(found) == "± ?: not known of one start"
+    assert means_of(found) == UNKNOWN
 
 
 def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Path) -> None:
@@ -454,11 +457,21 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     assert not members_of(case, "events")
     assert (case["outcome"].item(), case["message"].item()) == ("completed", lost.message)
     assert case["regime"].sel(drive="fast").item() == "2 slides; 1 sticks"
-    assert means_of(case) == f"numbers are means over 4 members, ± their 68 % interval; (k of n) {EXPLAINED}"
+    assert means_of(case) == f"numbers are means over 4 members, ± their 68 % interval; {UNKNOWN}; (k of n) {EXPLAINED}"
 
 
 def test_members_with_the_same_events_are_one_start_and_give_no_error(build: Build) -> None:
-    """A pin as flat as a punch meets the nodes alike from every start; so do the pulls that follow."""
+    """A pin as flat as a punch meets the nodes alike from every start; so do the pulls that follow. So does a single node, even
+    where the grid has followed the pin."""
+    alone = {
+        "constants": {"intrinsic_friction": 9.46, "radius": 356.0, "normal_load": 1.75e-7, "poisson": -0.9},
+        "numerics": {"n_x": 17, "scheme": "strip"},
+    }
+    one = api.run(
+        {"title": "One node", "stages": ["contact", "slip"], "limits": {"presliding": 80.0}, **alone}
+    ).squeeze()
+    assert one["mean_slips"] == 1.0
+    assert np.isnan(one["plateau_mean_uncertainty"])
     found = collect(*build(FOUR.replace("radius = [50.0]", "radius = [50.0, 1e9]"))).squeeze()
     for name in ("plateau_mean", "mean_step", "static_friction"):
         known = np.isfinite(found[f"{name}_uncertainty"]).any([dim for dim in found[name].dims if dim != "radius"])

@@ -164,7 +164,9 @@ WRONG = {
         'drives[0].surface_compliance = false: needs integrator = "exact", as a step of rk4 has no rest'
     ),
     DRIVE + "reverse_motion = 1": "drives[0].reverse_motion = 1: needs true or false",
-    DRIVE + 'profile = "average"': 'drives[0].profile = "average": needs one of sawtooth, coarse, linear, mean',
+    DRIVE + 'profile = "average"': (
+        'drives[0].profile = "average": needs one of sawtooth, coarse, linear, mean; a measured surface is `roughness = FILE`'
+    ),
     DRIVE + "[scales]\nshear_modulus = 1e-20\nslab_depth = 1e-20": (
         "drives[0].spring_stiffness = 200000.0: needs 1e-30 ≤ spring_stiffness ≤ 1e-10 with this pin_mass and these scales"
     ),

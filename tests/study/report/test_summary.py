@@ -254,7 +254,7 @@ SHORT = f"plateau_mean is not known within 0.02: {{}} of 3 cases, {FIRST} = 2e-4
 
 def test_numbers_less_known_than_was_asked_for_are_counted_with_the_first_and_the_worst() -> None:
     found = short_summary(ensembles([0.009, 0.011, 0.034]))
-    assert found == [SHORT.format(2, "the worst to 6.8%; raise target.most")]
+    assert found == [SHORT.format(2, "the worst to 6.8%; raise target.most, or limits.presliding")]
 
 
 def test_complete_cases_without_a_mean_asked_for_are_counted_too() -> None:
@@ -262,7 +262,7 @@ def test_complete_cases_without_a_mean_asked_for_are_counted_too() -> None:
     found = ensembles([0.01, np.nan, np.nan])
     found["plateau_mean"][1:] = np.nan
     found["outcome"] = "normal_load", ["completed", "completed", "pending"]
-    assert short_summary(found) == [SHORT.format(1, "too few members have a value")]
+    assert short_summary(found) == [SHORT.format(1, "members lack a value, or do not differ")]
 
 
 def test_a_list_of_cases_is_labelled_by_what_its_author_lists_and_not_by_what_follows() -> None:
