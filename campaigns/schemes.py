@@ -57,7 +57,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     data = dataset.squeeze()
     usual = data.sel(DEFAULTS)
     for n_x in data["n_x"].values:
-        cells = [_known(usual.sel(scheme=scheme, n_x=n_x)) for scheme in data["scheme"].values]
+        cells = [_ratio(usual.sel(scheme=scheme, n_x=n_x)) for scheme in data["scheme"].values]
         yield Claim(f"plateau/μ_i, n_x = {n_x}", *cells)
     for n_x in data["n_x"].values:
         yield _row(f"   over supports and slip orders, n_x = {n_x}", data["plateau_ratio"].sel(n_x=n_x))
@@ -78,7 +78,7 @@ def _row(meaning: str, values: xr.DataArray) -> Claim:
     return Claim(meaning, *(_range(values.sel(scheme=scheme)) for scheme in values["scheme"].values))
 
 
-def _known(case: xr.Dataset) -> str:
+def _ratio(case: xr.Dataset) -> str:
     return with_error(float(case["plateau_ratio"]), float(case["plateau_ratio_uncertainty"]))
 
 

@@ -247,11 +247,11 @@ def as_data(origins: Origins) -> list[dict[str, str]]:
 
 def from_data(found: Iterable[Mapping[str, str]]) -> Origins:
     """Origins from the output of `as_data`; missing entries are unknown."""
-    return tuple(_known(*(each.get(item.name, UNKNOWN) for item in fields(Origin))) for each in found)
+    return tuple(_origin(*(each.get(item.name, UNKNOWN) for item in fields(Origin))) for each in found)
 
 
 @lru_cache(maxsize=256)  # thousands of results, a few origins
-def _known(*values: str) -> Origin:
+def _origin(*values: str) -> Origin:
     return Origin(*values)
 
 

@@ -1,4 +1,4 @@
-"""Everything public explains itself: it has a docstring, its own or an inherited one, for `help()` and for editors."""
+"""Everything public explains itself: it has a docstring, its own or an inherited one; functions have names of what they do."""
 
 import ast
 import importlib
@@ -62,3 +62,15 @@ def test_a_docstring_that_repeats_the_name_is_none() -> None:
     assert not says_more_than("WholeSpacings", "The whole spacings.")
     assert not says_more_than("whole_spacings", "")
     assert says_more_than("whole_spacings", "Whole node spacings that a record spans.")
+
+
+SPEECH = {"say", "said", "tell", "told", "hear", "heard", "ask", "asked", "wanted", "known"}
+
+
+def test_functions_read_compute_and_report_and_do_not_speak() -> None:
+    trees = {path: ast.parse(path.read_text("utf-8")) for path in FILES}
+    names = [
+        (path, node) for path, tree in trees.items() for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
+    ]
+    speaking = [f"{path}:{node.lineno}: {node.name}" for path, node in names if SPEECH & set(node.name.split("_"))]
+    assert not speaking, "\n".join(speaking)

@@ -312,13 +312,13 @@ def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[Dy
     for _ in range(DOUBLINGS + 1):
         motion = integrate(limit, pulled, record.initial_stiffness)
         found = friction_coefficients(motion, record, plateau, ended_by(motion, drive))
-        if drive.duration is not None or _known(motion, found, drive) or ended_by(motion, drive) == "step_limit":
+        if drive.duration is not None or _is_complete(motion, found, drive) or ended_by(motion, drive) == "step_limit":
             break
         pulled = replace(drive, duration=2.0 * motion.end_time)
     return motion, found
 
 
-def _known(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> bool:
+def _is_complete(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> bool:
     """Whether a longer drive would tell no more: it has its numbers, was not to go on, or slips too little for any.
 
     A pin that its damper drags has its friction long before its spring force has settled.

@@ -39,7 +39,7 @@ class Group(click.Group):
         return list(self.commands)
 
 
-def _say_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
+def _print_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
     """The version of what computes, as datasets name it: of a source tree its own, whatever was installed from it once."""
     if asked and not context.resilient_parsing:
         from nanoslip.study.provenance import version  # noqa: PLC0415  no command waits for it
@@ -49,7 +49,7 @@ def _say_version(context: click.Context, _option: click.Parameter, asked: bool) 
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
-@flag("--version", is_eager=True, expose_value=False, callback=_say_version, help="Show the version and exit.")
+@flag("--version", is_eager=True, expose_value=False, callback=_print_version, help="Show the version and exit.")
 def cli() -> None:
     """A friction laboratory: from campaign files (TOML) to one labelled dataset each."""
 

@@ -10,7 +10,7 @@ from nanoslip.study.commands.run import Order
 from nanoslip.study.commands.words import show
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from nanoslip.study.plan.task import Task
-from nanoslip.study.report.console import console, print_sentences, say
+from nanoslip.study.report.console import console, note, print_sentences
 from nanoslip.study.results import attempts
 from nanoslip.study.results.store import Lease, Store
 from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute_rest, part, rest_of
@@ -39,7 +39,7 @@ def _run(farm: Farm, journal: Journal, order: Order) -> int:
         if order.shard:
             plan = part(plan, order.shard)
             if not plan.cases:
-                say(f"{order.shard} has nothing to do: there are fewer cases (or ensembles) than shards")
+                note(f"{order.shard} has nothing to do: there are fewer cases (or ensembles) than shards")
                 return 0
         rest = rest_of(plan, store, order.out, journal, _warn, order.recompute_foreign, order.retry)
         if order.recompute_foreign:
@@ -64,7 +64,7 @@ def _run(farm: Farm, journal: Journal, order: Order) -> int:
 
 
 def _warn(text: str) -> None:
-    say(text, stderr=True)
+    note(text, stderr=True)
 
 
 def _conclude(rest: Rest, failed: int, order: Order) -> int:
@@ -73,7 +73,7 @@ def _conclude(rest: Rest, failed: int, order: Order) -> int:
     if order.shard:
         lost = failed + given_up
         ended = f"has ended without {counted(lost, 'task')}" if lost else "is done"
-        say(f"{order.shard} {ended}; {advised('merge', order.campaign, order.out)} brings all shards together")
+        note(f"{order.shard} {ended}; {advised('merge', order.campaign, order.out)} brings all shards together")
     else:
         pending = write_dataset(rest.plan, rest.store)
     if failed:

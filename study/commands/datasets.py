@@ -14,14 +14,14 @@ from nanoslip.study.commands.plans import advised, counted, planned
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.access import one_case
-from nanoslip.study.dataset.collect import collect, coordinates, is_made_of, layout_of, made_of, note
+from nanoslip.study.dataset.collect import collect, coordinates, is_made_of, layout_of, made_of, write_state
 from nanoslip.study.dataset.variables import OUTCOMES, means_of
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import of_symbol
 from nanoslip.study.plan.plan import PENDING, Plan
 from nanoslip.study.report import summary
-from nanoslip.study.report.console import FAILED, counting, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import FAILED, counting, note, print_sentences, print_table, whole
 from nanoslip.study.results.store import Store, StoreError
 
 
@@ -43,7 +43,7 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = Fal
             f"missing, {replace} writes the dataset without it"
         )
     file.write(collected, path)
-    note(path, store, made_of(plan.manifest, store))
+    write_state(path, store, made_of(plan.manifest, store))
     _print(collected, path)
     return _pending(collected)
 
@@ -90,14 +90,14 @@ def _fewer(path: Path, collected: xr.Dataset) -> Iterator[str]:
 
 def _print(dataset: xr.Dataset, path: Path) -> None:
     print_summary(dataset)
-    say(whole(f"dataset: {path}"))
+    note(whole(f"dataset: {path}"))
     if mixed := dataset.attrs.get(file.MIXED):
-        say(f"{mixed} (computed_by says which case is whose)")
+        note(f"{mixed} (computed_by says which case is whose)")
 
 
 def print_summary(dataset: xr.Dataset) -> None:
     """Print a dataset's cases, outcomes of its drives with advice, missed targets, and advice of validity flags."""
-    table, alike = summary.said_once(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES))
+    table, alike = summary.factored(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES))
     print_table(table)
     print_sentences([*_chosen(dataset), *alike, means_of(dataset), *summary.drive_summary(dataset)])
     print_sentences(summary.failure_summary(dataset), FAILED)
@@ -134,7 +134,7 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
     store = Store(into)
     if not store.finished():
         raise StoreError(f"{into}: no results of {source} there: {advised('run', source, into)} computes them")
-    say(f"{into}: no dataset of {source} as it is now: from the results that are finished", stderr=True)
+    note(f"{into}: no dataset of {source} as it is now: from the results that are finished", stderr=True)
     yield collect(plan, store)
 
 

@@ -33,7 +33,7 @@ from nanoslip.study.manifest.parameters import compact, plain
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
 from nanoslip.study.report import page
-from nanoslip.study.report.console import Table, print_entries, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
 from nanoslip.study.report.curves import Curve, print_lines
 from nanoslip.study.results.store import StoreError, write_files
 
@@ -51,7 +51,7 @@ def write_report(campaign: Path, out: Path | None) -> None:
                 f"{collect} takes what is finished"
             )
         written = page.write(opened, into)
-    say(whole(f"report: {written}"))
+    note(whole(f"report: {written}"))
 
 
 # `nanoslip figure`: a number of a campaign over its axes; figures of the shipped campaigns, with their tables.
@@ -80,7 +80,7 @@ def draw_figure(
             with refusals(ValueError), dataset_of(shipped.campaign_file(Path(names[0])), out) as dataset:
                 view = view_named(dataset, y, x, hue, where)
                 write(_files_of(view, output, table, size))
-            say(
+            note(
                 view.caption
                 + (f" Of {', '.join(f'{key} = {value}' for key, value in where.items())}." if where else "")
             )
@@ -90,7 +90,7 @@ def draw_figure(
             _draw_named(names, everything, formats, into, out or Path("results"))
         else:
             print_entries({name: figure.title for name, figure in shipped_figures().items()})
-            say(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
+            note(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
 def _files_of(view: View, output: Path | None, table: bool, size: tuple[float, float] | None) -> dict[Path, bytes]:
@@ -115,7 +115,7 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
     for source, figures in chosen.items():
         with api.run(source, out / figures[0].campaign, progress=True) as dataset:
             for figure in figures:
-                say(figure.title)
+                note(figure.title)
                 print_table(Table(figure.header, tuple(figure.claims(dataset)), 3))
                 write(files_of(figure, dataset, into, formats))
 
@@ -193,9 +193,9 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str, output
     if len(shown.moments) < len(wanted):
         ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
         reason = f"{ended.ending}: {ended.message}".rstrip(": ")
-        say(f"no event {wanted[len(shown.moments)]}: the record ends before ({reason})", stderr=True)
+        note(f"no event {wanted[len(shown.moments)]}: the record ends before ({reason})", stderr=True)
     last = shown.moments[-1].event
-    say(f"{whole(f'written: {output}')} ({case.point}; {counted(len(shown.moments), 'moment')} to event {last})")
+    note(f"{whole(f'written: {output}')} ({case.point}; {counted(len(shown.moments), 'moment')} to event {last})")
 
 
 # Pictures of single cases, and what is written.
@@ -216,4 +216,4 @@ def write(files: Mapping[Path, bytes]) -> None:
     """Write files, and say where. Raises StoreError."""
     write_files(files)
     for path in files:
-        say(whole(f"written: {path}"))
+        note(whole(f"written: {path}"))

@@ -37,7 +37,7 @@ from nanoslip.study.manifest.manifest import drive_parameters
 from nanoslip.study.manifest.parameters import as_written, in_si, of_symbol, plain
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import out_of_reach
-from nanoslip.study.report.console import Table, console, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_plan
@@ -75,7 +75,7 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     print_sentences([caution(found), *why])
     if picture and not found.unknown:
         write_files({picture: image(bars(found), form)})
-        say(whole(f"written: {picture}"))
+        note(whole(f"written: {picture}"))
 
 
 def _shares(values: Any) -> tuple[str, str]:
@@ -126,7 +126,7 @@ def fit_campaign(
             print_sentences(sentences(found))
         best = campaign.with_name(f"{campaign.stem}_best.toml")
         write_files({picture: image(contours(found), form), best: question.at(found.best).encode()})
-        say(f"{whole(f'written: {picture}')}; {whole(f'{best}')}, the best point as a campaign", stderr=as_json)
+        note(f"{whole(f'written: {picture}')}; {whole(f'{best}')}, the best point as a campaign", stderr=as_json)
         farm.leave(0)
 
 
@@ -176,7 +176,7 @@ def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
         raise Refusal(f"{file}: {needs}, which has friction coefficients")
     unsure = [target.name for target in targets if not target.error > 0.0]
     if unsure:
-        say(f"{file}: {', '.join(unsure)} of one slip has no ±, and is left out; it may be given as mu_s=0.3±0.01")
+        note(f"{file}: {', '.join(unsure)} of one slip has no ±, and is left out; it may be given as mu_s=0.3±0.01")
     names = {*given, *(name for name, typed in OF_TRACES.items() if typed in given)}
     return [target for target in targets if target.error > 0.0 and target.name not in names]
 
@@ -200,7 +200,7 @@ def read_ranges(given: Sequence[str]) -> dict[str, Ends | None]:
 
 
 def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
-    warn = partial(say, stderr=True)
+    warn = partial(note, stderr=True)
     first = together(plans := question.plans(filling(len(question.ranges))[:points]))
     if left := first.remaining(Store(out).inventory()):
         measured = measured_in(out)
@@ -345,14 +345,14 @@ def show_trace(
     if as_json:
         print_json({name: number._asdict() for name, number in found.numbers.items()} | {"notes": list(found.notes)})
     else:
-        say(_as_read(trace))
+        note(_as_read(trace))
         print_table(_table(found, computed))
         print_sentences(found.notes)
         if "static_friction" in found.numbers and trace.unit == "N" and math.isnan(weight):
-            say('forces are in N: --load "100 N" makes them friction coefficients')
+            note('forces are in N: --load "100 N" makes them friction coefficients')
     if picture:
         write_files({picture: draw(trace, found, weight, form, computed)})
-        say(whole(f"written: {picture}"), stderr=as_json)
+        note(whole(f"written: {picture}"), stderr=as_json)
 
 
 def _as_read(trace: Trace) -> str:

@@ -27,7 +27,7 @@ from nanoslip.study.manifest import keys
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task
 from nanoslip.study.report import page
-from nanoslip.study.report.console import FAILED, Table, console, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import FAILED, Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, words
 from nanoslip.study.results import attempts
@@ -45,7 +45,7 @@ def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
     into = folder(campaign, out)
     write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
     if shards := folders(into):
-        say(f"without {counted(len(shards), 'shard')}; {advised('merge', campaign, into)} takes them in")
+        note(f"without {counted(len(shards), 'shard')}; {advised('merge', campaign, into)} takes them in")
 
 
 # `nanoslip merge`: move the results of shards into the campaign's folder, and write its dataset.
@@ -67,12 +67,12 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
         write_dataset(plan, store)
         rest = left(plan, store.failures(), store.finished())
     for problem in problems:
-        say(problem, stderr=True)
+        note(problem, stderr=True)
     if rest.given_up:
         said = f"{counted(len(rest.given_up), 'task')} failed, or need one that did"
-        say(f"{said}: {advised('run', campaign, into, '--retry')} tries again", stderr=True)
+        note(f"{said}: {advised('run', campaign, into, '--retry')} tries again", stderr=True)
     if rest.tasks:
-        say(f"{counted(len(rest.tasks), 'task')} left: {advised('run', campaign, into)} computes them", stderr=True)
+        note(f"{counted(len(rest.tasks), 'task')} left: {advised('run', campaign, into)} computes them", stderr=True)
     sys.exit(INTERRUPTED if rest.tasks else FAILURES if rest.given_up else 0)
 
 
@@ -94,7 +94,7 @@ def export_dataset(campaign: Path, out: Path | None, form: str | None, table: st
         click.echo(text, nl=False)
         return
     write_files({output: text.encode()})
-    say(f"{whole(f'written: {output}')} ({len(columns[0].values)} rows)", stderr=True)
+    note(f"{whole(f'written: {output}')} ({len(columns[0].values)} rows)", stderr=True)
 
 
 def write_crate(campaign: Path, out: Path | None, output: Path | None) -> None:
@@ -103,7 +103,7 @@ def write_crate(campaign: Path, out: Path | None, output: Path | None) -> None:
     output = output or own / "crate"
     with dataset_of(campaign, out) as found:
         crate.write(found, page.page(found, attempts.read(own)), output)
-    say(whole(f"written: {output}"), stderr=True)
+    note(whole(f"written: {output}"), stderr=True)
 
 
 # `nanoslip compare`: two datasets beside each other, what differs and whether by more than their uncertainties.
@@ -127,7 +127,7 @@ def compare_datasets(first: Path, second: Path) -> None:
         if facts := compare.differing(pair):
             print_table(Table(("differs", "A", "B"), tuple((name, *both) for name, both in facts.items()), labels=2))
         else:
-            say("same parameters, campaign and software")
+            note("same parameters, campaign and software")
         found = {kind: compare.matched(pair, kind) for kind in kinds}
         if not any(each.rows for each in found.values()):
             raise compare.NotComparableError(f"{first} and {second} share no computed case")
@@ -137,21 +137,21 @@ def compare_datasets(first: Path, second: Path) -> None:
     _print_worst(seen)
     counts = Counter(each.verdict for each in seen)
     unknown = f", {counts[None]} of unknown uncertainty" if counts[None] else ""
-    say("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in Verdict) + unknown)
+    note("observables: " + ", ".join(f"{counts[verdict]} {_WORDS[verdict]}" for verdict in Verdict) + unknown)
     sys.exit(CRASHED if counts[Verdict.DIFFERENT] else 0)
 
 
 def _print_rows(what: str, found: compare.Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
     """Print the number of shared rows, the first unshared ones, and numbers without uncertainty."""
     pending = f", {found.pending} more without a result in one of them" if found.pending else ""
-    say(f"{what} in both: {len(found.rows)}{pending}")
+    note(f"{what} in both: {len(found.rows)}{pending}")
     for name, only in zip("AB", found.only, strict=True):
         if only:
-            say(f"{what} in {name} alone: {len(only)}, first {words(only[0])}")
+            note(f"{what} in {name} alone: {len(only)}, first {words(only[0])}")
     differ, same = others
     if differ:
         more = ", …" if len(differ) > WORST else ""
-        say(
+        note(
             f"not judged, as they state no uncertainty: {len(differ)} of {len(differ) + len(same)} other numbers differ "
             f"({', '.join(differ[:WORST])}{more})"
         )
@@ -164,9 +164,9 @@ def _print_worst(seen: Sequence[compare.Observed]) -> None:
     if worst:
         header = ("observable", "A", "B", "verdict", "apart/σ", "case")
         print_table(Table(header, tuple(map(_row, worst)), labels=4))
-        say("apart/σ: the difference of A and B over the ± of both combined")
+        note("apart/σ: the difference of A and B over the ± of both combined")
     if len(apart) > len(worst):
-        say(f"and {len(apart) - len(worst)} smaller differences")
+        note(f"and {len(apart) - len(worst)} smaller differences")
 
 
 def _row(each: compare.Observed) -> tuple[str, ...]:
@@ -194,7 +194,7 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
             said = ", ".join(f"{count} {sort}" for sort, count in skipped.items() if count)
             raise Refusal(f"{dataset}: no case has a result to compute again: {said}")
         chosen = verification.sample(cases, sample)
-        say(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
+        note(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
         other = verification.other_software(found)
         code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
         if not code:
@@ -215,7 +215,7 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
                 parts = [
                     f"{count} {_SAID.get(sort, sort)}" for sort, count in counts.items() if count or sort not in _SAID
                 ]
-                say(f"{dataset}: cases: {', '.join(parts)}; {shared.label}: {shared.verdict}")
+                note(f"{dataset}: cases: {', '.join(parts)}; {shared.label}: {shared.verdict}")
             code = CRASHED if any(each.verdict is Verdict.DIFFERENT for each in (shared, *findings)) else 0
     sys.exit(code)
 
@@ -234,10 +234,10 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     if tally.halt:
         raise Refusal(tally.halt)
     if tally.interrupted:
-        say("interrupted: nothing is compared", stderr=True)
+        note("interrupted: nothing is compared", stderr=True)
         return INTERRUPTED
     if tally.crashed:
-        say(f"{counted(tally.crashed, 'task')} failed, or needed one that did: nothing is compared", stderr=True)
+        note(f"{counted(tally.crashed, 'task')} failed, or needed one that did: nothing is compared", stderr=True)
         return FAILURES
     return 0
 
@@ -248,7 +248,7 @@ def _print_findings(findings: list[Finding]) -> None:
         found = [f"{verdict}: {each.label}: {each.remark}" for each in findings if each.verdict is verdict]
         print_sentences(found[:MOST_ROWS], style)
         if len(found) > MOST_ROWS:
-            say(f"{verdict}: {len(found) - MOST_ROWS} more")
+            note(f"{verdict}: {len(found) - MOST_ROWS} more")
 
 
 # `nanoslip describe`: variables of a dataset, keys of a campaign.
@@ -286,12 +286,12 @@ def show_accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Pa
     """Measure every numerical setting on a campaign's first case, print the diagrams and write them."""
     setup = setup_of(load_manifest(campaign)) if campaign else default_setup()
     slabs = counted(len(setup.slabs), "slab")
-    say(f"{setup.title}: measuring, {slabs}, a minute or two each unless --quick", stderr=True)
+    note(f"{setup.title}: measuring, {slabs}, a minute or two each unless --quick", stderr=True)
     measured = measure(setup, QUICK if quick else FULL)
     for diagram in measured.diagrams:
-        say(f"{diagram.title}; errors against {diagram.reference}")
+        note(f"{diagram.title}; errors against {diagram.reference}")
         print_table(as_table(diagram))
     if measured.remark:
-        say(f"not measured: {measured.remark}")
+        note(f"not measured: {measured.remark}")
     for path in write(measured, folder(campaign or Path("accuracy"), out), save):
-        say(whole(f"written: {path}"))
+        note(whole(f"written: {path}"))

@@ -33,7 +33,7 @@ from nanoslip.study.plan.grids import Front, load_front, settled
 from nanoslip.study.plan.plan import plan_of
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import summary
-from nanoslip.study.report.console import FAILED, Table, print_sentences, print_table, say
+from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
 from nanoslip.study.report.curves import curves, print_lines
 from nanoslip.study.report.summary import Error, error_lines
 from nanoslip.study.run.progress import roughly
@@ -45,7 +45,7 @@ def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, 
     if picture:
         _draw().format_of(picture)
     with dataset_of(campaign, out) as found:
-        say(found.attrs["title"])
+        note(found.attrs["title"])
         show_case(found, given, picture)
 
 
@@ -99,17 +99,17 @@ def show_effects(campaign: Path, cases: int, members: int | None) -> None:
 def print_changes(campaign: Path, scenes: Scenes) -> None:
     """Compute these scenes with everything and without each effect, and print the changes."""
     size = f"{counted(len(scenes.cases), 'case')}, {counted(scenes.ensemble.members, 'member')} each"
-    say(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
+    note(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
     found, failures = influences(scenes)
     print_sentences(f"case {number}: {each.point}" for number, each in enumerate(scenes.cases, start=1))
     print_sentences((f"with everything, {each}" for each in failures), FAILED)
     if not found:
-        say("nothing to compare: no number of these cases depends on an effect that can be left out")
+        note("nothing to compare: no number of these cases depends on an effect that can be left out")
         return
     rows = tuple(map(_row, found))
     failed = frozenset(place for place, each in enumerate(found) if each.problems)
     print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed))
-    say(
+    note(
         "Below each effect: what leaves it out, and where the change is largest. seconds ×: without it, over everything"
     )
 
@@ -223,13 +223,13 @@ def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | Non
     _print_numbers(case, dataset)
     lines = list(curves(case))
     if lines and variables.are_means(case):
-        say("lines are those of the first member")
+        note("lines are those of the first member")
     if picture:
         _draw().write({picture: _draw().drawn(lines, picture)})
     else:
         print_lines(lines)
     if lines and (answer := summary.answer(case)):  # which has scrolled away
-        say(answer)
+        note(answer)
 
 
 def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
@@ -243,7 +243,7 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
         print_table(table)
     print_sentences(f"{why}: {', '.join(names)}" for why, names in others.items())
     if "drive_outcome" in case and case["drive_outcome"].dims:
-        say("several drives; drive=NAME, or values of their parameters, shows one:")
+        note("several drives; drive=NAME, or values of their parameters, shows one:")
         print_table(summary.scalar_table(case, why=False))
         print_sentences(summary.failure_summary(case), FAILED)
 

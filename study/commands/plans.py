@@ -21,7 +21,7 @@ from nanoslip.study.origin import Origins, census, here
 from nanoslip.study.plan.cost import TASK
 from nanoslip.study.plan.plan import KindCount, Plan, kind_counts, make_plan
 from nanoslip.study.plan.task import Task, TaskResult, idle
-from nanoslip.study.report.console import counting, say, whole
+from nanoslip.study.report.console import counting, note, whole
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.compute import run_task
@@ -145,7 +145,7 @@ def print_foreign(foreign: Mapping[str, Origins], campaign: Path, into: Path, st
     if not foreign:
         return
     parts = "; ".join(f"{count} of {origin}" for origin, count in sorted(census(foreign.values()).items()))
-    say(
+    note(
         f"{len(foreign)} finished results are other software's: {parts}; here is {here()}. They are used as they are; "
         f"{advised('run', campaign, into, '--recompute-foreign')} computes them again",
         stderr=stderr,

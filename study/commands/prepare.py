@@ -31,7 +31,7 @@ from nanoslip.study.plan.plan import (
     shortages,
     span_line,
 )
-from nanoslip.study.report.console import Table, print_entries, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
 from nanoslip.study.run.launch import cores
@@ -45,7 +45,7 @@ def list_campaigns(as_json: bool) -> None:
         plans.print_json([{"name": name, "title": title_of(path), "file": str(path)} for name, path in found.items()])
         return
     print_titles(found)
-    say(f"{whole('nanoslip run NAME')} computes one; the files are in {whole(shipped.folder('campaigns'))}")
+    note(f"{whole('nanoslip run NAME')} computes one; the files are in {whole(shipped.folder('campaigns'))}")
 
 
 def print_titles(found: Mapping[str, Path]) -> None:
@@ -66,7 +66,7 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
     found = shipped.starters()
     if starter is None:
         print_titles(found)
-        say(f"{whole('nanoslip new NAME [FILE]')} writes one, to be changed")
+        note(f"{whole('nanoslip new NAME [FILE]')} writes one, to be changed")
         return
     if starter not in found:
         raise Refusal(f"{starter}: no starter; there are {', '.join(found)}")
@@ -78,7 +78,7 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
     if taken := [str(copy) for copy in copies.values() if copy.exists()]:
         raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
     write_files({copy: path.read_bytes() for path, copy in copies.items()})
-    say(
+    note(
         f"{whole(f'written: {target}')}; change it, then: "
         f"{whole(f'nanoslip check {target}')}; {whole(f'nanoslip run {target}')}"
     )
@@ -93,7 +93,7 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
     for campaign in campaigns:
         try:
             plan = plans.planned(campaign)
-            say(_counted(campaign, plan))
+            note(_counted(campaign, plan))
             expected = (f"expected: {line}" for line in expected_lines(plan, outlook_of(plan)))
             print_sentences([*plans.idle_lines(plan), *duration_lines(plan), *expected])
         except ManifestError as error:
@@ -134,7 +134,7 @@ def _print(found: plans.Standing, ranks: int) -> None:
     print_sentences([plan.manifest.title, *_cases(plan), _in_si(plan), *plans.idle_lines(plan), *duration_lines(plan)])
     not_on = {name: each for name, each in effects(plan.manifest).items() if each != "on"}
     off = (name if each == "off" else f"{name} ({each})" for name, each in not_on.items())
-    say(f"effects that are off or vary: {', '.join(off) or 'none'}")
+    note(f"effects that are off or vary: {', '.join(off) or 'none'}")
     print_table(_kinds(found, _CELLS))
     print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), _disk(plan), span_line(outlook)])
     for what, lines in (
@@ -269,17 +269,17 @@ def show_status(campaign: Path, out: Path | None, as_json: bool) -> None:
     if as_json:
         plans.print_json(_status_data(found))
     else:
-        say(found.plan.manifest.title)
+        note(found.plan.manifest.title)
         print_table(*_tables(found))
         if found.given_up:
             again, tasks = (
                 plans.advised("run", campaign, found.into, "--retry"),
                 plans.counted(len(found.given_up), "task"),
             )
-            say(f"{tasks} are not tried any more: failed, or need one that has; {again} tries again")
+            note(f"{tasks} are not tried any more: failed, or need one that has; {again} tries again")
         if len(found.stores) > 1:
             merge, shards = plans.advised("merge", campaign, found.into), plans.counted(len(found.stores) - 1, "shard")
-            say(f"counted with the results of {shards} not merged yet; {merge} brings them together")
+            note(f"counted with the results of {shards} not merged yet; {merge} brings them together")
         plans.print_foreign(found.foreign, campaign, found.into)
 
 
@@ -333,12 +333,12 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
             {path: os.fsencode(text) for path, text in texts.items()}
         )  # logs are opened there before anything runs
     if site is None:
-        say(f"settings: {whole(used)}; copy the file, change it and give it by --site")
+        note(f"settings: {whole(used)}; copy the file, change it and give it by --site")
     if submit:
         sys.exit(_submit(list(texts)))
     first, *then = map(str, texts)
     said = f"{whole(first)}: sbatch it, or use --submit"
-    say(f"{said}; {whole(then[0])} behind it: sbatch --dependency=afterany:NUMBER" if then else said)
+    note(f"{said}; {whole(then[0])} behind it: sbatch --dependency=afterany:NUMBER" if then else said)
 
 
 def _submit(scripts: list[Path]) -> int:

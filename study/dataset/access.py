@@ -83,7 +83,7 @@ def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
         chosen = chosen & hits
     positions = np.argwhere(chosen.transpose(*along.dims).values)
     if not len(positions):
-        raise KeyError(f"{_said(selection)}: no case is all of that")
+        raise KeyError(f"{_words(selection)}: no case is all of that")
     return Places(root, tuple(map(str, along.dims)), positions)
 
 
@@ -99,11 +99,11 @@ def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Datase
             for dim, column in zip(found.dims, found.positions.T.tolist(), strict=True)
             if len(set(column)) > 1
         ]
-        raise ValueError(f"{_said(selection)}: needs to single out one case, but {', '.join(several)}")
+        raise ValueError(f"{_words(selection)}: needs to single out one case, but {', '.join(several)}")
     case = next(iter(found))
     slices = cut(root, name, [case[id_of(root, name)].values.item()])
     if slices is None:
-        raise ValueError(f"{_said(selection)}: this case has no {name}")
+        raise ValueError(f"{_words(selection)}: this case has no {name}")
     group = groups_of(root)[name]
     group = group.drop_vars([each for each in group.variables if name in group[each].dims])
     return group.isel({dim: windows_[0] for dim, windows_ in slices.items()}), case
@@ -141,7 +141,7 @@ def _some(values: Iterable[Any]) -> str:
     return ", ".join(map(str, found[:8])) + (", …" if len(found) > 8 else "")
 
 
-def _said(selection: Selection) -> str:
+def _words(selection: Selection) -> str:
     return ", ".join(f"{name} = {value}" for name, value in selection.items()) or "no selection"
 
 

@@ -503,16 +503,16 @@ def is_made_of(path: Path, store: Store, expected: str) -> bool:
         if not (store.folder / NOTE).is_file():  # to read a pipe would never end
             return False
         said = json.loads((store.folder / NOTE).read_text("utf-8"))
-        return bool(said == _said(path, expected))
+        return bool(said == _state_of(path, expected))
     except (OSError, ValueError, RecursionError):
         return False
 
 
-def note(path: Path, store: Store, made: str) -> None:
+def write_state(path: Path, store: Store, made: str) -> None:
     """Record the results that the file was made of; without the record it is collected again next time."""
     with suppress(OSError), written_whole(store.folder / NOTE) as scratch:
-        scratch.write_text(json.dumps(_said(path, made)), "utf-8")
+        scratch.write_text(json.dumps(_state_of(path, made)), "utf-8")
 
 
-def _said(path: Path, made: str) -> dict[str, object]:
+def _state_of(path: Path, made: str) -> dict[str, object]:
     return {"made_of": made, "seal": seal_of(path), "bytes": path.stat().st_size}

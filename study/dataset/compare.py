@@ -272,13 +272,13 @@ def differing(pair: Pair) -> dict[str, tuple[str, str]]:
 
     As text; `–` where one says nothing of it.
     """
-    said = [dict(_said(root)) for root in pair]
+    said = [dict(_facts(root)) for root in pair]
     names = dict.fromkeys([*said[0], *said[1]])
     both = {name: (said[0].get(name, "–"), said[1].get(name, "–")) for name in names}
     return {name: value for name, value in both.items() if value[0] != value[1]}
 
 
-def _said(root: xr.Dataset) -> Iterator[tuple[str, str]]:
+def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Name and text of every fact of a dataset."""
     for name in (*parameters(), DRIVE_NAME.name):
         if found := values(root, name):

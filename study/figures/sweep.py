@@ -509,12 +509,12 @@ PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approa
 
 def answers(dataset: xr.Dataset) -> Iterator[View | str]:
     """A figure for each number that differs between cases, none of a single case; the others in words."""
-    asked = list(_asked(dataset))
+    asked = list(_observed(dataset))
     yield from (view_of(points) for points in asked if differs(points))
     yield from in_words([points for points in asked if not differs(points)])
 
 
-def _asked(dataset: xr.Dataset) -> Iterator[Points]:
+def _observed(dataset: xr.Dataset) -> Iterator[Points]:
     for name, over in OBSERVED if "plateau_mean" in dataset else PRESSED:
         if name in dataset and (not over or over in dataset.variables):
             alike = not over or np.unique(dataset[over]).size == 1

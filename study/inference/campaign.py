@@ -79,7 +79,7 @@ class Question:
             lines = (line for plan in self.plans(x) for line in why(collect(plan, Store(out))))
             return list({without_numbers(line): line for line in lines}.values())
 
-        known = self.known(Store(out))
+        known = self.finished_points(Store(out))
         return fit(self.targets, self.ranges, simulate, simulate(known) if len(known) else None, most, reasons)
 
     def at(self, x: Floats) -> str:
@@ -87,7 +87,7 @@ class Question:
         document = self._with({own.name: float(own.at(x)[axis]) for axis, own in enumerate(self.ranges)})
         return as_toml({**document, "outputs": {**document.get("outputs", {}), "trajectory": True}})
 
-    def known(self, store: Store) -> Floats:
+    def finished_points(self, store: Store) -> Floats:
         """The campaign's own cases in these ranges that are finished, as points (n, d) in the unit cube."""
         names = [words().get(each.name, each.name) for each in self.ranges]
         none = np.empty((0, len(names)))

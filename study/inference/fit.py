@@ -249,7 +249,7 @@ class Fit:
         return float((own ^ others).sum() / max((own | others).sum(), 1))
 
 
-def _wanted(found: Fit, count: int) -> Floats:
+def _next_points(found: Fit, count: int) -> Floats:
     """Points to be computed next: spread over the set while the surrogate's error matters there; none when it does not."""
     cloud, misfit = found.cloud
     inside = cloud[misfit <= found.open_to(misfit)]
@@ -347,12 +347,12 @@ def fit(
     if known is not None:
         with suppress(TooFewError):
             found = fitted(known)
-    if found is None or found.reached or len(_wanted(found, 1)):
+    if found is None or found.reached or len(_next_points(found, 1)):
         x = filling(len(ranges))[:most]
         computed, found = known.with_these(simulate(x)) if known else simulate(x), None
         while True:
             before, found = found, fitted(computed)
-            x = _wanted(found, min(6 * len(ranges), most - len(computed.x)))
+            x = _next_points(found, min(6 * len(ranges), most - len(computed.x)))
             if not len(x) or (before and found.differs(before) <= SETTLED):
                 break
             computed = computed.with_these(simulate(x))

@@ -165,7 +165,7 @@ def print_sentences(sentences: Iterable[str], style: str = "", stderr: bool = Fa
         out.print(_lines(wrapped(each, out.width, first=""), style), soft_wrap=True)
 
 
-def say(sentence: str, stderr: bool = False) -> None:
+def note(sentence: str, stderr: bool = False) -> None:
     """Print one sentence."""
     print_sentences([sentence], stderr=stderr)
 
@@ -192,11 +192,11 @@ def counting(words: str) -> Iterator[Callable[[int], None]]:
     shown: list[Status] = []
     with ExitStack() as stack:
 
-        def heard(number: int) -> None:
+        def show(number: int) -> None:
             if time.monotonic() < begun + PATIENCE:
                 return
             if not shown:
                 shown.append(stack.enter_context(out.status("")))
             shown[0].update(words.format(number))
 
-        yield heard if out.is_terminal else lambda _: None
+        yield show if out.is_terminal else lambda _: None

@@ -110,7 +110,7 @@ def run_table(runs: Sequence[Run]) -> tuple[Table, list[str]]:
         for run, each in zip(shown, facts, strict=True)
     )
     failed = frozenset(number for number, run in enumerate(shown) if not run.ended or run.exit_code)
-    table, sentences = summary.said_once(Table((*_TIMES, *names, "command"), rows, len(_TIMES), failed), least=1)
+    table, sentences = summary.factored(Table((*_TIMES, *names, "command"), rows, len(_TIMES), failed), least=1)
     if left := len(runs) - len(shown):
         sentences.append(f"{left} earlier ones are in {JOURNAL_FILE} beside the dataset.")
     return table, sentences
@@ -282,7 +282,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
     environment.filters |= {"lowered": lowered, "slug": lambda title: title.lower().replace(" ", "-")}
     drawn = SENSITIVITY, *SORTS.values()
     sections = tuple(found for sort in drawn if (found := section(dataset, sort)))
-    table, alike = summary.said_once(summary.scalar_table(with_largest(dataset), scales=scales_of(dataset.attrs)))
+    table, alike = summary.factored(summary.scalar_table(with_largest(dataset), scales=scales_of(dataset.attrs)))
     titles = (*(each.title for each in sections), "Cases", "About these numbers", *(["Runs"] if journal else []))
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],

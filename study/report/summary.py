@@ -44,7 +44,7 @@ def plain(value: float, digits: int) -> str:
     return f"{value:.{digits}g}"
 
 
-def said_once(table: Table, least: int = 2) -> tuple[Table, list[str]]:
+def factored(table: Table, least: int = 2) -> tuple[Table, list[str]]:
     """A table without the columns whose cells are all the same, and sentences with their values.
 
     Labels and the last column stay, and a table of fewer than `least` rows stays as it is.
@@ -203,7 +203,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
 
     why: behind an outcome its message, too. scales: to have lengths and loads of the axes in SI beside them.
     """
-    asked = [name for name in asked_of(dataset) if name in dataset]
+    asked = [name for name in main_numbers(dataset) if name in dataset]
     columns = {name: SHOWN.get(name, symbol(name)) for name in (*asked, *SHOWN) if name in dataset}
     numbers = {
         *columns,
@@ -235,7 +235,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
 
 
-def asked_of(dataset: xr.Dataset) -> list[str]:
+def main_numbers(dataset: xr.Dataset) -> list[str]:
     """Requested numbers of a campaign: those of [target] and the main ones of its last stage."""
     named = _target(dataset)[1]
     if "drive_outcome" in dataset:
@@ -521,15 +521,17 @@ LARGEST: Final = "largest_error"
 """Column of tables of cases."""
 
 
-def _asked(dataset: xr.Dataset) -> list[str]:
-    asked = asked_of(dataset) or ["contact_half_width"]
+def _main_numbers_in(dataset: xr.Dataset) -> list[str]:
+    asked = main_numbers(dataset) or ["contact_half_width"]
     return [name for name in asked if name in dataset and dataset[name].dtype.kind == "f"]
 
 
 def with_largest(dataset: xr.Dataset) -> xr.Dataset:
     """A dataset of several cases with `largest_error` of each: of the numbers asked for, and what it comes from."""
     of = cases_of(dataset)
-    parts = {(name, source): share for name in _asked(dataset) for source, share in _parts(dataset, name).items()}
+    parts = {
+        (name, source): share for name in _main_numbers_in(dataset) for source, share in _parts(dataset, name).items()
+    }
     if of.size == 1 or not parts:
         return dataset
     shares = np.stack(
@@ -553,7 +555,7 @@ def spread_lines(dataset: xr.Dataset) -> Iterator[str]:
     if of.size == 1:
         yield from error_lines(dataset)
         return
-    for name in _asked(dataset):
+    for name in _main_numbers_in(dataset):
         parts = {source: share.broadcast_like(of).fillna(0.0) for source, share in _parts(dataset, name).items()}
         largest = np.max([share.values for share in parts.values()], axis=0, initial=0.0)
         known = largest > 0.0
@@ -575,7 +577,7 @@ def error_lines(
 
     cost, measured: see `errors_of`.
     """
-    cases, asked = cases_of(dataset), _asked(dataset)
+    cases, asked = cases_of(dataset), _main_numbers_in(dataset)
     attributes = {name: dataset[name].attrs.get("ancillary_variables", "") for name in asked}
     partly = [name for name in asked if not measured and GRID_ERROR not in attributes[name]]
     if cases.size > most > 1:

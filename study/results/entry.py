@@ -205,13 +205,13 @@ def packed(result: TaskResult) -> bytes:
     members = [(each.ending.value, each.message) for each in result.members]
     table = _filled(_json({"scalars": dict(result.scalars), "arrays": rows, "members": members}), b" ")
     body = b"".join((table, *(_filled(array.tobytes("A"), b"\0") for array in arrays.values())))
-    meta = _said(result.kind, result.outcome, result.origins)
+    meta = _meta_bytes(result.kind, result.outcome, result.origins)
     head = _HEAD.pack(MARK, key, len(meta), len(table), len(body), zlib.crc32(body))
     return b"".join((head, _CHECKSUM.pack(zlib.crc32(meta, zlib.crc32(head))), meta, body))
 
 
 @lru_cache(maxsize=256)  # most results say the same of themselves
-def _said(kind: str, outcome: Outcome, origins: Origins) -> bytes:
+def _meta_bytes(kind: str, outcome: Outcome, origins: Origins) -> bytes:
     ending = {"ending": outcome.ending.value, "message": outcome.message}
     return _filled(_json({"kind": kind, **ending, "origins": as_data(origins)}), b" ", LEAST)
 
@@ -515,14 +515,14 @@ def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[Place | Fau
                 if isinstance(error, OtherFormatError) and begin == 0:  # a log has one writer
                     raise
                 end = _next(file, begin + ALIGNED)
-                yield Fault(begin, end or length, _told_apart(error, end))
+                yield Fault(begin, end or length, _no_torn_end(error, end))
                 if end is None:
                     return
                 begin = end
                 file.seek(begin)
 
 
-def _told_apart(error: CorruptResultError, end: int | None) -> CorruptResultError:
+def _no_torn_end(error: CorruptResultError, end: int | None) -> CorruptResultError:
     """Something was added behind a torn end that is none."""
     return CorruptResultError(*error.args) if isinstance(error, TornError) and end is not None else error
 

@@ -121,7 +121,7 @@ class Row(NamedTuple):
     found: list[tuple[float, float]]
     truth: list[Mean]
 
-    def known(self, within: float) -> bool:
+    def is_within(self, within: float) -> bool:
         """Whether all numbers asked for are."""
         return all(doubt <= within * abs(mean) for mean, doubt in self.found)
 
@@ -139,7 +139,7 @@ class Verdict:
         """known: only those cases that eight members with everything know so well."""
         pairs = list(zip(self.rows[within], self.rows[0.0], strict=True))
         if known:
-            pairs = [(row, whole) for row, whole in pairs if whole.known(within)]
+            pairs = [(row, whole) for row, whole in pairs if whole.is_within(within)]
         found = np.array([each for row, _ in pairs for each in row.found]).reshape(-1, 2)
         truth = np.array([(float(one.mean), float(one.uncertainty)) for row, _ in pairs for one in row.truth]).reshape(
             -1, 2
@@ -175,7 +175,7 @@ def judge(number: int, most_cases: int) -> Verdict:
         others = list(_others(case, drives, campaign.of))
         for within, manifest in ((0.0, whole), *aimed.items()):
             results, seconds = _computed(case, drives, manifest.ensemble, compliance)
-            found = [_known(name, result) for result in results for name in campaign.of if name in _names(result)]
+            found = [_mean(name, result) for result in results for name in campaign.of if name in _names(result)]
             rows[within].append(Row(seconds, found, others))
     shared = sum(seconds for _, seconds in slabs.values())
     return Verdict(campaign, shared, rows)
@@ -213,7 +213,7 @@ def _names(result: TaskResult) -> set[str]:
     return {each.name for each in declared(KINDS[result.kind]).values()}
 
 
-def _known(name: str, result: TaskResult) -> tuple[float, float]:
+def _mean(name: str, result: TaskResult) -> tuple[float, float]:
     """The mean of a number, and twice its ± and what is left out of it."""
     key = next(key for key, each in declared(KINDS[result.kind]).items() if each.name == name)
     mean = mean_of(np.array(result.scalars.get(key, [math.nan]), float))

@@ -17,7 +17,7 @@ from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study import api
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.dataset.collect import NOTE, collect, is_made_of, made_of, note
+from nanoslip.study.dataset.collect import NOTE, collect, is_made_of, made_of, write_state
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.variables import EXPLAINED, UNKNOWN, all_groups, fewer, means_of, members_of, scalars
 from nanoslip.study.origin import Origin, computing, here
@@ -234,7 +234,7 @@ def collected(small, tmp_path_factory: pytest.TempPathFactory) -> Path:
         store.write(known.read(key))
     path = store.folder.with_name(file.FILE)
     file.write(collect(plan, store), path)
-    note(path, store, made_of(plan.manifest, store))
+    write_state(path, store, made_of(plan.manifest, store))
     return path.parent
 
 

@@ -10,7 +10,7 @@ import rich.console
 from rich.cells import cell_len
 
 from nanoslip.study.report import console
-from nanoslip.study.report.console import WIDE, Table, print_error, print_sentences, print_table, say, whole
+from nanoslip.study.report.console import WIDE, Table, note, print_error, print_sentences, print_table, whole
 
 PROSE = "The drives of four cases did not slip, as the spring that pulls them is too soft for the time they have. " * 2
 TYPED = "nanoslip run campaigns/a question of mine.toml --recompute-foreign"
@@ -42,16 +42,16 @@ def printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
 
 @pytest.mark.parametrize("stderr", [False, True])
 def test_a_sentence_is_as_wide_as_columns_says_and_one_line_without(printed: Printed, stderr: bool) -> None:
-    lines = printed(60, say, PROSE, stderr)
+    lines = printed(60, note, PROSE, stderr)
     assert 50 < max(map(cell_len, lines)) <= 60
     assert " ".join(line.strip() for line in lines) == PROSE.strip()
-    assert printed(None, say, PROSE, stderr) == [PROSE.strip()]
+    assert printed(None, note, PROSE, stderr) == [PROSE.strip()]
 
 
 @pytest.mark.parametrize("width", [30, 60, 80, 120])
 @pytest.mark.parametrize("typed", [TYPED, "nanoslip collect"])
 def test_what_is_to_be_typed_is_on_one_line(printed: Printed, width: int, typed: str) -> None:
-    lines = printed(width, say, f"{PROSE}; {whole(typed) if typed == TYPED else typed} computes them again")
+    lines = printed(width, note, f"{PROSE}; {whole(typed) if typed == TYPED else typed} computes them again")
     assert any(typed in line for line in lines)
 
 

@@ -84,7 +84,7 @@ def as_clients(folder: Path) -> str:
     return f"{folder}{os.pathsep}{Path(__file__).parents[3]}"
 
 
-def _told(result: TaskResult) -> tuple[object, ...]:
+def _content(result: TaskResult) -> tuple[object, ...]:
     scalars = repr({name: np.asarray(result.scalars[name]).tolist() for name in sorted(result.scalars)})
     arrays = {name: (each.dtype, each.shape, each.strides, each.tobytes()) for name, each in result.arrays.items()}
     return result.key, result.kind, result.outcome, result.members, result.origins, scalars, arrays
@@ -92,7 +92,7 @@ def _told(result: TaskResult) -> tuple[object, ...]:
 
 def same(one: TaskResult, other: TaskResult) -> bool:
     """Whether two results say the same, to the last bit, in arrays that lie in memory alike."""
-    return _told(one) == _told(other)
+    return _content(one) == _content(other)
 
 
 def forged(
