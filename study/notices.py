@@ -11,9 +11,9 @@ _UNLIMITED: Final = (2**20, 24)
 
 
 def print_notice(text: str) -> None:
-    """Print at once, in one piece: the first line as wide as the terminal, further ones (of a traceback) as they are."""
-    first, *others = text.splitlines()
+    """Print at once, in one piece: the first line as wide as the terminal, others (of a traceback) as they are. "": nothing."""
+    first, _, others = text.partition("\n")
     width = shutil.get_terminal_size(_UNLIMITED).columns
     lines = textwrap.wrap(first, width, subsequent_indent=_INDENT, break_long_words=False, break_on_hyphens=False)
-    sys.stderr.write("\n".join([*lines, *others, ""]))
+    sys.stderr.write("".join(f"{line}\n" for line in (*lines, *others.splitlines())))
     sys.stderr.flush()

@@ -90,8 +90,7 @@ class Store:
             clear_away(self.folder.parent)  # the dataset is written there
             scratch_beside(self.folder / "probe").unlink()
             self._logs.mend()
-            if problem := attempts.lost(self._out):
-                self._notice(problem)
+            self._notice(attempts.lost(self._out))
 
     def finished(self) -> set[str]:
         """Keys of all results that are there and sound; an unsound one is named on stderr and not counted."""

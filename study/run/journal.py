@@ -140,7 +140,7 @@ class Journal(Watch):
             self._add(replace(self._run, ended=_now(), exit_code=code))
 
     def _add(self, run: Run) -> None:
-        self._print(attempts.add_run(self.out, run))
+        self._notice(attempts.add_run(self.out, run))
 
     def _note(self, task: Any, done: Done, final: bool) -> None:
         attempt = Attempt(
@@ -155,11 +155,7 @@ class Journal(Watch):
             ended=_now(),
             trace=done.trace,
         )
-        self._print(attempts.add(self.out, attempt))
-
-    def _print(self, problem: str) -> None:
-        if problem:
-            self._notice(problem)
+        self._notice(attempts.add(self.out, attempt))
 
 
 def left_begun(out: Path) -> frozenset[str]:
