@@ -506,7 +506,7 @@ def errors_of(case: xr.Dataset, name: str, cost: str = "", measured: Mapping[str
     """
     members = case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan))
     cures = {
-        "starts": f"{4 * float(members):g} members halve it{cost and f': {cost} more'}",
+        "starts": f"{4 * float(members):g} members halve what starts do not share{cost and f': {cost} more'}",
         "the grid": "a finer grid",
         _LEFT_OUT.name: "half of target.within halves it",
     }
@@ -599,7 +599,7 @@ def _line(case: xr.Dataset, name: str, where: str, of: str, errors: list[Error])
     if math.isnan(value):
         return f"{name}{where}: not known"
     if not errors:
-        return f"{name} {value:.4g}{where}: no ± without several starts that differ (ensemble.members)"
+        return f"{name} {value:.3g}{where} {variables.UNKNOWN}"
     first, *others = errors
     beside = "".join(f"; {each.source} {each.share:.1%}" for each in others)
     verb = "dominates" if first.source.startswith("the ") else "dominate"

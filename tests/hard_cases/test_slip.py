@@ -361,6 +361,16 @@ def test_every_kind_of_steep_pin_is_named_somewhere(name: str) -> None:
     assert Ending.STEEP_PIN in endings
 
 
+@pytest.mark.parametrize("order", ["worst_first", "simultaneous"])
+def test_slips_down_a_flank_without_end_are_a_steep_pin_and_not_a_cascade(order: str) -> None:
+    """Pressed down gradually the contact slips on and on, and gains energy from it: known long before `cascade_limit`."""
+    slab, rule = Slab(33, scheme="half_plane"), SlipRule(slip_order=order)  # type: ignore[arg-type]
+    case = Case(1.44e-6, 6.83e3, 9.32e-5, slab, slip_rule=rule, initial_contact="gradual")
+    state = initial_contact(case, compliance_of(slab))
+    assert state.outcome.ending is Ending.STEEP_PIN
+    assert state.slips < rule.cascade_limit / 10
+
+
 def test_sliding_at_the_limit_up_a_flank_steeper_than_friction_is_named() -> None:
     """Residual 1 has a solver of its own: at μ_i = 0.05 and a slope of 0.7 a fiftieth of the work came from nowhere."""
     for friction, steep in ((0.05, True), (1.0, False)):

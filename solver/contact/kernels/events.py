@@ -145,6 +145,9 @@ def _touch(state: KernelState, constants: KernelConstants, i: int, pin_rate: flo
 STEEPEST = 1.0
 """Slope of the pin under a node in contact beyond which along and across say nothing of shear and pressure."""
 
+CREATED = 1e-14
+"""Energy that rounding may create in one event, as a share of the load times what it displaces (W² / G)."""
+
 PLACE = 0xFFFF
 """Lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties."""
 TIE = 2.0**-36
@@ -240,6 +243,13 @@ def on_steep_flank(state: KernelState, constants: KernelConstants, against_frict
     return False
 
 
+@compiled(inline="always")
+def driven_downhill(state: KernelState, constants: KernelConstants) -> bool:
+    """Whether slips have created energy, with a node on a flank that is steep against its friction: they may never end."""
+    load = state.inputs[-1]
+    return bool(state.scalars.dissipated < -CREATED * load * load and on_steep_flank(state, constants, True))
+
+
 # The cascade: what triggers an event is answered, then the worst violation until none is left.
 
 REFRESH_SLIPS = 65536
@@ -247,6 +257,15 @@ REFRESH_SLIPS = 65536
 
 CHANGES_PER_NODE = 20
 """Touches and releases in one cascade, per node, after which they count as a cycle."""
+
+
+@compiled(inline="always")
+def _refreshed_downhill(state: KernelState, constants: KernelConstants) -> bool:
+    """Sum the response afresh where that is due; whether energy has then come from a flank."""
+    if state.scalars.slips_since_refresh < REFRESH_SLIPS:
+        return False
+    refresh(state)
+    return driven_downhill(state, constants)
 
 
 @compiled()
@@ -282,8 +301,8 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         scalars.slips_since_refresh += 1
         if abs(xi + along) > constants.half_width:
             return Stop.DONE, EventKind.RELEASE, node
-        if scalars.slips_since_refresh >= REFRESH_SLIPS:
-            refresh(state)
+        if _refreshed_downhill(state, constants):
+            return Stop.STEEP, EventKind.NOTHING, -1
         node = -1
 
 
@@ -330,8 +349,8 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
                     left = i
         if left >= 0:
             return Stop.DONE, EventKind.RELEASE, left
-        if state.scalars.slips_since_refresh >= REFRESH_SLIPS:
-            refresh(state)
+        if _refreshed_downhill(state, constants):
+            return Stop.STEEP, EventKind.NOTHING, -1
 
 
 @compiled()

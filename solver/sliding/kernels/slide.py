@@ -11,10 +11,10 @@ from nanoslip.solver.contact.kernels.events import (
     REFRESH_SLIPS,
     TIE,
     bits,
+    driven_downhill,
     highest_ranked,
     limited,
     next_event,
-    on_steep_flank,
     project_onto_pin,
     ranked,
     resolve,
@@ -117,9 +117,6 @@ def overshot(constants: SlipConstants, overshoot: float, nodes: int) -> bool:
 CHECK_EVENTS = 64
 """Events after which the equilibrium residual is computed, changes of the contact or not."""
 
-CREATED = 1e-14
-"""Energy that rounding may create in one event, as a share of the load times what it displaces (W² / G)."""
-
 
 @compiled()
 def advance(state: KernelState, step: float) -> None:
@@ -212,10 +209,7 @@ def _answer(state: KernelState, constants: KernelConstants, kind: EventKind, nod
     if overshot(constants.slip, overshoot(state, constants.slip.opposite), len(state.x)):
         return Stop.OVERSHOT
     status = resolve(state, constants, kind, node, 1.0)
-    created = state.scalars.dissipated < -CREATED * state.inputs[-1] * state.inputs[-1]
-    if status == Stop.DONE and created and on_steep_flank(state, constants, True):
-        return Stop.STEEP
-    return status
+    return Stop.STEEP if status == Stop.DONE and driven_downhill(state, constants) else status
 
 
 @compiled(inline="always")
