@@ -25,6 +25,9 @@ LARGEST_CHANGE: Final = 0.01
 """Change along the steady part, as a fraction of its mean, that still counts as steady."""
 SIGNIFICANT: Final = 5.0
 """Standard errors beyond which a change is no accident (one motion in four hundred with eight blocks)."""
+_THIRD: Final = (
+    "with F/W of the third for that of all; by how much thirds differ in all members is a part of the ± of μ_k"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -45,8 +48,14 @@ class FrictionCoefficients(Labels):
         comment="by inertia and damper: excess over all forces of the record, as F/W; the same for all starts",
     )
     kinetic_friction: float = quantity(
-        "kinetic friction coefficient", symbol="μ_k", comment="from steady sliding", ensemble=True
+        "kinetic friction coefficient",
+        symbol="μ_k",
+        comment="from steady sliding",
+        ensemble=True,
+        ends=("kinetic_first_third", "kinetic_last_third"),
     )
+    kinetic_first_third: float = quantity("μ_k of the first third of the plateau", comment=_THIRD)
+    kinetic_last_third: float = quantity("μ_k of the last third of the plateau", comment=_THIRD)
 
     def _facts(self) -> Iterator[str]:
         yield f"μ_s {self.static_friction:.4g}"
@@ -61,12 +70,13 @@ def friction_coefficients(
 
     ended_by: the parameter of the drive that ended it.
     """
+    nan = math.nan
     if not len(result.slip_force):
         failed = result.outcome if not result.outcome.ok else _no_slip(result, plateau, record.normal_load)
-        return FrictionCoefficients(result.slip_force, failed, math.nan, math.nan, math.nan)
+        return FrictionCoefficients(result.slip_force, failed, nan, nan, nan, nan, nan)
     static = result.slip_force / record.normal_load
     first, excess = _first_slip(record, static)
-    kinetic, outcome = math.nan, result.outcome
+    kinetic, outcome = nan, result.outcome
     slides = float(result.time[-1] - result.slip_time[0])
     if outcome.ok and slides < PERIODS * result.settling_time:
         periods = math.floor(100.0 * slides / result.settling_time) / 100.0  # never rounded up to those that are needed
@@ -74,7 +84,7 @@ def friction_coefficients(
         outcome = Outcome(Ending.NO_PLATEAU, f"the friction force is not steady: {message}")
     if outcome.ok:
         blocks, complaint = steady_blocks(result.binned_force / record.normal_load)
-        kinetic = math.nan if complaint else float(blocks.mean())
+        kinetic = nan if complaint else float(blocks.mean())
         if complaint:
             outcome = Outcome(Ending.NO_PLATEAU, f"the friction force {complaint}: raise {ended_by}")
     return FrictionCoefficients(
@@ -82,6 +92,8 @@ def friction_coefficients(
         static_friction_excess=_beyond(record, first),
         every_static_friction=static,
         kinetic_friction=kinetic,
+        kinetic_first_third=kinetic + plateau.first_third - plateau.mean,
+        kinetic_last_third=kinetic + plateau.last_third - plateau.mean,
         outcome=outcome.adding(excess),
     )
 

@@ -189,7 +189,9 @@ def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | in
                 found[key] = [math.nan if value is None else _coded(getattr(value, name), words) for value in values]
     for number, member in enumerate(members):
         if member.only is not None:
-            kept = {key for key, each in declared(kind).items() if each.name in member.only}
+            kept = {
+                name for key, each in declared(kind).items() if each.name in member.only for name in (key, *each.ends)
+            }
             for key in found.keys() - kept:
                 found[key][number] = math.nan
     return found

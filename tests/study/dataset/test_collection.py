@@ -402,14 +402,16 @@ def four(build: Build) -> Four:
 def test_a_number_is_the_mean_over_members_with_its_error_and_count(four: Four) -> None:
     plan, store, found = four
     case, keys = found.isel(intrinsic_friction=0).squeeze(), plan.case_tasks[plan.cases[0].case_id]
-    for name, key, at in (
-        ("plateau_mean", keys["record", ""], case),
-        ("mean_step", keys["record", ""], case),
-        ("static_friction", keys["drive", "fast"], case.sel(drive="fast")),
+    record, (drive, pulled) = keys["record", ""], (keys["drive", "fast"], case.sel(drive="fast"))
+    for name, key, at, part in (
+        ("plateau_mean", record, case, "plateau"),
+        ("mean_step", record, case, ""),
+        ("static_friction", drive, pulled, ""),
+        ("kinetic_friction", drive, pulled, "kinetic"),
     ):
         of = store.read(key).scalars
-        ends = ("plateau_first_third", "plateau_last_third") if name == "plateau_mean" else ()
-        mean = mean_of(*(np.array(of[each]) for each in (name, *ends)))
+        thirds = (f"{part}_first_third", f"{part}_last_third") if part else ()
+        mean = mean_of(*(np.array(of[each]) for each in (name, *thirds)))
         assert at[name].item() == mean.mean
         assert at[f"{name}_uncertainty"].item() == mean.uncertainty > 0.0
         assert at[f"{name}_members"].item() == mean.members == 4
