@@ -214,6 +214,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     }
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
+    dataset = dataset.assign({name: dataset[name].round() for name in _COUNTS if name in dataset})
     of = cases_of(dataset)
     varying = _varying(dataset, of)
     labels = [in_unit(_name(name), name) for name in varying]
@@ -456,8 +457,7 @@ def _label(values: xr.Dataset, name: str, scales: Scales | None) -> str:
 
 
 def _cell(values: xr.Dataset, name: str) -> str:
-    known = values.assign({name: values[name].round()}) if name in _COUNTS else values
-    return _text(known, name, 5) + variables.fewer(values, name)
+    return _text(values, name, 5) + variables.fewer(values, name)
 
 
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:
