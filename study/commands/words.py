@@ -47,7 +47,7 @@ def aborted() -> int:
     Launchers then end the others, which may wait in MPI for this one; after an exit code they do not.
     """
     if launcher_rank() == 0:
-        import_module(_CONSOLE).say("interrupted", stderr=True)
+        import_module(_CONSOLE).note("interrupted", stderr=True)
     if processes_started() > 1:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         os.kill(os.getpid(), signal.SIGINT)
