@@ -70,17 +70,18 @@ def driven(case: Case, record: FrictionRecord) -> Drive:
 
 
 def read(case: Case, compliance: SurfaceCompliance) -> list[float]:
-    """The OBSERVABLES of one member, and the plateau's ends; NaN where there is none."""
+    """The OBSERVABLES of one member, and the ends of the plateau and of μ_k; NaN where there is none."""
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau, events, nan = plateau_of(record), event_statistics(record), math.nan
-    static, kinetic = nan, nan
+    static, kinetic, ends = nan, nan, (nan, nan)
     if plateau.outcome.ok:
         _, friction = measured(record, plateau, driven(case, record))
         static, kinetic = friction.static_friction, friction.kinetic_friction
+        ends = friction.kinetic_first_third, friction.kinetic_last_third
     width = record_validity(case, start, record, end).contact_half_width
     numbers = (plateau.mean, static, kinetic, events.mean_step, events.mean_drop, width, events.surface_stiffness)
-    return [*numbers, plateau.first_third, plateau.last_third]
+    return [*numbers, plateau.first_third, plateau.last_third, *ends]
 
 
 @dataclass(frozen=True)
@@ -108,11 +109,12 @@ def verdicts(number: int) -> Iterator[Verdict]:
         rows = [read(ensemble.case(case, member), compliance) for member in range(MEMBERS + OTHERS)]
     except SolverError:
         return
-    *values, first, last = np.array(rows).T
-    for name, each in zip(OBSERVABLES, values, strict=True):
-        ends = (first, last) if name == "plateau" else ()
+    columns = np.array(rows).T
+    ends = {"plateau": columns[-4:-2], "μ_k": columns[-2:]}
+    for name, each in zip(OBSERVABLES, columns, strict=False):
         known, truth = (
-            mean_of(*(one[part] for one in (each, *ends))) for part in (slice(MEMBERS), slice(MEMBERS, None))
+            mean_of(*(one[part] for one in (each, *ends.get(name, ()))))
+            for part in (slice(MEMBERS), slice(MEMBERS, None))
         )
         if known.uncertainty == 0.0 and known.mean == truth.mean:  # all starts agree
             continue
