@@ -183,12 +183,3 @@ def test_the_menu_leads_to_every_section_and_the_filter_leaves_matching_rows(sho
     assert seen.evaluate(shown) == 0
     seen.fill("input", "")
     assert seen.evaluate(shown) == every
-
-
-def test_single_cases_open_with_the_keyboard(show: Show) -> None:
-    seen = show("driven", 1200)
-    seen.focus(".small summary")
-    small = seen.evaluate('document.querySelector(".small img").clientWidth')
-    seen.keyboard.press("Enter")
-    assert seen.evaluate('document.querySelector(".small details").open')
-    assert seen.evaluate('document.querySelector(".small img").clientWidth') > 2 * small
