@@ -10,9 +10,9 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests on all cores.
 SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Files with heavy tests: to import the others takes ten seconds.
-HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.slow' tests)
+HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.\(slow\|everyday\)' tests)
 
-.PHONY: run reproduce figures kernels test test-slow test-all mutants benchmarks docs dist check format clean
+.PHONY: run reproduce figures kernels test test-changed test-slow test-all mutants benchmarks docs dist check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -32,8 +32,11 @@ figures: .venv/installed  ## the paper's figures and further ones, with tables: 
 kernels: .venv/installed  ## compile what tests run; else each of their processes does
 	$(BIN)/python -m tests.kernels
 
-test: .venv/installed  ## the everyday tests, each file's in one process, which makes its fixtures once
+test: kernels  ## the everyday tests, each file's in one process, which makes its fixtures once
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist loadfile -m "not slow"
+
+test-changed: kernels  ## those that changes since SINCE can reach, nearest first; SINCE=main
+	$(BIN)/python -m tests.changed $(or $(SINCE),HEAD) $(SIDE_BY_SIDE) --dist loadfile
 
 test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler, long computations; an idle process takes the next
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist worksteal -m "slow and not slurm" $(HEAVY)

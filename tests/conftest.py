@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -83,6 +84,38 @@ def clean_environment() -> dict[str, str]:
     """What the fixture `environment` gives."""
     kept = {name: value for name, value in UNPINNED.items() if not name.startswith(("PMI", "OMPI", "SLURM", "COLUMNS"))}
     return kept | OPEN_MPI | {"PYTHONPATH": str(ROOT), "PATH": str(Path(sys.executable).parent)}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark as slow what a grid marked `everyday` has beside the few items that stand for it every day."""
+    grids: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker("everyday") and not item.get_closest_marker("slow"):
+            grids.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for grid in grids.values():
+        marker = grid[0].get_closest_marker("everyday")
+        values = [getattr(item, "callspec").params for item in grid]  # noqa: B009  of parametrized functions alone
+        few = spaced(len(grid), *marker.args) if marker and marker.args else covering(values)
+        for number in set(range(len(grid))) - few:
+            grid[number].add_marker("slow")
+
+
+def spaced(of: int, count: int) -> set[int]:
+    """So many numbers below `of`, evenly spaced, both ends among them if there are two or more."""
+    return {round(number * (of - 1) / max(count - 1, 1)) for number in range(count)}
+
+
+def covering(values: list[dict[str, object]]) -> set[int]:
+    """Which items of a grid hold every pair of values of two parameters; of one parameter each value."""
+    size = min(2, len(values[0]))
+    pairs = [set(combinations(sorted((name, repr(value)) for name, value in item.items()), size)) for item in values]
+    left, few = set().union(*pairs), set()
+    while left:
+        best = max(range(len(pairs)), key=lambda number: len(pairs[number] & left))
+        few.add(best)
+        left -= pairs[best]
+    return few
 
 
 @pytest.fixture

@@ -17,6 +17,7 @@ def rows() -> list[Row]:
     return [Row("memory", str(held), "", "", "")]
 
 
+@pytest.mark.slow
 def test_each_benchmark_has_a_process_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
     """400 MB are held by the first, as this file stands for two benchmarks."""
     first, second = apart.rows_of(["test_apart", "test_apart"])

@@ -70,6 +70,7 @@ def _dragged(scheme: str, name: str) -> Followed:
     return _follow(_case(scheme, **{**SLIDERS[name], "max_events": 5}), 80, None)
 
 
+@pytest.mark.everyday(5)
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("way", WAYS)
 def test_the_laws_hold_for_every_load_and_radius(way: InitialContact, scheme: str) -> None:
@@ -79,6 +80,7 @@ def test_the_laws_hold_for_every_load_and_radius(way: InitialContact, scheme: st
         assert not seen.broken, name
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_the_laws_hold_for_every_load_and_radius_with_coulomb_friction(scheme: str) -> None:
     """Residual 1 has a solver of its own."""
@@ -103,6 +105,7 @@ def test_a_punch_stands_on_the_nodes_whose_greater_part_it_covers(half_width: fl
     np.testing.assert_array_equal(initial_contact(case, compliance_of(case.slab)).contact, covered)
 
 
+@pytest.mark.everyday(5)
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow) if name.startswith("stuck") else name for name in SLIDERS]

@@ -130,6 +130,7 @@ def test_every_drive_obeys_the_laws_or_ends_by_name(effects):
     assert endings["completed"] > 10
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("mass", [1e-3, 1e-5, 1e-6, 1e-7])
 def test_rounding_does_not_hold_a_light_pin_at_an_extremum_of_its_velocity(mass):
     """Its vibrations are at the rounding of the forces; met again and again, an extremum would take for ever.
@@ -201,6 +202,7 @@ def test_teeth_smaller_than_a_step_act_by_their_mean():
 # --- profiles -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.everyday(3)
 @pytest.mark.parametrize("compliant", [True, False])
 @pytest.mark.parametrize(
     "profile",

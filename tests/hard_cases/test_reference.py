@@ -49,6 +49,7 @@ def _disagreement(case: Case) -> tuple[float, float]:
     return float(np.abs(displacement - ours.displacement).max() / displacement[-1]), float(off)
 
 
+@pytest.mark.everyday(6)
 @pytest.mark.parametrize(
     ("name", "scheme"),
     [*product(SAMPLE, ("biquadratic", "half_plane")), *product(("paper", "light"), ("galerkin", "strip", "chain"))],

@@ -73,6 +73,7 @@ def _sound(slab: Slab) -> bool:
     return found.positive_definite and found.reciprocal_condition > 0.1 * ILL_CONDITIONED
 
 
+@pytest.mark.everyday(8)
 @pytest.mark.parametrize("poisson", POISSON)
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_every_slab_obeys_the_laws_or_says_why_not(scheme: str, poisson: float) -> None:

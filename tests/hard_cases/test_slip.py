@@ -54,6 +54,7 @@ def _tried(
     return follow(case, compliance_of(slab), 8, 60)
 
 
+@pytest.mark.everyday
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize(("friction", "residual_shear"), _pairs())
 def test_every_friction_and_residual_obeys_the_laws_or_says_why_not(

@@ -60,6 +60,7 @@ def test_a_defect_on_a_rank_is_told_and_the_campaign_goes_on(start):
     assert "task 7 crashed" in errors
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", [0, 2])
 @pytest.mark.parametrize(
     "interpreter", [(), pytest.param(("-m", "mpi4py"), marks=pytest.mark.slow)], ids=["python", "mpi4py"]
@@ -131,6 +132,7 @@ def test_any_number_of_ranks_gives_the_same_dataset(nanoslip, campaign, tmp_path
     assert dataset(nanoslip, campaign, tmp_path / "out", ranks) == alone
 
 
+@pytest.mark.slow
 def test_what_ranks_keep_until_their_logs_are_closed_is_in_the_dataset(nanoslip, campaign, alone, tmp_path):
     """Ranks on several nodes are several clients of a file system."""
     assert dataset(nanoslip, campaign, tmp_path / "out", 2, PYTHONPATH=as_clients(tmp_path)) == alone

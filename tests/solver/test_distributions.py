@@ -137,6 +137,7 @@ def goodness(drawn, draws=40):
     return power_law.goodness_of_fit(drawn, fitted_power_law(drawn), draws)
 
 
+@pytest.mark.slow
 @BOTH
 def test_power_laws_are_not_refused_more_often_than_chance_does(discrete):
     """Of 24 samples one in ten is below 0.1: more than 8 of them come by chance once in 2000 times."""
@@ -303,6 +304,7 @@ def test_an_exponent_at_a_bound_is_none(discrete):
     assert "exponent at a bound from 1" in str(found)
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("repeated", [1, 9])
 @BOTH
 @pytest.mark.parametrize("members", [2, pytest.param(8, marks=pytest.mark.slow)])

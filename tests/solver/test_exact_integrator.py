@@ -60,6 +60,7 @@ def test_the_kernels_teeth_are_the_profiles_on_both_sides_of_zero(problem):
     assert tooth_at(teeth, 0)[0] == 0.0
 
 
+@pytest.mark.everyday(6)
 @every(PROBLEMS | {"small teeth": SMALL_TEETH})
 @pytest.mark.parametrize("share", [0.3, 0.6, 1.0])
 def test_the_state_is_that_of_a_method_of_order_eight(problem, share):

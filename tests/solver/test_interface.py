@@ -222,6 +222,7 @@ SPRINGS = Case(
 )
 
 
+@pytest.mark.slow
 def test_springs_follow_the_master_equation() -> None:
     contacts = 600
     found = interface(interface_of(contacts, SPRINGS), surface_compliance(SPRINGS.slab))

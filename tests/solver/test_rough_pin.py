@@ -189,6 +189,7 @@ def random_scene(seed):
     return case, surface_compliance(slab)
 
 
+@pytest.mark.everyday(3)
 @pytest.mark.parametrize("seed", range(12))
 def test_no_node_beyond_the_window_ever_lies_inside_a_rough_pin(seed):
     """Looked at after every tenth event, all along the record."""

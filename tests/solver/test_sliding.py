@@ -49,6 +49,7 @@ def walk(case, state, events=60):
             break
 
 
+@pytest.mark.everyday
 @pytest.mark.parametrize("residual_shear", [0.0, 0.5, 0.9])
 @pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
 @pytest.mark.parametrize(
@@ -247,6 +248,7 @@ FLAT = Case(radius=20.0, slab=Slab(129, scheme="half_plane", poisson=0.3), max_e
 """23 nodes in contact, far from the ends."""
 
 
+@pytest.mark.everyday(3)
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize(
     ("effects", "residual_shear"), [(Effects(), 0.0), (Effects(), 0.5), (Effects(), 1.0), (FROZEN, 0.0), (FROZEN, 0.5)]

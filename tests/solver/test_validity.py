@@ -216,6 +216,7 @@ def test_on_a_map_of_radius_and_load_no_contact_without_meaning_goes_unflagged()
     assert agree >= 86
 
 
+@pytest.mark.everyday(4)
 @pytest.mark.parametrize("start", [0.0, 0.25, 0.5, 0.75])
 @pytest.mark.parametrize("spacings", [4.9, 5.2, 6.05, 6.6])
 def test_few_nodes_are_expected_where_they_are_found(start, spacings):

@@ -43,6 +43,7 @@ def twice_as_wide(case: Case) -> Case:
     return replace(case, slab=slab, heterogeneity=replace(case.heterogeneity, roughness=rough), **more)
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_grid_that_follows_gives_the_record_of_one_that_reaches_all_the_way(name: str) -> None:
     """Units of powers of two change no digit: the records are equal bit for bit where their windows are."""
@@ -109,6 +110,7 @@ def test_a_grid_that_comes_on_draws_on_its_friction() -> None:
     assert slid(case)[0].outcome.ok
 
 
+@pytest.mark.slow
 def test_a_pin_turns_back_from_far_off() -> None:
     """Without friction nothing remembers the way: back over the middle it stands there as it came down."""
     case = replace(SOFT, intrinsic_friction=0.0, slip_rule=COULOMB)

@@ -160,6 +160,7 @@ for jobs in map(int, sys.argv[2:]):
 """
 
 
+@pytest.mark.slow
 def test_the_bits_are_those_of_one_thread_whatever_the_environment(tmp_path, environment):
     """Each in an interpreter of its own, as a library of linear algebra reads the environment when it is loaded."""
 

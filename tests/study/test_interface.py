@@ -38,6 +38,7 @@ def test_one_contact_is_the_record_that_it_is_without_an_interface() -> None:
     assert float(one.static_excess) == pytest.approx(float(alone.peak_friction / alone.plateau_mean - 1.0), rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_sum_in_processes_has_the_bytes_of_one(tmp_path: Path, main: Any) -> None:
     """20 contacts are two batches. Batches are dropped, and nothing of them is computed twice."""
     text = 'title = "i"\naxes.contacts = [1, 20]\ninterface.loads = "exponential"\nnumerics = {n_x = 17, scheme = "strip"}\n'

@@ -78,6 +78,7 @@ case "$*" in *rev-parse*) echo c0ffee;; esac
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (ROOT / ".git").exists(), reason="no checkout: the commit is not asked of git")
 @pytest.mark.parametrize("ranks", [0, pytest.param(2, marks=[pytest.mark.mpi, pytest.mark.slow])])
 def test_git_is_asked_once_in_a_run_and_all_processes_state_what_it_said(nanoslip, campaign, tmp_path, ranks):

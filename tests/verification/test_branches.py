@@ -54,6 +54,7 @@ def test_the_branch_is_the_one_reached_from_the_stuck_contact_whatever_is_tried_
     assert ("begin to slip", "one node") in others, line  # so it is a choice
 
 
+@pytest.mark.everyday(5)
 @pytest.mark.parametrize("residual_shear", [0.0, 1.0])
 @pytest.mark.parametrize("number", SMOOTH)
 def test_rounding_does_not_choose_a_branch(number, residual_shear):
@@ -66,6 +67,7 @@ def test_rounding_does_not_choose_a_branch(number, residual_shear):
         assert apart(own, initial_contact(case, rounded_otherwise(compliance, seed)), case) < 1e-12
 
 
+@pytest.mark.everyday(6)
 @pytest.mark.parametrize("scheme", CONTINUA)
 @pytest.mark.parametrize(
     ("effects", "way", "residual_shear"),

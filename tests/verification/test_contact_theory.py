@@ -167,6 +167,7 @@ def loaded(operator, friction, half_width):
     return float(state.contact.sum()) * slab.spacing / 2, float(stuck.sum()) * slab.spacing / 2, outward
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize(("friction", "poisson", "coupled"), [(0.1, 0.4, True), (0.5, 0.0, True), (0.25, 1 / 3, False)])
 def test_the_stick_zone_grows_with_the_contact(friction, poisson, coupled):
     """Over a factor of 3 in half-width. Widths are whole nodes: both ends of both zones may be off by one node.

@@ -89,6 +89,7 @@ def off_finite(slab):
     return ours / elliptic_energies(0.27, slab.poisson, slab.aspect_ratio, slab.support) - 1
 
 
+@pytest.mark.everyday(2)
 @pytest.mark.parametrize("poisson", [pytest.param(0.0, marks=pytest.mark.slow), 1 / 3, PAST_A_THIRD])
 @pytest.mark.parametrize("aspect_ratio", [0.25, 1.0, pytest.param(4.0, marks=pytest.mark.slow)])
 def test_the_default_grid_is_right_to_a_thousandth(aspect_ratio, poisson):

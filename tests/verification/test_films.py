@@ -111,6 +111,7 @@ def test_what_is_expected_of_a_film_is_what_is_found():
 LAYERS = list(product((1e-3, 1e-2, 3e-2), (0.3, 0.49, 0.499, 0.4999, 0.49999), (33, 65)))
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("scheme", ["galerkin", "biquadratic"])
 def test_a_film_is_flagged_where_its_grid_is_wrong_and_not_where_it_is_right(scheme):
     """Largest pressures and approach in 30 films, ν 0.3 to 0.49999, under a contact a quarter of L_x to each side."""

@@ -18,6 +18,7 @@ HIGH, NARROW = 1e4, 0.4999
 """Cells 20 000 times as high as wide, ten thousand times as hard to press together as to shear."""
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize(
     ("support", "height", "poisson"),
     [("bonded", 1.0, 1 / 3), ("bonded", 1e3, NARROW), ("frictionless", 30.0, NARROW), ("right_side", HIGH, NARROW)],

@@ -241,6 +241,7 @@ describe plateau_mean
 """Commands, in the order of a campaign's life."""
 
 
+@pytest.mark.slow
 def test_every_command_fits_the_terminal(main, campaign, monkeypatch):
     """Paths and words to be typed may be wider, no others are here."""
     monkeypatch.chdir(campaign.parent)

@@ -231,6 +231,7 @@ def test_what_cannot_be_exported_is_one_clear_message(main, campaign, tmp_path):
 # Reported: the page needs a dataset, whole, and its place is said.
 
 
+@pytest.mark.slow
 def test_a_report_repeats_no_table_that_its_run_has_printed(run, ask, finished):
     """One after the other, as `make run` calls them, they print it once."""
     assert "plateau" in run()[1]

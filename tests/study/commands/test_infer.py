@@ -91,6 +91,7 @@ def test_a_fit_finds_what_was_put_in_and_computes_nothing_twice(main: Main, cont
     assert more.ranges[0].at(more.computed.x[:3, 0]) == pytest.approx([20.0, 30.0, 45.0])
 
 
+@pytest.mark.slow
 def test_a_setting_of_a_drive_is_found_and_what_is_expected_is_printed_before(main: Main, contacts: Path):
     """Each point has its own drive: a run of the best one, from the file that is written, has the number printed for it."""
     drive = '[[drives]]\nname = "a"\nstep_limit = 1000\n[outputs]\ntrajectory = false\n'

@@ -25,6 +25,7 @@ def test_starters_and_campaigns_are_listed_by_name_and_title(main):
     assert ["smoke", "Smoke: the paper's case through every stage"] in [line.split(maxsplit=1) for line in lines]
 
 
+@pytest.mark.everyday(2)
 @pytest.mark.parametrize("name", starters())
 def test_a_starter_is_commented_fine_and_computes(main, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)

@@ -81,6 +81,7 @@ def test_the_closed_form_carries_the_load() -> None:
     assert np.pi / 64 * np.sum(pressure_of_half_plane(nodes) * np.sqrt(1.0 - nodes**2)) == pytest.approx(1.0, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["biquadratic", "galerkin"])
 def test_a_narrow_punch_has_nearly_a_half_plane_s_pressure(scheme: str) -> None:
     """4 to 7 % with 17 nodes under the punch, half of it with 33."""
@@ -119,6 +120,7 @@ def like_the_paper(support: str) -> xr.Dataset:
     return data
 
 
+@pytest.mark.slow
 def test_the_combination_that_gives_the_paper_s_numbers_comes_first() -> None:
     for support in ("bonded", "right_side"):
         best = ranking(like_the_paper(support))[0]
@@ -128,6 +130,7 @@ def test_the_combination_that_gives_the_paper_s_numbers_comes_first() -> None:
         assert best.score < 0.1
 
 
+@pytest.mark.slow
 def test_every_combination_is_ranked_once_and_one_wild_miss_does_not_decide() -> None:
     found = ranking(small("figures/choices"))
     assert len({str(each.choices) for each in found}) == len(found) == 2 * 2
@@ -148,6 +151,7 @@ def test_the_decay_of_a_vibration_on_a_rising_force_is_found() -> None:
         assert decay_time(time, force) == pytest.approx(decay, rel=0.03)
 
 
+@pytest.mark.slow
 def test_bursts_come_before_the_first_macroscopic_slip() -> None:
     dataset = small("figures/drive")
     for start in dataset["start"].values.tolist():
@@ -161,6 +165,7 @@ def test_bursts_come_before_the_first_macroscopic_slip() -> None:
 # The mean step falls with the node spacing, and a fall of the peak is claimed only with its confidence.
 
 
+@pytest.mark.slow
 def test_the_mean_step_falls_at_least_as_the_spacing() -> None:
     found = law(small("figures/continuum"), STEP)
     assert found.exponent < -0.9  # -1.1 from 33 to 2049 nodes
@@ -174,6 +179,7 @@ def with_excess(means: list[float], between: float) -> xr.Dataset:
     return data.assign(peak_friction=data["plateau_mean"] * (1.0 + excess))
 
 
+@pytest.mark.slow
 def test_a_fall_is_supported_where_it_is_sure_and_says_when_it_would_be_smooth() -> None:
     """16, 32, 64 spacings with 0.4, 0.2, 0.1: 0.01 takes 640. ±0.03 in equal parts over m members: 0.03/√(m - 1)."""
     data = with_excess([0.4, 0.2, 0.1], 0.03)
@@ -185,6 +191,7 @@ def test_a_fall_is_supported_where_it_is_sure_and_says_when_it_would_be_smooth()
     assert said.endswith("1 % at n_x = 6e+02")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("means", "between"), [([0.1, 0.1, 0.1], 0.001), ([0.1, 0.12, 0.11], 0.001), ([0.1, 0.09, 0.08], 0.09)]
 )
@@ -195,6 +202,7 @@ def test_what_does_not_fall_beyond_its_scatter_is_not_supported(means: list[floa
 # Correlations over the lag begin with those of the dataset, and are nothing where events are independent.
 
 
+@pytest.mark.slow
 def test_at_lag_one_they_are_those_of_the_dataset() -> None:
     dataset = small("figures/chain")
     for number in names(dataset):
@@ -230,22 +238,26 @@ def groups() -> tuple[Starts, ...]:
     return all_starts(small("figures/findings"))
 
 
+@pytest.mark.slow
 def test_1_the_stuck_pin_slips_many_times(groups: tuple[Starts, ...]) -> None:
     assert all(group.micro_slips.min() >= 5 for group in groups)
 
 
+@pytest.mark.slow
 def test_2_the_friction_of_sliding_fluctuates() -> None:
     data = small("figures/findings")
     rough = (data["plateau_std"] / data["plateau_mean"]).values
     assert np.nanmin(rough) > 0.005  # 1.5 % on finer surfaces
 
 
+@pytest.mark.slow
 def test_3_both_coefficients_are_well_below_the_intrinsic_one(groups: tuple[Starts, ...]) -> None:
     for group in groups:
         assert group.kinetic.max() < group.static.min()
         assert group.static.max() < 0.7 * group.intrinsic_friction
 
 
+@pytest.mark.slow
 def test_4_static_friction_belongs_to_a_major_peak(groups: tuple[Starts, ...]) -> None:
     """With eight starts a correlation of 0.7 has one chance in fifty of being none; fewer than one peak in ten is as high."""
     for group in groups:
@@ -253,6 +265,7 @@ def test_4_static_friction_belongs_to_a_major_peak(groups: tuple[Starts, ...]) -
         assert group.share_above.mean() < 0.1
 
 
+@pytest.mark.slow
 def test_5_kinetic_friction_is_the_mean_of_the_record(groups: tuple[Starts, ...]) -> None:
     slope, interval = slope_of_kinetic(groups)
     assert abs(slope - 1.0) < max(interval, 2e-3)  # 2e-3: what the drive's last part leaves of the record's period
@@ -263,6 +276,7 @@ def test_5_kinetic_friction_is_the_mean_of_the_record(groups: tuple[Starts, ...]
 # What a flag doubts is not in the map's numbers, and μ_k is the plateau.
 
 
+@pytest.mark.slow
 def test_a_case_with_a_flag_does_not_count() -> None:
     data = small("maps/friction").copy(deep=True)
     before = share_of(data, "plateau_mean")
@@ -276,6 +290,7 @@ def test_a_case_with_a_flag_does_not_count() -> None:
 # What repeats with the node spacing is found, whatever the start; what does not averages out.
 
 
+@pytest.mark.slow
 def test_each_part_is_a_share_of_its_own_spacing_s_mean() -> None:
     for load in (2.5e-4, 1e-3):
         found = modulation(small("figures/modulation"), load)
@@ -285,6 +300,7 @@ def test_each_part_is_a_share_of_its_own_spacing_s_mean() -> None:
         assert found.nodes > 5
 
 
+@pytest.mark.slow
 def test_starts_agree_in_their_phase() -> None:
     """Spacings of two starts half a spacing apart, correlated with each other: the grid is what they have in common."""
     found = modulation(small("figures/modulation"), 2.5e-4)
@@ -296,6 +312,7 @@ def test_starts_agree_in_their_phase() -> None:
 # Where nodes slip: shares of the dataset's slips, in the contact alone.
 
 
+@pytest.mark.slow
 def test_shares_of_a_case_sum_up_to_all_and_are_in_the_middle() -> None:
     (axes,) = draw_of_nodes(small("figures/chain")).axes
     assert len(axes.lines) == 5
@@ -308,6 +325,7 @@ def test_shares_of_a_case_sum_up_to_all_and_are_in_the_middle() -> None:
 # The plateau is a matter of n_x more than of the scheme, and the step one of how the slab is held.
 
 
+@pytest.mark.slow
 def test_schemes_differ_less_than_grids_do() -> None:
     """At 33 and 65 nodes: between schemes 2 %, from grid to grid 10 %."""
     plateau = small("schemes").squeeze().sel(DEFAULTS)["plateau_ratio"]
@@ -316,6 +334,7 @@ def test_schemes_differ_less_than_grids_do() -> None:
     assert np.ptp(between_grids.values) > 3.0 * np.ptp(between_schemes.values)
 
 
+@pytest.mark.slow
 def test_a_slab_held_along_its_side_takes_shorter_steps() -> None:
     step = small("schemes").squeeze()["mean_step"].sel(scheme=["biquadratic", "galerkin"])
     assert float((step.sel(support="right_side") / step.sel(support="bonded")).max()) < 0.7
@@ -326,6 +345,7 @@ def test_a_slab_held_along_its_side_takes_shorter_steps() -> None:
 CAMPAIGN = "figures/chain"
 
 
+@pytest.mark.slow
 def test_an_exponent_is_stated_unless_its_power_law_is_refused() -> None:
     """Also of a dataset in which one size is a power law and another is none, as here they are given."""
     dataset = small(CAMPAIGN).copy()
@@ -350,6 +370,7 @@ def test_an_exponent_is_stated_unless_its_power_law_is_refused() -> None:
     assert list(rows) == list(SHARES)
 
 
+@pytest.mark.slow
 def test_a_broad_line_is_the_density_of_the_largest_sizes() -> None:
     """Its integral from the cut-off on is their share of all, 1 % less what lies beyond the largest of hundreds."""
     dataset = small(CAMPAIGN).copy()
@@ -373,6 +394,7 @@ def test_a_broad_line_is_the_density_of_the_largest_sizes() -> None:
 # The velocity below which a pin of constant coefficients sticks again is that of energy lost to the damper.
 
 
+@pytest.mark.slow
 def test_the_critical_velocity_is_the_closed_form() -> None:
     data = small("maps/stick_slip")
     where = {"spring_stiffness": 1e5, "pin_mass": 0.5, "damping_ratio": 0.01}
@@ -381,6 +403,7 @@ def test_the_critical_velocity_is_the_closed_form() -> None:
     assert float(critical_velocity(data).sel(where)) == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_every_drive_is_counted_once_along_each_parameter() -> None:
     data = small("maps/stick_slip")
     for symbol in ("ζ", "m"):
@@ -432,6 +455,7 @@ def test_without_errors_it_is_ordinary_least_squares() -> None:
     assert law.exponent_error == pytest.approx(ordinary.stderr, rel=1e-9)
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize(("between", "misfit", "most"), [(0.0, 0.1, HELD[1]), (0.2, 0.1, HELD[1]), (0.2, 0.0, 0.995)])
 def test_nineteen_of_twenty_intervals_hold_the_exponent(between: float, misfit: float, most: float) -> None:
     """Scatter of the law, of eight members and of the law, of members alone; there intervals are wider than they need to be."""
@@ -481,6 +505,7 @@ def test_the_table_is_what_its_script_writes(monkeypatch: pytest.MonkeyPatch) ->
         np.testing.assert_allclose(np.array(text[1:], float)[: len(expected)], expected, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_plateaus_hardly_depend_on_the_layer_and_stiffness_falls_with_its_height() -> None:
     data = small("figures/layers")
     for poisson in POISSON["strip"]:
@@ -504,6 +529,7 @@ def test_an_exponent_is_that_of_the_law_and_its_doubt_that_of_the_scatter() -> N
     assert error < doubt < 1.5 * error
 
 
+@pytest.mark.slow
 def test_peaks_of_independent_contacts_average_out() -> None:
     data = small("interface/preparation")
     for spread in data["spread"].values:
@@ -512,6 +538,7 @@ def test_peaks_of_independent_contacts_average_out() -> None:
         assert 0.125 * excess[0] < excess[2] < 0.5 * excess[0]  # a quarter, of sixteen contacts of 17 nodes
 
 
+@pytest.mark.slow
 def test_a_slip_leaves_its_share_of_the_plateau_whatever_the_intrinsic_friction() -> None:
     """(1 + r)/2 + c(1 - r), of 17 nodes to 0.02; a spread of nodes raises it."""
     found = over_mean_of_ends(small("interface/shear")).sel(contacts=16)
@@ -520,6 +547,7 @@ def test_a_slip_leaves_its_share_of_the_plateau_whatever_the_intrinsic_friction(
     assert (found.sel(spread=0.1) > found.sel(spread=0.0)).all()
 
 
+@pytest.mark.slow
 def test_a_slider_weighs_what_its_contacts_carry() -> None:
     data = small("maps/slider")
     np.testing.assert_allclose(load_of_slider(data), [100.0, 400.0], rtol=1e-12)
@@ -539,6 +567,7 @@ def test_every_campaign_of_figures_has_a_figure_and_the_other_way_round() -> Non
     assert set(SMALLER) <= campaigns
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_a_figure_has_a_journal_s_width_and_data_in_all_axes(name: str) -> None:
     figure = FIGURES[name].draw(small(FIGURES[name].campaign))
@@ -553,6 +582,7 @@ def test_a_figure_has_a_journal_s_width_and_data_in_all_axes(name: str) -> None:
         assert any(np.isfinite(values).any() for values in drawn)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_a_table_has_no_empty_row_and_no_number_that_is_none(name: str) -> None:
     claims = tuple(FIGURES[name].claims(small(FIGURES[name].campaign)))

@@ -41,6 +41,7 @@ def drawn() -> Figure:
     return figure
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_same_drawing_is_the_same_file(form: str) -> None:
     first = image(drawn(), form)
@@ -60,6 +61,7 @@ def crowded() -> Figure:
     return figure
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("form", FORMATS)
 def test_a_picture_is_laid_out_as_by_matplotlib_and_drawn_once(form: str) -> None:
     class Counted(Line2D):

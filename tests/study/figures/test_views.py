@@ -326,6 +326,7 @@ def test_sizes_of_few_events_are_said_and_not_drawn() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_sizes_show_the_power_law_of_the_largest_unless_it_is_refused() -> None:
     """From the cut-off on the law has as many events as all members have; table, answer and figure say its exponent with ±."""
     data = campaign(

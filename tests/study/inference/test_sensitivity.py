@@ -56,6 +56,7 @@ def held(found: Sensitivity, truth: Floats) -> float:
     return float(np.mean((low <= truth) & (truth <= high)))
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize(
     ("function", "truth", "points"),
     [(ishigami, exact_ishigami(), 256), (sobol_g, exact_g(), 1024)],
@@ -78,6 +79,7 @@ def drawn(function, noise: float, draws: int) -> list[Sensitivity]:
     return [each for each in found if not each.unknown]
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_under_noise():
     """A fifth of the standard deviation as noise beside edges that no smooth dependence has: noise is in no index."""
     found = drawn(sobol_g, 0.2, 2)

@@ -138,6 +138,7 @@ def test_a_single_case_needs_no_name(collected):
     assert flag_summary(collected(one))[0].startswith("few_nodes: 1 of 1 cases: fewer")
 
 
+@pytest.mark.slow
 def test_the_report_shows_flags_with_their_advice(mapped, tmp_path):
     found = mapped
     page = report_page.write(found, tmp_path).read_text("utf-8")

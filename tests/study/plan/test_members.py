@@ -134,6 +134,7 @@ def test_a_drive_is_over_each_members_own_record():
         np.testing.assert_equal({name: [values[number]] for name, values in found.scalars.items()}, dict(alone.scalars))
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("number", [0, 2])
 def test_a_member_that_is_refused_leaves_the_others_as_they_are(monkeypatch, number):
     whole = records(FOUR)

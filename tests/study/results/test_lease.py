@@ -161,6 +161,7 @@ for number, out in enumerate(folders):
 """
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("delay", [0.0, 2e-3], ids=["at once", "without locks, every name changed 2 ms late"])
 def test_of_several_runs_that_find_a_stale_lease_one_takes_it(tmp_path, environment, delay):
     killed, folders = ended(), [tmp_path / "outs" / str(number) for number in range(12)]

@@ -306,6 +306,7 @@ def test_n_processes_that_see_only_themselves_are_refused_by_one_message(nanosli
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.slow
 def test_without_mpi_processes_compute_the_dataset_of_one_and_ranks_are_refused_by_one_message(
     nanoslip, environment, campaign, tmp_path
 ):

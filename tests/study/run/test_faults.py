@@ -72,6 +72,7 @@ def behind(known, *keys, limit=1.0):
     return [known, *(Work(key, (known.key,), known.cost, limit=limit) for key in keys)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", [("kill -9", "os._exit(7)"), ("endless loop", "stopped")], ids=["dies", "hangs"])
 def test_a_fault_costs_no_task_that_its_process_has_at_hand(tmp_path, pair):
     sound = [str(number) for number in range(100)]
@@ -82,6 +83,7 @@ def test_a_fault_costs_no_task_that_its_process_has_at_hand(tmp_path, pair):
     assert [key for key in reported if key in sound] == sound  # each once
 
 
+@pytest.mark.slow
 def test_tasks_behind_one_that_hangs_go_elsewhere(tmp_path):
     """They are handed out together, as they are short; what waits for long is computed by the other process."""
     tasks = behind(Work("first"), "endless loop", *map(str, range(60)), limit=6.0)

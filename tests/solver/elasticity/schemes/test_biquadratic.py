@@ -38,6 +38,7 @@ def boundary_forces(slab: Slab, stress: np.ndarray) -> tuple[np.ndarray, np.ndar
     return k.matrix, force.ravel()
 
 
+@pytest.mark.everyday(10)
 @pytest.mark.parametrize("first_spacing", ["equal", "doubling"])
 @pytest.mark.parametrize(("n_x", "rows"), [(5, 3), (17, 3), (17, 4), (33, None)])
 @pytest.mark.parametrize("gradient", [(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1), (0.3, -0.7, 0.2, 1.1)])

@@ -37,6 +37,7 @@ def test_the_whole_grid_says_the_same(support: Support, n_x: int, limit: float, 
     assert off(Slab(n_x, height, support=support)) <= limit
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("support", ["bonded", "frictionless"])
 @pytest.mark.parametrize("poisson", [0.0, 0.49])
 def test_the_whole_grid_comes_closer_the_finer_its_middle(poisson: float, support: Support) -> None:
@@ -63,6 +64,7 @@ def test_a_column_costs_what_its_trunk_costs(support: Support) -> None:
     assert max(peaks[1:]) <= 1.5 * peaks[0]
 
 
+@pytest.mark.everyday(3)
 @every_support
 @pytest.mark.parametrize("poisson", POISSON)
 def test_symmetric_and_positive_definite_at_every_height(poisson: float, support: Support) -> None:
