@@ -5,6 +5,8 @@ CAMPAIGN ?= campaigns/smoke.toml
 FIGURES ?= results
 OUT ?= results/$(basename $(notdir $(CAMPAIGN)))
 BIN := .venv/bin
+# Most of what is installed is never imported: what is, is compiled to bytecode then.
+INSTALL = PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
 # Sources are read once, not by every process that tests start.
 unexport PYTHONDONTWRITEBYTECODE
 # Tests on all cores.
@@ -29,7 +31,7 @@ figures: .venv/installed  ## the paper's figures and further ones, with tables: 
 	$(BIN)/nanoslip figure --all --into $(FIGURES)
 	$(BIN)/python campaigns/gallery.py $(FIGURES)
 
-kernels: .venv/installed  ## compile what tests run; else each of their processes does
+kernels: .venv/dev  ## compile what tests run; else each of their processes does
 	$(BIN)/python -m tests.kernels
 
 test: kernels  ## the everyday tests, each file's in one process, which makes its fixtures once
@@ -38,7 +40,7 @@ test: kernels  ## the everyday tests, each file's in one process, which makes it
 test-changed: kernels  ## those that changes since SINCE can reach, nearest first; SINCE=main
 	$(BIN)/python -m tests.changed $(or $(SINCE),HEAD) $(SIDE_BY_SIDE) --dist loadfile
 
-test-slow: .venv/installed  ## the heavy ones: real launchers, a real scheduler, long computations; an idle process takes the next
+test-slow: .venv/dev  ## the heavy ones: real launchers, a real scheduler, long computations; an idle process takes the next
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --dist worksteal -m "slow and not slurm" $(HEAVY)
 	$(BIN)/python -m pytest -m "slow and slurm" $(HEAVY)
 
@@ -47,33 +49,37 @@ test-all: test test-slow
 mutants: kernels  ## small changes of the code, and which test notices each: an hour; MUTANTS="--count 12 --of solver/contact"
 	$(BIN)/python -m tests.mutants $(MUTANTS)
 
-benchmarks: .venv/installed  ## figures beside their peers and limits: tests/benchmarks/table.md
+benchmarks: .venv/dev  ## figures beside their peers and limits: tests/benchmarks/table.md
 	$(BIN)/python -m tests.benchmarks
 
-docs: .venv/installed  ## the site, its gallery executed: build/docs/index.html; NANOSLIP_GALLERY=full for the gallery's full values
+docs: .venv/dev  ## the site, its gallery executed: build/docs/index.html; NANOSLIP_GALLERY=full for the gallery's full values
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --jobs auto -c docs -d build/doctrees . build/docs
 
-dist: .venv/installed  ## source distribution and wheel, checked as an index would: dist/
+dist: .venv/dev  ## source distribution and wheel, checked as an index would: dist/
 	rm -rf dist
 	$(BIN)/python -m build --outdir dist
 	$(BIN)/python -m twine check --strict dist/*
 
-check: .venv/installed  ## style and types
+check: .venv/dev  ## style and types
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m ruff format --check .
 	$(BIN)/python -m mypy
 	MYPYPATH=campaigns/figures:campaigns/maps:campaigns/interface $(BIN)/python -m mypy campaigns/figures/*.py campaigns/maps/*.py campaigns/interface/*.py campaigns/schemes.py campaigns/gallery.py
 
-format: .venv/installed
+format: .venv/dev
 	$(BIN)/python -m ruff format .
 	$(BIN)/python -m ruff check --fix .
 
 .venv/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "needs Python 3.11 or newer; choose one with: make PYTHON=python3.12")'
-	@echo "installing nanoslip and the packages that it needs into .venv: once, about a minute"
+	@echo "installing nanoslip and the packages that it computes with into .venv: once, half a minute"
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	@$(BIN)/python -m pip install --quiet --upgrade pip
-	@PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable ".[dev,mpich]"
+	@$(INSTALL) ".[mpich]"
+	@touch $@
+
+.venv/dev: .venv/installed
+	@echo "installing the packages that tests and pages need into .venv: once, half a minute"
+	@$(INSTALL) ".[dev,mpich]"
 	@touch $@
 
 clean:  ## the environment and caches; results stay
