@@ -30,7 +30,7 @@ ORDER = {
     "manifest plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.manifest": "parameters columns surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan",
-    "nanoslip.study.results": "entry attempts shard store",
+    "nanoslip.study.results": "files entry attempts shard store",
     "nanoslip.study.dataset": "file crate variables collect access compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm compute executor batch campaign",
     "nanoslip.study.report": "console summary curves page",

@@ -58,7 +58,7 @@ from nanoslip.study.plan.grids import Front, chosen, load_front
 from nanoslip.study.plan.kinds import KINDS, left_out, needed_kinds
 from nanoslip.study.plan.plan import PENDING, CaseTasks, Plan, case_outcome, drive_outcome, flags_of
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, Exclusion, TaskResult, without_effect
-from nanoslip.study.results.entry import written_whole
+from nanoslip.study.results import files
 from nanoslip.study.results.store import Store
 
 # Where each case and drive of a campaign lies in its dataset: the dimensions, and the settings of drives along theirs.
@@ -500,9 +500,7 @@ def made_of(manifest: Manifest, store: Store) -> str:
 def is_made_of(path: Path, store: Store, expected: str) -> bool:
     """Whether the file is the one that was last written, of just these results. Its bytes are checked when it is opened."""
     try:
-        if not (store.folder / NOTE).is_file():  # to read a pipe would never end
-            return False
-        said = json.loads((store.folder / NOTE).read_text("utf-8"))
+        said = json.loads(files.content(store.folder / NOTE))
         return bool(said == _state_of(path, expected))
     except (OSError, ValueError, RecursionError):
         return False
@@ -510,8 +508,8 @@ def is_made_of(path: Path, store: Store, expected: str) -> bool:
 
 def write_state(path: Path, store: Store, made: str) -> None:
     """Record the results that the file was made of; without the record it is collected again next time."""
-    with suppress(OSError), written_whole(store.folder / NOTE) as scratch:
-        scratch.write_text(json.dumps(_state_of(path, made)), "utf-8")
+    with suppress(OSError):
+        files.write(store.folder / NOTE, [json.dumps(_state_of(path, made)).encode()])
 
 
 def _state_of(path: Path, made: str) -> dict[str, object]:

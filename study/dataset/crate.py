@@ -15,7 +15,8 @@ from nanoslip.study.dataset import file
 from nanoslip.study.manifest.manifest import About
 from nanoslip.study.manifest.parameters import BETWEEN
 from nanoslip.study.manifest.reader import files_named_in
-from nanoslip.study.results.store import StoreError, failing
+from nanoslip.study.results.files import written_whole
+from nanoslip.study.results.store import StoreError, failing, write_files
 from nanoslip.study.toml_text import from_toml
 
 MANIFEST: Final = "campaign.toml"
@@ -40,14 +41,28 @@ def write(dataset: xr.Dataset, page: str, out: Path) -> None:
         _write_dataset(dataset, Path(scratch) / file.FILE)
         for name, text in {MANIFEST: dataset.attrs["manifest"], **dict(_named(dataset, document))}.items():
             contents.setdefault(name, "file that the campaign names")
-            path = Path(scratch) / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, "utf-8")
-        (Path(scratch) / PAGE).write_text(page, "utf-8")
+            write_files({Path(scratch) / name: text.encode()})
+        write_files({Path(scratch) / PAGE: page.encode()})
         contents[PAGE] = "page of tables and figures"
         crate = _described(dataset, about, Path(scratch), contents)
         with failing(f"{out}: cannot be written"):
-            (crate.write_zip if out.suffix == ".zip" else crate.write)(out)
+            if out.suffix == ".zip":
+                with written_whole(out) as whole:
+                    crate.write_zip(whole)
+            else:
+                crate.write(Path(scratch) / "crate")
+                _move(Path(scratch) / "crate", out)
+
+
+def _move(crate: Path, out: Path) -> None:
+    """Put each file of a crate where it belongs. Raises StoreError where a link leads out of the folder, OSError."""
+    for source in sorted(path for path in crate.rglob("*") if path.is_file()):
+        path = out / source.relative_to(crate)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.parent.resolve().is_relative_to(out.resolve()):
+            raise StoreError(f"{path}: not written: a link leads out of {out}")
+        with written_whole(path) as whole:
+            copyfile(source, whole)
 
 
 def _write_dataset(dataset: xr.Dataset, path: Path) -> None:

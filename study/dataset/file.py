@@ -2,6 +2,7 @@
 
 import errno
 import hashlib
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.study.results.entry import NO_FILE, is_no_file, written_whole
+from nanoslip.study.results.files import NO_FILE, write_to, written_whole
 from nanoslip.study.results.store import StoreError
 
 # The last line of a dataset's file: a checksum of all before it. netCDF ignores it; whoever changes the file removes it.
@@ -28,8 +29,7 @@ _CHUNK: Final = 2**20
 def seal(path: Path) -> None:
     """Write the line behind a file."""
     digest = _digest(path, path.stat().st_size)
-    with path.open("ab") as file:
-        file.write(f"\nsha256 {digest}\n".encode("ascii"))
+    write_to(path, [f"\nsha256 {digest}\n".encode("ascii")], os.O_APPEND)
 
 
 def seal_of(path: Path) -> str | None:
@@ -218,7 +218,7 @@ def read(path: Path) -> xr.Dataset:
     A file of up to MOST_CHECKED bytes is refused where any of them has changed since it was collected.
     """
     try:
-        if is_no_file(path):  # to read a pipe would never end
+        if os.path.lexists(path) and not path.is_file():  # to read a pipe would never end
             raise OSError(errno.EINVAL, NO_FILE)
         if path.stat().st_size <= MOST_CHECKED:
             check(path)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from nanoslip.solver.outcome import Ending, Outcome
-from nanoslip.study.results import entry
+from nanoslip.study.results import files
 
 FILE: Final = "attempts.jsonl"
 ADVICE: Final = "; `nanoslip run --retry` tries again"
@@ -57,7 +57,7 @@ def add(out: Path, attempt: Attempt) -> str:
 
 def final(out: Path, solver: str) -> dict[str, Attempt]:
     """Key -> the last attempt of this solver at each task, where that was final; lines that no run wrote are left out."""
-    found = (each for line in entry.read(out / FILE) if (each := _attempt(line)) and each.solver == solver)
+    found = (each for line in files.read(out / FILE) if (each := _attempt(line)) and each.solver == solver)
     last = {attempt.task: attempt for attempt in found}
     return {key: attempt for key, attempt in last.items() if attempt.final}
 
@@ -65,9 +65,9 @@ def final(out: Path, solver: str) -> dict[str, Attempt]:
 def lost(out: Path) -> str:
     """Damaged lines, whose failures are unknown; empty without any."""
     path = out / FILE
-    if entry.is_no_file(path):
-        return f"{path}: {entry.NO_FILE}; {_UNKNOWN}"
-    unsound = [number for number, line in enumerate(entry.read(path), 1) if _attempt(line) is None]
+    if files.is_no_file(path):
+        return f"{path}: {files.NO_FILE}; {_UNKNOWN}"
+    unsound = [number for number, line in enumerate(files.read(path), 1) if _attempt(line) is None]
     if not unsound:
         return ""
     said = "1 line is none" if len(unsound) == 1 else f"{len(unsound)} lines are none"
@@ -90,7 +90,7 @@ Record = TypeVar("Record", Attempt, "Run")
 def _add(path: Path, record: "Attempt | Run", what: str) -> str:
     """Append a line; returns the reason and consequence of a failure, empty after success."""
     try:
-        entry.add(path, f"{_line(asdict(record))}\n".encode("ascii"))
+        files.add(path, f"{_line(asdict(record))}\n".encode("ascii"))
     except OSError as error:
         return f"{path}: cannot be written, {what}: {error.strerror or error}"
     return ""
@@ -179,5 +179,5 @@ def add_run(out: Path, run: Run) -> str:
 
 def read(out: Path) -> list[Run]:
     """All runs that are written down in a folder, by their begin; lines that no run wrote are passed over."""
-    last = {run.run: run for line in entry.read(out / RUNS_FILE) if (run := _read(line, Run))}
+    last = {run.run: run for line in files.read(out / RUNS_FILE) if (run := _read(line, Run))}
     return sorted(last.values(), key=lambda each: (each.begun, each.run))

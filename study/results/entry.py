@@ -1,16 +1,14 @@
-"""A result as bytes, in a log or in a file of its own; files that appear whole or not at all.
+"""A result as bytes, in a log or in a file of its own.
 
 An entry is a head, the description of the result (JSON), a table of its numbers (JSON) and its arrays as they lie in memory,
 each part filled up to a multiple of ALIGNED bytes. A checksum of all of them finds every change.
 """
 
 import errno
-import itertools
 import json
 import os
 import re
 import secrets
-import socket
 import struct
 import time
 import weakref
@@ -28,119 +26,7 @@ from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, as_data, from_data
 from nanoslip.study.plan.task import TaskResult
-
-# Files of results: those of lines that several processes add to, and those that appear whole or not at all.
-
-NO_FILE: Final = "no regular file"
-
-
-def add(path: Path, lines: bytes) -> None:
-    """Write whole lines behind the others, and on a line of their own where the last one was cut short. Raises OSError."""
-    if is_no_file(path):
-        raise OSError(errno.EINVAL, NO_FILE)
-    with path.open("ab+") as file:
-        torn = file.tell() > 0 and file.seek(-1, os.SEEK_END) and file.read(1) != b"\n"
-        file.write(b"\n" * bool(torn) + lines)
-
-
-def read(path: Path) -> list[str]:
-    """All lines that are there; none where nothing is that can be read."""
-    try:
-        return path.read_text("utf-8", errors="replace").splitlines() if path.is_file() else []
-    except OSError:
-        return []
-
-
-def is_no_file(path: Path) -> bool:
-    """Whether something else stands in the place of a file: a folder, a link to nothing, a pipe or device that never ends."""
-    return os.path.lexists(path) and not path.is_file()
-
-
-# Files that appear whole or not at all, and what killed writers leave of them.
-
-ABANDONED = 86_400.0
-"""Seconds after which another host's scratch file is taken for a killed run's."""
-_SCRATCH = ".scratch"
-_SCRATCH_NAME = re.compile(rf"\..+\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]+{re.escape(_SCRATCH)}")
-"""As `scratch_beside` makes it: host and process of its writer. Other files that end so are somebody else's."""
-_RANDOM = 8
-"""Bytes of a name that nobody else draws."""
-
-
-@contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
-    """Yield a scratch file beside `path` to write to, then put it in its place: readers see the old or the new, whole.
-
-    The mode is what the umask leaves of 0666, as for any file others shall read.
-    """
-    scratch = scratch_beside(path)
-    try:
-        yield scratch
-        with scratch.open("rb") as file:
-            os.fsync(file.fileno())
-        if path.is_dir() and not path.is_symlink():
-            path.rename(free_name(path))  # nothing of it is lost
-        os.replace(scratch, path)
-    finally:
-        scratch.unlink(missing_ok=True)
-
-
-def scratch_beside(path: Path) -> Path:
-    """Make an empty file beside `path`, to be written; `clear_away` removes what a killed process leaves. Raises OSError.
-
-    Nobody can have put a link there: its name is drawn at random, and a name that is there is refused.
-    """
-    scratch = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(_RANDOM)}{_SCRATCH}")
-    os.close(os.open(scratch, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666))
-    return scratch
-
-
-def _host() -> str:
-    return socket.gethostname().replace(".", "-")
-
-
-def clear_away(folder: Path) -> None:
-    """Remove the scratch files of processes that have ended."""
-    for leftover in folder.glob(f".*{_SCRATCH}"):
-        named = _SCRATCH_NAME.fullmatch(leftover.name)
-        if named and not _writer_lives(leftover, *named.groups()):
-            leftover.unlink(missing_ok=True)
-
-
-def _writer_lives(scratch: Path, host: str, process: str) -> bool:
-    """Whether the process that writes this scratch file may still be at it."""
-    if host != _host():
-        try:
-            return time.time() - scratch.stat().st_mtime < ABANDONED
-        except FileNotFoundError:
-            return True  # it was, until just now
-    return lives(int(process))
-
-
-def lives(process: int) -> bool:
-    """Whether a process of this machine has not ended."""
-    try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:
-        return True
-    return not _is_zombie(process)
-
-
-def _is_zombie(process: int) -> bool:
-    """Whether a process is a zombie (exited, not yet reaped): containers often have no init that reaps."""
-    try:
-        fields = Path(f"/proc/{process}/stat").read_text()
-    except OSError:
-        return False  # no such file system here, or gone meanwhile: the next run clears away
-    return fields.rpartition(")")[2].split()[0] == "Z"
-
-
-def free_name(path: Path) -> Path:
-    """A name beside it that nothing has."""
-    names = (path.with_name(f"{path.name}.set-aside-{number}") for number in itertools.count(1))
-    return next(name for name in names if not os.path.lexists(name))
+from nanoslip.study.results.files import NO_FILE, RANDOM, free_name, is_no_file, opened, sync, write
 
 
 class CorruptResultError(Exception):
@@ -330,12 +216,6 @@ def path_of(folder: Path, key: str) -> Path:
     return folder / f"{key}{ENDING}"
 
 
-def write(path: Path, content: bytes) -> None:
-    """Put content there, whole or not at all. Raises OSError."""
-    with written_whole(path) as scratch:
-        scratch.write_bytes(content)
-
-
 def read_entry(path: Path) -> TaskResult:
     """The result of a file; where it is mapped, its numbers are not checked. Raises CorruptResultError, FileNotFoundError."""
     with _opened(path) as file, _named(path):
@@ -343,7 +223,7 @@ def read_entry(path: Path) -> TaskResult:
         if head.numbers < MAPPED:
             return result_of(head, _numbers(head, file))
         begin = file.tell()
-        return result_of(head, np.asarray(np.memmap(path, np.uint8, "r", begin, head.numbers)))
+        return result_of(head, np.asarray(np.memmap(file, np.uint8, "r", begin, head.numbers)))
 
 
 def checked(path: Path) -> Head:
@@ -362,9 +242,9 @@ def stamp(path: Path) -> object:
 
 def _opened(path: Path) -> BinaryIO:
     """Raises FileNotFoundError, CorruptResultError where it is a folder, a pipe, a link to nothing."""
-    if not path.is_file() and os.path.lexists(path):
-        raise CorruptResultError(f"{path}: not a whole result (no regular file)")
-    return path.open("rb")
+    if is_no_file(path):
+        raise CorruptResultError(f"{path}: not a whole result ({NO_FILE})")
+    return os.fdopen(opened(path), "rb")
 
 
 @contextmanager
@@ -403,7 +283,7 @@ SYNC: Final = 1.0
 """Seconds after which what was added is made to last, too."""
 _PIECE: Final = 1 << 20
 """Bytes that are read at once."""
-_NAME: Final = re.compile(rf"[0-9]{{6,12}}-[0-9a-f]{{{2 * _RANDOM}}}{re.escape(LOGS)}")
+_NAME: Final = re.compile(rf"[0-9]{{6,12}}-[0-9a-f]{{{2 * RANDOM}}}{re.escape(LOGS)}")
 """As `later` makes it: other files that end so are somebody else's."""
 
 
@@ -412,7 +292,7 @@ class Opened:
 
     def __init__(self, path: Path, flags: int = os.O_RDONLY) -> None:
         """Raises OSError."""
-        self.number: Final = os.open(path, flags | os.O_CLOEXEC, 0o666)
+        self.number: Final = opened(path, flags)
         weakref.finalize(self, os.close, self.number)
 
 
@@ -450,7 +330,7 @@ class LogWriter:
 
     def _opened(self) -> Opened:
         if self._file is None or self._process != os.getpid():  # a log has one writer, whoever forks
-            path = later(self._folder, f"{secrets.token_hex(_RANDOM)}{LOGS}")
+            path = later(self._folder, f"{secrets.token_hex(RANDOM)}{LOGS}")
             self._file = Opened(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL)
             self._process, self._synced = os.getpid(), time.monotonic()
         return self._file
@@ -497,7 +377,7 @@ def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[Place | Fau
 
     A torn end comes last, as a Fault with a TornError: the writer may be at it. whole: numbers are checked, too, not only passed.
     """
-    with path.open("rb", buffering=_PIECE) as file:
+    with os.fdopen(opened(path), "rb", _PIECE) as file:
         file.seek(begin)
         length = os.fstat(file.fileno()).st_size
         while begin < length:
@@ -586,7 +466,8 @@ class Logs:
             _copy(path, aside, [(fault.begin, fault.end) for fault in faults])
             if isinstance(faults[0].error, TornError):
                 self._notice(f"{path}: its end was torn{AGAIN}")
-                os.truncate(path, faults[0].begin)
+                with os.fdopen(opened(path, os.O_WRONLY), "wb") as file:
+                    file.truncate(faults[0].begin)
             else:
                 ends = [0, *(fault.end for fault in faults)]
                 _copy(path, path, zip(ends, [*(fault.begin for fault in faults), path.stat().st_size], strict=True))
@@ -595,8 +476,7 @@ class Logs:
     def settle(self) -> None:
         """Sync added results to disk. Raises OSError."""
         for path in self._paths():
-            with path.open("rb") as file:
-                os.fsync(file.fileno())
+            sync(path)
 
     def read(self, place: Place) -> TaskResult:
         """The result there. Raises CorruptResultError, FileNotFoundError."""
@@ -611,14 +491,14 @@ class Logs:
     def _paths(self) -> list[Path]:
         """Existing logs; other objects of such a name are reported once."""
         found = logs_in(self._folder)
-        for path in found:
-            if is_no_file(path):
-                self._notice(f"{path}: {NO_FILE}, so no log of results{AGAIN}")
-        return [path for path in found if path.is_file()]
+        strange = [path for path in found if is_no_file(path)]
+        for path in strange:
+            self._notice(f"{path}: {NO_FILE}, so no log of results{AGAIN}")
+        return [path for path in found if path not in strange]
 
     def _look_into(self, path: Path) -> list[Fault]:
         """Read the new part of a log, or all of a replaced one; returns damaged parts."""
-        with path.open("rb") as file:  # of what is opened a network file system asks anew how long it is
+        with os.fdopen(opened(path), "rb") as file:  # of what is opened a network file system asks anew how long it is
             state = os.fstat(file.fileno())
         seen = self._seen.get(path, _Seen(0, state.st_ino, 0))
         if (state.st_size, state.st_ino, state.st_mtime_ns) == seen:
@@ -657,10 +537,8 @@ def _scanned(path: Path, begin: int, whole: bool) -> Iterator[Place | Fault]:
 
 def _copy(path: Path, to: Path, parts: Iterable[tuple[int, int]]) -> None:
     """Write a file, whole, of parts of another one or of itself. parts: where each begins and ends, in bytes."""
-    with path.open("rb") as file, written_whole(to) as scratch, scratch.open("wb") as written:
-        for begin, end in parts:
-            file.seek(begin)
-            written.write(file.read(end - begin))
+    with os.fdopen(opened(path), "rb") as file:
+        write(to, (file.read(end - begin) for begin, end in parts if file.seek(begin) == begin))
 
 
 def _damaged(path: Path, fault: Fault) -> str:

@@ -10,7 +10,6 @@ import os
 import re
 import secrets
 import socket
-import stat
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -23,7 +22,7 @@ from nanoslip.solver.outcome import NanoslipError, Outcome
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, here
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results import attempts, entry
+from nanoslip.study.results import attempts, entry, files
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import (
     AGAIN,
@@ -33,14 +32,11 @@ from nanoslip.study.results.entry import (
     LogWriter,
     Meta,
     OtherFormatError,
-    clear_away,
-    free_name,
     is_name,
     later,
-    lives,
     packed,
-    scratch_beside,
 )
+from nanoslip.study.results.files import clear_away, free_name, is_no_file, lives, opened, scratch_beside
 from nanoslip.study.results.shard import FOLDER as SHARDS, folders
 
 FOLDER: Final = "results"
@@ -146,7 +142,7 @@ class Store:
         content = packed(result)
         with failing(f"{self.folder}: cannot write {result.key}"):
             if shared:
-                entry.write(entry.path_of(self.folder, result.key), content)
+                files.write(entry.path_of(self.folder, result.key), [content])
                 return
             self._log.add(content)
             self._logs.places.pop(result.key, None)  # to be found anew
@@ -198,7 +194,8 @@ class Store:
 # A run holds a lease: a file with its name, touched again and again. It is stale when its process has ended, or untouched for
 # a minute by the clock of its file system (the run was killed). A suspended run stops when it wakes and another has the lease.
 #
-# No lock is needed. A lease appears by a hard link to a complete file, which only one run can make. The heir of a stale lease
+# No lock is needed. A lease appears by a hard link to a complete file, which only one run can make; without hard links by a
+# file that only one can create, empty for a moment. The heir of a stale lease
 # is such a link too, under a name that belongs to that lease alone, and is renamed into its place. Files are opened before
 # they are examined: network file systems cache times and contents for a minute, but not of newly opened files.
 
@@ -245,9 +242,8 @@ class Lease:
         """Raises StoreError where another run is at work there, or the folder refuses."""
         with failing(f"{self._path}: cannot be written"):
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            scratch = scratch_beside(self._path)
+            scratch = scratch_beside(self._path, self._text)
             try:
-                scratch.write_bytes(self._text)
                 while not self._taken(scratch):
                     pass  # another run was quicker
             finally:
@@ -299,7 +295,15 @@ class Lease:
     def _linked(self, scratch: Path, path: Path) -> bool:
         """Whether our file has this name now; after a lost reply of the network the reported error may be wrong."""
         with suppress(FileExistsError):
-            os.link(scratch, path)
+            try:
+                os.link(scratch, path)
+            except FileExistsError:
+                raise
+            except OSError as error:
+                files.create(
+                    path, self._text
+                )  # a run that is killed meanwhile leaves a lease of nobody, stale in a minute
+                print_notice(_NO_LINKS.format(folder=path.parent, why=error.strerror or error))
         return self._is_ours(path)
 
     def _is_ours(self, path: Path) -> bool:
@@ -314,7 +318,7 @@ class Lease:
         try:
             found = _opened(self._path)
             if found and found.text == self._text:
-                os.utime(self._path)
+                os.utime(self._path, follow_symlinks=False)
                 return
         except FileNotFoundError:
             found = None  # just now
@@ -328,21 +332,16 @@ class Lease:
 def _opened(path: Path) -> _Found | None:
     """Contents of a file; None without one. Raises OSError, StoreError for a folder."""
     try:
-        file = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+        with os.fdopen(opened(path), "rb") as file:
+            return _Found(path, file.read(_MOST), os.fstat(file.fileno()).st_mtime_ns)
     except FileNotFoundError:
         return None
     except OSError:
-        if not stat.S_ISREG(path.lstat().st_mode):  # a link, a socket
+        if path.is_dir() and not path.is_symlink():
+            raise StoreError(f"{path}: a folder, where a run says who it is; remove it") from None
+        if is_no_file(path):
             return _Found(path, b"", 0)
         raise
-    try:
-        state = os.fstat(file)
-        if stat.S_ISDIR(state.st_mode):
-            raise StoreError(f"{path}: a folder, where a run says who it is; remove it")
-        regular = stat.S_ISREG(state.st_mode)
-        return _Found(path, os.read(file, _MOST) if regular else b"", state.st_mtime_ns if regular else 0)
-    finally:
-        os.close(file)
 
 
 def _ended(found: _Found, clock: Path) -> bool:
@@ -371,12 +370,9 @@ def _ended(found: _Found, clock: Path) -> bool:
 
 def _age(found: _Found, clock: Path) -> float:
     """Seconds since a lease was touched, by the clock of its file system."""
-    file = os.open(clock, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
-    try:
-        os.utime(file)
-        return (os.fstat(file).st_mtime_ns - found.touched) / 1e9
-    finally:
-        os.close(file)
+    with os.fdopen(opened(clock), "rb") as file:
+        os.utime(file.fileno())
+        return (os.fstat(file.fileno()).st_mtime_ns - found.touched) / 1e9
 
 
 def _owner(found: _Found) -> dict[str, Any]:
@@ -401,6 +397,9 @@ def _words(owner: dict[str, Any]) -> dict[str, str]:
     return {name: str(owner.get(name, "unknown"))[:40] for name in ("host", "process", "started")}
 
 
+_NO_LINKS: Final = (
+    "{folder}: its file system has no hard links ({why}): the run is noted there by a file that only one run can create"
+)
 _WHO: Final = "process {process} on {host}, since {started}"
 _BUSY: Final = f"{{path}}: a run is at work there, {_WHO}; wait until it has ended, or use another --out"
 _WAITING: Final = f"{{path}}: a run was at work there, {_WHO}; it is silent, and counts as ended in {{seconds:.0f}} s"
@@ -422,6 +421,8 @@ def merge_shards(out: Path) -> list[str]:
     left = []
     for folder in folders(out):
         try:
+            if folder.is_symlink() or (folder / FOLDER).is_symlink():  # all files there would be moved
+                raise StoreError(f"{folder}: a link leads out of it: not merged")
             with Lease(folder):
                 _move(folder, out)
         except StoreError as error:
@@ -442,8 +443,8 @@ def _move(shard: Path, out: Path) -> None:
         os.replace(path, _place(path, out / FOLDER))
     for name in (attempts.FILE, attempts.RUNS_FILE):
         path = shard / name
-        if path.is_file():
-            entry.add(out / name, path.read_bytes().rstrip(b"\n") + b"\n")
+        with suppress(FileNotFoundError):
+            files.add(out / name, files.content(path).rstrip(b"\n") + b"\n")
             path.unlink()
     store.folder.rmdir()
 
@@ -456,9 +457,9 @@ def _place(path: Path, results: Path) -> Path:
     return free_name(place) if path.suffix != entry.ENDING and os.path.lexists(place) else place
 
 
-def write_files(files: Mapping[Path, bytes]) -> None:
+def write_files(contents: Mapping[Path, bytes]) -> None:
     """Write files with their contents, and the folders that they are in. Raises StoreError."""
-    for path, content in files.items():
+    for path, content in contents.items():
         with failing(f"{path}: cannot be written"):
             path.parent.mkdir(parents=True, exist_ok=True)
-            entry.write(path, content)
+            files.write(path, [content])

@@ -21,7 +21,7 @@ from typing import Any, Final
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import here, this_machine, user
-from nanoslip.study.results import attempts, entry
+from nanoslip.study.results import attempts, files
 from nanoslip.study.results.attempts import Attempt, Run
 from nanoslip.study.run.dispatch import Done, Measured, Report, Tally, Watch, Work
 from nanoslip.study.run.launch import launcher_name, slurm_job
@@ -89,9 +89,7 @@ class Journal(Watch):
             if self._forgotten:
                 return
             if self._begun is None:
-                # Without waiting: a pipe in its place would have no reader.
-                how = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NONBLOCK | os.O_NOFOLLOW
-                self._begun = os.open(self.out / BEGUN, how, 0o666)
+                self._begun = files.opened(self.out / BEGUN, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
             os.write(self._begun, "".join(f"{key}\n" for key in long).encode())
 
     def forget(self) -> None:
@@ -160,7 +158,7 @@ class Journal(Watch):
 
 def left_begun(out: Path) -> frozenset[str]:
     """Keys of the long tasks that a run had in hand which was killed as a whole."""
-    return frozenset(word for line in entry.read(out / BEGUN) for word in line.split())
+    return frozenset(word for line in files.read(out / BEGUN) for word in line.split())
 
 
 def measured_in(*folders: Path) -> Measured:

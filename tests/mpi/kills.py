@@ -22,7 +22,8 @@ from typing import Final
 from nanoslip.study.dataset import file
 from nanoslip.study.exit_codes import INTERRUPTED, WRONG_INPUT
 from nanoslip.study.results import store as lease
-from nanoslip.study.results.entry import ENDING, lives
+from nanoslip.study.results.entry import ENDING
+from nanoslip.study.results.files import lives
 from nanoslip.study.results.store import FOLDER
 from nanoslip.study.run.journal import BEGUN
 from tests.conftest import SMALL, clean_environment, launcher

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from nanoslip.study.origin import here
-from nanoslip.study.results import entry as own
+from nanoslip.study.results import entry as own, files
 from nanoslip.study.results.entry import (
     ALIGNED,
     CorruptResultError,
@@ -31,7 +31,7 @@ META = b'{"kind": "record", "ending": "completed", "message": "", "origins": []}
 
 def written(folder, result):
     path = own.path_of(folder, result.key)
-    own.write(path, packed(result))
+    files.write(path, [packed(result)])
     return path
 
 
@@ -94,7 +94,7 @@ def test_what_stands_where_a_result_belongs_is_named_and_stops_nothing(tmp_path,
     his = [mine.read_text() for mine in tmp_path.glob("*/mine")]
     with pytest.raises(CorruptResultError, match=path.name):
         own.read_entry(path)
-    own.write(path, packed(RECORD))
+    files.write(path, [packed(RECORD)])
     assert same(own.read_entry(path), RECORD)
     assert [mine.read_text() for mine in tmp_path.glob("*/mine")] == his
 
@@ -134,7 +134,7 @@ def test_what_no_result_holds_is_refused():
 def test_a_writer_that_dies_leaves_the_old_file_and_no_new_one(tmp_path):
     path = tmp_path / "file"
     path.write_text("old")
-    with pytest.raises(KeyboardInterrupt), own.written_whole(path) as scratch:  # noqa: PT012
+    with pytest.raises(KeyboardInterrupt), files.written_whole(path) as scratch:  # noqa: PT012
         scratch.write_text("half of the n")
         raise KeyboardInterrupt
     assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("file", "old")]
@@ -165,12 +165,12 @@ def test_leftovers_of_killed_runs_go_and_those_of_live_ones_stay(tmp_path):
     for path in paths:
         path.touch()
     os.utime(long_ago, (0, 0))
-    own.clear_away(tmp_path)
+    files.clear_away(tmp_path)
     assert set(tmp_path.iterdir()) == set(paths) - {gone, long_ago}
     os.kill(unburied.pid, signal.SIGKILL)
     os.waitid(os.P_PID, unburied.pid, os.WEXITED | os.WNOWAIT)  # dead, and left lying as a container's init would
     if Path("/proc/self/stat").exists():  # which tells it from the living
-        own.clear_away(tmp_path)
+        files.clear_away(tmp_path)
         assert set(tmp_path.iterdir()) == {alive, elsewhere, not_ours}
         assert not later.exists()
     unburied.wait()
@@ -179,23 +179,23 @@ def test_leftovers_of_killed_runs_go_and_those_of_live_ones_stay(tmp_path):
 def test_a_scratch_file_that_its_writer_puts_in_place_meanwhile_is_no_problem(tmp_path, monkeypatch):
     """Another host's run ends a result between two looks of this one."""
     monkeypatch.setattr(Path, "glob", lambda *_: [tmp_path / ".a.result.otherhost.1.1.scratch"])
-    own.clear_away(tmp_path)
+    files.clear_away(tmp_path)
 
 
 def test_lines_are_read_as_they_were_written_one_below_the_other_whatever_was_cut_short(tmp_path):
     path = tmp_path / "lines"
-    assert own.read(path) == []
-    own.add(path, b"one\n")
-    own.add(path, b"two\n\xff\n")
+    assert files.read(path) == []
+    files.add(path, b"one\n")
+    files.add(path, b"two\n\xff\n")
     path.write_bytes(path.read_bytes() + b"fo")
-    own.add(path, b"five\n")
+    files.add(path, b"five\n")
     assert path.read_bytes() == b"one\ntwo\n\xff\nfo\nfive\n"
-    assert own.read(path) == ["one", "two", "\ufffd", "fo", "five"]
+    assert files.read(path) == ["one", "two", "\ufffd", "fo", "five"]
 
 
 @NO_FILES
 def test_lines_are_neither_waited_for_nor_written_where_no_file_is(tmp_path, no_file):
     no_file(tmp_path / "lines")
-    assert own.read(tmp_path / "lines") == []
+    assert files.read(tmp_path / "lines") == []
     with pytest.raises(OSError, match="no regular file"):
-        own.add(tmp_path / "lines", b"one\n")
+        files.add(tmp_path / "lines", b"one\n")

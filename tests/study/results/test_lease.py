@@ -1,5 +1,6 @@
 """One run at a time works in a folder; one that was killed keeps nobody out."""
 
+import errno
 import json
 import os
 import shutil
@@ -13,7 +14,7 @@ from contextlib import contextmanager
 import pytest
 
 import nanoslip
-from nanoslip.study.results import entry, store as lease
+from nanoslip.study.results import files, store as lease
 from nanoslip.study.results.store import FILE, Lease, StoreError
 from nanoslip.study.run import executor
 from tests.study.results.results import written
@@ -140,6 +141,11 @@ def late(act):
 def unknown(*_):
     raise OSError(errno.EBADF, "no locks here")
 
+def unable(*_):
+    raise PermissionError(errno.EPERM, "Operation not permitted")
+
+if sys.argv[6] == "without links":
+    os.link = unable
 if delay:
     fcntl.flock = fcntl.lockf = unknown
     for name in ("unlink", "rename", "replace", "link"):
@@ -162,8 +168,9 @@ for number, out in enumerate(folders):
 
 
 @pytest.mark.everyday(1)
+@pytest.mark.parametrize("links", ["links", "without links"])
 @pytest.mark.parametrize("delay", [0.0, 2e-3], ids=["at once", "without locks, every name changed 2 ms late"])
-def test_of_several_runs_that_find_a_stale_lease_one_takes_it(tmp_path, environment, delay):
+def test_of_several_runs_that_find_a_stale_lease_one_takes_it(tmp_path, environment, delay, links):
     killed, folders = ended(), [tmp_path / "outs" / str(number) for number in range(12)]
     for folder in (*folders, tmp_path / "marks"):
         folder.mkdir(parents=True)
@@ -171,12 +178,28 @@ def test_of_several_runs_that_find_a_stale_lease_one_takes_it(tmp_path, environm
         left_behind(out, socket.gethostname(), killed)
     words = [sys.executable, "-c", RACE, str(tmp_path / "outs"), str(tmp_path / "marks"), "4"]
     runs = [
-        subprocess.Popen([*words, str(run), str(delay)], env=environment, stdout=subprocess.PIPE, text=True)
+        subprocess.Popen([*words, str(run), str(delay), links], env=environment, stdout=subprocess.PIPE, text=True)
         for run in range(4)
     ]
     won = [line for run in runs for line in run.communicate(timeout=120.0)[0].splitlines()]
     assert sorted(won) == sorted(f"mine {number}" for number in range(len(folders)))
     assert [path for out in folders for path in out.iterdir()] == []
+
+
+@pytest.mark.parametrize("code", [errno.EPERM, errno.ENOTSUP])
+def test_where_no_hard_links_are_a_run_says_so_and_keeps_others_out_as_anywhere(tmp_path, monkeypatch, capsys, code):
+    def unable(*_):
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr("os.link", unable)
+    left_behind(tmp_path, socket.gethostname(), ended())
+    with Lease(tmp_path):
+        refused(tmp_path, f"process {os.getpid()} on")
+    assert "no hard links" in " ".join(capsys.readouterr().err.split())
+    (tmp_path / FILE).touch()  # of a run that was killed before it had written who it is
+    refused_at = time.monotonic()
+    taken(tmp_path)
+    assert time.monotonic() - refused_at < 3.0 * SOON
 
 
 def test_a_stale_lease_that_another_run_takes_while_it_is_judged_is_left_to_it(tmp_path, monkeypatch):
@@ -214,7 +237,7 @@ def test_a_run_is_known_to_live_where_the_times_of_names_are_remembered(tmp_path
 
 def test_nothing_is_written_through_a_link_that_has_the_name_of_a_scratch_file(tmp_path, monkeypatch):
     monkeypatch.setattr("secrets.token_hex", lambda number: "0" * 2 * number)
-    scratch, foreign = entry.scratch_beside(tmp_path / FILE), tmp_path / "foreign"
+    scratch, foreign = files.scratch_beside(tmp_path / FILE), tmp_path / "foreign"
     scratch.unlink()
     foreign.write_text("precious")
     scratch.symlink_to(foreign)

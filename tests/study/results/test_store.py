@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from nanoslip.study.results import attempts, entry as own
+from nanoslip.study.results import attempts, entry as own, files
 from nanoslip.study.results.entry import CorruptResultError, Meta, packed
 from nanoslip.study.results.store import Store, StoreError
 from tests.study.results.results import ALL, COMPLIANCE, OTHER, RECORD, flip, same
@@ -159,7 +159,7 @@ def test_what_results_say_of_themselves_is_found_in_files_and_logs_alike(store):
     """And counted once where a result is in both."""
     store.write(RECORD)
     store.write(COMPLIANCE, shared=True)
-    own.write(own.path_of(store.folder, RECORD.key), packed(RECORD))
+    files.write(own.path_of(store.folder, RECORD.key), [packed(RECORD)])
     said = store.metas()
     assert dict(said) == {each.key: Meta(each.kind, each.outcome, each.origins) for each in (RECORD, COMPLIANCE)}
     assert [key for key, _ in store.seals()] == sorted(said)

@@ -1,0 +1,175 @@
+"""Files in a folder of results, the only place that opens files to write: no link is followed, no pipe is waited for.
+
+A file appears whole or not at all, or several processes add lines to it.
+"""
+
+import errno
+import itertools
+import os
+import re
+import secrets
+import socket
+import stat
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Final
+
+NO_FILE: Final = "no regular file"
+
+
+def opened(path: Path, flags: int = os.O_RDONLY) -> int:
+    """Descriptor of a regular file, which others may have put there: never what a link leads to. Raises OSError."""
+    try:
+        file = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
+    except FileExistsError:
+        raise
+    except OSError:
+        if is_no_file(path):
+            raise OSError(errno.EINVAL, NO_FILE) from None
+        raise
+    if not stat.S_ISREG(os.fstat(file).st_mode):
+        os.close(file)
+        raise OSError(errno.EINVAL, NO_FILE)
+    return file
+
+
+def is_no_file(path: Path) -> bool:
+    """Whether something else stands in the place of a file: a link, a folder, a pipe or device that never ends."""
+    with suppress(OSError):
+        return not stat.S_ISREG(os.lstat(path).st_mode)
+    return False
+
+
+def content(path: Path) -> bytes:
+    """All bytes of a regular file. Raises OSError."""
+    with os.fdopen(opened(path), "rb") as file:
+        return file.read()
+
+
+def sync(path: Path) -> None:
+    """Have a file outlast a loss of power. Raises OSError."""
+    with os.fdopen(opened(path), "rb") as file:
+        os.fsync(file.fileno())
+
+
+# Lines that several processes add to a file.
+
+
+def add(path: Path, lines: bytes) -> None:
+    """Write whole lines behind the others, and on a line of their own where the last one was cut short. Raises OSError."""
+    with os.fdopen(opened(path, os.O_RDWR | os.O_APPEND | os.O_CREAT), "ab+") as file:
+        torn = file.seek(0, os.SEEK_END) > 0 and file.seek(-1, os.SEEK_END) and file.read(1) != b"\n"
+        file.write(b"\n" * bool(torn) + lines)
+
+
+def read(path: Path) -> list[str]:
+    """All lines that are there; none where nothing is that can be read."""
+    try:
+        return content(path).decode("utf-8", errors="replace").splitlines()
+    except OSError:
+        return []
+
+
+# Files that appear whole or not at all, and what killed writers leave of them.
+
+ABANDONED = 86_400.0
+"""Seconds after which another host's scratch file is taken for a killed run's."""
+_SCRATCH = ".scratch"
+_SCRATCH_NAME = re.compile(rf"\..+\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]+{re.escape(_SCRATCH)}")
+"""As `scratch_beside` makes it: host and process of its writer. Other files that end so are somebody else's."""
+RANDOM: Final = 8
+"""Bytes of a name that nobody else draws."""
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """Yield a scratch file beside `path` to write to, then put it in its place: readers see the old or the new, whole.
+
+    The mode is what the umask leaves of 0666, as for any file others shall read.
+    """
+    scratch = scratch_beside(path)
+    try:
+        yield scratch
+        sync(scratch)
+        if path.is_dir() and not path.is_symlink():
+            path.rename(free_name(path))  # nothing of it is lost
+        os.replace(scratch, path)
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def write(path: Path, parts: Iterable[bytes]) -> None:
+    """Put contents there, one part behind the other, whole or not at all. Raises OSError."""
+    with written_whole(path) as scratch:
+        write_to(scratch, parts)
+
+
+def write_to(path: Path, parts: Iterable[bytes], flags: int = 0) -> None:
+    """Write these bytes to a file, which need not appear whole. flags: O_APPEND, for example. Raises OSError."""
+    with os.fdopen(opened(path, os.O_WRONLY | flags), "wb") as file:
+        file.writelines(parts)
+
+
+def scratch_beside(path: Path, content: bytes = b"") -> Path:
+    """Make a file beside `path`, to be written; `clear_away` removes what a killed process leaves. Raises OSError.
+
+    Nobody can have put a link there: its name is drawn at random, and a name that is there is refused.
+    """
+    scratch = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(RANDOM)}{_SCRATCH}")
+    create(scratch, content)
+    return scratch
+
+
+def create(path: Path, content: bytes) -> None:
+    """Write a file that is not there yet. Raises FileExistsError, OSError."""
+    write_to(path, [content], os.O_CREAT | os.O_EXCL)
+
+
+def _host() -> str:
+    return socket.gethostname().replace(".", "-")
+
+
+def clear_away(folder: Path) -> None:
+    """Remove the scratch files of processes that have ended."""
+    for leftover in folder.glob(f".*{_SCRATCH}"):
+        named = _SCRATCH_NAME.fullmatch(leftover.name)
+        if named and not _writer_lives(leftover, *named.groups()):
+            leftover.unlink(missing_ok=True)
+
+
+def _writer_lives(scratch: Path, host: str, process: str) -> bool:
+    """Whether the process that writes this scratch file may still be at it."""
+    if host != _host():
+        try:
+            return time.time() - scratch.stat().st_mtime < ABANDONED
+        except FileNotFoundError:
+            return True  # it was, until just now
+    return lives(int(process))
+
+
+def lives(process: int) -> bool:
+    """Whether a process of this machine has not ended."""
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return not _is_zombie(process)
+
+
+def _is_zombie(process: int) -> bool:
+    """Whether a process is a zombie (exited, not yet reaped): containers often have no init that reaps."""
+    try:
+        fields = Path(f"/proc/{process}/stat").read_text()
+    except OSError:
+        return False  # no such file system here, or gone meanwhile: the next run clears away
+    return fields.rpartition(")")[2].split()[0] == "Z"
+
+
+def free_name(path: Path) -> Path:
+    """A name beside it that nothing has."""
+    names = (path.with_name(f"{path.name}.set-aside-{number}") for number in itertools.count(1))
+    return next(name for name in names if not os.path.lexists(name))
