@@ -194,8 +194,13 @@ MOST_SLIPS: Final = 128
 """Slips of Eq. 16-19 up to which they are fitted: more take long, and their phases fit nothing."""
 MOST_SAMPLES: Final = 10_000
 """Times at which the fit looks, evenly chosen from a motion's."""
-_MOST_TRIALS = 40
+_MOST_TRIALS: Final = 60
 """Steps of the least squares from one start; some fifteen are enough."""
+_UNKNOWNS: Final = 3
+_STARTS: Final = (0.0, 0.5, 1.0)
+"""Static friction of later slips at the starts: kinetic friction plus so much of what the last slip had beyond it."""
+_FOUND: Final = 1e-6
+"""Relative change of misfit and coefficients at which a search ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,8 +226,8 @@ class StickSlipFit:
         "residual of the fit, over load",
         "fit_residual",
         comment="root mean square difference between Eq. 16-19 and the spring force, "
-        f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip and where "
-        f"the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
+        f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip, with fewer samples "
+        f"than unknowns, and where the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
     )
 
 
@@ -232,7 +237,7 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> 
     normal_load: W in G·L_x·L_y. Unknowns: one kinetic friction, and static friction of the first slip and of all later ones; NaN
     without a macroscopic slip, after a bad end, or beyond `MOST_SLIPS`. Longer motions are thinned to `MOST_SAMPLES`.
     """
-    if not result.outcome.ok or not 0 < len(result.slip_force) < MOST_SLIPS:
+    if not result.outcome.ok or not 0 < len(result.slip_force) < MOST_SLIPS or len(result.time) < _UNKNOWNS:
         return _NO_FIT
     kept = slice(None, None, math.ceil((len(result.time) - 1) / MOST_SAMPLES))
     time, force = result.time[kept], result.spring_force[kept]
@@ -245,16 +250,20 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> 
     def misfit(coefficients: Floats) -> Floats:
         return (model(coefficients).spring_force - force) / normal_load
 
-    first = force[-len(time) // 4 :].mean(), result.slip_force[0], result.slip_force[-1]
-    laters = first[2], 0.5 * (first[0] + first[2])  # where a re-stick comes and goes the misfit has a kink
-    starts = [np.array([first[0], first[1], later]) / normal_load for later in laters]
-    fits = [
-        scipy.optimize.least_squares(misfit, start, diff_step=np.full(3, 1e-5), x_scale=1e-2, max_nfev=_MOST_TRIALS)
+    late = force[-len(time) // 4 :]
+    middle, last = (
+        0.5 * (late.max() + late.min()),
+        result.slip_force[-1],
+    )  # about kinetic friction the force swings evenly
+    starts = [
+        np.array([middle, result.slip_force[0], middle + share * (last - middle)]) / normal_load for share in _STARTS
+    ]
+    settings: Any = {"method": "lm", "diff_step": np.full(_UNKNOWNS, 1e-5), "x_scale": 1e-2, "max_nfev": _MOST_TRIALS}
+    fits = [  # trust regions would stop where μ_s ≤ μ_k and the misfit is flat
+        scipy.optimize.least_squares(misfit, start, ftol=_FOUND, xtol=_FOUND, **settings)
         for start in starts
         if len(model(start).slip_time) < MOST_SLIPS
     ]
-    if not fits:
-        return _NO_FIT
     found = min(fits, key=lambda fit: float(fit.cost)).x
     kinetic, static, later = (float(max(share, found[0])) for share in found)  # static friction is no less than kinetic
     best = model(np.array([kinetic, static, later]))
