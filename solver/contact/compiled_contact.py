@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve
 from nanoslip.solver.contact.kernels.state import (
+    FORWARD,
     RESIDUAL_LIMIT,
+    Direction,
     EventKind,
     KernelConstants,
     KernelPin,
@@ -58,23 +60,30 @@ def around(followed: Nodes) -> slice:
     return slice(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
 
 
-def inner_nodes(case: Case, window: slice, contact: Nodes, slides: bool) -> tuple[int, int]:
+def inner_nodes(case: Case, window: slice, contact: Nodes, pin_rate: float | None) -> tuple[int, int]:
     """First and last node of a window, numbered from its start, that can touch without another window being asked for.
 
-    contact: of the window. Where it slides on a surface without ends the grid goes on beyond, unless the contact is as wide.
+    contact: of the window. On a surface without ends the grid goes on beyond, the way that the pin moves (`Scalars.pin_rate`,
+    None at initial contact; to both sides where it rests), unless the contact is as wide.
     """
     last = window.stop - window.start - 1
-    ahead = window.stop < case.slab.n_x or (slides and case.slab.scheme.endless and not contact[last - GUARD :].any())
-    return GUARD if window.start > 0 else 0, last - GUARD if ahead else last
+    goes_on = case.slab.scheme.endless and pin_rate is not None
+    behind = window.start > 0 or (goes_on and pin_rate != 1.0 and not contact[: GUARD + 1].any())
+    ahead = window.stop < case.slab.n_x or (goes_on and pin_rate != -1.0 and not contact[last - GUARD :].any())
+    return GUARD if behind else 0, last - GUARD if ahead else last
 
 
-def left_behind(case: Case, followed: Nodes, contact: Nodes) -> int:
+def left_behind(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) -> int:
     """Nodes at its left end that the grid of a surface without ends gives up, to go on as far to its right, so that what is
-    followed keeps its margin; 0 while it has it. followed, contact: (n,)."""
+    followed keeps its margin; 0 while it has it, below 0 to go on to the left. followed, contact: (n,)."""
     nodes, more = np.flatnonzero(contact if followed.all() else followed), margin(len(contact))
-    if not case.slab.scheme.endless or int(nodes[-1]) + more < len(contact):
-        return 0
-    return max(int(nodes[0] + nodes[-1] + 1 - len(contact)) // 2, 0)
+    off = int(nodes[0] + nodes[-1] + 1 - len(contact))  # twice the distance from the grid's middle
+    near = (
+        (int(nodes[-1]) + more >= len(contact) and pin_rate != -1.0)
+        if off > 0
+        else (nodes[0] < more and pin_rate != 1.0)
+    )
+    return int(off / 2) if case.slab.scheme.endless and near else 0
 
 
 def following(case: Case, compliance: Compliance, state: ContactState, nodes: int) -> ContactState:
@@ -82,9 +91,10 @@ def following(case: Case, compliance: Compliance, state: ContactState, nodes: in
     contact, forces = np.roll(state.contact, -nodes), np.roll(state.nodal_force, -nodes, axis=1)
     uv = compliance.displacements(forces)
     uv[1] += state.approach
-    kept = contact[:-nodes]
-    uv[0, :-nodes][kept] = state.u[nodes:][kept]
-    uv[1, :-nodes][kept] = (state.w + state.approach)[nodes:][kept]
+    now, before = slice(max(-nodes, 0), -nodes if nodes > 0 else None), slice(max(nodes, 0), min(nodes, 0) or None)
+    kept = contact[now]
+    uv[0, now][kept] = state.u[before][kept]
+    uv[1, now][kept] = (state.w + state.approach)[before][kept]
     first, found = state.first_node + nodes, (contact, forces, uv[0], uv[1], state.approach)
     moved = (state.displacement, state.slips, state.outcome, first)
     return state_from_forces(case, compliance.widths, *found, *moved)
@@ -108,16 +118,17 @@ def within_reach(
 
 
 def good_until(case: Case, state: KernelState) -> tuple[float, float, float]:
-    """Displacement, and heights of the window's two end nodes under the pin, up to which none beyond can meet a rough pin."""
-    nodes = len(state.x)
+    """Displacement in the pin's direction, and heights of the window's two end nodes under the pin, up to which none beyond can
+    meet a rough pin."""
+    nodes, moved = len(state.x), float(state.scalars["pin_rate"] * state.scalars["displacement"])
     if not case.heterogeneity.roughness or (nodes == case.slab.n_x and not case.slab.scheme.endless):
         return math.inf, math.inf, math.inf
     farther, deeper = _reach(case)
     if nodes == case.slab.n_x:  # the next grid is to follow halfway to this one's end
-        room = int(np.argmax(state.contact[::-1])) // 2 * case.slab.spacing
-        return float(state.scalars["displacement"]) + max(room, farther), math.inf, math.inf
+        room = int(np.argmax(state.contact[:: -state.scalars["ahead"]])) // 2 * case.slab.spacing
+        return moved + max(room, farther), math.inf, math.inf
     left, right = (float(state.response[nodes + end]) + deeper / NOT_SEEN for end in (0, nodes - 1))
-    return float(state.scalars["displacement"]) + farther, left, right
+    return moved + farther, left, right
 
 
 def _reach(case: Case) -> tuple[float, float]:
@@ -232,39 +243,48 @@ def compiled_contact(
     followed: NDArray[np.bool_],
     displacement: float = 0.0,
     first_node: int = 0,
+    load: float | None = None,
+    direction: Direction = FORWARD,
     slides: bool = False,
 ) -> CompiledContact:
-    """State and constants for a contact set and displacements u, v at its nodes, (n,) each; the rate that per pin displacement.
+    """State and constants for a contact set and displacements u, v at its nodes, (n,) each.
 
-    followed, (n,): nodes to follow, with a margin (`within_reach`). displacement: δ_p. slides: whether the grid may go on.
+    followed, (n,): nodes to follow, with a margin (`within_reach`). displacement: δ_p. load: now, where it is not the case's, to
+    which tolerances are relative. slides: whether the grid may go on. direction: of the path.
     Raises SingularOperator if the contact's compliance has no inverse.
     """
     window = around(followed)
-    state = _state(case, compliance, window, contact[window], displacement, first_node)
+    state = _state(case, compliance, window, contact[window], displacement, first_node, direction)
+    state.inputs[-1] = -(case.normal_load if load is None else load)
     nodes = len(state.x)
     state.inputs[:nodes] = np.where(state.contact, u[window], 0.0)
     state.inputs[nodes:-1] = np.where(state.contact, v[window], 0.0)
     respond(state)
-    return CompiledContact(case, compliance, window, state, _constants(case, window, state, slides), first_node)
+    constants = _constants(case, window, state, direction.pin_rate if slides else None)
+    return CompiledContact(case, compliance, window, state, constants, first_node)
 
 
 def _state(
-    case: Case, compliance: Compliance, window: slice, contact: Nodes, displacement: float, first_node: int
+    case: Case,
+    compliance: Compliance,
+    window: slice,
+    contact: Nodes,
+    displacement: float,
+    first_node: int,
+    direction: Direction,
 ) -> KernelState:
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
     few = compliance.slab.n_x <= FEW and compliance.lasting
     set_up = _set_up_before if few else _set_up
     matrix, inverted = set_up(compliance, window.start, window.stop, contact.tobytes())
     entries, nodes = 2 * len(contact) + 1, len(contact)
-    inputs = np.zeros(entries)
-    inputs[-1] = -case.normal_load
     sticks = math.isinf(case.intrinsic_friction)
     friction_of_nodes = np.zeros(nodes) if sticks else node_friction(case, first_node)[window]
     return KernelState(
         matrix=matrix,
         tableau=in_lines(inverted),
         response=np.zeros(entries),
-        inputs=inputs,
+        inputs=np.zeros(entries),
         rate=np.zeros(entries),
         contact=contact.copy(),
         x=surface_from_pin(case, first_node)[window].copy(),  # one array type here too
@@ -273,7 +293,7 @@ def _state(
         active_friction=np.where(contact & (not sticks), friction_of_nodes, np.nan),
         node_slips=np.zeros(nodes, np.int64),
         work=np.zeros((2, entries)),
-        scalars=new_scalars(displacement),
+        scalars=new_scalars(displacement, direction),
     )
 
 
@@ -291,9 +311,9 @@ _set_up_before = lru_cache(maxsize=KEPT)(_set_up)
 """The same of few nodes: sliding begins with the contact that was found, and cases of a campaign have the same ones again."""
 
 
-def answer_violations(compiled: CompiledContact, pin_rate: float = 1.0) -> Stop:
-    """The cascade that begins with the worst violation; pin_rate as in `resolve`."""
-    return resolve(compiled.state, compiled.constants, EventKind.NOTHING, -1, pin_rate)
+def answer_violations(compiled: CompiledContact) -> Stop:
+    """The cascade that begins with the worst violation."""
+    return resolve(compiled.state, compiled.constants, EventKind.NOTHING, -1)
 
 
 def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
@@ -329,6 +349,7 @@ def slip_constants(case: Case) -> SlipConstants:
         simultaneous=rule.slip_order == "simultaneous" or None,
         opposite=-1.0 if rule.limited_shear == "both_ways" else 0.0,
         event_floor=rule.event_floor,
+        load_floor=1e-9 * case.normal_load,
         spacing=case.slab.spacing,
         friction_bound=case.intrinsic_friction * case.normal_load,
         cascade_limit=rule.cascade_limit,
@@ -336,7 +357,7 @@ def slip_constants(case: Case) -> SlipConstants:
     )
 
 
-def _constants(case: Case, window: slice, state: KernelState, slides: bool) -> KernelConstants:
+def _constants(case: Case, window: slice, state: KernelState, pin_rate: float | None) -> KernelConstants:
     pin = pin_of(case)
     return KernelConstants(
         slip=slip_constants(case),
@@ -344,7 +365,7 @@ def _constants(case: Case, window: slice, state: KernelState, slides: bool) -> K
         half_width=pin.half_width,
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         first_node=window.start,
-        inner_nodes=inner_nodes(case, window, state.contact, slides),
+        inner_nodes=inner_nodes(case, window, state.contact, pin_rate),
         window_until=good_until(case, state),
     )
 

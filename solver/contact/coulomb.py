@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import TIE
-from nanoslip.solver.contact.kernels.state import EventKind
+from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import Compliance
@@ -49,6 +49,8 @@ class CoulombContact:
     displacement: float = 0.0
     first_node: int = 0
     """Of the surface, which the grid's first is."""
+    direction: Direction = FORWARD
+    """The way that pin and load go on."""
     x: Vector = field(init=False)
     """Of every node, from the pin's lowest point at δ_p = 0."""
     node_friction: Vector = field(init=False)
@@ -59,17 +61,22 @@ class CoulombContact:
     approach: float = field(init=False)
     node_slips: NDArray[np.int64] = field(init=False)
     """How often each node began to slide."""
+    load_work: float = 0.0
+    """Work of the load."""
+    gone: float = 0.0
+    """Length of the path so far."""
     stalled: int = 0
-    """Steps since displacement and load last made `motion.PROGRESS`."""
+    """Steps since the path last made PROGRESS."""
     mark: float = -np.inf
-    """Displacement plus load at that time."""
+    """Its length at that time."""
 
     def __post_init__(self) -> None:
         self.node_slips = np.zeros(len(self.contact), np.int64)
         self.go_on(0)
 
     def go_on(self, nodes: int) -> None:
-        """Give up so many nodes at the left end of the grid, none of them in contact, for as many beyond the right one."""
+        """Give up so many nodes at the left end of the grid, none of them in contact, for as many beyond the right one; below 0
+        the other way round."""
         self.contact = np.roll(self.contact, -nodes)
         self.sliding, self.u = np.roll(self.sliding, -nodes), np.roll(self.u, -nodes)
         self.node_slips = np.roll(self.node_slips, -nodes)
@@ -127,12 +134,13 @@ class CoulombContact:
             if np.abs(self.u - before).max() <= 1e-14 * self.normal_load:
                 return
 
-    def rates(self, pin_rate: float) -> Rates:
-        """Rates of force, approach, u and v per unit of pin displacement (pin_rate = 1) or of load (pin_rate = 0)."""
+    def rates(self) -> Rates:
+        """Rates of force, approach, u and v per unit step along the path."""
+        pin_rate, load_rate, _ = self.direction
         slide = self.sliding[self.contact] != 0.0
         tangential = np.where(slide, 0.0, pin_rate)
         normal = np.where(slide, -pin_rate * self.pin.curvature * self.xi[self.contact], 0.0)
-        return self._respond(tangential, normal, -(1.0 - pin_rate))
+        return self._respond(tangential, normal, -load_rate)
 
     def _respond(self, tangential: Vector, normal: Vector, normal_load: float) -> Rates:
         """Solve for the contact's forces and the approach: right sides of the tangential, normal and load equations."""
@@ -194,7 +202,7 @@ def resolve_violations(solved: CoulombContact) -> None:
         tension = np.where(np.abs(solved.xi) > solved.pin.half_width, solved.normal_load, -solved.normal_force)
         answers = ((solved.release, np.where(solved.contact, tension, -1.0)), (solved.let_slide, solved.excess))
         for answer, violation in (*answers, (solved.touch, -solved.gap)):
-            worst = _largest(violation, tolerance)
+            worst = _largest(violation, tolerance, solved.direction.ahead)
             if violation[worst] > tolerance:
                 answer(worst)
                 break
@@ -203,11 +211,12 @@ def resolve_violations(solved: CoulombContact) -> None:
         _refuse_cycles(seen, solved)
 
 
-def stick_and_slide_in_motion(solved: CoulombContact, pin_rate: float) -> Rates:
+def stick_and_slide_in_motion(solved: CoulombContact) -> Rates:
     """Change roles until all of them agree with the motion to come; returns its rates (see `CoulombContact.rates`)."""
     seen: set[bytes] = set()
+    pin_rate, _, ahead = solved.direction
     while True:
-        rates = force_rate, _, u_rate, _ = solved.rates(pin_rate)
+        rates = force_rate, _, u_rate, _ = solved.rates()
         # A node that has just touched bears no force yet, and slides the way its shear begins to push.
         near = max(1e-9 * solved.normal_load * min(solved.case.intrinsic_friction, 1.0), solved.tolerance)
         none = np.abs(solved.force[0]) <= near
@@ -217,11 +226,11 @@ def stick_and_slide_in_motion(solved: CoulombContact, pin_rate: float) -> Rates:
         dragged = np.where(solved.sliding != 0.0, solved.sliding * (u_rate - pin_rate), -1.0)
         least = TOLERANCE * max(np.abs(force_rate).max(), 1.0)
         if growth.max() > least:
-            node = _largest(growth, least)
+            node = _largest(growth, least, ahead)
             solved.sliding[node] = sign[node]
             solved.node_slips[node] += 1
         elif solved.case.intrinsic_friction > 0.0 and dragged.max() > 1e-9:
-            solved.sliding[_largest(dragged, 1e-9)] = 0.0
+            solved.sliding[_largest(dragged, 1e-9, ahead)] = 0.0
         else:
             return rates
         _refuse_cycles(seen, solved)
@@ -240,9 +249,14 @@ def stick_and_slide_at_rest(solved: CoulombContact) -> None:
         solved.sliding[against], solved.u[against] = 0.0, 0.0
 
 
-def _largest(values: Vector, tolerance: float) -> int:
-    """The node with the largest value, of those nearer to it than the tolerance the one furthest right."""
-    return int(np.flatnonzero(values >= values.max() - tolerance)[-1])
+def _largest(values: Vector, tolerance: float, ahead: int) -> int:
+    """The node with the largest value, of those nearer to it than the tolerance the one furthest ahead."""
+    return _front(values >= values.max() - tolerance, ahead)
+
+
+def _front(nodes: NDArray[np.bool_], ahead: int) -> int:
+    """The node furthest ahead (see `Direction`)."""
+    return int(np.flatnonzero(nodes)[-1 if ahead > 0 else 0])
 
 
 def _refuse_cycles(seen: set[bytes], solved: CoulombContact) -> None:
@@ -265,11 +279,11 @@ PATIENCE = 20
 def raise_load_of_sliding(solved: CoulombContact, target: float) -> None:
     """Raise the load to `target`, the pin held."""
     while solved.normal_load < target:
-        rates = stick_and_slide_in_motion(solved, 0.0)
-        step, kind, node = next_change(solved, rates, 0.0)
+        rates = stick_and_slide_in_motion(solved)
+        step, kind, node = next_change(solved, rates)
         # The contact grows from one node to many: steps keep to the load's own size.
         longest = min(solved.normal_load, target - solved.normal_load)
-        advance(solved, min(step, longest), rates, 0.0)
+        advance(solved, min(step, longest), rates)
         change(solved, kind if step <= longest else EventKind.NOTHING, node)
 
 
@@ -281,7 +295,7 @@ def change(solved: CoulombContact, kind: EventKind, node: int) -> None:
     resolve_violations(solved)
 
 
-def next_change(solved: CoulombContact, rates: Rates, pin_rate: float) -> tuple[float, EventKind, int]:
+def next_change(solved: CoulombContact, rates: Rates) -> tuple[float, EventKind, int]:
     """Step after which a role changes, how, and whose; infinite where none does. The gap is taken as linear."""
     force_rate, _, u_rate, v_rate = rates
     mu, stick = solved.node_friction, solved.contact & (solved.sliding == 0.0)
@@ -290,29 +304,32 @@ def next_change(solved: CoulombContact, rates: Rates, pin_rate: float) -> tuple[
         room = mu * solved.normal_force - sign * solved.force[0]
         until = _time(room, sign * force_rate[0] + mu * force_rate[1], stick)
         steps[EventKind.SLIP] = np.minimum(steps.get(EventKind.SLIP, until), until)
-    closing = v_rate - solved.pin.curvature * solved.xi * (u_rate - pin_rate)
+    closing = v_rate - solved.pin.curvature * solved.xi * (u_rate - solved.direction.pin_rate)
     steps[EventKind.TOUCH] = _time(solved.gap, closing, ~solved.contact & np.isfinite(solved.gap))
     kind = min(steps, key=lambda each: float(steps[each].min()))
     step = float(steps[kind].min())
-    # Of ties the node further right, as in `next_event`.
-    return step, kind, int(np.flatnonzero(steps[kind] <= step * (1.0 + TIE))[-1])
+    # Of ties the node further ahead, as in `next_event`.
+    return step, kind, _front(steps[kind] <= step * (1.0 + TIE), solved.direction.ahead)
 
 
-def advance(solved: CoulombContact, step: float, rates: Rates, pin_rate: float) -> float:
-    """Move the pin (pin_rate = 1) or raise the load (pin_rate = 0) by `step`; returns the energy dissipated."""
+def advance(solved: CoulombContact, step: float, rates: Rates) -> float:
+    """Move pin and load by `step` along the path; returns the energy dissipated."""
+    pin_rate, load_rate, _ = solved.direction
     solved.stalled += 1
-    progress = PROGRESS * (solved.case.slab.spacing if pin_rate else solved.normal_load)
-    if solved.displacement + solved.normal_load > solved.mark + progress:
-        solved.mark, solved.stalled = solved.displacement + solved.normal_load, 0
+    solved.gone += step
+    if solved.gone > solved.mark + PROGRESS * (solved.case.slab.spacing if pin_rate else solved.normal_load):
+        solved.mark, solved.stalled = solved.gone, 0
     if solved.stalled > PATIENCE * len(solved.u):
         # A node that touches is pulled off at once, and closes in at once when free: no motion is consistent.
         raise CoulombError(Ending.SLIP_UNBOUNDED)
     before, slip, height = solved.force, solved.u - solved.displacement, solved.v
+    load, approach = solved.normal_load, solved.approach
     moved = np.where(solved.contact & (solved.sliding == 0.0), pin_rate, rates[2])
     solved.u = solved.u + step * moved
     solved.displacement += pin_rate * step
-    solved.normal_load += (1.0 - pin_rate) * step
+    solved.normal_load += load_rate * step
     solved.solve()
+    solved.load_work += (load + solved.normal_load) / 2 * (solved.approach - approach)
     mean = (before + solved.force) / 2
     return float(-(mean[0] @ (solved.u - solved.displacement - slip) + mean[1] @ (solved.v - height)))
 

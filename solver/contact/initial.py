@@ -6,11 +6,13 @@ unknown: ΣN = W in every state.
 
 import math
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.compiled_contact import (
+    CompiledContact,
     answer_violations,
     beyond_window,
     compiled_contact,
@@ -27,8 +29,8 @@ from nanoslip.solver.contact.coulomb import (
     resolve_violations,
     stick_and_slide_at_rest,
 )
-from nanoslip.solver.contact.kernels.events import raise_load
-from nanoslip.solver.contact.kernels.state import Stop, refresh, set_rate_to_load
+from nanoslip.solver.contact.kernels.path import empty_events, follow_path
+from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
 from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars, soundness
@@ -167,14 +169,38 @@ def _load_gradually(case: Case, compliance: Compliance) -> ContactState:
     x = surface_from_pin(case)
     height = pin_of(case).height(x)
     lowest, everywhere = height == height.min(), np.ones(len(x), dtype=np.bool_)
-    compiled = compiled_contact(case, compliance, lowest, np.zeros_like(x), height, everywhere)
-    compiled.state.inputs[-1] = -1e-12 * case.normal_load
-    refresh(compiled.state)
-    set_rate_to_load(compiled.state)
-    status = answer_violations(compiled, pin_rate=0.0)
-    if status == Stop.DONE:
-        status = raise_load(compiled.state, compiled.constants, case.normal_load)
-    return state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
+    compiled = compiled_contact(
+        case,
+        compliance,
+        lowest,
+        np.zeros_like(x),
+        height,
+        everywhere,
+        load=1e-12 * case.normal_load,
+        direction=PRESSED,
+    )
+    status, slips = _raised(compiled, case.normal_load)
+    state = state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
+    return replace(state, slips=slips)
+
+
+PRESSED: Final = Direction(pin_rate=0.0, load_rate=1.0)
+"""The load grows, the pin rests."""
+ROOM: Final = 4096
+"""Events of a rising load for which room is made; none is kept."""
+
+
+def _raised(compiled: CompiledContact, load: float) -> tuple[Stop, int]:
+    """Raise the load event by event, the pin held; why that ended, and the node slips of all events."""
+    events, node_slips = empty_events(ROOM), np.zeros(compiled.case.slab.n_x, np.int64)
+    status = answer_violations(compiled)
+    slips = int(compiled.state.scalars["slips"])
+    while status == Stop.DONE:
+        status, _ = follow_path(compiled.state, compiled.constants, events, node_slips, 0, load)
+        if status not in (Stop.FULL, Stop.INACCURATE):
+            break
+        status = corrected_for_rounding(compiled, Stop.DONE)
+    return status, slips + int(node_slips.sum())
 
 
 def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactState:
@@ -186,7 +212,7 @@ def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactS
     else:
         found = normal_contact(case, compliance, case.initial_contact == "stick")
         contact, u, normal_load = found.contact, np.where(found.contact, found.u, 0.0), case.normal_load
-    solved = CoulombContact(case, compliance, contact, np.zeros_like(x), u, normal_load)
+    solved = CoulombContact(case, compliance, contact, np.zeros_like(x), u, normal_load, direction=PRESSED)
     try:
         if case.initial_contact == "stick":
             stick_and_slide_at_rest(solved)

@@ -1,8 +1,9 @@
 """A case slid from initial contact to the end of its record, in the way that its rules ask for."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,16 +34,16 @@ from nanoslip.solver.contact.coulomb import (
 )
 from nanoslip.solver.contact.initial import checked, initial_contact
 from nanoslip.solver.contact.kernels.events import STEEPEST
-from nanoslip.solver.contact.kernels.state import EventKind, Stop, new_scalars, total_shear
+from nanoslip.solver.contact.kernels.path import Events, empty_events, follow_path
+from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind, Stop, new_scalars, total_shear
 from nanoslip.solver.contact.pin import LONGEST_STEP, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_ENDING, OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
 from nanoslip.solver.slab import surface_x
-from nanoslip.solver.sliding.kernels.slide import Events, TangentialState, refresh, slide_events, slide_tangentially
+from nanoslip.solver.sliding.kernels.slide import TangentialState, refresh, slide_tangentially
 from nanoslip.solver.sliding.record import (
-    EVENT_TYPES,
     FIRST_CAPACITY,
     FrictionRecord,
     farthest,
@@ -52,14 +53,49 @@ from nanoslip.solver.sliding.record import (
 from nanoslip.solver.sliding.validity import lawfulness
 
 
+class Way(NamedTuple):
+    """Way of pin and load from where they are."""
+
+    load: float
+    """At its start, in G·L_x·L_y."""
+    direction: Direction = FORWARD
+    until: float = math.nan
+    """δ_p at its end, or the load where the pin rests; NaN where the limits of a case end it."""
+
+    def end(self, case: Case, stiffness: float) -> float:
+        """Where it ends. stiffness: of the contact before it slides."""
+        return farthest(case, stiffness) if math.isnan(self.until) else self.until
+
+
+class Run(NamedTuple):
+    """Record of a way, displacements and forces with their signs, and what a record does not hold."""
+
+    record: FrictionRecord
+    end: ContactState
+    load: NDArray[np.float64]
+    """(e,) after each event."""
+    load_work: float
+    """Work of the load, in G·L_x²·L_y."""
+
+
+@dataclass(eq=False)
+class SlippedNodes:
+    """Slips of each surface node in a run, from node `first` on; they grow with the grid."""
+
+    first: int
+    slips: NDArray[np.int64]
+
+    def of_grid(self, first: int, nodes: int) -> NDArray[np.int64]:
+        """Those of a grid whose first node is `first`, (nodes,), to be added to."""
+        left, right = max(self.first - first, 0), max(first + nodes - self.first - len(self.slips), 0)
+        self.first -= left
+        self.slips = np.pad(self.slips, (left, right))
+        return self.slips[first - self.first :][:nodes]
+
+
 def first_room(most: int) -> Events:
     """Columns to begin with in a run of at most so many events."""
     return empty_events(min(most, FIRST_CAPACITY))
-
-
-def empty_events(capacity: int) -> Events:
-    """Columns for so many events, not filled."""
-    return Events(**{name: np.empty(capacity, dtype) for name, dtype in EVENT_TYPES.items()})
 
 
 def first_of(events: Events, count: int) -> Events:
@@ -76,36 +112,30 @@ def grown(events: Events) -> Events:
     return grown
 
 
-def reaching(node_slips: NDArray[np.int64], nodes: int) -> NDArray[np.int64]:
-    """The same of so many nodes, if they are more."""
-    return np.pad(node_slips, (0, max(nodes - len(node_slips), 0)))
-
-
 def record_of(
     case: Case,
     start: ContactState,
     initial_stiffness: float,
     events: Events,
-    node_slips: NDArray[np.int64],
+    slipped: SlippedNodes,
     held: int,
     end: ContactState,
-) -> FrictionRecord:
-    """The record of a run of `held` events from `start` to `end`, read-only.
-
-    node_slips: of each surface node, from the start's first to the end's last.
-    """
+    load_work: float = 0.0,
+) -> Run:
+    """The record of a run of `held` events from `start` to `end`, read-only."""
     full = held == len(events.displacement)
     columns = {name: column if full else column[:held].copy() for name, column in events._asdict().items()}
-    for column in (*columns.values(), node_slips):
+    for column in (*columns.values(), slipped.slips):
         column.setflags(write=False)
+    load = columns.pop("load")
     final = (end.displacement, end.friction_force)
     if held and not end.outcome.ok:
         # A run that broke off inside an event ends, as a record, with its last whole event.
         final = (float(columns["displacement"][-1]), float(columns["force_after"][-1]))
-    return FrictionRecord(
+    record = FrictionRecord(
         **columns,
-        node_x=surface_x(case.slab.n_x, start.first_node, len(node_slips)),
-        node_slips=node_slips,
+        node_x=surface_x(case.slab.n_x, slipped.first, len(slipped.slips)),
+        node_slips=slipped.slips,
         normal_load=case.normal_load,
         spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
         presliding_length=presliding_length(case, initial_stiffness),
@@ -118,6 +148,7 @@ def record_of(
         final_force=final[1],
         outcome=end.outcome,
     )
+    return Run(record, end, load, load_work)
 
 
 # Slide with the whole contact: nodes slip, are released and touch as the pin moves over them (residual_shear below 1).
@@ -132,33 +163,31 @@ GOING_ON = (Stop.FULL, Stop.INACCURATE, Stop.WINDOW_TOO_NARROW)
 """Why the kernel stops though the run does not."""
 
 
-def slide_full_contact(case: Case, start: ContactState, compliance: Compliance) -> tuple[FrictionRecord, ContactState]:
-    """Slide from `start` to the limits of `case`: the record, and the contact where it ends.
+def slide_full_contact(case: Case, start: ContactState, compliance: Compliance, way: Way) -> Run:
+    """Follow the way from `start`.
 
     Without the effect `coupling` shear and pressure do not act on each other.
     """
     compliance = compliance if case.effects.coupling else compliance.uncoupled()
-    found = _slide(case, start, compliance, whole=False)
+    found = _slide(case, start, compliance, way, whole=False)
     if found is None:
-        found = _slide(case, start, compliance, whole=True)
+        found = _slide(case, start, compliance, way, whole=True)
         assert found is not None  # there are no nodes beyond the whole surface
     return found
 
 
-def _slide(
-    case: Case, start: ContactState, compliance: Compliance, whole: bool
-) -> tuple[FrictionRecord, ContactState] | None:
+def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, whole: bool) -> Run | None:
     """The run within windows, or on the whole surface; None where a node beyond a window proves to lie inside the pin."""
-    compiled = compiled_at(case, compliance, start, whole)
-    initial_stiffness = total_shear(compiled.state.contact, compiled.state.rate)
-    most, end_at = case.max_events or MOST_EVENTS, farthest(case, initial_stiffness)
-    events, node_slips, held, windows = first_room(most), np.zeros(case.slab.n_x, np.int64), 0, 0
+    compiled = compiled_at(case, compliance, start, whole, way)
+    initial_stiffness = _stiffness(way.direction, total_shear(compiled.state.contact, compiled.state.rate))
+    most, end_at = case.max_events or MOST_EVENTS, way.end(case, initial_stiffness)
+    events, held, windows, load_work = first_room(most), 0, 0, 0.0
+    slipped = SlippedNodes(start.first_node, np.zeros(case.slab.n_x, np.int64))
     while True:
         stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
         room, before, first = first_of(events, stop), held, compiled.first_node
-        node_slips = reaching(node_slips, first - start.first_node + case.slab.n_x)
-        of_grid = node_slips[first - start.first_node :]
-        status, held = slide_events(compiled.state, compiled.constants, room, of_grid, held, end_at)
+        of_grid = slipped.of_grid(first, case.slab.n_x)
+        status, held = follow_path(compiled.state, compiled.constants, room, of_grid, held, end_at)
         events.node[before:held] += first
         if status not in GOING_ON or (status == Stop.FULL and held == most):
             break
@@ -169,13 +198,21 @@ def _slide(
         continued, status = _continued(compiled, status, whole, whole or short, anew=held % RESUMABLE == 0)
         if continued is None:
             return None
+        if continued is not compiled:
+            load_work += compiled.state.scalars["load_work"]
         compiled, windows = continued, windows if held % RESUMABLE else 0
         if status != Stop.DONE:
             break
     end = state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
     if beyond_window(compiled, end):
         return None
-    return record_of(case, start, initial_stiffness, events, node_slips, held, end), end
+    load_work += compiled.state.scalars["load_work"]
+    return record_of(case, start, initial_stiffness, events, slipped, held, end, load_work)
+
+
+def _stiffness(direction: Direction, shear_rate: float) -> float:
+    """dF/dδ_p before the first event from the rate of shear; NaN where the load changes, too."""
+    return math.nan if direction.load_rate else shear_rate * direction.pin_rate
 
 
 def _continued(
@@ -203,18 +240,26 @@ def _continued(
 def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | None:
     """The contact set up from its own state; None where a node beyond the window lies inside the pin."""
     state = state_of(compiled, COMPLETED)
-    return None if beyond_window(compiled, state) else compiled_at(compiled.case, compiled.compliance, state, whole)
+    if beyond_window(compiled, state):
+        return None
+    scalars, load = compiled.state.scalars, float(-compiled.state.inputs[-1])
+    way = Way(load, Direction(*(scalars[name] for name in Direction._fields)))
+    return compiled_at(compiled.case, compiled.compliance, state, whole, way)
 
 
-def compiled_at(case: Case, compliance: Compliance, state: ContactState, whole: bool) -> CompiledContact:
+def compiled_at(
+    case: Case, compliance: Compliance, state: ContactState, whole: bool, way: Way | None = None
+) -> CompiledContact:
     """A compiled contact in this state; on a surface without ends with a grid that has gone on where the contact has."""
+    load, direction, _ = way or Way(case.normal_load)
     followed = _followed(case, state, whole)
-    if nodes := left_behind(case, followed, state.contact):
+    if nodes := left_behind(case, followed, state.contact, direction.pin_rate):
         state = following(case, compliance, state, nodes)
         followed = _followed(case, state, whole)
     contact, u, displacement, first = state.contact, state.u, state.displacement, state.first_node
     height = pin_of(case).height(np.where(contact, surface_from_pin(case, first) + u - displacement, 0.0))
-    return compiled_contact(case, compliance, contact, u, height, followed, displacement, first, slides=True)
+    place = (displacement, first, load, direction)
+    return compiled_contact(case, compliance, contact, u, height, followed, *place, slides=True)
 
 
 def _followed(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]:
@@ -229,17 +274,15 @@ def _followed(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]
 # too, while shear lifts the surface by little (ν near 0.5).
 
 
-def slide_with_constant_pressures(
-    case: Case, start: ContactState, compliance: Compliance
-) -> tuple[FrictionRecord, ContactState]:
-    """Slide from `start` to the limits of `case`: the record, and the contact where it ends.
+def slide_with_constant_pressures(case: Case, start: ContactState, compliance: Compliance, way: Way) -> Run:
+    """Follow the way of the pin from `start`.
 
     Raises SingularOperator where the tangential compliance of the contact cannot be inverted.
     """
     nodes = np.flatnonzero(start.contact)
-    state, constants = _tangential_state(case, compliance, start, nodes), slip_constants(case)
-    stiffness, slips = float(state.rate.sum()), np.zeros(len(nodes), np.int64)
-    most, end_at = case.max_events or MOST_EVENTS, farthest(case, stiffness)
+    state, constants = _tangential_state(case, compliance, start, nodes, way.direction), slip_constants(case)
+    stiffness, slips = float(state.rate.sum()) * way.direction.pin_rate, np.zeros(len(nodes), np.int64)
+    most, end_at = case.max_events or MOST_EVENTS, way.end(case, stiffness)
     events, held = first_room(most), 0
     while True:
         status, held = slide_tangentially(state, constants, first_of(events, most), slips, held, end_at)
@@ -251,7 +294,7 @@ def slide_with_constant_pressures(
     end = _tangential_end(case, compliance, start, state, OUTCOME_OF_STOP[status] if finite else NOT_FINITE)
     node_slips = np.zeros(case.slab.n_x, np.int64)
     node_slips[nodes] = slips
-    return record_of(case, start, stiffness, events, node_slips, held, end), end
+    return record_of(case, start, stiffness, events, SlippedNodes(start.first_node, node_slips), held, end)
 
 
 def _tangential_end(
@@ -272,7 +315,7 @@ def _tangential_end(
 
 
 def _tangential_state(
-    case: Case, compliance: Compliance, start: ContactState, nodes: NDArray[np.int64]
+    case: Case, compliance: Compliance, start: ContactState, nodes: NDArray[np.int64], direction: Direction
 ) -> TangentialState:
     block = compliance.entries(nodes, nodes)
     stiffness = inverse(block, f"tangential compliance of {len(nodes)} nodes")
@@ -285,12 +328,12 @@ def _tangential_state(
         base=start.nodal_force[0, nodes] - stiffness @ u,
         shear=np.empty(len(nodes)),
         u=u,
-        rate=stiffness.sum(axis=1),
+        rate=stiffness.sum(axis=1) * direction.pin_rate,
         shear_limit=limits,
         weights=1.0 / np.maximum(limits, 1e-12 * case.normal_load),
         nodes=nodes.astype(np.int32),
         node_slips=np.zeros(len(nodes), np.int64),
-        scalars=new_scalars(start.displacement),
+        scalars=new_scalars(start.displacement, direction),
     )
     refresh(state)
     return state
@@ -302,34 +345,32 @@ CREATED_ON_THE_WAY = 1e-4
 """Energy that an event may create at residual_shear 1, in W²/G: it is an integral over steps there, not known to rounding."""
 
 
-def slide_with_coulomb_friction(
-    case: Case, start: ContactState, compliance: Compliance
-) -> tuple[FrictionRecord, ContactState]:
-    """Slide from `start` to the limits of `case`: the record, and the contact where it ends.
+def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Compliance, way: Way) -> Run:
+    """Follow the way from `start`.
 
     An event is a node that begins to slide, is released or touches; forces do not jump. The energy dissipated in sliding
     since the last event is counted at the event.
     """
-    run = _Run(case, start, _contact_at(case, start, compliance if case.effects.coupling else compliance.uncoupled()))
-    outcome = COMPLETED
+    compliance = compliance if case.effects.coupling else compliance.uncoupled()
+    run, outcome = _Run(case, _contact_at(case, start, compliance, way), way), COMPLETED
     try:
-        run.slide_to_limits()
-        if math.isinf(farthest(case, run.initial_stiffness)) and run.solved.displacement >= off_the_slab(case):
+        run.follow()
+        if math.isinf(way.end(case, run.initial_stiffness)) and run.solved.displacement >= off_the_slab(case):
             outcome = OUTCOME_OF_ENDING[Ending.CONTACT_LOST]
     except CoulombError as error:
         outcome = OUTCOME_OF_ENDING[error.ending]
     end = coulomb_state(run.solved, outcome)
-    record = record_of(case, start, run.initial_stiffness, run.events(), run.node_slips, len(run.rows), end)
-    return record, end
+    stiffness, work = run.initial_stiffness, run.solved.load_work
+    return record_of(case, start, stiffness, run.events(), run.slipped, len(run.rows), end, work)
 
 
-def _contact_at(case: Case, start: ContactState, compliance: Compliance) -> CoulombContact:
+def _contact_at(case: Case, start: ContactState, compliance: Compliance, way: Way) -> CoulombContact:
     """The contact in this state; nodes at their limit of friction slide."""
     limits = node_friction(case, start.first_node) * -start.nodal_force[1]
     slides = np.abs(start.nodal_force[0]) >= limits * (1 - 1e-9)
     sign = np.where(start.contact & slides, np.sign(start.nodal_force[0]), 0.0)
-    contact, u = start.contact.copy(), start.u.copy()
-    return CoulombContact(case, compliance, contact, sign, u, case.normal_load, start.displacement, start.first_node)
+    place = (start.u.copy(), way.load, start.displacement, start.first_node)
+    return CoulombContact(case, compliance, start.contact.copy(), sign, *place, way.direction)
 
 
 @dataclass(eq=False)
@@ -337,49 +378,61 @@ class _Run:
     """A run in the making: the contact, and a row per event in the order of `Events`."""
 
     case: Case
-    start: ContactState
     solved: CoulombContact
+    way: Way
     rows: list[tuple[float, ...]] = field(default_factory=list)
     initial_stiffness: float = math.nan
     dissipated: float = 0.0
     """Energy lost since the last event."""
-    node_slips: NDArray[np.int64] = field(init=False)
-    """How often each node began to slide in an event of the record, from the start's first node on; and in its last row, (n,)."""
+    slipped: SlippedNodes = field(init=False)
+    """How often each node began to slide in an event of the record; and in its last row, (n,)."""
     last_slips: NDArray[np.int64] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.node_slips = np.zeros(self.case.slab.n_x, np.int64)
-        self.last_slips = self.node_slips.copy()
+        self.last_slips = np.zeros(self.case.slab.n_x, np.int64)
+        self.slipped = SlippedNodes(self.solved.first_node, self.last_slips.copy())
 
-    def slide_to_limits(self) -> None:
+    def _left(self) -> float:
+        """Length of the way that is left."""
+        solved, (pin_rate, load_rate, _) = self.solved, self.way.direction
+        if not pin_rate:
+            return (self.way.until - solved.normal_load) * load_rate
+        end = min(self.way.end(self.case, self.initial_stiffness) * pin_rate, off_the_slab(self.case))
+        return end - solved.displacement * pin_rate
+
+    def _longest(self) -> float:
+        """The longest step: LONGEST_STEP, or what load shifts the edges of a parabola's contact by as much: a² ~ W."""
+        if self.way.direction.pin_rate:
+            return LONGEST_STEP * self.case.slab.spacing
+        return 4.0 * LONGEST_STEP / int(self.solved.contact.sum()) * self.solved.normal_load
+
+    def follow(self) -> None:
         """Step from change of roles to change of roles. Raises CoulombError where the contact has no solution."""
         case, solved = self.case, self.solved
-        rates = stick_and_slide_in_motion(solved, 1.0)
-        self.initial_stiffness = float(rates[0][0].sum())
-        end_at = min(farthest(case, self.initial_stiffness), off_the_slab(case))
-        while len(self.rows) < (case.max_events or math.inf) and solved.displacement < end_at:
-            step, kind, node = next_change(solved, rates, 1.0)
-            longest = min(LONGEST_STEP * case.slab.spacing, end_at - solved.displacement)
-            self.dissipated += advance(solved, min(step, longest), rates, 1.0)
+        rates = stick_and_slide_in_motion(solved)
+        self.initial_stiffness = _stiffness(self.way.direction, float(rates[0][0].sum()))
+        while len(self.rows) < (case.max_events or math.inf) and (left := self._left()) > 0.0:
+            step, kind, node = next_change(solved, rates)
+            longest = min(self._longest(), left)
+            self.dissipated += advance(solved, min(step, longest), rates)
             before, touching, slips = float(solved.force[0].sum()), solved.contact.copy(), solved.node_slips.copy()
             change(solved, kind if step <= longest else EventKind.NOTHING, node)
-            rates = stick_and_slide_in_motion(solved, 1.0)
+            rates = stick_and_slide_in_motion(solved)
             if step <= longest:
                 _refuse_flanks(solved, self.dissipated)
                 changes = ((touching & ~solved.contact).sum(), (solved.contact & ~touching).sum())
                 self._add((kind, node, before, float(rates[0][0].sum())), solved.node_slips - slips, changes)
-            if nodes := left_behind(case, solved.contact, solved.contact):
+            if nodes := left_behind(case, solved.contact, solved.contact, self.way.direction.pin_rate):
                 solved.go_on(nodes)
-                rates, self.last_slips = solved.rates(1.0), np.roll(self.last_slips, -nodes)
+                rates, self.last_slips = solved.rates(), np.roll(self.last_slips, -nodes)
 
     def _add(
         self, event: tuple[EventKind, int, float, float], slips: NDArray[np.int64], changes: tuple[int, int]
     ) -> None:
         """The row of an event: its kind, node, force before and stiffness after; slips of each node (n,); releases, touches."""
         solved, (kind, node, before, stiffness) = self.solved, event
-        first = solved.first_node - self.start.first_node
-        self.node_slips = reaching(self.node_slips, first + len(slips))
-        self.node_slips[first:][: len(slips)] += slips
+        of_grid = self.slipped.of_grid(solved.first_node, len(slips))
+        of_grid += slips
         forces = (solved.displacement, before, float(solved.force[0].sum()), stiffness)
         again = bool(self.rows) and self.rows[-1][0] == solved.displacement
         self.last_slips = self.last_slips + slips if again else slips
@@ -392,6 +445,7 @@ class _Run:
             int(slips.sum()),
             *changes,
             *sizes,
+            solved.normal_load,
         )
         self.rows.append(_as_one(self.rows.pop(), row) if again else row)
         self.dissipated = 0.0
@@ -436,34 +490,39 @@ def slide_to_state(
     case: Case, compliance: Compliance, start: ContactState | None = None
 ) -> tuple[FrictionRecord, ContactState]:
     """Like `slide`, and the contact as it is where the record ends."""
+    return followed(case, compliance, start)[:2]
+
+
+def followed(case: Case, compliance: Compliance, start: ContactState | None = None, way: Way | None = None) -> Run:
+    """The run along a way from `start`: without one, the record of the case."""
     if not case.effects.friction:
         raise InvalidInput("friction = false: needs the stage contact alone, there is nothing to slide against")
     start = initial_contact(case, compliance) if start is None else start
     if not start.outcome.ok:
-        return _no_record(case, start, start), start
+        return _no_record(case, start, start)
     try:
-        record, end = _slid(case, start, compliance)
+        run = _method(case)(case, start, compliance, way or Way(case.normal_load))
     except (SingularOperator, TooFarApart) as error:
-        end = replace(start, outcome=error.outcome)
-        record = _no_record(case, start, end)
-    end = checked(case, compliance, end)
-    if end.outcome.ok and not (found := lawfulness(case, start, record, end)).ok:
+        run = _no_record(case, start, replace(start, outcome=error.outcome))
+    end = checked(case, compliance, run.end)
+    if end.outcome.ok and not (found := lawfulness(case, start, run.record, end, run.load_work)).ok:
         end = checked(case, compliance, replace(end, outcome=found))
-    return record if end.outcome is record.outcome else replace(record, outcome=end.outcome), end
+    record = run.record
+    record = record if end.outcome is record.outcome else replace(record, outcome=end.outcome)
+    return run._replace(record=record, end=end)
 
 
-def _no_record(case: Case, start: ContactState, end: ContactState) -> FrictionRecord:
+def _no_record(case: Case, start: ContactState, end: ContactState) -> Run:
     """The record of a run without events."""
-    return record_of(case, start, math.nan, empty_events(0), np.zeros(case.slab.n_x, np.int64), 0, end)
+    slipped = SlippedNodes(start.first_node, np.zeros(case.slab.n_x, np.int64))
+    return record_of(case, start, math.nan, empty_events(0), slipped, 0, end)
 
 
-def _slid(case: Case, start: ContactState, compliance: Compliance) -> tuple[FrictionRecord, ContactState]:
-    """The record and the contact where it ends, in the one of the three ways to slide that a case asks for."""
+def _method(case: Case) -> Callable[[Case, ContactState, Compliance, Way], Run]:
+    """The one of the three ways to slide that a case asks for."""
     if not case.effects.pin_translation:
-        return slide_with_constant_pressures(case, start, compliance)
-    if case.slip_rule.residual_shear == 1.0:
-        return slide_with_coulomb_friction(case, start, compliance)
-    return slide_full_contact(case, start, compliance)
+        return slide_with_constant_pressures
+    return slide_with_coulomb_friction if case.slip_rule.residual_shear == 1.0 else slide_full_contact
 
 
 def states_at(case: Case, compliance: Compliance, events: Sequence[int]) -> tuple[list[ContactState], Outcome]:

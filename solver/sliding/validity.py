@@ -209,7 +209,7 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     nodes = np.flatnonzero(start.contact | end.contact)
     if not case.slab.scheme.endless:
         nodes = np.concatenate((nodes, np.flatnonzero(record.node_slips), record.node))
-    travel = record.final_displacement - start.displacement
+    travel = abs(record.final_displacement - start.displacement)
     half_width = contact_half_width(start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
     return _judged(case, seen, _guess(case))
@@ -286,28 +286,32 @@ def _place(case: Case, seen: _Seen) -> Flag | None:
     return Flag.near_ends if near else None
 
 
-def lawfulness(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Outcome:
-    """COMPLETED, or the law that a record from `start` to `end` violates as a whole."""
+def lawfulness(
+    case: Case, start: ContactState, record: FrictionRecord, end: ContactState, load_work: float = 0.0
+) -> Outcome:
+    """COMPLETED, or the law that a record from `start` to `end` violates as a whole. load_work: done by the load."""
     stiffness = record.initial_stiffness
     if case.slip_rule.residual_shear < 1.0 and stiffness <= 0.0:
         other = "an aspect_ratio nearer 1" if case.slab.scheme.reciprocal else "the scheme galerkin"
         message = f"lateral stiffness K = {stiffness:.3g}: an elastic slab's is above 0; use {other}"
         return Outcome(Ending.SINGULAR_OPERATOR, message)
     # Classical sliding has looked at its energy event by event.
-    if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end):
+    if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end, load_work):
         return COMPLETED
     xi = (surface_from_pin(case, end.first_node) + end.u - end.displacement)[end.contact]
     steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case, end.first_node)[end.contact]).any()
     return STEEP_PIN if steep else energy_created(case)
 
 
-def _creates_energy(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> bool:
+def _creates_energy(
+    case: Case, start: ContactState, record: FrictionRecord, end: ContactState, load_work: float
+) -> bool:
     """Whether events created more energy than rounding explains: the rounding error of load times displacement in each event."""
     created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
-    steps = np.diff(record.displacement, prepend=start.displacement)
+    steps = np.abs(np.diff(record.displacement, prepend=start.displacement))
     before = np.concatenate(([record.initial_force], record.force_after))[:-1]
     work = float(np.abs(before + record.force_before) @ steps) / 2.0
     farthest = float(np.abs(end.u[end.contact]).max(initial=0.0))
     moved = case.normal_load + abs(end.approach) + abs(end.displacement) + farthest
     rounding = sys.float_info.epsilon * case.normal_load * moved * len(record.dissipated)
-    return bool(created > CREATED * (lost + work) + rounding)
+    return bool(created > CREATED * (lost + work + abs(load_work)) + rounding)

@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.closed_forms import film_half_width
+from nanoslip.solver.contact.kernels.path import STRETCHES
 from nanoslip.solver.contact.kernels.state import margin
 from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import Drive
@@ -22,7 +23,6 @@ from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import PIECES, batches
-from nanoslip.solver.sliding.kernels.slide import STRETCHES
 from nanoslip.solver.sliding.record import FIRST_CAPACITY, farthest, off_the_slab
 from nanoslip.study.plan.task import Task, case_of, drive_of
 

@@ -44,7 +44,7 @@ import numpy as np
 from nanoslip.solver.compiled import compiled
 from nanoslip.solver.sliding.kernels.slide import _worst_violation
 kernel = compiled(entry=True)(_worst_violation.py_func)
-value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, -1.0)
+value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, -1.0, 1)
 """,
         *("contact/kernels/events.py", "PLACE = 0xFFFF\n", "PLACE = 0xFFFFFFFF\n"),
     ),

@@ -12,6 +12,7 @@ import pytest
 from nanoslip.solver.case import Case, Distribution, Effects, Heterogeneity, InitialContact, SlipRule
 from nanoslip.solver.contact.compiled_contact import beyond_window, state_of, within_reach
 from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.kernels.path import follow_path
 from nanoslip.solver.contact.kernels.state import Rise, Stop, slip_on_rough
 from nanoslip.solver.contact.pin import node_friction, pin_of
 from nanoslip.solver.elasticity.compliance import surface_compliance
@@ -19,9 +20,16 @@ from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import slide as full_contact
-from nanoslip.solver.sliding.kernels.slide import slide_events
 from nanoslip.solver.sliding.plateau import plateau_of
-from nanoslip.solver.sliding.slide import compiled_at, first_of, first_room, slide, slide_full_contact, slide_to_state
+from nanoslip.solver.sliding.slide import (
+    Way,
+    compiled_at,
+    first_of,
+    first_room,
+    slide,
+    slide_full_contact,
+    slide_to_state,
+)
 from nanoslip.solver.sliding.validity import Flag, contact_flags, expected_flags
 from tests.physics import assert_contact_laws
 
@@ -199,7 +207,7 @@ def test_no_node_beyond_the_window_ever_lies_inside_a_rough_pin(seed):
     status = Stop.FULL
     while held < len(events.displacement) and status in (Stop.FULL, Stop.WINDOW_TOO_NARROW):
         room = first_of(events, min(held + 10, len(events.displacement)))
-        status, held = slide_events(compiled.state, compiled.constants, room, node_slips, held, np.inf)
+        status, held = follow_path(compiled.state, compiled.constants, room, node_slips, held, np.inf)
         state = state_of(compiled, COMPLETED)
         assert not beyond_window(compiled, state)
         if status == Stop.WINDOW_TOO_NARROW:
@@ -211,9 +219,9 @@ def test_a_rough_pin_slides_within_windows_as_on_the_whole_surface(seed, monkeyp
     """The same slips of the same nodes; forces to what rounding grows to in four thousand events."""
     case, compliance = random_scene(seed)
     start = initial_contact(case, compliance)
-    found, _ = slide_full_contact(case, start, compliance)
+    found = slide_full_contact(case, start, compliance, Way(case.normal_load)).record
     monkeypatch.setattr(full_contact, "within_reach", lambda *_: np.ones(case.slab.n_x, np.bool_))
-    whole, _ = slide_full_contact(case, start, compliance)
+    whole = slide_full_contact(case, start, compliance, Way(case.normal_load)).record
     np.testing.assert_array_equal(found.node, whole.node)
     np.testing.assert_array_equal(found.slips, whole.slips)
     np.testing.assert_allclose(found.force_after, whole.force_after, atol=1e-7 * case.normal_load)
@@ -228,7 +236,7 @@ def test_windows_that_do_not_last_give_way_to_the_whole_surface(monkeypatch):
         return compiled
 
     monkeypatch.setattr(full_contact, "compiled_at", seen)
-    record, _ = slide_full_contact(case, initial_contact(case, compliance), compliance)
+    record = slide_full_contact(case, initial_contact(case, compliance), compliance, Way(case.normal_load)).record
     assert len(record.displacement) == case.max_events
     assert windows[0] != slice(0, 65) == windows[-1]
     assert len(windows) < 2 * full_contact.AT_FIRST

@@ -500,13 +500,13 @@ def test_a_pin_that_slides_on_and_on_leaves_the_slab(monkeypatch):
     assert record.final_displacement == record.displacement[-1]
 
 
-def worst(shear, pressure, limits, opposite=-1.0):
-    node, tension = worst_violation(shear, -pressure, limits, np.isfinite(limits), 1e-15, opposite)
+def worst(shear, pressure, limits, opposite=-1.0, ahead=1):
+    node, tension = worst_violation(shear, -pressure, limits, np.isfinite(limits), 1e-15, opposite, ahead)
     return int(node), float(tension)
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_the_worst_offender_is_the_node_with_the_largest_ratio_and_of_mirror_twins_the_one_further_right(seed):
+def test_the_worst_offender_is_the_node_with_the_largest_ratio_and_of_mirror_twins_the_one_further_ahead(seed):
     rng = np.random.default_rng(seed)
     shear, pressure, limits = rng.normal(size=45), rng.uniform(0.1, 1.0, 45), rng.uniform(0.1, 1.0, 45)
     limits[rng.random(45) < 0.3] = np.nan  # free or stuck for ever
@@ -522,3 +522,4 @@ def test_the_worst_offender_is_the_node_with_the_largest_ratio_and_of_mirror_twi
         shear[right] = ratio
         shear[left] = -ratio * (1.0 + rng.integers(-4, 5) * np.finfo(float).eps)
         assert worst(shear, np.ones(45), np.ones(45))[0] == right
+        assert worst(shear, np.ones(45), np.ones(45), ahead=-1)[0] == left

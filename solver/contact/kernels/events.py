@@ -1,4 +1,4 @@
-"""Compiled events: displacement, release and touch of nodes; violations, cascades, the next event, loading."""
+"""Compiled events: displacement, release and touch of nodes; violations, cascades, the next event along a path."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,12 @@ from nanoslip.solver.contact.kernels.state import (
     face_height,
     first_root,
     knot_ahead,
-    move_along,
     piece_entered,
     pin_height,
     pin_slope,
     refresh,
     rise_slope,
-    set_rate_to_displacement,
-    set_rate_to_load,
+    set_rate,
     slip_move,
 )
 
@@ -90,23 +88,20 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
 
 
 @compiled(inline="always")
-def _refresh_after_changes(state: KernelState, pin_rate: float) -> None:
+def _refresh_after_changes(state: KernelState) -> None:
     """From time to time, after changes of the contact: a fresh response, a fresh rate, and the equilibrium residual."""
     state.scalars.changes_since_refresh += 1
     if state.scalars.changes_since_refresh < REFRESH_CHANGES:
         return
     state.scalars.changes_since_refresh = 0
     refresh(state)
-    if pin_rate > 0.0:
-        set_rate_to_displacement(state)
-    else:
-        set_rate_to_load(state)
+    set_rate(state)
     state.scalars.residual = max(state.scalars.residual, equilibrium_residual(state))
 
 
 @compiled(inline="always")
-def _release(state: KernelState, i: int, pin_rate: float) -> bool:
-    """Release node i: its forces fall to zero, its displacements follow. pin_rate: how fast contact nodes move, see `resolve`."""
+def _release(state: KernelState, i: int) -> bool:
+    """Release node i: its forces fall to zero, its displacements follow."""
     if not pivot(state, i):
         return False
     n, y, rate = len(state.x), state.response, state.rate
@@ -117,15 +112,15 @@ def _release(state: KernelState, i: int, pin_rate: float) -> bool:
     state.scalars.dissipated -= 0.5 * (force_x * (y[i] - before_x) + force_z * (y[j] - before_z))
     # The rate is a response like any other: its forces are taken away, the node's own rates were those of the pin.
     rate_x, rate_z = rate[i], rate[j]
-    rate[i], rate[j] = pin_rate, 0.0
+    rate[i], rate[j] = state.scalars.pin_rate, 0.0
     add_two_rows(rate, state.tableau, i, -rate_x, j, -rate_z)
     state.scalars.releases += 1
     return True
 
 
 @compiled(inline="always")
-def _touch(state: KernelState, constants: KernelConstants, i: int, pin_rate: float) -> bool:
-    """Bring node i into contact, stuck where it is; a penetration is pushed back along z. pin_rate: as in `_release`."""
+def _touch(state: KernelState, constants: KernelConstants, i: int) -> bool:
+    """Bring node i into contact, stuck where it is; a penetration is pushed back along z."""
     j = len(state.x) + i
     height = pin_height(constants, state.x[i] + state.response[i] - state.scalars.displacement)
     if not pivot(state, i):
@@ -133,7 +128,7 @@ def _touch(state: KernelState, constants: KernelConstants, i: int, pin_rate: flo
     state.scalars.dissipated -= displace(state.response, state.tableau, state.inputs, i, 0.0, height - state.inputs[j])
     rate_x, rate_z = state.rate[i], state.rate[j]
     state.rate[i], state.rate[j] = 0.0, 0.0
-    add_two_rows(state.rate, state.tableau, i, pin_rate - rate_x, j, -rate_z)
+    add_two_rows(state.rate, state.tableau, i, state.scalars.pin_rate - rate_x, j, -rate_z)
     state.scalars.touches += 1
     if not constants.inner_nodes[0] <= i <= constants.inner_nodes[1]:
         state.scalars.touches_near_end += 1
@@ -151,7 +146,7 @@ CREATED = 1e-14
 PLACE = 0xFFFF
 """Lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties."""
 TIE = 2.0**-36
-"""The same share of a step: of events that are nearer, the one further right comes first."""
+"""The same share of a step: of events that are nearer, the one further ahead comes first."""
 HALF_PLACE = PLACE // 2 + 1
 """Added to a ratio before it is cut: ratios that one cut separates though they are ties, the other does not."""
 
@@ -163,15 +158,27 @@ def bits(value: float) -> int:
 
 
 @compiled(inline="always")
-def ranked(ratio: int, i: int) -> int:
-    """The bits of a shear ratio, the lowest of them replaced by the node's place i."""
-    return (ratio & ~PLACE) | i
+def from_front(k: int, n: int, ahead: int) -> int:
+    """Node number k of n, counted from 0 at the side ahead."""
+    return n - 1 - k if ahead > 0 else k
 
 
 @compiled(inline="always")
-def highest_ranked(cut: int, shifted: int) -> int:
-    """The place in the largest rank of either cut, or -1 where there is none."""
-    return max(cut & PLACE, shifted & PLACE) if cut > 0 else -1
+def counted(ahead: int) -> int:
+    """Bits that turn a node's number round, so that nodes rank higher further ahead: none where that is to the right."""
+    return 0 if ahead > 0 else PLACE
+
+
+@compiled(inline="always")
+def ranked(ratio: int, place: int) -> int:
+    """The bits of a shear ratio, the lowest of them replaced by the node's place, which is larger further ahead."""
+    return (ratio & ~PLACE) | place
+
+
+@compiled(inline="always")
+def highest_ranked(cut: int, shifted: int, turned: int) -> int:
+    """The node in the largest rank of either cut, or -1 where there is none. turned: as from `counted`."""
+    return max(cut & PLACE, shifted & PLACE) ^ turned if cut > 0 else -1
 
 
 @compiled(inline="always")
@@ -188,29 +195,31 @@ def worst_violation(
     contact: NDArray[np.bool_],
     tolerance: float,
     opposite: float,
+    ahead: int,
 ) -> tuple[int, float]:
-    """The node with the largest limited shear over μ_i·pressure (of ties the one further right), or -1; the largest tension.
+    """The node with the largest limited shear over μ_i·pressure (of ties the one further ahead), or -1; the largest tension.
 
     A node without shear never counts. Both are maxima of integers, for vector instructions: a ratio's lowest bits hold the node.
     Ratios nearer than half of the cut coincide in at least one of two cuts, half a step apart.
     """
-    cut, shifted, tension = 0, 0, 0
+    cut, shifted, tension, turned = 0, 0, 0, counted(ahead)
     for i in range(len(active_friction)):
         size, allowed = limited(shear[i], opposite), -active_friction[i] * normal[i]
         ratio = bits(size / max(allowed, tolerance))
         offends = (size - allowed > tolerance) & (size > tolerance)
-        cut = max(cut, ranked(ratio, i) if offends else 0)
-        shifted = max(shifted, ranked(ratio + HALF_PLACE, i) if offends else 0)
+        cut = max(cut, ranked(ratio, i ^ turned) if offends else 0)
+        shifted = max(shifted, ranked(ratio + HALF_PLACE, i ^ turned) if offends else 0)
         tension = max(tension, bits(normal[i] if contact[i] else 0.0))
-    return highest_ranked(cut, shifted), float(np.int64(tension).view(np.float64))
+    return highest_ranked(cut, shifted, turned), float(np.int64(tension).view(np.float64))
 
 
 @compiled()
 def largest_tension(state: KernelState, constants: KernelConstants) -> int:
-    """The node in contact that pulls most, of ties the one further right, or -1."""
+    """The node in contact that pulls most, of ties the one further ahead, or -1."""
     n = len(state.x)
     found, largest = -1, 0.0
-    for i in range(n - 1, -1, -1):
+    for k in range(n):
+        i = from_front(k, n, state.scalars.ahead)
         if state.contact[i] and state.response[n + i] > largest + constants.slip.tolerance:
             found, largest = i, state.response[n + i]
     return found
@@ -218,10 +227,11 @@ def largest_tension(state: KernelState, constants: KernelConstants) -> int:
 
 @compiled(inline="always")
 def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
-    """The free node that lies deepest inside the pin, of ties the one further right, or -1."""
+    """The free node that lies deepest inside the pin, of ties the one further ahead, or -1."""
     n = len(state.x)
     found, deepest = -1, 0.0
-    for i in range(n - 1, -1, -1):
+    for k in range(n):
+        i = from_front(k, n, state.scalars.ahead)
         if not state.contact[i]:
             xi = state.x[i] + state.response[i] - state.scalars.displacement
             gap = pin_height(constants, xi) - state.response[n + i]
@@ -284,7 +294,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
     node = first
     while True:
         if node < 0:
-            node, tension = worst_violation(shear, normal, active_friction, contact, tolerance, opposite)
+            node, tension = worst_violation(shear, normal, active_friction, contact, tolerance, opposite, scalars.ahead)
             if tension > tolerance:
                 return Stop.DONE, EventKind.RELEASE, largest_tension(state, constants)
             if node < 0:
@@ -313,7 +323,9 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
     opposite = constants.slip.opposite
     along, down = state.work[0], state.work[1]
     while True:
-        worst, tension = worst_violation(y[:n], y[n : 2 * n], state.active_friction, state.contact, tolerance, opposite)
+        worst, tension = worst_violation(
+            y[:n], y[n : 2 * n], state.active_friction, state.contact, tolerance, opposite, state.scalars.ahead
+        )
         if tension > tolerance:
             return Stop.DONE, EventKind.RELEASE, largest_tension(state, constants)
         if worst < 0 and first < 0:
@@ -364,31 +376,30 @@ def _slip_offenders(
 
 
 @compiled(inline="always")
-def _change_contact(state: KernelState, constants: KernelConstants, kind: EventKind, i: int, pin_rate: float) -> Stop:
+def _change_contact(state: KernelState, constants: KernelConstants, kind: EventKind, i: int) -> Stop:
     """Release node i or bring it into contact; DONE or why not."""
     if kind == EventKind.RELEASE:
         if state.contact.sum() == 1:
             return Stop.CONTACT_LOST
-        changed = _release(state, i, pin_rate)
+        changed = _release(state, i)
     else:
         xi = state.x[i] + state.response[i] - state.scalars.displacement
         if abs(state.x[i]) > constants.half_width or abs(xi) > constants.half_width:
             # The sharp edge of a punch meets a node that was not under it, or has passed over one within a step of the floor:
             # neither side of the edge is an equilibrium.
             return Stop.EDGE_REACHED
-        changed = _touch(state, constants, i, pin_rate)
+        changed = _touch(state, constants, i)
     if not changed:
         return Stop.SLIP_UNBOUNDED
-    _refresh_after_changes(state, pin_rate)
+    _refresh_after_changes(state)
     return Stop.DONE
 
 
 @compiled(entry=True)
-def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, node: int, pin_rate: float) -> Stop:
+def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
     """The cascade: answer the trigger (or NOTHING, -1), then the worst violation until none is left: tension, shear, penetration.
 
-    pin_rate: motion of contact nodes per unit step of the rate: 1 if the pin moves, 0 if the load changes. Nodes that touch and
-    leave in turns are a CONTACT_CYCLE, found early because a touch costs hundreds of slips.
+    Nodes that touch and leave in turns are a CONTACT_CYCLE, found early because a touch costs hundreds of slips.
     """
     changes, most = 0, 100 + CHANGES_PER_NODE * len(state.x)
     while True:
@@ -396,7 +407,7 @@ def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, nod
             changes += 1
             if changes > most:
                 return Stop.CONTACT_CYCLE
-            status = _change_contact(state, constants, kind, node, pin_rate)
+            status = _change_contact(state, constants, kind, node)
             if status != Stop.DONE:
                 return status
             node = -1
@@ -427,20 +438,20 @@ EDGE = 1e-9
 
 
 @compiled()
-def next_event(state: KernelState, constants: KernelConstants, pin_rate: float) -> tuple[float, EventKind, int]:
-    """Smallest step along the rate at which a constraint is reached, with its kind and node; infinite if there is none.
+def next_event(state: KernelState, constants: KernelConstants) -> tuple[float, EventKind, int]:
+    """Smallest step along the path at which a constraint is reached, with its kind and node; infinite if there is none.
 
-    Of ties (TIE) it is the node further right: which of two mirror nodes comes first is not left to rounding.
-    pin_rate: pin displacement per unit step (1 in sliding, 0 in loading).
+    Of ties (TIE) it is the node further ahead: which of two mirror nodes comes first is not left to rounding.
     """
     n = len(state.x)
     nearest, kind, node = np.inf, EventKind.NOTHING, -1
     horizon = _horizon(constants.pin.rise, state, constants.slip.opposite)
-    for i in range(n - 1, -1, -1):
+    for k in range(n):
+        i = from_front(k, n, state.scalars.ahead)
         if state.contact[i]:
             step, what = _step_to_limit(state, constants.slip.opposite, i)
         else:
-            step, what = _step_to_touch(state, constants, i, pin_rate, min(nearest, horizon)), EventKind.TOUCH
+            step, what = _step_to_touch(state, constants, i, min(nearest, horizon)), EventKind.TOUCH
         if step < nearest * (1.0 - TIE):
             kind, node = what, i
         nearest = min(nearest, step)
@@ -479,10 +490,11 @@ def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, 
 
 
 @compiled(inline="always")
-def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, pin_rate: float, nearest: float) -> float:
+def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, nearest: float) -> float:
     """Step at which free node i meets the pin: the gap is quadratic in the step. Of no interest beyond `nearest`."""
     n = len(state.x)
-    xi, xi_rate = state.x[i] + state.response[i] - state.scalars.displacement, state.rate[i] - pin_rate
+    scalars = state.scalars
+    xi, xi_rate = state.x[i] + state.response[i] - scalars.displacement, state.rate[i] - scalars.pin_rate
     height, height_rate = state.response[n + i], state.rate[n + i]
     if abs(xi) > constants.half_width:
         # Outside a flat punch: the edge arrives, and meets a node that stands above the punch's face.
@@ -545,29 +557,3 @@ def _step_to_rough(
         here = far
         k += sense
     return np.inf
-
-
-# Raise the load event by event, the pin held.
-
-
-@compiled(entry=True)
-def raise_load(state: KernelState, constants: KernelConstants, target: float) -> Stop:
-    """Raise the load to `target` event by event, the pin held; slips are counted in `scalars`."""
-    n = len(state.x)
-    floor = 1e-9 * target
-    while True:
-        left = target + state.inputs[2 * n]
-        if left <= 0.0:
-            return Stop.DONE
-        step, kind, node = next_event(state, constants, 0.0)
-        last = step >= left
-        step = left if last else min(max(step, floor), left)
-        move_along(state.response, step, state.rate)
-        state.inputs[2 * n] = -target if step == left else state.inputs[2 * n] - step
-        if last:
-            kind, node = EventKind.NOTHING, -1
-        status = resolve(state, constants, kind, node, 0.0)
-        if status != Stop.DONE:
-            return status
-        if state.scalars.touches_near_end:
-            return Stop.WINDOW_TOO_NARROW

@@ -12,7 +12,7 @@ A slip adds two rows of it to the response; touch and release exchange one node'
 """
 
 from enum import IntEnum
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +71,14 @@ class Scalars(Protocol):
 
     displacement: float
     """δ_p."""
+    pin_rate: float
+    """Change of δ_p per unit step along the path: 1 or -1, or 0 where the pin rests."""
+    load_rate: float
+    """Change of the load per unit step: 1 or -1 where the pin rests."""
+    ahead: int
+    """Side that counts as ahead in ties: 1 is right, -1 left, the way that the pin moves or last moved."""
+    load_work: float
+    """Work of the load since the tableau was set up."""
     dissipated: float
     """Energy lost in the current event."""
     residual: float
@@ -102,7 +110,7 @@ class KernelState(NamedTuple):
     inputs: Floats
     """(N,)"""
     rate: Floats
-    """(N,) response per unit of pin displacement (or of load, in initial contact)."""
+    """(N,) response per unit step along the path."""
     contact: NDArray[np.bool_]
     """(n,)"""
     x: Floats
@@ -150,6 +158,8 @@ class SlipConstants(NamedTuple):
     """Factor of shear against the drag before it is compared with its limit: -1, or 0 where only shear along it is limited."""
     event_floor: float
     """In node spacings."""
+    load_floor: float
+    """Smallest step of the load while the pin rests."""
     spacing: float
     """Distance between surface nodes."""
     friction_bound: float
@@ -172,17 +182,31 @@ class KernelConstants(NamedTuple):
     inner_nodes: tuple[int, int]
     """First and last node of the window that can touch without a node beyond the window being near."""
     window_until: tuple[float, float, float]
-    """Displacement of the pin, and heights of the window's first and last node as the pin sees them, at which a node beyond
-    could be near though none touches at its end; infinite under a smooth pin, which meets one node after another."""
+    """Displacement of the pin in its direction, and heights of the window's first and last node as the pin sees them, at which
+    a node beyond could be near though none touches at its end; infinite under a smooth pin: it meets one node after another."""
 
 
 _SCALARS = np.dtype(list(Scalars.__annotations__.items()))
 
 
-def new_scalars(displacement: float) -> Scalars:
-    """The numbers of a state, all 0 but δ_p."""
+class Direction(NamedTuple):
+    """Direction of a path of pin displacement and load; see `Scalars`."""
+
+    pin_rate: float = 1.0
+    load_rate: float = 0.0
+    ahead: int = 1
+
+
+FORWARD: Final = Direction()
+"""The pin moves to the right under a constant load."""
+
+
+def new_scalars(displacement: float, direction: Direction) -> Scalars:
+    """The numbers of a state, all 0 but δ_p and the direction."""
     scalars: Scalars = np.zeros(1, _SCALARS)[0]
     scalars["displacement"] = displacement
+    for name, value in direction._asdict().items():
+        scalars[name] = value
     return scalars
 
 
@@ -373,20 +397,29 @@ def refresh(state: KernelState) -> None:
 
 
 @compiled()
-def set_rate_to_displacement(state: KernelState) -> None:
-    """Set the rate to the response per unit of pin displacement: all contact nodes move along."""
+def set_rate(state: KernelState) -> None:
+    """Set the rate to the response per unit step along the path: contact nodes move with the pin, the load changes."""
     state.rate[:] = 0.0
+    if state.scalars.pin_rate != 0.0:
+        for i in range(len(state.x)):
+            if state.contact[i]:
+                add(state.rate, state.scalars.pin_rate, state.tableau[i])
+    if state.scalars.load_rate != 0.0:
+        add(state.rate, -state.scalars.load_rate, state.tableau[2 * len(state.x)])
+
+
+@compiled()
+def step_along(state: KernelState, step: float) -> None:
+    """Go on by `step` along the path, every contact node stuck to the pin."""
+    last, scalars = 2 * len(state.x), state.scalars
+    moved, raised = step * scalars.pin_rate, step * scalars.load_rate
+    scalars.load_work += (0.5 * raised - state.inputs[last]) * step * state.rate[last]
+    move_along(state.response, step, state.rate)
     for i in range(len(state.x)):
         if state.contact[i]:
-            add(state.rate, 1.0, state.tableau[i])
-
-
-@compiled(entry=True)
-def set_rate_to_load(state: KernelState) -> None:
-    """Set the rate to the response per unit of load, the pin held."""
-    last = 2 * len(state.x)
-    for k in range(len(state.rate)):
-        state.rate[k] = -state.tableau[last, k]
+            state.inputs[i] += moved
+    state.inputs[last] -= raised
+    scalars.displacement += moved
 
 
 @compiled(entry=True)
@@ -464,10 +497,10 @@ def _refine(state: KernelState) -> None:
 
 @compiled(entry=True)
 def respond(state: KernelState) -> None:
-    """Set response and rate to those of a fresh tableau, the nodes in contact moving with the pin."""
+    """Set response and rate to those of a fresh tableau."""
     refresh(state)
     _refine(state)
-    set_rate_to_displacement(state)
+    set_rate(state)
 
 
 MARGIN = 8

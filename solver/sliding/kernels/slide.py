@@ -1,4 +1,4 @@
-"""Sliding from event to event, compiled: on the tableau, and with constant pressures; and the columns of events that it fills."""
+"""Sliding with constant pressures, compiled; and a search for cycles of events."""
 
 from typing import NamedTuple
 
@@ -11,56 +11,23 @@ from nanoslip.solver.contact.kernels.events import (
     REFRESH_SLIPS,
     TIE,
     bits,
-    driven_downhill,
+    counted,
+    from_front,
     highest_ranked,
     limited,
-    next_event,
-    project_onto_pin,
     ranked,
-    resolve,
 )
+from nanoslip.solver.contact.kernels.path import Events, add_slips, overshot, smallest_step
 from nanoslip.solver.contact.kernels.state import (
-    RESIDUAL_LIMIT,
     EventKind,
     Floats,
-    KernelConstants,
-    KernelState,
     Scalars,
     SlipConstants,
     Stop,
     add,
-    equilibrium_residual,
     move_along,
     start_event,
-    total_shear,
 )
-
-
-class Events(NamedTuple):
-    """Columns of a friction record in the making (see FrictionRecord), each of shape (capacity,)."""
-
-    displacement: Floats
-    force_before: Floats
-    force_after: Floats
-    stiffness: Floats
-    dissipated: Floats
-    kind: NDArray[np.int8]
-    node: NDArray[np.int32]
-    slips: NDArray[np.int64]
-    releases: NDArray[np.int32]
-    touches: NDArray[np.int32]
-    contact_size: NDArray[np.int32]
-    extent: NDArray[np.int32]
-
-
-@compiled(inline="always")
-def add_slips(total: NDArray[np.int64], node_slips: NDArray[np.int64]) -> int:
-    """Add the slips of each node (n,) in one event to those of the record; returns how many nodes slipped."""
-    extent = 0
-    for i in range(len(node_slips)):
-        total[i] += node_slips[i]
-        extent += node_slips[i] > 0
-    return extent
 
 
 @compiled(entry=True)
@@ -79,150 +46,6 @@ def cycle(node: NDArray[np.int32], before: Floats, after: Floats) -> int:
         if now == last - 2 * period:
             return period
     return 0
-
-
-# The smallest step of the pin, and by how much it may push shear beyond its limits.
-
-STRETCHES = 24.0
-"""The event floor counts in node spacings, or in this many stretches of the contact where those are shorter.
-
-A stretch is the displacement that would raise the friction force of a sticking contact from 0 to μ_i·W."""
-
-OVERSHOOT = 1e-4
-"""What shear may exceed its limit by before an event, all nodes together, as a share of μ_i·W."""
-
-
-@compiled(inline="always")
-def smallest_step(constants: SlipConstants, stiffness: float, displacement: float) -> float:
-    """The event floor as a length, at δ_p = displacement.
-
-    It is in stretches of the contact if these are shorter than a node spacing (not in the paper's case), and large enough to
-    change a force beyond its tolerance and δ_p beyond rounding. stiffness: change of shear and its limits per displacement.
-    """
-    least = 4.5e-16 * displacement
-    if not stiffness > 0.0:
-        return float(max(constants.event_floor * constants.spacing, least))
-    unit = min(constants.spacing, STRETCHES * constants.friction_bound / stiffness)
-    return float(max(constants.event_floor * unit, 0.1 * constants.tolerance / stiffness, least))
-
-
-@compiled(inline="always")
-def overshot(constants: SlipConstants, overshoot: float, nodes: int) -> bool:
-    """Whether shear exceeds its limits by too much, all nodes together; so does what is not a number."""
-    return not overshoot <= OVERSHOOT * constants.friction_bound + nodes * constants.tolerance
-
-
-# Slide the pin from event to event with the whole contact: the loop around `next_event` and the cascade.
-
-CHECK_EVENTS = 64
-"""Events after which the equilibrium residual is computed, changes of the contact or not."""
-
-
-@compiled()
-def advance(state: KernelState, step: float) -> None:
-    """Move the pin by `step`, every contact node stuck to it."""
-    move_along(state.response, step, state.rate)
-    for i in range(len(state.x)):
-        if state.contact[i]:
-            state.inputs[i] += step
-    state.scalars.displacement += step
-
-
-@compiled(inline="always")
-def stretching(state: KernelState) -> float:
-    """By how much shear and its limits change per displacement of the pin, all nodes together."""
-    n, stiffness = len(state.x), 0.0
-    for i in range(n):
-        if state.contact[i]:
-            stiffness += abs(state.rate[i]) + state.node_friction[i] * abs(state.rate[n + i])
-    return stiffness
-
-
-@compiled(inline="always")
-def overshoot(state: KernelState, opposite: float) -> float:
-    """By how much limited shear exceeds μ_i·pressure, all nodes together."""
-    n, total = len(state.x), 0.0
-    for i in range(n):
-        excess = limited(state.response[i], opposite) + state.active_friction[i] * state.response[n + i]
-        total += excess if excess > 0.0 else 0.0
-    return total
-
-
-@compiled(entry=True)
-def slide_events(
-    state: KernelState,
-    constants: KernelConstants,
-    events: Events,
-    node_slips: NDArray[np.int64],
-    first: int,
-    farthest: float,
-) -> tuple[Stop, int]:
-    """Slide from event to event; returns why it stopped and how many events the record now holds.
-
-    node_slips: (n_x,) slips of each surface node in the record, added to.
-    """
-    scalars = state.scalars
-    of_window = node_slips[constants.first_node : constants.first_node + len(state.x)]
-    for e in range(first, len(events.displacement)):
-        step, kind, node = next_event(state, constants, 1.0)
-        if node < 0 and farthest == np.inf:
-            return Stop.NO_EVENT, e
-        left = farthest - scalars.displacement
-        if step >= left:
-            advance(state, left)
-            return Stop.DONE, e
-        # A floor beyond the end of the run does not hide the event before it.
-        floor = smallest_step(constants.slip, stretching(state), scalars.displacement)
-        step = min(max(step, floor), left)
-        advance(state, step)
-        events.displacement[e] = scalars.displacement
-        events.force_before[e] = total_shear(state.contact, state.response)
-        events.kind[e] = kind
-        events.node[e] = constants.first_node + node
-        status = _answer(state, constants, kind, node)
-        if status != Stop.DONE:
-            return status, e
-        _record(state, events, e)
-        events.extent[e] = add_slips(of_window, state.node_slips)
-        if scalars.touches_near_end or _left_window(state, constants):
-            return Stop.WINDOW_TOO_NARROW, e + 1
-        if scalars.releases + scalars.touches > 0 or e % CHECK_EVENTS == 0:
-            project_onto_pin(state, constants)
-            scalars.residual = max(scalars.residual, equilibrium_residual(state))
-        if scalars.residual > RESIDUAL_LIMIT:
-            return Stop.INACCURATE, e + 1
-    return Stop.FULL, len(events.displacement)
-
-
-@compiled(inline="always")
-def _left_window(state: KernelState, constants: KernelConstants) -> bool:
-    """Whether a rough pin has moved, or sunk, or the surface heaved so far that nodes beyond the window could meet it."""
-    displacement, left, right = constants.window_until
-    n, y = len(state.x), state.response
-    return bool(state.scalars.displacement > displacement or y[n] > left or y[2 * n - 1] > right)
-
-
-@compiled(inline="always")
-def _answer(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
-    """The cascade of one event; DONE, or why the event means nothing."""
-    start_event(state.scalars, state.node_slips)
-    if overshot(constants.slip, overshoot(state, constants.slip.opposite), len(state.x)):
-        return Stop.OVERSHOT
-    status = resolve(state, constants, kind, node, 1.0)
-    return Stop.STEEP if status == Stop.DONE and driven_downhill(state, constants) else status
-
-
-@compiled(inline="always")
-def _record(state: KernelState, events: Events, e: int) -> None:
-    """Row e of the record once its cascade is over."""
-    scalars = state.scalars
-    events.force_after[e] = total_shear(state.contact, state.response)
-    events.stiffness[e] = total_shear(state.contact, state.rate)
-    events.dissipated[e] = scalars.dissipated
-    events.slips[e] = scalars.slips
-    events.releases[e] = scalars.releases
-    events.touches[e] = scalars.touches
-    events.contact_size[e] = state.contact.sum()
 
 
 # Compiled core of sliding with constant pressures: shear alone, so that a slip is one row of the tangential tableau.
@@ -246,7 +69,7 @@ class TangentialState(NamedTuple):
     u: Floats
     """(m,)"""
     rate: Floats
-    """(m,) shear per unit of pin displacement."""
+    """(m,) shear per unit step along the path."""
     shear_limit: Floats
     """(m,) μ_i N; infinite where a node never slips."""
     weights: Floats
@@ -269,17 +92,19 @@ def refresh(state: TangentialState) -> None:
 
 
 @compiled(fastmath={"contract"}, error_model="numpy")
-def _worst_violation(shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float, opposite: float) -> int:
-    """The offender with the largest limited shear over μ_i·N, of ties the one further right, or -1; without a branch, as in
+def _worst_violation(
+    shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float, opposite: float, ahead: int
+) -> int:
+    """The offender with the largest limited shear over μ_i·N, of ties the one further ahead, or -1; without a branch, as in
     `nanoslip.solver.contact.kernels.events.worst_violation`."""
-    cut, shifted = 0, 0
+    cut, shifted, turned = 0, 0, counted(ahead)
     for i in range(len(shear)):
         size = limited(shear[i], opposite)
         ratio = bits(size * weights[i])
         offends = size - shear_limit[i] > tolerance
-        cut = max(cut, ranked(ratio, i) if offends else 0)
-        shifted = max(shifted, ranked(ratio + HALF_PLACE, i) if offends else 0)
-    return highest_ranked(cut, shifted)
+        cut = max(cut, ranked(ratio, i ^ turned) if offends else 0)
+        shifted = max(shifted, ranked(ratio + HALF_PLACE, i ^ turned) if offends else 0)
+    return highest_ranked(cut, shifted, turned)
 
 
 @compiled(inline="always")
@@ -319,7 +144,7 @@ def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) 
         scalars.slips_since_refresh += 1
         if scalars.slips_since_refresh >= REFRESH_SLIPS:
             refresh(state)
-        node = _worst_violation(shear, shear_limit, weights, tolerance, constants.opposite)
+        node = _worst_violation(shear, shear_limit, weights, tolerance, constants.opposite, scalars.ahead)
     return Stop.DONE
 
 
@@ -353,10 +178,11 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
 
 @compiled()
 def _next_slip(state: TangentialState, opposite: float) -> tuple[float, int]:
-    """Smallest step of the pin at which a node reaches its limit, and the node, of ties the one further right; infinite and
+    """Smallest step of the pin at which a node reaches its limit, and the node, of ties the one further ahead; infinite and
     -1 if none does."""
-    nearest, node = np.inf, -1
-    for i in range(len(state.u) - 1, -1, -1):
+    nearest, node, m = np.inf, -1, len(state.u)
+    for k in range(m):
+        i = from_front(k, m, state.scalars.ahead)
         sign = 1.0 if state.rate[i] > 0.0 else opposite
         speed = sign * state.rate[i]
         if speed > 0.0:
@@ -370,9 +196,10 @@ def _next_slip(state: TangentialState, opposite: float) -> tuple[float, int]:
 @compiled(inline="always")
 def _advance(state: TangentialState, step: float) -> None:
     move_along(state.shear, step, state.rate)
+    moved = step * state.scalars.pin_rate
     for i in range(len(state.u)):
-        state.u[i] += step
-    state.scalars.displacement += step
+        state.u[i] += moved
+    state.scalars.displacement += moved
 
 
 @compiled(inline="always")
@@ -391,21 +218,22 @@ def slide_tangentially(
     events: Events,
     node_slips: NDArray[np.int64],
     first: int,
-    farthest: float,
+    until: float,
 ) -> tuple[Stop, int]:
-    """Slide from event to event; returns why it stopped and how many events the record now holds.
+    """Slide from event to event up to δ_p = until; returns why it stopped and how many events the record now holds.
 
     node_slips: (m,) slips of each node in the record, added to.
     """
-    stiffness, scalars = state.rate.sum(), state.scalars
+    scalars = state.scalars
+    stiffness = state.rate.sum() * scalars.pin_rate
     for e in range(first, len(events.displacement)):
         step, node = _next_slip(state, constants.opposite)
-        position = scalars.displacement
-        step = max(step, smallest_step(constants, stiffness, position))
-        if node < 0 and farthest == np.inf:
+        step = max(step, smallest_step(constants, stiffness, abs(scalars.displacement)))
+        left = (until - scalars.displacement) * scalars.pin_rate
+        if node < 0 and left == np.inf:
             return Stop.NO_EVENT, e
-        if position + step >= farthest:
-            _advance(state, farthest - position)
+        if step >= left:
+            _advance(state, left)
             return Stop.DONE, e
         _advance(state, step)
         events.displacement[e] = scalars.displacement

@@ -1,0 +1,208 @@
+"""The path of pin and load from event to event, compiled: the loop around `next_event` and the cascade; columns of events."""
+
+from typing import NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.events import driven_downhill, limited, next_event, project_onto_pin, resolve
+from nanoslip.solver.contact.kernels.state import (
+    RESIDUAL_LIMIT,
+    EventKind,
+    Floats,
+    KernelConstants,
+    KernelState,
+    SlipConstants,
+    Stop,
+    equilibrium_residual,
+    start_event,
+    step_along,
+    total_shear,
+)
+
+
+class Events(NamedTuple):
+    """Columns of a friction record in the making (see FrictionRecord), each of shape (capacity,)."""
+
+    displacement: Floats
+    force_before: Floats
+    force_after: Floats
+    stiffness: Floats
+    dissipated: Floats
+    kind: NDArray[np.int8]
+    node: NDArray[np.int32]
+    slips: NDArray[np.int64]
+    releases: NDArray[np.int32]
+    touches: NDArray[np.int32]
+    contact_size: NDArray[np.int32]
+    extent: NDArray[np.int32]
+    load: Floats
+
+
+def empty_events(capacity: int) -> Events:
+    """Columns for so many events, not filled."""
+    kinds = (get_args(get_args(column)[1])[0] for column in Events.__annotations__.values())
+    return Events(*(np.empty(capacity, kind) for kind in kinds))
+
+
+@compiled(inline="always")
+def add_slips(total: NDArray[np.int64], node_slips: NDArray[np.int64]) -> int:
+    """Add the slips of each node (n,) in one event to those of the record; returns how many nodes slipped."""
+    extent = 0
+    for i in range(len(node_slips)):
+        total[i] += node_slips[i]
+        extent += node_slips[i] > 0
+    return extent
+
+
+# The smallest step, and by how much it may push shear beyond its limits.
+
+STRETCHES = 24.0
+"""The event floor counts in node spacings, or in this many stretches of the contact where those are shorter.
+
+A stretch is the displacement that would raise the friction force of a sticking contact from 0 to μ_i·W."""
+
+OVERSHOOT = 1e-4
+"""What shear may exceed its limit by before an event, all nodes together, as a share of μ_i·W."""
+
+
+@compiled(inline="always")
+def smallest_step(constants: SlipConstants, stiffness: float, displacement: float) -> float:
+    """The event floor as a length, at δ_p = displacement.
+
+    It is in stretches of the contact if these are shorter than a node spacing (not in the paper's case), and large enough to
+    change a force beyond its tolerance and δ_p beyond rounding. stiffness: change of shear and its limits per displacement.
+    """
+    least = 4.5e-16 * displacement
+    if not stiffness > 0.0:
+        return float(max(constants.event_floor * constants.spacing, least))
+    unit = min(constants.spacing, STRETCHES * constants.friction_bound / stiffness)
+    return float(max(constants.event_floor * unit, 0.1 * constants.tolerance / stiffness, least))
+
+
+@compiled(inline="always")
+def overshot(constants: SlipConstants, overshoot: float, nodes: int) -> bool:
+    """Whether shear exceeds its limits by too much, all nodes together; so does what is not a number."""
+    return not overshoot <= OVERSHOOT * constants.friction_bound + nodes * constants.tolerance
+
+
+CHECK_EVENTS = 64
+"""Events after which the equilibrium residual is computed, changes of the contact or not."""
+
+
+@compiled(inline="always")
+def stretching(state: KernelState) -> float:
+    """By how much shear and its limits change per unit step along the path, all nodes together."""
+    n, stiffness = len(state.x), 0.0
+    for i in range(n):
+        if state.contact[i]:
+            stiffness += abs(state.rate[i]) + state.node_friction[i] * abs(state.rate[n + i])
+    return stiffness
+
+
+@compiled(inline="always")
+def overshoot(state: KernelState, opposite: float) -> float:
+    """By how much limited shear exceeds μ_i·pressure, all nodes together."""
+    n, total = len(state.x), 0.0
+    for i in range(n):
+        excess = limited(state.response[i], opposite) + state.active_friction[i] * state.response[n + i]
+        total += excess if excess > 0.0 else 0.0
+    return total
+
+
+@compiled(inline="always")
+def _floor(state: KernelState, constants: SlipConstants) -> float:
+    """The smallest step along the path."""
+    if state.scalars.pin_rate == 0.0:
+        return constants.load_floor
+    return float(smallest_step(constants, stretching(state), abs(state.scalars.displacement)))
+
+
+@compiled(inline="always")
+def _left(state: KernelState, until: float) -> float:
+    """Length of the path up to δ_p = until, or up to this load where the pin rests."""
+    scalars = state.scalars
+    if scalars.pin_rate == 0.0:
+        return float((until + state.inputs[2 * len(state.x)]) * scalars.load_rate)
+    return float((until - scalars.displacement) * scalars.pin_rate)
+
+
+@compiled(entry=True)
+def follow_path(
+    state: KernelState,
+    constants: KernelConstants,
+    events: Events,
+    node_slips: NDArray[np.int64],
+    first: int,
+    until: float,
+) -> tuple[Stop, int]:
+    """Follow the path from event to event; returns why it stopped and how many events the record now holds.
+
+    until: δ_p, or the load where the pin rests, at which the path ends. node_slips: (n_x,) slips of each surface node in the
+    record, added to.
+    """
+    scalars = state.scalars
+    of_window = node_slips[constants.first_node : constants.first_node + len(state.x)]
+    for e in range(first, len(events.displacement)):
+        step, kind, node = next_event(state, constants)
+        left = _left(state, until)
+        if node < 0 and left == np.inf:
+            return Stop.NO_EVENT, e
+        if step >= left:
+            step_along(state, left)
+            return Stop.DONE, e
+        # A floor beyond the end of the run does not hide the event before it.
+        step_along(state, min(max(step, _floor(state, constants.slip)), left))
+        events.displacement[e] = scalars.displacement
+        events.force_before[e] = total_shear(state.contact, state.response)
+        events.kind[e] = kind
+        events.node[e] = constants.first_node + node
+        status = _answer(state, constants, kind, node)
+        if status != Stop.DONE:
+            return status, e
+        _record(state, events, e)
+        events.extent[e] = add_slips(of_window, state.node_slips)
+        if scalars.touches_near_end or _left_window(state, constants):
+            return Stop.WINDOW_TOO_NARROW, e + 1
+        if scalars.releases + scalars.touches > 0 or e % CHECK_EVENTS == 0:
+            project_onto_pin(state, constants)
+            scalars.residual = max(scalars.residual, equilibrium_residual(state))
+        if scalars.residual > RESIDUAL_LIMIT:
+            return Stop.INACCURATE, e + 1
+    return Stop.FULL, len(events.displacement)
+
+
+@compiled(inline="always")
+def _left_window(state: KernelState, constants: KernelConstants) -> bool:
+    """Whether a rough pin has moved, or sunk, or the surface heaved so far that nodes beyond the window could meet it."""
+    displacement, left, right = constants.window_until
+    n, y, scalars = len(state.x), state.response, state.scalars
+    return bool(scalars.pin_rate * scalars.displacement > displacement or y[n] > left or y[2 * n - 1] > right)
+
+
+@compiled(inline="always")
+def _answer(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
+    """The cascade of one event; DONE, or why the event means nothing."""
+    start_event(state.scalars, state.node_slips)
+    if overshot(constants.slip, overshoot(state, constants.slip.opposite), len(state.x)):
+        return Stop.OVERSHOT
+    last = 2 * len(state.x)
+    approach = state.response[last]
+    status = resolve(state, constants, kind, node)
+    state.scalars.load_work -= state.inputs[last] * (state.response[last] - approach)
+    return Stop.STEEP if status == Stop.DONE and driven_downhill(state, constants) else status
+
+
+@compiled(inline="always")
+def _record(state: KernelState, events: Events, e: int) -> None:
+    """Row e of the record once its cascade is over."""
+    scalars = state.scalars
+    events.force_after[e] = total_shear(state.contact, state.response)
+    events.stiffness[e] = total_shear(state.contact, state.rate)
+    events.dissipated[e] = scalars.dissipated
+    events.slips[e] = scalars.slips
+    events.releases[e] = scalars.releases
+    events.touches[e] = scalars.touches
+    events.contact_size[e] = state.contact.sum()
+    events.load[e] = -state.inputs[2 * len(state.x)]
