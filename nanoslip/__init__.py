@@ -101,7 +101,7 @@ if TYPE_CHECKING:
     from nanoslip.study.figures.sweep import figure as figure
     from nanoslip.study.inference.fit import Fit as Fit
     from nanoslip.study.inference.sensitivity import Sensitivity as Sensitivity, sensitivity as sensitivity
-    from nanoslip.study.manifest.checker import ManifestError as ManifestError
+    from nanoslip.study.manifest.problems import ManifestError as ManifestError
     from nanoslip.study.results.store import StoreError as StoreError
 
     __all__: list[str]

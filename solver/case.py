@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Final, Literal, Self
 
-from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.outcome import ABSENT, InvalidInput
 from nanoslip.solver.parameter import MOST_WHOLE, Numbers, Parameter, Roughness, check, declared, parameter, require
 from nanoslip.solver.slab import SCHEMES, Slab
 
@@ -195,7 +195,7 @@ class Interface:
     def __post_init__(self) -> None:
         check(self)
         if self.measured_loads and self.loads != "equal":
-            raise InvalidInput(f"loads = {self.loads} with measured_loads: needs one of them")
+            raise InvalidInput("loads", self.loads, "one of them", {"measured_loads": ABSENT})
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,43 +329,56 @@ class Case:
 
 def _refuse_combinations(case: Case) -> None:
     """Raise InvalidInput where parameters, each allowed, exclude each other."""
-    if case.slip_rule.residual_shear == 1.0 and math.isinf(case.intrinsic_friction):
-        raise InvalidInput(
-            "residual_shear = 1.0 with intrinsic_friction = inf: sliding at μ_i·pressure needs a finite μ_i"
-        )
-    if case.slip_rule.residual_shear == 1.0 and case.slip_rule.limited_shear == "forward":
-        raise InvalidInput(
-            "residual_shear = 1.0 with limited_shear = forward: classical sliding limits shear both ways; "
-            "use residual_shear = 0.999"
-        )
-    if case.slip_rule.residual_shear == 1.0 and not case.effects.pin_translation:
-        raise InvalidInput(
-            "residual_shear = 1.0 with pin_translation = false: classical sliding is solved with the pin carried along only; "
-            "use residual_shear = 0.999"
-        )
-    if case.heterogeneity.roughness and case.pin == "flat_punch":
-        raise InvalidInput("roughness with pin = flat_punch: needs a parabola, a rough punch has no edge to speak of")
-    if case.heterogeneity.roughness and case.slip_rule.residual_shear == 1.0:
-        raise InvalidInput(
-            "roughness with residual_shear = 1.0: classical sliding is solved on smooth pins only; use residual_shear = 0.999"
-        )
-    if case.heterogeneity.spread > 0.0 and not 0.0 < case.intrinsic_friction < math.inf:
-        raise InvalidInput(
-            f"spread = {case.heterogeneity.spread} with intrinsic_friction = {case.intrinsic_friction}: "
-            "needs a mean that can be spread, finite and above 0"
-        )
+    scatter, loads = case.heterogeneity, case.interface
+    if case.slip_rule.residual_shear == 1.0:
+        _refuse_with_classical_sliding(case)
+    if scatter.roughness and case.pin == "flat_punch":
+        need = "a parabola, a rough punch has no edge to speak of"
+        raise InvalidInput("pin", case.pin, need, {"roughness": ABSENT})
+    if scatter.spread > 0.0 and not 0.0 < case.intrinsic_friction < math.inf:
+        beside = {"intrinsic_friction": case.intrinsic_friction}
+        raise InvalidInput("spread", scatter.spread, "a mean that can be spread, finite and above 0", beside)
     if case.effects.friction and not case.slab.scheme.held_sideways(case.slab):
-        raise InvalidInput(
-            "support = frictionless with scheme = strip and friction = true: nothing holds the slab; use friction = false"
+        beside = {"scheme": case.slab.scheme.name, "friction": True}
+        raise InvalidInput("support", case.slab.support, "friction = false, as nothing holds the slab", beside)
+    endless = case.max_presliding is None and math.isinf(case.farthest)
+    if case.max_events is None and endless:
+        first, *others = STOP_CONDITIONS
+        raise InvalidInput(first, None, "at least one limit of the record", dict.fromkeys(others))
+    if loads.contacts > 1 and endless:
+        need = (
+            "presliding, displacement or spacings among the limits, as contacts of one slider end at one displacement"
         )
-    if case.max_events is None and case.max_presliding is None and math.isinf(case.farthest):
-        *first, last = STOP_CONDITIONS
-        raise InvalidInput(f"{', '.join(first)} and {last} are all missing: a record needs at least one limit")
-    if case.interface.contacts > 1 and case.max_presliding is None and math.isinf(case.farthest):
-        raise InvalidInput(
-            f"contacts = {case.interface.contacts}: needs presliding, displacement or spacings among the limits, "
-            "as contacts of one slider end at one displacement"
-        )
+        raise InvalidInput("contacts", loads.contacts, need)
+
+
+def _refuse_with_classical_sliding(case: Case) -> None:
+    """Raise InvalidInput where classical sliding, residual_shear = 1, excludes another parameter."""
+    smaller = "residual_shear = 0.999, as classical sliding"
+    excluded: list[tuple[bool, str, object, str]] = [
+        (
+            math.isinf(case.intrinsic_friction),
+            "intrinsic_friction",
+            math.inf,
+            "a finite μ_i, as it slides at μ_i·pressure",
+        ),
+        (
+            case.slip_rule.limited_shear == "forward",
+            "limited_shear",
+            "forward",
+            f"{smaller} limits shear both ways",
+        ),
+        (
+            not case.effects.pin_translation,
+            "pin_translation",
+            False,
+            f"{smaller} is computed with the pin carried along only",
+        ),
+        (bool(case.heterogeneity.roughness), "roughness", ABSENT, f"{smaller} is computed on smooth pins only"),
+    ]
+    for refused, key, value, need in excluded:
+        if refused:
+            raise InvalidInput("residual_shear", 1.0, need, {key: value})
 
 
 STOP_CONDITIONS: Final = tuple(name for name, each in declared(Case).items() if each.table == "limits")

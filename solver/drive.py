@@ -8,6 +8,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, Final, Literal, Self
 
 from nanoslip.solver.outcome import InvalidInput, quoted
@@ -142,9 +143,8 @@ class Drive:
         settings.fit(self)
         if not self.surface_compliance and not settings.rests:
             having = " or ".join(f'"{name}"' for name, kind in INTEGRATORS.items() if kind.rests)
-            raise InvalidInput(
-                f"surface_compliance = false: needs integrator = {having}, as a step of {settings} has no rest"
-            )
+            need = f"integrator = {having}, as a step of {settings} has no rest"
+            raise InvalidInput("surface_compliance", False, need)
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
@@ -201,7 +201,8 @@ def _in_range(key: str, given: float, value: float, stated: Parameter, own: floa
     """
     if not stated.holds(value):
         least, most = max(stated.least, stated.least * own), min(stated.most, stated.most * own)
-        require(key, given, False, dataclasses.replace(stated, least=least, most=most, note=note).allowed(key, False))
+        bounds = dataclasses.replace(stated, least=least, most=most, note=note)
+        require(key, given, False, partial(bounds.allowed, whole=False))
     return value
 
 

@@ -4,8 +4,10 @@ A case that cannot be computed is data, not a crash. Exceptions are for input wi
 without an inverse (`SingularOperator`). Both name the offending value and what is needed.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Final
 
 
 class Ending(StrEnum):
@@ -138,14 +140,42 @@ class SolverError(NanoslipError):
 def quoted(value: object) -> str:
     """A value as messages show it: cut to fit a line, whatever it is."""
     try:
-        text = repr(value)
+        text = str(value).lower() if isinstance(value, bool) else repr(value)
     except (ValueError, RecursionError):  # Python writes no number of more than 4300 digits, and nothing nested deeply
         return "(too long to show)"
     return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
 
 
+ABSENT: Final = ...
+"""Value of an argument in a message that shows none."""
+Need = str | Callable[[str], str]
+"""What is allowed: a text, or a function from the key's name to it, as bounds are."""
+
+
 class InvalidInput(SolverError, ValueError):
-    """An argument is out of range; the message names it, its value and what is allowed."""
+    """An argument is out of range: its key, its value, and what is allowed."""
+
+    def __init__(
+        self, key: str, value: object = ABSENT, need: Need = "", beside: Mapping[str, object] | None = None
+    ) -> None:
+        """beside: other arguments, with which the value is not allowed."""
+        super().__init__(key, value, need, beside)  # all arguments, so that other processes get it whole
+        self.key, self.value, self.beside, self._need = key, value, beside or {}, need
+
+    @property
+    def need(self) -> str:
+        """What is allowed."""
+        return self._need if isinstance(self._need, str) else self._need(self.key)
+
+    def named(self, names: Mapping[str, str]) -> "InvalidInput":
+        """The same with other names for some keys."""
+        beside = {names.get(key, key): value for key, value in self.beside.items()}
+        return InvalidInput(names.get(self.key, self.key), self.value, self._need, beside)
+
+    def __str__(self) -> str:
+        values = {self.key: self.value, **self.beside}
+        given = (key if value is ABSENT else f"{key} = {quoted(value)}" for key, value in values.items())
+        return ": needs ".join(filter(None, (" with ".join(given), self.need)))
 
 
 class SingularOperator(SolverError):

@@ -9,7 +9,7 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, Final, Literal, NamedTuple, Self, TypeVar, get_args, get_origin
@@ -17,7 +17,7 @@ from typing import Any, Final, Literal, NamedTuple, Self, TypeVar, get_args, get
 import numpy as np
 from numpy.typing import DTypeLike
 
-from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.solver.outcome import InvalidInput, Need
 
 # Declaration of a result's number, in the metadata of the dataclass field that holds it.
 #
@@ -236,10 +236,10 @@ def settings_of(*kinds: type) -> Mapping[str, tuple[Any, ...]]:
     return MappingProxyType({name: tuple(kind for kind in kinds if name in declared(kind)) for name in names})
 
 
-def require(name: str, value: object, allowed: bool, need: str) -> None:
+def require(name: str, value: object, allowed: bool, need: Need) -> None:
     """Raise InvalidInput, with the value and what is needed, unless it is allowed."""
     if not allowed:
-        raise InvalidInput(f"{name} = {quoted(value)}: needs {need}")
+        raise InvalidInput(name, value, need)
 
 
 def check(value: Any) -> None:
@@ -292,7 +292,7 @@ class _Check(NamedTuple):
         for each in (value,) if self.plain in (int, float) else value if self.stated.columns else ():
             numbers = each if self.plain is Roughness else (each,)
             if not all(map(self.stated.holds, numbers)):
-                require(self.name, each, False, self.stated.allowed(self.name, self.plain is int))
+                require(self.name, each, False, partial(self.stated.allowed, whole=self.plain is int))
         return value
 
 
@@ -334,7 +334,7 @@ def _as_points(name: str, given: Any) -> Roughness:
     try:
         points = tuple((as_float(name, xi), as_float(name, height)) for xi, height in given)
     except (TypeError, ValueError):
-        raise InvalidInput(f"{name} = {quoted(given)}: needs pairs of numbers (ξ, height)") from None
+        raise InvalidInput(name, given, "pairs of numbers (ξ, height)") from None
     require(name, given, all(map(math.isfinite, itertools.chain(*points))), "finite numbers")
     return points
 
@@ -393,7 +393,7 @@ class Family(dict[str, type[T]]):
         """The settings type of this name. Raises InvalidInput where nobody registered it."""
         if isinstance(name, str) and name in self:
             return self[name]
-        raise InvalidInput(f"{self.word} = {quoted(name)}: needs one of " + ", ".join(self))
+        raise InvalidInput(self.word, name, f"one of {', '.join(self)}")
 
     def settings(self) -> Mapping[str, tuple[Any, ...]]:
         """Setting of any member -> the members that have it."""

@@ -21,9 +21,10 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.inference.campaign import question_of
 from nanoslip.study.inference.fit import MOST, Fit, Target
-from nanoslip.study.manifest.checker import ManifestError, read_text
+from nanoslip.study.manifest.checker import read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import BETWEEN
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import files_named_in, load_manifest, parse_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
@@ -255,7 +256,7 @@ def _manifest(campaign: Campaign) -> Manifest:
     try:
         text = as_toml(campaign)
     except TypeError as error:
-        raise ManifestError([f"{DICT}: {error}"]) from None
+        raise ManifestError.in_file(DICT, remark=str(error)) from None
     named = files_named_in(campaign).items()
     beside = {key: BETWEEN.join(read_text(Path(name)) for name in names) for key, names in named}
     return parse_manifest(DICT, text, beside)

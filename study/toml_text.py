@@ -69,7 +69,7 @@ def _value(value: Any, where: str) -> str:
     raise TypeError(f"{where} = {value!r}: needs a text, a number, true or false, a list or a table")
 
 
-ONE_LINE: Final = "needs to be one line without control characters"
+ONE_LINE: Final = "to be one line without control characters"
 
 
 def one_line(text: str) -> bool:

@@ -22,7 +22,7 @@ from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.variables import describe
-from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report.summary import scalar_table
@@ -158,7 +158,7 @@ class Tired(SlipRule):
     def __post_init__(self) -> None:
         check(self)
         if self.tiredness and self.residual_shear:
-            raise InvalidInput(f"tiredness = {self.tiredness} with residual_shear = {self.residual_shear}: needs 0")
+            raise InvalidInput("tiredness", self.tiredness, "0", {"residual_shear": self.residual_shear})
 
 
 def test_a_parameter(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,7 +28,7 @@ ORDER = {
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance origin "
     "manifest plan results dataset run figures inference report accuracy api commands",
-    "nanoslip.study.manifest": "parameters columns surface checker manifest keys reader cases",
+    "nanoslip.study.manifest": "parameters problems columns surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan",
     "nanoslip.study.results": "files entry attempts shard store",
     "nanoslip.study.dataset": "file crate variables collect access compare verify",

@@ -43,18 +43,17 @@ class FrictionLimit:
     def __post_init__(self) -> None:
         count = len(self.force)
         if count < 1 or self.edges.shape != (count + 1,) or self.slope.shape != (count,):
-            raise InvalidInput(
-                f"{count} teeth, {len(self.edges)} edges, {len(self.slope)} slopes: needs n ≥ 1, n + 1, n"
-            )
+            counts = {"edges": len(self.edges), "slopes": len(self.slope)}
+            raise InvalidInput("teeth", count, "n ≥ 1 teeth, n + 1 edges, n slopes", counts)
         if not 0 <= self.periodic_from < count:
-            raise InvalidInput(f"periodic_from = {self.periodic_from}: needs one of the {count} teeth")
+            raise InvalidInput("periodic_from", self.periodic_from, f"one of the {count} teeth")
         if self.edges[0] != 0.0 or not np.all(np.diff(self.edges) > 0.0) or not math.isfinite(self.edges[-1]):
-            raise InvalidInput("edges: needs finite positions that increase from 0")
+            raise InvalidInput("edges", need="finite positions that increase from 0")
         lowest = min(self.force.min(), (self.force + self.slope * np.diff(self.edges)).min())
         if not (np.isfinite(self.force).all() and np.isfinite(self.slope).all()):
-            raise InvalidInput("force, slope: needs finite numbers")
+            raise InvalidInput("force, slope", need="finite numbers")
         if not lowest >= -1e-12 * self.force.max():  # rounding of slope × width may end a tooth just below 0
-            raise InvalidInput(f"force = {lowest}: needs a friction limit of at least 0 everywhere")
+            raise InvalidInput("force", float(lowest), "a friction limit of at least 0 everywhere")
 
     @property
     def period(self) -> float:

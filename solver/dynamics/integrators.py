@@ -240,7 +240,7 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
     Raises InvalidInput unless K > 0. All other failures are outcomes of the result.
     """
     if not 0.0 < surface_stiffness < math.inf:
-        raise InvalidInput(f"surface_stiffness = {surface_stiffness!r}: needs surface_stiffness > 0")
+        raise InvalidInput("surface_stiffness", surface_stiffness, "surface_stiffness > 0")
     k, stage = drive.spring_stiffness, drive.stage_velocity
     damping = 2.0 * drive.damping_ratio * math.sqrt(k)
     rises = np.maximum(friction_limit.slope, 0.0) * np.diff(friction_limit.edges)

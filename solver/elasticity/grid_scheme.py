@@ -49,7 +49,7 @@ def grid_scheme(slab: Slab) -> GridScheme:
     if isinstance(slab.scheme, GridScheme):
         return slab.scheme
     having = ", ".join(name for name, kind in SCHEMES.items() if issubclass(kind, GridScheme))
-    raise InvalidInput(f"scheme = {slab.scheme.name!r}: needs one that has a grid: {having}")
+    raise InvalidInput("scheme", slab.scheme.name, f"one that has a grid: {having}")
 
 
 def stiffness(slab: Slab) -> Stiffness:
@@ -104,13 +104,13 @@ def solve_mixed(stiffness: Stiffness, given: NodalFields) -> NodalFields:
 def _check_pair(name: str, displacement: Vector, force: Vector, nodes: int) -> None:
     for array in (displacement, force):
         if array.shape != (nodes,):
-            raise InvalidInput(f"{name}: shape {array.shape}: needs one value per node, ({nodes},)")
+            raise InvalidInput(f"shape of {name}", array.shape, f"one value per node, ({nodes},)")
     both = np.flatnonzero(~np.isnan(displacement) & ~np.isnan(force))
     if len(both):
-        raise InvalidInput(f"over-determined: node {both[0]} has both {name}: give one and NaN for the other")
+        raise InvalidInput("node", int(both[0]), f"one of {name} and NaN for the other, has both: over-determined")
     neither = np.flatnonzero(np.isnan(displacement) & np.isnan(force))
     if len(neither):
-        raise InvalidInput(f"under-determined: node {neither[0]} has neither of {name}: give one of them")
+        raise InvalidInput("node", int(neither[0]), f"one of {name}, has neither: under-determined")
 
 
 def solve_sparse(matrix: object, right: Vector) -> Vector:

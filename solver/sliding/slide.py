@@ -496,7 +496,7 @@ def slide_to_state(
 def followed(case: Case, compliance: Compliance, start: ContactState | None = None, way: Way | None = None) -> Run:
     """The run along a way from `start`: without one, the record of the case."""
     if not case.effects.friction:
-        raise InvalidInput("friction = false: needs the stage contact alone, there is nothing to slide against")
+        raise InvalidInput("friction", False, "the stage contact alone, there is nothing to slide against")
     start = initial_contact(case, compliance) if start is None else start
     if not start.outcome.ok:
         return _no_record(case, start, start)

@@ -19,9 +19,9 @@ from nanoslip.solver.effects import OF_CASES, OF_DRIVES, Effect
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.manifest.cases import CampaignCase
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
-from nanoslip.study.manifest.reader import refusal
+from nanoslip.study.manifest.problems import ManifestError, refused
+from nanoslip.study.manifest.reader import refuse_with_stages
 from nanoslip.study.plan.kinds import (
     KINDS,
     all_batches,
@@ -106,9 +106,8 @@ def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, mem
     possible = [case for case in cases if case.case]
     drives = [(each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive]
     if not possible or ("dynamics" in manifest.stages and not drives):
-        raise ManifestError(
-            [f"{manifest.path}: needs a case and a drive that are possible; nanoslip plan says why none is"]
-        )
+        need = "a case and a drive that are possible; nanoslip plan says why none is"
+        raise ManifestError.in_file(manifest.path, need)
     own = manifest.ensemble
     ensemble = Ensemble(members or (min(own.members, MEMBERS) if own.members > 1 else MEMBERS), places=own.places)
     variables = own.of or TargetTable(within=0.5).variables(manifest.stages[-1])
@@ -153,7 +152,8 @@ def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, s
         if of_case.there(case):
             try:
                 without = of_case.without(case)
-                yield of_case.name, without, scenes.drives, refusal(scenes.manifest, without)
+                wrong = refused(refuse_with_stages, scenes.manifest, without)
+                yield of_case.name, without, scenes.drives, str(wrong or "")
             except InvalidInput as error:
                 yield of_case.name, case, scenes.drives, str(error)
     for effect in scenes.of_drives:

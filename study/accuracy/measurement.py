@@ -35,16 +35,15 @@ from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.figures.shared import COLUMN, MARKERS, column, image
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.parameters import Value, words_of
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.origin import here, model
 from nanoslip.study.plan.grids import Measured, alike, as_text, discretized, hertz_half_width, pareto_front, settings
 from nanoslip.study.provenance import UNKNOWN
 from nanoslip.study.report.console import Table
 from nanoslip.study.results.store import write_files
-from nanoslip.study.toml_text import shown
 
 # The machine that times are measured on.
 
@@ -127,11 +126,11 @@ def setup_of(manifest: Manifest) -> Setup:
     cases = expand(manifest)
     first = cases[0].case
     if first is None:
-        raise ManifestError([f"{manifest.path}: its first case is no case: {cases[0].outcome.message}"])
+        raise ManifestError.in_file(manifest.path, remark=f"its first case is no case: {cases[0].outcome.message}")
     if first.pin != "parabola":
-        raise ManifestError([f"{manifest.path}: pin = {shown(first.pin)}: accuracy is measured with a parabola"])
+        raise ManifestError.of("pin", first.pin, "a parabola, with which accuracy is measured")
     if first.slab.support == POINT:
-        raise ManifestError([f"{manifest.path}: support = {shown(POINT)}: {POINTLESS}"])
+        raise ManifestError.of("support", POINT, remark=POINTLESS)
     bodies = [each.case.slab for each in cases if each.case]
     slabs = dict.fromkeys(slab if slab.scheme.endless else discretized(slab, {}) for slab in bodies)
     drive = next((each.drive for each in manifest.drives if each.drive), NamedDrive("paper"))

@@ -168,9 +168,14 @@ def chosen(manifest: Manifest, cases: Sequence[CampaignCase], given: Mapping[str
     return next(case for case in cases if case.case_id == name)
 
 
+def reason_of(error: KeyError | ValueError) -> str:
+    """The message of an error; KeyError's `str` would quote it."""
+    return str(error.args[0] if isinstance(error, KeyError) else error)
+
+
 def single(dataset: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     """The part of a dataset that is the one case that parameters single out. Raises Refusal."""
     try:
         return one_case(dataset, given)
     except (KeyError, ValueError) as error:
-        raise Refusal(str(error.args[0])) from None
+        raise Refusal(reason_of(error)) from None

@@ -27,9 +27,9 @@ from nanoslip.study.figures.shared import (
     styled,
 )
 from nanoslip.study.figures.sweep import view_named
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.columns import text_of
 from nanoslip.study.manifest.parameters import compact, plain
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
 from nanoslip.study.report import page
@@ -126,7 +126,7 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
 def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: Path | None) -> None:
     """Print statistics of a profile, and draw it."""
     try:
-        slab_width = float(plain(width, Parameter("slab width", unit="m")))
+        slab_width = float(plain("--width", width, Parameter("slab width", unit="m")))
     except ValueError:
         slab_width = math.nan
     if not 0.0 < slab_width < math.inf:
@@ -188,7 +188,7 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str, output
         plan = planned(campaign)
         case = chosen(plan.manifest, plan.cases, assignments(parameters))
         if case.case is None:
-            raise ManifestError([f"{case.point}: {case.outcome.message}"])
+            raise ManifestError.of(case.point, remark=case.outcome.message)
         shown = frames(case.case, wanted, output)
     if len(shown.moments) < len(wanted):
         ended = shown.outcome if not shown.outcome.ok else shown.record.outcome

@@ -18,7 +18,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import InvalidInput, quoted
 from nanoslip.solver.parameter import Parameter
 from nanoslip.solver.view import with_error
-from nanoslip.study.commands.datasets import assignments, dataset_of
+from nanoslip.study.commands.datasets import assignments, dataset_of, reason_of
 from nanoslip.study.commands.plans import counted, print_json, refusals
 from nanoslip.study.commands.words import Refusal, folder, show
 from nanoslip.study.dataset.access import Accessor, one_case
@@ -318,7 +318,7 @@ class Reading(NamedTuple):
 def _number(name: str, text: str | None, unit: str) -> float:
     """An option's value in SI; NaN where it is not given. Raises Refusal."""
     try:
-        value = math.nan if text is None else float(plain(text, Parameter(name, unit=unit)))
+        value = math.nan if text is None else float(plain(f"--{name}", text, Parameter(name, unit=unit)))
     except ValueError:
         value = math.inf
     if text is not None and not math.isfinite(value):
@@ -371,7 +371,7 @@ def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
         try:
             return Accessor(one_case(dataset, assignments(parameters))).trajectory().load()
         except (KeyError, ValueError) as error:
-            raise Refusal(f"--over {source}: {error.args[0]}") from None
+            raise Refusal(f"--over {source}: {reason_of(error)}") from None
 
 
 def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:

@@ -1,7 +1,6 @@
 """Commands that show results: report, figure, show, try, frames, profile, effects, explain."""
 
 import math
-import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -24,9 +23,10 @@ from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import scales_of
 from nanoslip.study.manifest.cases import campaign_of, expand
-from nanoslip.study.manifest.checker import ManifestError, number_or_text
+from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, make_case, si_line, words
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
 from nanoslip.study.plan.grids import Front, load_front, settled
@@ -81,8 +81,7 @@ def _as_typed() -> Iterator[None]:
     try:
         yield
     except ManifestError as error:
-        places = re.compile(rf"({re.escape(str(api.DICT))}: (\w+(\[\d+\])?\.)?)?")
-        raise ManifestError(places.sub("", line, count=1) for line in error.lines) from None
+        raise error.without_places() from None
 
 
 # `nanoslip effects`: what a campaign's numbers lose without each of its effects, and the time that this saves.

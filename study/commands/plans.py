@@ -15,7 +15,7 @@ import threadpoolctl
 
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.study.commands.words import Refusal, folder
-from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import Origins, census, here
 from nanoslip.study.plan.cost import TASK

@@ -14,9 +14,9 @@ from nanoslip.study import shipped
 from nanoslip.study.commands import plans
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.manifest.cases import CampaignCase
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.parameters import si_line
+from nanoslip.study.manifest.problems import ManifestError, Problem
 from nanoslip.study.manifest.reader import effects
 from nanoslip.study.plan.grids import choice
 from nanoslip.study.plan.plan import (
@@ -89,7 +89,7 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
 
 def check_campaign(campaigns: tuple[Path, ...]) -> None:
     """Print a line for each valid campaign, what in it changes nothing and expected flags; then refuse the others."""
-    problems: list[str] = []
+    problems: list[Problem] = []
     for campaign in campaigns:
         try:
             plan = plans.planned(campaign)
@@ -97,9 +97,9 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
             expected = (f"expected: {line}" for line in expected_lines(plan, outlook_of(plan)))
             print_sentences([*plans.idle_lines(plan), *duration_lines(plan), *expected])
         except ManifestError as error:
-            problems += error.lines
+            problems += error.problems
     if problems:
-        raise Refusal("\n".join(problems))
+        raise Refusal("\n".join(map(str, problems)))
 
 
 def _counted(campaign: Path, plan: Plan) -> str:

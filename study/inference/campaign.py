@@ -20,10 +20,10 @@ from nanoslip.study.figures.points import Points, points_named
 from nanoslip.study.inference.fit import Computed, Fit, Range, Target, fit
 from nanoslip.study.inference.sensitivity import axis_of
 from nanoslip.study.inference.surrogate import Floats
-from nanoslip.study.manifest.checker import ManifestError, unknown
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, of_symbol, table_of, words
+from nanoslip.study.manifest.problems import ManifestError, unknown
 from nanoslip.study.manifest.reader import DEFAULT, parse_manifest
 from nanoslip.study.plan.kinds import in_stages
 from nanoslip.study.plan.plan import Plan, make_plan
@@ -137,15 +137,14 @@ class Question:
     def _numbers_of(self, plan: Plan, dataset: xr.Dataset) -> tuple[Floats, ...]:
         found = [points_named(dataset, target.name) for target in self.targets]
         if len({points.name for points in found}) < len(found):
-            raise ManifestError([f"{', '.join(target.name for target in self.targets)}: needs each number once"])
+            raise ManifestError.of(", ".join(target.name for target in self.targets), need="each number once")
         for target, points in zip(self.targets, found, strict=True):
             if points.text:
-                raise ManifestError([f"{target.name}: needs a number, and is words"])
+                raise ManifestError.of(target.name, need="a number, and is words")
             if len(points.values) != len(plan.cases):
                 names = ", ".join(dict.fromkeys(drive.name for drive in plan.manifest.drives))
-                raise ManifestError(
-                    [f"{target.name}: needs one drive: give {DRIVE}=NAME ({names}), and a value on each drive axis"]
-                )
+                need = f"one drive: give {DRIVE}=NAME ({names}), and a value on each drive axis"
+                raise ManifestError.of(target.name, need=need)
         columns = [(points.unflagged, points.errors, _of_one_start(points)) for points in found]
         return tuple(np.column_stack(each) for each in zip(*columns, strict=True))
 
@@ -166,8 +165,8 @@ def question_of(
     """
     for name, value, error, _ in targets:
         if not (abs(value) <= LARGEST and 1.0 / LARGEST <= error <= LARGEST):
-            needs = f"needs a ± above 0, and finite numbers up to {LARGEST:g}"
-            raise ManifestError([f"{name} = {value:g} ± {error:g}: {needs}"])
+            need = f"a ± above 0, and finite numbers up to {LARGEST:g}"
+            raise ManifestError.of(f"{name} = {value:g} ± {error:g}", need=need)
     stated = {**parameters_of_a_case(), **drive_parameters()}
     given = from_toml(manifest.text)
     axes = {_word(name): values for name, values in manifest.axes.items()} | dict(manifest.drive_axes)
@@ -175,7 +174,7 @@ def question_of(
     usual = [word for word, values in axes.items() if len(set(values)) > 1 and word not in fixed and _number(values[0])]
     asked = _by_word(vary, stated) or dict.fromkeys(usual)
     if not asked:
-        raise ManifestError([f"{manifest.path}: no axis of several numbers: needs --vary, as --vary mu_i=0.1:0.8"])
+        raise ManifestError.in_file(manifest.path, "--vary, as --vary mu_i=0.1:0.8", "no axis of several numbers")
     document = {key: value for key, value in given.items() if key not in _DESIGN}
     tables: list[dict[str, Any]] = given.get("drives", [{}] if "drive_axes" in given else [])
     document["drives"] = [{"name": DEFAULT, **each} for each in tables]
@@ -183,9 +182,8 @@ def question_of(
     for word, values in axes.items():
         if word not in asked and word not in fixed:
             if len(set(values)) > 1:
-                raise ManifestError(
-                    [f"{word}: has {len(set(values))} values in the campaign: needs {word}=VALUE, or --vary"]
-                )
+                remark = f"has {len(set(values))} values in the campaign"
+                raise ManifestError.of(word, need=f"{word}=VALUE, or --vary", remark=remark)
             fixed = {**fixed, word: values[0]}
     for table in TABLES:
         document[table] = {key: value for key, value in given.get(table, {}).items() if key not in asked}
@@ -200,7 +198,7 @@ def _by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[
     """What is given by words or symbols, by words. Raises ManifestError where it is given twice."""
     found = {of_symbol(key, stated): value for key, value in given.items()}
     if len(found) < len(given):
-        raise ManifestError([f"{', '.join(given)}: needs each parameter once, by its name or its symbol"])
+        raise ManifestError.of(", ".join(given), need="each parameter once, by its name or its symbol")
     return found
 
 
@@ -223,14 +221,14 @@ def _fix(document: dict[str, Any], word: str, value: Any) -> None:
     if word == DRIVE:
         document["drives"] = [each for each in document.get("drives", []) if each.get("name") == value]
         if not document["drives"]:
-            raise ManifestError([f"{DRIVE}={value}: no drive of this campaign"])
+            raise ManifestError.of(DRIVE, value, remark="no drive of this campaign")
     elif table := table_of(word):
         document[table] = {**document.get(table, {}), word: value}
     elif word in drive_parameters():
         document["drives"] = [{**each, word: value} for each in document.get("drives", [])]
         document["drive_axes"] = {key: each for key, each in document.get("drive_axes", {}).items() if key != word}
     else:
-        raise ManifestError([f"{word}={value}: {unknown(word, [*words(), *drive_parameters()])}"])
+        raise ManifestError.of(word, value, remark=unknown(word, [*words(), *drive_parameters()]))
 
 
 def _range(
@@ -239,13 +237,13 @@ def _range(
     """The range of a parameter, its ends checked and without units. Raises ManifestError."""
     usual = {word: Case.of({}).flat[name] for word, name in words().items()} | NamedDrive(DRIVE).flat
     if word not in usual or not (_number(usual[word]) or word in DURATIONS):
-        raise ManifestError([f"--vary {word}: {unknown(word, usual) if word not in usual else 'takes no range'}"])
+        raise ManifestError.of(f"--vary {word}", remark=unknown(word, usual) if word not in usual else "takes no range")
     own = given.get("axes", {}).get(word)
     own = own if isinstance(own, Mapping) else {}
     low, high = ends or (own.get("from"), own.get("to"))
     if low is None:
         if values is None or len(set(values)) < 2:
-            raise ManifestError([f"{word}: has no range in the campaign: needs --vary {word}=FROM:TO"])
+            raise ManifestError.of(word, need=f"--vary {word}=FROM:TO", remark="has no range in the campaign")
         low, high = min(values), max(values)
     axis = {word: [low, high]}
     spanned = {**document, "axes": axis} if word in words() else {**document, "drive_axes": axis}
@@ -253,9 +251,8 @@ def _range(
     checked = parsed.axes[words()[word]] if word in words() else parsed.drive_axes[word]
     low, high = (float(each) for each in checked)
     if not low < high < math.inf:
-        raise ManifestError(
-            [f"--vary {word}={low:g}:{high:g}: needs a range from a smaller to a larger number, both finite"]
-        )
+        need = "a range from a smaller to a larger number, both finite"
+        raise ManifestError.of(f"--vary {word}={low:g}:{high:g}", need=need)
     in_decades = high > DECADE * low
     if own:
         in_decades = own.get("scale") == "log"

@@ -12,7 +12,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import declared
 from nanoslip.study.canonical import Texts, content_hash
-from nanoslip.study.manifest.checker import ManifestError, key_shown, number_or_text, unknown
+from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.manifest import (
     STAGES,
     EnsembleTable,
@@ -23,8 +23,8 @@ from nanoslip.study.manifest.manifest import (
     field_names,
 )
 from nanoslip.study.manifest.parameters import STANDARD, TABLES, YOUNG, Alike, Value, in_words, plain, words, words_of
-from nanoslip.study.manifest.reader import KEYS_OF_FILES, refusal
-from nanoslip.study.toml_text import shown
+from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, unknown
+from nanoslip.study.manifest.reader import KEYS_OF_FILES, refuse_with_stages
 
 Point = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""
@@ -68,7 +68,7 @@ class CampaignCase:
     @property
     def point(self) -> str:
         """Its labels as text in the words of a manifest: `radius = 200.0, events = 5`."""
-        return in_words(", ".join(f"{name} = {value}" for name, value in self.parameters.items()))
+        return in_words(self.parameters)
 
 
 def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
@@ -87,13 +87,14 @@ def labels_of(manifest: Manifest) -> Labels:
     return Labels(tuple(manifest.axes), {name: given[name] for name in STANDARD if name not in manifest.axes})
 
 
-def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[str]:
-    """A line for each case that is one before it."""
+def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[Problem]:
+    """A problem for each case that is one before it."""
     numbers: dict[str, int] = {}
     for number, case in enumerate(cases, 1):
         first = numbers.setdefault(case.case_id, number)
         if first != number:
-            yield f"{manifest.path}: cases {first} and {number} are the same: {case.point}"
+            remark = f"are the same: {case.point}"
+            yield Problem(Place(str(manifest.path)), f"cases {first} and {number}", remark=remark)
 
 
 class _Expansion:
@@ -109,8 +110,7 @@ class _Expansion:
         case: Case | None
         try:
             case = self._alike.case(point)
-            if wrong := refusal(self._manifest, case):
-                raise InvalidInput(wrong)
+            refuse_with_stages(self._manifest, case)
         except InvalidInput as error:
             case, outcome = None, error.outcome
         else:
@@ -139,15 +139,12 @@ _DRIVES: Final = "drives"
 def value_of(key: str, text: str, scales: Scales | None) -> Value:
     """The value of a parameter, by word or field name, from text: as a manifest has it, with a unit or without.
 
-    Raises ValueError with what is needed.
+    Raises InvalidInput.
     """
     given = number_or_text(text.lower() if text.lower() in ("true", "false") else text)
     name, of_cases, of_drives = words().get(key, key), parameters_of_a_case(), drive_parameters()
     stated = of_drives.get(name) or of_cases.get(name)
-    try:
-        value: Value = plain(given, stated, scales if name in of_cases else None) if stated else given
-    except ValueError as error:
-        raise ValueError(f"{key} = {shown(text)}: {error}") from None
+    value: Value = plain(key, given, stated, scales if name in of_cases else None) if stated else given
     return value
 
 
@@ -172,8 +169,9 @@ def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = F
     places = {key: table for table, keys in tables().items() for key in keys}
     advice = {key: _advice(key, places, contact) for key in given}
     if any(advice.values()):
+        wrong = ((key, remark) for key, remark in advice.items() if remark)
         raise ManifestError(
-            f"{key_shown(key)} = {shown(number_or_text(given[key]))}: {wrong}" for key, wrong in advice.items() if wrong
+            Problem(Place(), key_shown(key), number_or_text(given[key]), remark=remark) for key, remark in wrong
         )
     content: dict[str, dict[str, Value]] = {_DRIVES: {}} if drive else {}
     for key, text in given.items():

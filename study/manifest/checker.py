@@ -1,19 +1,17 @@
 """Check the tables of a campaign file and the files that it names: known words, values in range, declared types."""
 
 import csv
-import difflib
 import io
 import math
-import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from nanoslip.solver.case import Case, parameters_of_a_case
-from nanoslip.solver.drive import Scales, parameters_of_a_drive
-from nanoslip.solver.outcome import SHOWN, InvalidInput, NanoslipError
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.outcome import ABSENT, InvalidInput
 from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
 from nanoslip.study.manifest.parameters import (
@@ -25,87 +23,25 @@ from nanoslip.study.manifest.parameters import (
     axes,
     in_files,
     make_case,
-    of_symbol,
     plain,
-    table_of,
     words,
     words_of,
 )
+from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, meant_by, refused, unknown
 from nanoslip.study.manifest.surface import NamedSurface, read_surface
 from nanoslip.study.toml_text import ONE_LINE, one_line, shown
 
-# Problems of a campaign, one line each, and its CSV files: the table of cases and parameters that are files.
-
-# Messages about a wrong campaign: one line per problem, with its place, the value and what is allowed.
-
-LONGEST_PATH = 200
-"""The most characters of a path that a message shows."""
-
-MOST_LINES = 100
-"""Problems that a message lists: an axis may have a hundred thousand wrong values."""
-
-
-class ManifestError(NanoslipError):
-    """A campaign file is wrong. `lines` has one printable line for each of its problems."""
-
-    def __init__(self, lines: Iterable[str]) -> None:
-        self.lines = tuple(map(printable, lines))
-        super().__init__(self.lines)
-
-    def __str__(self) -> str:
-        more = len(self.lines) - MOST_LINES
-        return "\n".join([*self.lines[:MOST_LINES], *([f"and {more} problems more"] if more > 0 else [])])
-
-
-def key_shown(key: str) -> str:
-    """A key of a campaign file, at most SHOWN characters; in quotes where it is not a single word."""
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else shown(key)
-
-
-def printable(text: str) -> str:
-    """A text on one line, with control characters and changes of writing direction escaped."""
-    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
-
-
-def path_shown(path: Path) -> str:
-    """A path as one printable line of at most LONGEST_PATH characters."""
-    text = printable(str(path))
-    return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
-
-
-def need(make: Callable[..., object], *arguments: object) -> str:
-    """Call `make`; return what is needed (`needs ...`) where it raises InvalidInput, an empty text where it does not."""
-    try:
-        make(*arguments)
-    except InvalidInput as error:
-        return "needs " + str(error).rpartition(": needs ")[2]
-    return ""
-
-
-def unknown(word: str, allowed: Collection[str]) -> str:
-    """Advice on a word that is not allowed here: its table, the key of this symbol, a similar key, or all allowed keys."""
-    return meant_by(word, allowed) or "unknown; needs one of " + ", ".join(allowed)
-
-
-def meant_by(word: str, allowed: Collection[str]) -> str:
-    """The same of a word that somebody may have meant; empty for any other text."""
-    if table := table_of(word):
-        return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
-    of_drives = parameters_of_a_drive()
-    if word in of_drives:
-        return "belongs in [[drives]] or [drive_axes]"
-    meant = of_symbol(word, {**parameters_of_a_case(), **of_drives})
-    if meant != word:
-        return f"unknown; did you mean {meant}" + ("?" if meant in allowed else f", which {unknown(meant, allowed)}?")
-    near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
-    return f"unknown; did you mean {near[0]}?" if near else ""
-
 
 class Given(NamedTuple):
-    """A value of a campaign, and the file and key (or line) where it stands."""
+    """A value of a campaign, its key, and the file and table (or line) where it stands."""
 
-    where: str
+    place: Place
+    key: str
     value: Any
+
+    def problem(self, need: str = "", remark: str = "") -> Problem:
+        """This value as one that is refused."""
+        return Problem(self.place, self.key, self.value, need, remark)
 
 
 Columns = dict[str, list[Given]]
@@ -125,15 +61,15 @@ def read_text(path: Path, given: str | None = None) -> str:
     if given is not None:
         return given
     if not one_line(str(path)):
-        raise ManifestError([f"{path_shown(path)}: name of a file: {ONE_LINE}"])
+        raise ManifestError.in_file(path, remark="name of a file", need=ONE_LINE)
     try:
         if path.exists() and not path.is_file():
             raise ValueError("not a regular file")  # a device may never end
         return path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ManifestError([f"{path}: byte {error.start}: not UTF-8 text"]) from None
+        raise ManifestError.in_file(path, remark=f"byte {error.start}: not UTF-8 text") from None
     except (OSError, ValueError) as error:
-        raise ManifestError([f"{path_shown(path)}: cannot be read: {getattr(error, 'strerror', error)}"]) from None
+        raise ManifestError.in_file(path, remark=f"cannot be read: {getattr(error, 'strerror', error)}") from None
 
 
 def read_table(path: Path, given: str | None = None) -> Table:
@@ -141,21 +77,27 @@ def read_table(path: Path, given: str | None = None) -> Table:
     text = read_text(path, given)
     lines = _lines(path, text)
     if len(lines) < 2:
-        raise ManifestError([f"{path}: {len(lines)} lines: needs a header of parameters and at least one case"])
+        raise ManifestError.in_file(path, "a header of parameters and at least one case", f"{len(lines)} lines")
     header = [word.strip() for word in lines[0][1]]
     if not any(
         word in axes() or meant_by(word, axes()) for word in header
     ):  # another file: its text is nobody's business
-        raise ManifestError([f"{path}: line {lines[0][0]}: needs a header of parameters, as intrinsic_friction,radius"])
-    problems = [f"column {shown(word)}: {unknown(word, axes())}" for word in header if word not in axes()]
-    problems += [f"column {word}: needs to appear once" for word in axes() if header.count(word) > 1]
-    for line, row in lines[1:]:
-        if len(row) != len(header):
-            problems.append(f"line {line}: {len(row)} values: needs {len(header)}, one for each column")
+        need = "a header of parameters, as intrinsic_friction,radius"
+        raise ManifestError.in_file(path, need, line=lines[0][0])
+    file = Place(str(path))
+    problems = [
+        Problem(file, f"column {shown(word)}", remark=unknown(word, axes())) for word in header if word not in axes()
+    ]
+    problems += [Problem(file, f"column {word}", need="to appear once") for word in axes() if header.count(word) > 1]
+    problems += [
+        Problem(Place(str(path), line), f"{len(row)} values", need=f"{len(header)}, one for each column")
+        for line, row in lines[1:]
+        if len(row) != len(header)
+    ]
     if problems:
-        raise ManifestError(f"{path}: {problem}" for problem in problems)
+        raise ManifestError(problems)
     columns: Columns = {
-        word: [Given(f"{path}: line {line}: {word}", _of_cell(word, row[position].strip())) for line, row in lines[1:]]
+        word: [Given(Place(str(path), line), word, _of_cell(word, row[position].strip())) for line, row in lines[1:]]
         for position, word in enumerate(header)
     }
     return Table(text, columns)
@@ -175,33 +117,35 @@ def read_rows(word: str, path: Path, given: str | None = None) -> Rows:
     lines, stated = _lines(path, text), in_files()[word]
     header = ",".join(stated.columns)
     if not lines or [cell.strip() for cell in lines[0][1]] != [*stated.columns]:
-        raise ManifestError([f"{path}: line {lines[0][0] if lines else 1}: needs the header {header}"])
-    problems: dict[int, str] = {}
+        raise ManifestError.in_file(path, f"the header {header}", line=lines[0][0] if lines else 1)
+    needs: dict[int, str] = {}
     good: dict[int, Any] = {}
     for line, cells in lines[1:]:
         row = _numbers(cells)
         if len(row) != len(stated.columns):
-            problems[line] = f"needs finite numbers: {header}"
+            needs[line] = f"finite numbers: {header}"
         elif not all(map(stated.holds, row)):
-            problems[line] = f"needs {stated.need}"
+            needs[line] = stated.need
         else:
             good[line] = row if len(row) > 1 else row[0]
     value = tuple(good.values())
-    if wrong := need(make_case, {word: value}) if value else "needs numbers below its header":
-        problems |= _beside_the_last(word, good) or ({} if problems else {lines[-1][0]: wrong})
-    if problems:
+    whole = refused(make_case, {word: value})
+    if not value or whole:
+        last = {} if needs else {lines[-1][0]: whole.need if value and whole else "numbers below its header"}
+        needs |= _beside_the_last(word, good) or last
+    if needs:
         cells_of = {line: shown(",".join(cells)) for line, cells in lines}
-        raise ManifestError(f"{path}: line {line}: {cells_of[line]}: {problems[line]}" for line in sorted(problems))
+        raise ManifestError(Problem(Place(str(path), line), cells_of[line], need=needs[line]) for line in sorted(needs))
     return Rows(text, value)
 
 
 def _beside_the_last(word: str, given: Mapping[int, Any]) -> dict[int, str]:
-    """Line -> what is wrong with its value behind the last right one."""
+    """Line -> what its value needs after the last right one."""
     last: tuple[Any, ...] = ()
     found = {}
     for line, value in given.items():
-        if last and (wrong := need(make_case, {word: (*last, value)})):
-            found[line] = wrong
+        if last and (wrong := refused(make_case, {word: (*last, value)})):
+            found[line] = wrong.need
         else:
             last = (value,)
     return found
@@ -222,7 +166,7 @@ def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
     try:
         return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
     except csv.Error as error:
-        raise ManifestError([f"{path}: line {reader.line_num}: not CSV: {error}"]) from None
+        raise ManifestError.in_file(path, remark=f"not CSV: {error}", line=reader.line_num) from None
 
 
 def _of_cell(word: str, cell: str) -> Value | None:
@@ -243,7 +187,7 @@ def number_or_text(cell: str) -> Value:
 
 
 class Checker:
-    """Checks the tables of one campaign file and collects its problems, one line each.
+    """Checks the tables of one campaign file and collects its problems.
 
     beside: texts of the files that the campaign names, by their keys; None where they are read from disk.
     """
@@ -251,11 +195,15 @@ class Checker:
     def __init__(self, path: Path, beside: Mapping[str, str] | None = None) -> None:
         self.path = path
         self.beside = beside
-        self.problems: list[str] = []
+        self.problems: list[Problem] = []
 
-    def refuse(self, where: str, wrong: str) -> None:
-        """Add a problem: key, refused value, and allowed values."""
-        self.problems.append(f"{self.path}: {where}: {wrong}")
+    def place(self, table: str = "") -> Place:
+        """A table of the campaign file, or its top."""
+        return Place(str(self.path), table)
+
+    def refuse(self, key: str, value: object = ABSENT, need: str = "", remark: str = "", table: str = "") -> None:
+        """Add a problem: key, refused value, and what is needed or known of it."""
+        self.problems.append(Problem(self.place(table), key, value, need, remark))
 
     def words_of_table(self, table: str, content: dict[str, Any], others: Collection[str] = ()) -> Columns:
         """The entries of a table of parameters, each as a column with one value. Unknown words are refused.
@@ -265,9 +213,10 @@ class Checker:
         good: Columns = {}
         for word, value in content.items():
             if word in words_of(table):
-                good[word] = [Given(f"{self.path}: {table}.{word}", value)]
+                good[word] = [Given(self.place(table), word, value)]
             else:
-                self.refuse(f"{table}.{key_shown(word)} = {shown(value)}", unknown(word, (*words_of(table), *others)))
+                remark = unknown(word, (*words_of(table), *others))
+                self.refuse(key_shown(word), value, remark=remark, table=table)
         return good
 
     def lists(self, table: str, content: Mapping[str, Any], known: Collection[str]) -> Iterator[tuple[str, list[Any]]]:
@@ -276,17 +225,18 @@ class Checker:
             if word in known and isinstance(values, list) and values:
                 yield word, values
             else:
-                wrong = "needs a list of at least one value" if word in known else unknown(word, known)
-                if word in known and table == "axes" and isinstance(values, dict):
-                    wrong += ', or for a range design = "sobol" or "latin_hypercube"'
-                self.refuse(f"{table}.{key_shown(word)} = {shown(values)}", wrong)
+                need = "a list of at least one value"
+                if table == "axes" and isinstance(values, dict):
+                    need += ', or for a range design = "sobol" or "latin_hypercube"'
+                wrong = {"need": need} if word in known else {"remark": unknown(word, known)}
+                self.refuse(key_shown(word), values, table=table, **wrong)
 
     def one_place(self, axes: Columns, fixed: dict[str, Columns]) -> None:
         """Refuse every parameter that is given twice: as an axis and in a table."""
         for table, part in fixed.items():
             for word in part:
                 if word in axes:
-                    self.refuse(f"{table}.{word}", "is an axis too: needs one place")
+                    self.refuse(word, need="one place", remark="is an axis too", table=table)
 
     def plain(self, columns: Columns, scales: Scales) -> Columns:
         """The columns with the numbers that values with units stand for; those that stand for none are refused."""
@@ -298,20 +248,16 @@ class Checker:
 
     def _plain(self, stated: Parameter, scales: Scales | None, given: Given) -> Given | None:
         try:
-            return Given(given.where, plain(given.value, stated, scales))
-        except ValueError as error:
-            self.problems.append(f"{given.where} = {shown(given.value)}: {error}")
+            return given._replace(value=plain(given.key, given.value, stated, scales))
+        except InvalidInput as error:
+            self.problems.append(given.problem(error.need))
             return None
 
     def in_si(self, where: str, content: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
         """The entries of a table in SI, with the numbers in the units of their keys; those that stand for none are refused."""
-        found = {
-            key: self._plain(known[key], None, Given(f"{self.path}: {where}.{key}", value))
-            if key in known
-            else Given("", value)
-            for key, value in content.items()
-        }
-        return {key: given.value for key, given in found.items() if given}
+        given = {key: Given(self.place(where), key, value) for key, value in content.items()}
+        found = {key: self._plain(known[key], None, each) if key in known else each for key, each in given.items()}
+        return {key: each.value for key, each in found.items() if each}
 
     def values(self, columns: Columns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Any, ...]]:
         """Values in their declared type, by field name. Values out of range are refused and left out.
@@ -324,7 +270,8 @@ class Checker:
             name = words()[word]
             taken: list[Any] = []
             quick = _quick(name)
-            for where, value in given:
+            for each in given:
+                value = each.value
                 if value is None or isinstance(value, FileName):
                     taken.append(value)
                     continue
@@ -333,12 +280,11 @@ class Checker:
                     continue
                 of_slabs = name in LIMITED_BY_SCHEME or name in SCHEMES.settings()
                 points = [{**slab, name: value} for slab in slabs] if of_slabs else [{name: value}]
-                wrong = {index: need(make_case, point) for index, point in enumerate(points)}
-                fitting = [point for index, point in enumerate(points) if not wrong[index]]
-                if fitting:
-                    taken.append(make_case(fitting[0]).flat[name])
+                wrong = [refused(make_case, point) for point in points]
+                if None in wrong:
+                    taken.append(make_case(points[wrong.index(None)]).flat[name])
                 else:
-                    self.problems.append(f"{where} = {shown(value)}: {list(wrong.values())[-1]}")
+                    self.problems.append(each.problem(wrong[-1].need if wrong[-1] else ""))
             values[name] = tuple(taken)
         return values
 
@@ -352,9 +298,9 @@ class Checker:
         good = {}
         for key, value in content.items():
             if key not in names:
-                self.refuse(f"{where}.{key_shown(key)} = {shown(value)}", unknown(key, names))
-            elif wrong := need(partial(make, **{**others, key: value})):
-                self.refuse(f"{where}.{key} = {shown(value)}", wrong)
+                self.refuse(key_shown(key), value, remark=unknown(key, names), table=where)
+            elif wrong := refused(partial(make, **{**others, key: value})):
+                self.refuse(key, value, wrong.need, table=where)
             else:
                 good[key] = value
         return good
@@ -392,7 +338,7 @@ class NamedFiles(Checker):
             return None
         for other in ("axes", "design"):
             if other in top:
-                self.refuse(other, f"needs to be left out beside table = {shown(top['table'])}")
+                self.refuse(other, need=f"to be left out beside table = {shown(top['table'])}")
         return self._read(read_table, "table", top["table"])
 
     def rows(self, fixed: dict[str, Columns], scales: Scales) -> dict[str, Rows]:
@@ -400,46 +346,49 @@ class NamedFiles(Checker):
         found: dict[str, Rows] = {}
         for content in fixed.values():
             for word in [word for word in in_files() if word in content]:
-                where, name = content.pop(word)[0]
-                if read := self._rows(word, where, name, scales):
-                    found[word], content[word] = read, [Given(where, read.value)]
+                given = content.pop(word)[0]
+                if read := self._rows(given, scales):
+                    found[word], content[word] = read, [given._replace(value=read.value)]
         return found
 
     def rows_of_axis(self, axes: Columns, scales: Scales) -> dict[str, Rows]:
         """The profiles on an axis, whose names take the place of the files: all of their texts, one after the other."""
         given, named = axes.pop("roughness", []), dict[str, Rows]()
-        for where, value in given:
+        for each in given:
+            value = each.value
             smooth = Rows("", ()) if value == SMOOTH else None
             files = len(named) - (SMOOTH in named)
-            if not (read := smooth or self._rows("roughness", where, value, scales, files)):
+            if not (read := smooth or self._rows(each, scales, files)):
                 continue
             name = value["file"] if isinstance(value, dict) else value
             if name in named:
-                self.problems.append(f"{where} = {shown(value)}: needs a file of its own, whose name the case has")
+                self.problems.append(each.problem("a file of its own, whose name the case has"))
                 continue
             named[name] = read
             label = FileName(name)
             label.content = read.value
-            axes.setdefault("roughness", []).append(Given(where, label))
+            axes.setdefault("roughness", []).append(each._replace(value=label))
         text = BETWEEN.join(each.text for name, each in named.items() if name != SMOOTH)
         return {"roughness": Rows(text, ())} if given else {}
 
-    def _rows(self, word: str, where: str, name: Any, scales: Scales, number: int | None = None) -> Rows | None:
+    def _rows(self, given: Given, scales: Scales, number: int | None = None) -> Rows | None:
         """The value of a parameter from its file, on an axis from one of several files; None where it is refused."""
+        word, name = given.key.partition("[")[0], given.value
         if word == "roughness" and isinstance(name, dict):
-            return self._surface(where.removeprefix(f"{self.path}: "), name, scales, number)
+            return self._surface(given, scales, number)
         if isinstance(name, str):
             return self._read(partial(read_rows, word), word, name, number)
         columns = " and ".join(in_files()[word].columns)
-        self.problems.append(f"{where} = {shown(name)}: needs the path of a CSV file with {columns}")
+        self.problems.append(given.problem(f"the path of a CSV file with {columns}"))
         return None
 
-    def _surface(self, where: str, content: dict[str, Any], scales: Scales, number: int | None) -> Rows | None:
+    def _surface(self, given: Given, scales: Scales, number: int | None) -> Rows | None:
         """The roughness of a measured profile; None where it is refused."""
-        good = self.checked(where, content, NamedSurface, [item.name for item in fields(NamedSurface)])
+        where = f"{given.place.part}.{given.key}"
+        good = self.checked(where, given.value, NamedSurface, [item.name for item in fields(NamedSurface)])
         if "file" not in good:
-            self.refuse(where, "needs file, the path of a text file with two columns")
-        if good.keys() < {*content, "file"}:
+            self.problems.append(given.problem("file, the path of a text file with two columns"))
+        if good.keys() < {*given.value, "file"}:
             return None
 
         def read(path: Path, text: str | None) -> Rows:
@@ -447,7 +396,7 @@ class NamedFiles(Checker):
             try:
                 return Rows(text, read_surface(path, text, NamedSurface(**good)).roughness(scales.slab_width))
             except InvalidInput as error:
-                raise ManifestError([f"{path}: {error}"]) from None
+                raise ManifestError.in_file(path, remark=str(error)) from None
 
         return self._read(read, "roughness", good["file"], number)
 
@@ -464,10 +413,10 @@ class NamedFiles(Checker):
         if texts and number is not None:
             texts = texts[0].split(BETWEEN)[number:]
         if texts == []:
-            self.refuse(key, "the text of its file is missing")
+            self.refuse(key, remark="the text of its file is missing")
             return None
         try:
             return read(self.path.parent / name, texts[0] if texts else None)
         except ManifestError as error:
-            self.problems += error.lines
+            self.problems += error.problems
             return None

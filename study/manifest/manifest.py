@@ -20,7 +20,7 @@ from nanoslip.solver.drive import (
     si_defaults,
 )
 from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
-from nanoslip.solver.outcome import InvalidInput, Outcome, quoted
+from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import Parameter, check, declared, parameter, require
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.toml_text import ONE_LINE, one_line, shown
@@ -115,7 +115,7 @@ def _orcid(given: Any) -> str:
 def _match(name: str, given: Any, pattern: re.Pattern[str], needed: str) -> re.Match[str]:
     found = pattern.fullmatch(given) if isinstance(given, str) else None
     if found is None:
-        raise InvalidInput(f"{name} = {given!r}: needs {needed}")
+        raise InvalidInput(name, given, needed)
     return found
 
 
@@ -141,9 +141,9 @@ class NamedDrive:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
-            raise InvalidInput(f"name = {quoted(self.name)}: needs a name")
+            raise InvalidInput("name", self.name, "a name")
         if not one_line(self.name):
-            raise InvalidInput(f"name = {quoted(self.name)}: {ONE_LINE}")
+            raise InvalidInput("name", self.name, ONE_LINE)
         check(self)
 
     @classmethod
@@ -179,10 +179,15 @@ class CampaignDrive:
     """Every entry of its table but the name, as given where there is no drive; None for what it does not use."""
     drive: NamedDrive | None
     """None where its values exclude each other."""
-    outcome: Outcome
-    """COMPLETED, or why there is no drive."""
     given: frozenset[str] = frozenset()
     """Parameters that the file itself gives, here or on an axis."""
+    refused: InvalidInput | None = None
+    """Why there is no drive."""
+
+    @property
+    def outcome(self) -> Outcome:
+        """COMPLETED, or why there is no drive."""
+        return self.refused.outcome if self.refused else COMPLETED
 
     @property
     def label(self) -> str:
@@ -264,12 +269,10 @@ class Outputs:
             value: Any = getattr(self, name)
             if name == "tractions_at":
                 if not _increasing(value):
-                    raise InvalidInput(
-                        f"{name} = {quoted(value)}: needs a list of events, increasing from 0 to {MOST_EVENTS}"
-                    )
+                    raise InvalidInput(name, value, f"a list of events, increasing from 0 to {MOST_EVENTS}")
                 object.__setattr__(self, name, tuple(value))
             elif not isinstance(value, bool):
-                raise InvalidInput(f"{name} = {quoted(value)}: needs true or false")
+                raise InvalidInput(name, value, "true or false")
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,7 +289,7 @@ class EnsembleTable:
     def __post_init__(self) -> None:
         _need_members("members", self.members, 1)
         if self.places not in get_args(Places):
-            raise InvalidInput(f"places = {shown(self.places)}: needs {' or '.join(map(shown, get_args(Places)))}")
+            raise InvalidInput("places", self.places, " or ".join(map(shown, get_args(Places))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -304,14 +307,14 @@ class TargetTable:
 
     def __post_init__(self) -> None:
         if not is_share(self.within):
-            raise InvalidInput(f"within = {shown(self.within)}: needs a relative error, 0 < within < 1")
+            raise InvalidInput("within", self.within, "a relative error, 0 < within < 1")
         _need_members("most", self.most, FEWEST)
         of: Any = self.of
         if not isinstance(of, list | tuple):
-            raise InvalidInput(f"of = {shown(of)}: needs a list, each one of {', '.join(KNOWABLE)}")
+            raise InvalidInput("of", of, f"a list, each one of {', '.join(KNOWABLE)}")
         for name in of:
             if not isinstance(name, str) or name not in KNOWABLE:
-                raise InvalidInput(f"of = {shown(name)}: needs a list, each one of {', '.join(KNOWABLE)}")
+                raise InvalidInput("of", name, f"a list, each one of {', '.join(KNOWABLE)}")
         object.__setattr__(self, "of", tuple(of))
 
     def variables(self, last: Stage) -> tuple[str, ...]:
@@ -322,7 +325,7 @@ class TargetTable:
 
 def _need_members(name: str, value: Any, least: int) -> None:
     if not (_is_whole(value) and least <= value <= MOST_MEMBERS):
-        raise InvalidInput(f"{name} = {shown(value)}: needs a whole number from {least} to {MOST_MEMBERS}")
+        raise InvalidInput(name, value, f"a whole number from {least} to {MOST_MEMBERS}")
 
 
 @dataclass(frozen=True, slots=True)

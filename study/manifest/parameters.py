@@ -86,10 +86,14 @@ def table_of(word: str) -> str:
     return next((table for table in TABLES if word in words_of(table)), "")
 
 
-def in_words(text: str) -> str:
-    """A text in which every parameter's name is replaced by its word in a manifest."""
-    named = {name: word for word, name in words().items() if word != name}
-    return re.sub("|".join(rf"\b{name}\b" for name in named), lambda found: named[found.group()], text)
+def by_name() -> Mapping[str, str]:
+    """Name of a parameter -> its word in a manifest."""
+    return {name: word for word, name in words().items()}
+
+
+def in_words(parameters: Mapping[str, object]) -> str:
+    """Parameters and their values in the words of a manifest: `radius = 200.0, events = 5`."""
+    return ", ".join(f"{by_name().get(name, name)} = {value}" for name, value in parameters.items())
 
 
 def settings() -> tuple[str, ...]:
@@ -116,7 +120,7 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
     """
     for name, value in parameters.items():
         if isinstance(value, float) and math.isinf(value) and name != "intrinsic_friction":
-            raise InvalidInput(f"{name} = {value!r}: needs a finite number")
+            raise InvalidInput(name, value, "a finite number")
     parameters = {name: getattr(value, "content", value) for name, value in parameters.items()}
     limits: dict[str, Any] = {}
     if not parameters.keys() & {*STOP_CONDITIONS}:
@@ -126,7 +130,7 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
     try:
         return Case.of({**limits, **parameters})
     except InvalidInput as error:
-        raise InvalidInput(in_words(str(error))) from None
+        raise error.named(by_name()) from None
 
 
 class Alike:
@@ -182,8 +186,8 @@ _QUANTITY: Final = re.compile(
 )
 
 
-def plain(value: Any, stated: Parameter, scales: Scales | None = None) -> Any:
-    """The number that a text such as "100 N" is for a parameter; any other value as it is. Raises ValueError with what is needed.
+def plain(key: str, value: Any, stated: Parameter, scales: Scales | None = None) -> Any:
+    """The number that a text such as "100 N" is for a parameter; any other value as it is. Raises InvalidInput.
 
     scales: of the campaign, for a parameter of a case.
     """
@@ -195,7 +199,7 @@ def plain(value: Any, stated: Parameter, scales: Scales | None = None) -> Any:
         found = registry().Quantity(Decimal(given[1]), _in_symbols(given[2])).to(_in_symbols(unit)).magnitude
         return float(found / Decimal(str(getattr(scales, stated.scale) if scales else 1)))
     except (AttributeError, TypeError, ValueError, ArithmeticError):  # pint's own are among them
-        raise ValueError(f'needs a number, or one with a unit as "{given[1]} {as_written(unit)}"') from None
+        raise InvalidInput(key, value, f'a number, or one with a unit as "{given[1]} {as_written(unit)}"') from None
 
 
 def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequence[Any]]) -> str:

@@ -1,4 +1,4 @@
-"""Read and check a campaign file. All problems are reported at once: file, key, value and what is allowed, one line each.
+"""Read and check a campaign file. All problems are reported at once: file, key, value and what is allowed.
 
 Ranges are not repeated here: each value is tried in the solver's own types (`Case`, `Slab`, `SlipRule`, `Drive`, `Scales`).
 Scales and drives are in SI, the parameters of a case are dimensionless.
@@ -17,22 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Effects
-from nanoslip.solver.drive import AUTO, DURATIONS, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length
+from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
-from nanoslip.solver.outcome import COMPLETED, InvalidInput, quoted
+from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import MOST_WHOLE, as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
 from nanoslip.study.manifest.checker import (
     Checker,
     Columns,
     Given,
-    ManifestError,
     NamedFiles,
-    key_shown,
-    need,
     read_text,
-    unknown,
 )
 from nanoslip.study.manifest.manifest import (
     KNOWABLE,
@@ -66,6 +62,7 @@ from nanoslip.study.manifest.parameters import (
     settings,
     words,
 )
+from nanoslip.study.manifest.problems import ManifestError, Problem, key_shown, refused, unknown
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].
@@ -101,7 +98,7 @@ def read_drives(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Dri
     axes = _axes(checker, top.get(AXES, {}))
     tables = _tables(checker, top, axes)
     if (count := len(tables) * math.prod(map(len, axes.values()))) > MOST_CASES:
-        checker.refuse(AXES, f"{count} drives: needs at most {MOST_CASES}")
+        checker.refuse(AXES, remark=f"{count} drives", need=f"at most {MOST_CASES}")
         return Drives()
     points = [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
     found = [[_driven(table, point, scales) for point in points] for table in tables]
@@ -119,14 +116,14 @@ def _tables(checker: Checker, top: Mapping[str, Any], axes: Mapping[str, Any]) -
     for index, content in enumerate(top.get("drives", [])):
         where = f"drives[{index}]"
         if not isinstance(content, dict):
-            checker.refuse(f"{where} = {shown(content)}", "needs a table [[drives]]")
+            checker.refuse(where, content, "a table [[drives]]")
             continue
         for key in (key for key in content if key in axes):
-            checker.refuse(f"{where}.{key}", f"is in [{AXES}] too: needs one place")
+            checker.refuse(key, need="one place", remark=f"is in [{AXES}] too", table=where)
         entries = {"name": DEFAULT} | {key: value for key, value in content.items() if key not in axes}
         table = _table(checker, where, checker.in_si(where, entries, drive_parameters()))
         if table.name in found:
-            checker.refuse(f"{where}.name = {shown(table.name)}", "is another drive's name too: needs its own")
+            checker.refuse("name", table.name, "its own", "is another drive's name too", where)
         found[table.name] = table
     if axes and not top.get("drives"):
         return [_Table(AXES, DEFAULT, {})]
@@ -139,12 +136,11 @@ def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
     alone = {key: value for key, value in content.items() if key not in last}
     good = checker.checked(where, alone, NamedDrive.of, ("name", *drive_parameters()), name="-")
     for key, value in list(last.items()):
-        if wrong := need(_typed, key, value):
-            checker.refuse(f"{where}.{key} = {shown(value)}", wrong)
+        if wrong := refused(_typed, key, value):
+            checker.refuse(key, value, wrong.need, table=where)
             del last[key]
-    if alone.keys() - good and (wrong := need(only_length, alone)):  # else all of the table says it
-        second = [key for key in DURATIONS if key in alone][1]
-        checker.refuse(f"{where}.{second} = {shown(alone[second])}", wrong)
+    if alone.keys() - good and (wrong := refused(only_length, alone)):  # else all of the table says it
+        checker.refuse(wrong.key, wrong.value, wrong.need, table=where)
     return _Table(where, good.pop("name", "-"), good | last)
 
 
@@ -163,12 +159,11 @@ def _values(checker: Checker, key: str, values: list[Any]) -> Iterator[Value]:
         if place not in number:
             continue
         given = number[place]
-        where = f"{AXES}.{place} = {shown(given)}"
-        if wrong := need(_typed, key, given):
-            checker.refuse(where, wrong)
+        if wrong := refused(_typed, key, given):
+            checker.refuse(place, given, wrong.need, table=AXES)
             continue
         if (value := _typed(key, given)) in seen:
-            checker.refuse(where, "is there twice: needs each value once")
+            checker.refuse(place, given, "each value once", "is there twice", AXES)
         seen.add(value)
         yield value
 
@@ -194,20 +189,20 @@ def _driven(table: _Table, point: dict[str, Value], scales: Scales) -> CampaignD
         drive = NamedDrive.of(table.name, **given)
     except InvalidInput as error:
         settings = {**_DEFAULTS.flat, **({"duration": None} if {PERIODS, TRAVEL} & given.keys() else {}), **given}
-        return CampaignDrive(table.name, point, settings, None, error.outcome)
+        return CampaignDrive(table.name, point, settings, None, refused=error)
     try:
         drive.dimensionless(scales)
     except InvalidInput as error:
-        return CampaignDrive(table.name, point, drive.flat, None, error.outcome)
-    return CampaignDrive(table.name, point, drive.flat, drive, COMPLETED, frozenset(given))
+        return CampaignDrive(table.name, point, drive.flat, None, refused=error)
+    return CampaignDrive(table.name, point, drive.flat, drive, frozenset(given))
 
 
 _DEFAULTS: Final = NamedDrive(DEFAULT)
 
 
 def _refuse_table(checker: Checker, table: _Table, first: CampaignDrive) -> None:
-    key, _, wrong = first.outcome.message.replace(" = None", ": missing").partition(": ")
-    checker.refuse(f"{AXES if key.split()[0] in first.point else table.where}.{key}", wrong)
+    if wrong := first.refused:
+        checker.refuse(wrong.key, wrong.value, wrong.need, table=AXES if wrong.key in first.point else table.where)
 
 
 def _refuse_values(checker: Checker, axes: Mapping[str, tuple[Value, ...]], drives: Sequence[CampaignDrive]) -> None:
@@ -215,18 +210,18 @@ def _refuse_values(checker: Checker, axes: Mapping[str, tuple[Value, ...]], driv
         good = {drive.point[name] for drive in drives if drive.drive}
         for index, value in enumerate(values):
             if value not in good:
-                why = next(drive.outcome.message for drive in drives if drive.point[name] == value)
-                alone = why.removeprefix(f"{name} = {quoted(value)}: ")
-                checker.refuse(f"{AXES}.{name}[{index}] = {shown(value)}", alone)
+                wrong = next(drive.refused for drive in drives if drive.refused and drive.point[name] == value)
+                remark = "" if wrong.key == name else str(wrong)
+                checker.refuse(f"{name}[{index}]", value, "" if remark else wrong.need, remark, AXES)
 
 
 def load_manifest(path: Path) -> Manifest:
-    """Read a campaign file and the files it names. Raises ManifestError with one line per problem."""
+    """Read a campaign file and the files it names. Raises ManifestError with all problems."""
     return _Reader(path).manifest(read_text(path))
 
 
 def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest:
-    """The same from texts, without reading any file. Raises ManifestError with one line per problem.
+    """The same from texts, without reading any file. Raises ManifestError with all problems.
 
     path: name of the campaign file for messages. beside: texts of the files that it names, by the keys that name them
     (nanoslip.study.manifest.parameters.NAMED).
@@ -256,7 +251,7 @@ def _document(path: Path, text: str) -> dict[str, Any]:
     try:
         return from_toml(text)
     except ValueError as error:
-        raise ManifestError([f"{path}: {error}"]) from None
+        raise ManifestError.in_file(path, remark=str(error)) from None
 
 
 _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
@@ -282,23 +277,20 @@ def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...],
     if content is None:
         return Ensemble(table.members, places=table.places)
     if "members" in own:
-        where = f"ensemble.members = {shown(own['members'])}"
-        files.refuse(
-            where, "needs to be left out beside [target], which decides their number; the most are target.most"
-        )
+        need = "to be left out beside [target], which decides their number; the most are target.most"
+        files.refuse("members", own["members"], need, table="ensemble")
     if "within" not in content:
-        files.refuse("[target]", "needs within = 0.01, or another relative error")
+        files.refuse("[target]", need="within = 0.01, or another relative error")
     good = files.checked("target", content, TargetTable, field_names(TargetTable), within=0.5)
     for name in good.get("of", ()):
         stage = KNOWABLE[name]
         if STAGES.index(stage) > STAGES.index(stages[-1]):
             bringing = ", which a [[drives]] table brings" if stage == "dynamics" else ""
-            files.refuse(
-                f"target.of = {shown(name)}", f'needs stage "{stage}"{bringing}: without it there is no {name}'
-            )
+            need = f'stage "{stage}"{bringing}: without it there is no {name}'
+            files.refuse("of", name, need, table="target")
         elif name in OF_CONTACTS and "slip" in stages and not tractions:
-            wrong = 'needs stages = ["contact"] or outputs.tractions = true: else no contact is kept beside the record'
-            files.refuse(f"target.of = {shown(name)}", wrong)
+            need = 'stages = ["contact"] or outputs.tractions = true: else no contact is kept beside the record'
+            files.refuse("of", name, need, table="target")
     target = TargetTable(**{"within": 0.5, **good})
     of = target.variables(stages[-1])
     if any(
@@ -374,9 +366,9 @@ class _Reader(NamedFiles):
         """Refuse more cases, or drives of cases, than fit a machine: nothing has been expanded yet."""
         cases, drives = manifest.case_count, len(manifest.drives)
         if cases > MOST_CASES:
-            self.refuse(f"{cases} cases", f"needs at most {MOST_CASES}")
+            self.refuse(f"{cases} cases", need=f"at most {MOST_CASES}")
         elif cases * drives > MOST_DRIVEN:
-            self.refuse(f"{cases} cases with {drives} drives each", f"needs at most {MOST_DRIVEN} drives in all")
+            self.refuse(f"{cases} cases with {drives} drives each", need=f"at most {MOST_DRIVEN} drives in all")
 
     def _scales(self, top: dict[str, Any]) -> Scales:
         """The scales. A `young_modulus` stands for the shear modulus, E/(2(1 + ν)) with the campaign's one Poisson's ratio."""
@@ -385,11 +377,11 @@ class _Reader(NamedFiles):
         content = self.in_si("scales", top.get("scales", {}), {**stated, **young})
         if YOUNG in content:
             modulus, poisson = content.pop(YOUNG), top.get("constants", {}).get("poisson", Slab().poisson)
-            where = f"scales.{YOUNG} = {shown(modulus)}"
             if "shear_modulus" in content or "poisson" in top.get("axes", {}) or "table" in top:
-                self.refuse(where, "needs one Poisson's ratio, and no shear_modulus beside it")
-            elif wrong := need(as_float, YOUNG, modulus) or need(make_case, {"poisson": poisson}):
-                self.refuse(where, wrong)
+                need = "one Poisson's ratio, and no shear_modulus beside it"
+                self.refuse(YOUNG, modulus, need, table="scales")
+            elif wrong := refused(as_float, YOUNG, modulus) or refused(make_case, {"poisson": poisson}):
+                self.refuse(YOUNG, modulus, wrong.need, table="scales")
             else:
                 content["shear_modulus"] = modulus / (2.0 * (1.0 + poisson))
         return Scales(**self.checked("scales", content, Scales, field_names(Scales)))
@@ -400,15 +392,15 @@ class _Reader(NamedFiles):
         for key, value in document.items():
             kind, wanted = _TOP.get(key, (object, ""))
             if not wanted:
-                self.refuse(f"{key_shown(key)} = {shown(value)}", unknown(key, _TOP))
+                self.refuse(key_shown(key), value, remark=unknown(key, _TOP))
             elif not isinstance(value, kind):
-                self.refuse(f"{key} = {shown(value)}", f"needs {wanted}")
+                self.refuse(key, value, wanted)
             elif key == "title" and not one_line(str(value)):
-                self.refuse(f"{key} = {shown(value)}", ONE_LINE)
+                self.refuse(key, value, ONE_LINE)
             else:
                 good[key] = value
         if "title" not in document:
-            self.refuse("title", "missing: needs a text")
+            self.refuse("title", None, "a text")
         return good
 
     def _task_seconds(self, top: dict[str, Any]) -> float | None:
@@ -418,7 +410,7 @@ class _Reader(NamedFiles):
         top["limits"] = dict(top["limits"])
         seconds = top["limits"].pop(SECONDS)
         if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not LEAST_SECONDS <= seconds < math.inf:
-            self.refuse(f"limits.{SECONDS} = {shown(seconds)}", f"needs a number of seconds from {LEAST_SECONDS:g} on")
+            self.refuse(SECONDS, seconds, f"a number of seconds from {LEAST_SECONDS:g} on", table="limits")
             return None
         return float(seconds)
 
@@ -426,40 +418,38 @@ class _Reader(NamedFiles):
         given = top.get("stages", list(STAGES if "drives" in top or AXES in top else STAGES[:2]))
         if not given or given != list(STAGES[: len(given)]):
             allowed = " or ".join(shown(list(STAGES[:count])) for count in (1, 2, 3))
-            self.refuse(f"stages = {shown(given)}", f"needs {allowed}: each stage needs the ones before it")
+            self.refuse("stages", given, f"{allowed}: each stage needs the ones before it")
             return tuple(STAGES[: max((number for number, each in enumerate(STAGES, 1) if each in given), default=3)])
         if "dynamics" in given and not (top.get("drives") or top.get(AXES)):
-            self.refuse("drives", f'missing: stage "dynamics" needs at least one [[drives]] or [{AXES}]')
+            self.refuse("drives", None, f'at least one [[drives]] or [{AXES}], for stage "dynamics"')
         return STAGES[: len(given)]
 
     def _outputs(self, content: dict[str, Any], stages: tuple[Stage, ...]) -> Outputs:
         good = self.checked("outputs", content, Outputs, field_names(Outputs))
         outputs = Outputs(**{"tractions": "slip" not in stages, "phases": good.get("trajectory", True), **good})
         if "slip" not in stages and outputs.statistics:
-            self.refuse("outputs.statistics = true", 'needs stage "slip": without it there are no events')
+            self.refuse("statistics", True, 'stage "slip": without it there are no events', table="outputs")
         if "slip" not in stages and any(outputs.tractions_at):
-            wrong = 'needs stage "slip" for the events after 0'
-            self.refuse(f"outputs.tractions_at = {shown(list(outputs.tractions_at))}", wrong)
+            self.refuse("tractions_at", outputs.tractions_at, 'stage "slip" for the events after 0', table="outputs")
         return outputs
 
     def _design(self, top: dict[str, Any], axes: Columns) -> Design:
         design: Design = top.get("design", "product")
         lengths = {word: len(given) for word, given in axes.items()}
         if design not in ("product", "zip", *SAMPLED):
-            wrong = 'needs "product", "zip", "sobol" or "latin_hypercube", or a table = "cases.csv" instead'
-            self.refuse(f"design = {shown(design)}", wrong)
+            self.refuse("design", design, f'{_TOP["design"][1]}, or a table = "cases.csv" instead')
         elif design not in SAMPLED and (idle := {"points", "design_seed"} & top.keys()):
-            self.refuse(sorted(idle)[0], f"needs design = {' or '.join(map(shown, SAMPLED))}")
+            self.refuse(sorted(idle)[0], need=f"design = {' or '.join(map(shown, SAMPLED))}")
         elif design == "zip" and len(set(lengths.values())) != 1:
             counts = ", ".join(f"{count} of {word}" for word, count in lengths.items()) or "no axes"
-            self.refuse('design = "zip"', f"needs axes of equal length, got {counts}")
+            self.refuse("design", design, f"axes of equal length, got {counts}")
         return design
 
     def _axes(self, top: dict[str, Any], scales: Scales) -> Columns:
         if top.get("design") in SAMPLED:
             return sampled_axes(self, top, scales)
         listed = {
-            word: [Given(f"{self.path}: axes.{word}[{index}]", value) for index, value in enumerate(values)]
+            word: [Given(self.place("axes"), f"{word}[{index}]", value) for index, value in enumerate(values)]
             for word, values in self.lists("axes", top.get("axes", {}), axes())
         }
         return self.plain(listed, scales)
@@ -470,14 +460,15 @@ class _Reader(NamedFiles):
         if accuracy is None:
             return None
         if wrong := not is_share(accuracy):
-            self.refuse(f"accuracy = {shown(accuracy)}", f"needs {_TOP['accuracy'][1]}")
+            self.refuse("accuracy", accuracy, _TOP["accuracy"][1])
         for column in (column for word, column in given.items() if words()[word] in settings()):
-            self.problems.append(f"{column[0].where}: needs to be left out beside accuracy = {shown(accuracy)}")
+            place, key, _ = column[0]
+            self.problems.append(Problem(place, key, need=f"to be left out beside accuracy = {shown(accuracy)}"))
         return None if wrong else float(accuracy)
 
 
 def _about(checker: Checker, content: dict[str, Any]) -> About:
-    beside = {key: content[key] for key in ("author",) if key in content and not need(About, content[key])}
+    beside = {key: content[key] for key in ("author",) if key in content and not refused(About, content[key])}
     return About(**checker.checked("about", content, About, field_names(About), **beside))
 
 
@@ -486,38 +477,40 @@ def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Co
     count, seed = top.get("points", POINTS), top.get("design_seed", 1)
     for key, value, least, most in (("points", count, 1, MOST_CASES), ("design_seed", seed, 0, MOST_WHOLE)):
         if isinstance(value, bool) or not least <= value <= most:
-            checker.refuse(f"{key} = {shown(value)}", f"needs a whole number from {least} to {most}")
+            checker.refuse(key, value, f"a whole number from {least} to {most}")
             return {}
     if not any(isinstance(given, dict) for given in top.get("axes", {}).values()):
-        checker.refuse(f"design = {shown(top['design'])}", "needs a range among its axes")
+        checker.refuse("design", top["design"], "a range among its axes")
     ranges = {
         word: found for word, given in top.get("axes", {}).items() if (found := _range(checker, word, given, scales))
     }
     draws = sampled(top["design"], len(ranges), count, seed) if ranges else ()
     columns = zip(*draws, strict=True)
     return {
-        word: [Given(f"{checker.path}: axes.{word}", value_at(float(share))) for share in column]
+        word: [Given(checker.place("axes"), word, value_at(float(share))) for share in column]
         for (word, value_at), column in zip(ranges.items(), columns, strict=False)
     }
 
 
 def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[[float], Any] | None:
     """Function from a number in [0, 1) to a value of an axis; None if refused."""
-    where, listed = f"axes.{key_shown(word)} = {shown(given)}", isinstance(given, list) and given
-    values: list[Any] = []
+    place, listed = checker.place("axes"), isinstance(given, list) and given
     if word not in axes():
-        wrong = unknown(word, axes())
-    elif not listed and not (isinstance(given, dict) and {"from", "to"} <= given.keys() <= {"from", "to", "scale"}):
-        wrong = 'needs a range, {from = 20, to = 400, scale = "log"}, or a list of values'
-    else:
-        ends = given if listed else [given["from"], given["to"]]
-        found = checker.plain({word: [Given(f"{checker.path}: axes.{word}", each) for each in ends]}, scales)[word]
-        values = [each.value for each in found]
-        if len(values) < len(ends):
-            return None
-        wrong = "" if listed else _wrong_range(words()[word], values[0], values[1], given.get("scale", "linear"))
+        checker.refuse(key_shown(word), given, remark=unknown(word, axes()), table="axes")
+        return None
+    if not listed and not (isinstance(given, dict) and {"from", "to"} <= given.keys() <= {"from", "to", "scale"}):
+        need = 'a range, {from = 20, to = 400, scale = "log"}, or a list of values'
+        checker.refuse(word, given, need, table="axes")
+        return None
+    ends = given if listed else [given["from"], given["to"]]
+    values: list[Any] = [
+        each.value for each in checker.plain({word: [Given(place, word, each) for each in ends]}, scales)[word]
+    ]
+    if len(values) < len(ends):
+        return None
+    wrong = "" if listed else _needed_range(words()[word], values[0], values[1], given.get("scale", "linear"))
     if wrong:
-        checker.refuse(where, wrong)
+        checker.refuse(word, given, wrong, table="axes")
         return None
     if listed:
         return lambda share: values[int(share * len(values))]
@@ -525,16 +518,16 @@ def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[
     return (lambda s: low * (high / low) ** s) if given.get("scale") == "log" else (lambda s: low + s * (high - low))
 
 
-def _wrong_range(name: str, low: Any, high: Any, scale: Any) -> str:
-    """Problem of a parameter's range; empty if right."""
+def _needed_range(name: str, low: Any, high: Any, scale: Any) -> str:
+    """What is needed where the range of a parameter is wrong; empty if it is right."""
     if isinstance(Case.of({}).flat[name], bool | int | str):
-        return "takes no range: needs a list of values"
+        return "a list of values, as it takes no range"
     other = {"scheme": "strip"} if name in LIMITED_BY_SCHEME else {}  # each case is tried with its own scheme later
-    if wrong := need(make_case, {name: low, **other}) or need(make_case, {name: high, **other}):
-        return wrong
+    if wrong := refused(make_case, {name: low, **other}) or refused(make_case, {name: high, **other}):
+        return wrong.need
     if -math.inf < low < high < math.inf and (scale == "linear" or (scale == "log" and low > 0.0)):
         return ""
-    return 'needs numbers from < to, above 0 with scale = "log"; a scale is "linear" or "log"'
+    return 'numbers from < to, above 0 with scale = "log"; a scale is "linear" or "log"'
 
 
 def sampled(design: str, axes: int, count: int, seed: int) -> NDArray[np.float64]:
@@ -553,12 +546,12 @@ def _slabs(numerics: Columns) -> list[dict[str, Value]]:
     A setting of a scheme that fits none of these slabs fits no case; nor does an n_x.
     """
     given = {word: [each.value for each in numerics.get(word, [])] for word in ("n_x", "scheme")}
-    schemes = [{"scheme": scheme} for scheme in given["scheme"] if not need(make_case, {"scheme": scheme})]
+    schemes = [{"scheme": scheme} for scheme in given["scheme"] if not refused(make_case, {"scheme": scheme})]
     return [_finest(scheme, given["n_x"]) for scheme in schemes or [{}]]
 
 
 def _finest(scheme: dict[str, Value], sizes: list[Any]) -> dict[str, Value]:
-    good = [n_x for n_x in sizes if not need(make_case, {**scheme, "n_x": n_x})]
+    good = [n_x for n_x in sizes if not refused(make_case, {**scheme, "n_x": n_x})]
     return {**scheme, "n_x": max(good)} if good else scheme
 
 
@@ -569,15 +562,18 @@ def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
 # The effects that a manifest switches on and off: what is left out where one is off, and combinations that are refused.
 
 
-def refusal(manifest: Manifest, case: Case) -> str:
-    """The reason why a case is refused with the stages and outputs of its manifest; empty where it is not."""
+def refuse_with_stages(manifest: Manifest, case: Case) -> None:
+    """Raise InvalidInput where the stages or outputs of its manifest exclude a case."""
     if "slip" in manifest.stages and not case.effects.friction:
-        return 'friction = false: needs stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
+        need = 'stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
+        raise InvalidInput("friction", False, need)
     if manifest.outputs.subsurface and not isinstance(case.slab.scheme, GridScheme):
-        return f"subsurface = true with scheme = {case.slab.scheme}: needs a scheme that has a grid, others are a surface only"
+        need = "a scheme that has a grid, others are a surface only"
+        raise InvalidInput("subsurface", True, need, {"scheme": case.slab.scheme.name})
     if manifest.outputs.statistics and case.interface.contacts > 1:
-        return f"contacts = {case.interface.contacts} with statistics = true: sizes of events are those of one contact"
-    return ""
+        raise InvalidInput(
+            "contacts", case.interface.contacts, "one contact, whose events have sizes", {"statistics": True}
+        )
 
 
 def effects(manifest: Manifest) -> dict[str, str]:

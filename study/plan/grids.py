@@ -15,14 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact import closed_forms
-from nanoslip.solver.outcome import InvalidInput, NanoslipError, SolverError, quoted
+from nanoslip.solver.outcome import InvalidInput, NanoslipError, SolverError
 from nanoslip.solver.parameter import as_float
 from nanoslip.solver.slab import PHYSICS, Slab
 from nanoslip.study.manifest import parameters
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.checker import ManifestError, path_shown, read_text
+from nanoslip.study.manifest.checker import read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import Value
+from nanoslip.study.manifest.problems import ManifestError, Place, Problem
 
 # Processor time and error of each discretization of the slab, as `nanoslip accuracy` measured them and a file keeps them.
 #
@@ -91,7 +92,7 @@ class Front:
         if case.heterogeneity.roughness:
             return "a rough pin"
         if not self.like(case.slab):
-            return parameters.in_words(", ".join(f"{name} = {value}" for name, value in physics(case.slab).items()))
+            return parameters.in_words(physics(case.slab))
         if not self.comparable(case):
             least, most = self.contacts[0], self.contacts[-1]
             return f"Hertz's a/L_x = {hertz_half_width(case):.3g}, where those that were measured have {least:.2g} to {most:.2g}"
@@ -169,7 +170,7 @@ def load_front(path: Path | None = None, given: str | None = None) -> Front:
         return _front(where.name, text)
     except (ValueError, LookupError, TypeError, RecursionError, SolverError) as error:
         wrong = " ".join(f"{type(error).__name__}: {error}".split())[:LONGEST_REASON]
-        raise ManifestError([f"{path_shown(where)}: no front that nanoslip accuracy wrote: {wrong}"]) from None
+        raise ManifestError.in_file(where, remark=f"no front that nanoslip accuracy wrote: {wrong}") from None
 
 
 @lru_cache(maxsize=4)  # planned, chosen and collected with
@@ -178,13 +179,13 @@ def _front(name: str, text: str) -> Front:
     found = json.loads(text)
     contacts = tuple(_measured("contacts", value) for value in found["contacts"])
     if not contacts or any(before >= after for before, after in itertools.pairwise((0.0, *contacts))):
-        raise InvalidInput(f"contacts = {quoted(contacts)}: needs half-widths that increase, above 0")
+        raise InvalidInput("contacts", contacts, "half-widths that increase, above 0")
     rows = tuple(_row(dict(zip(found["columns"], values, strict=True))) for values in found["rows"])
     if not all(len(row.errors) == len(contacts) for row in rows):
-        raise InvalidInput(f"errors: needs {len(contacts)} of every row, one for each contact")
+        raise InvalidInput("errors", need=f"{len(contacts)} of every row, one for each contact")
     machine = dict(found["machine"])
     if not all(isinstance(word, str) for word in machine.values()):
-        raise InvalidInput("machine: needs texts")
+        raise InvalidInput("machine", need="texts")
     return Front(name, machine, contacts, rows, hashlib.sha256(text.encode()).hexdigest())
 
 
@@ -200,7 +201,7 @@ def _measured(name: str, value: Any) -> float:
     """A finite number of at least 0, as times, errors and lengths are. Raises InvalidInput."""
     number = as_float(name, value)
     if not 0.0 <= number < math.inf:
-        raise InvalidInput(f"{name} = {number!r}: needs finite numbers from 0 on")
+        raise InvalidInput(name, number, "finite numbers from 0 on")
     return number
 
 
@@ -243,8 +244,8 @@ def settled(manifest: Manifest) -> Manifest:
     try:
         chosen = cheapest(front, cases, manifest.accuracy)
     except UnreachableError as error:
-        wrong = f"{manifest.path}: accuracy = {manifest.accuracy!r}: {error}"
-        raise ManifestError([wrong + _lacking(front, manifest)]) from None
+        need = f"{error}{_lacking(front, manifest)}"
+        raise ManifestError([Problem(Place(str(manifest.path)), "accuracy", manifest.accuracy, need)]) from None
     return manifest.discretized(_given(chosen))
 
 
@@ -261,7 +262,7 @@ def _lacking(front: Front, manifest: Manifest) -> str:
 
 def choice(manifest: Manifest) -> str:
     """The chosen discretization as text: `n_x = 129, rows_per_level = 2, ...`, in the words of a manifest."""
-    return _in_words(chosen(manifest))
+    return parameters.in_words(chosen(manifest))
 
 
 def chosen(manifest: Manifest) -> dict[str, Value]:
@@ -282,14 +283,14 @@ def cheapest(front: Front, cases: Iterable[Case], accuracy: float) -> Slab:
     known = [found for found in _expected(front, _comparable(front, cases)) if not math.isnan(found[0])]
     if not known:
         raise UnreachableError(
-            f"needs a slab and a contact that {front.name} has (a smooth parabolic pin; its own front is measured by "
+            f"a slab and a contact that {front.name} has (a smooth parabolic pin; its own front is measured by "
             "nanoslip accuracy CAMPAIGN --save FILE, and named by front = FILE), or n_x instead"
         )
     good = [(seconds, error, slab) for error, seconds, slab in known if error <= accuracy]
     if not good:
         error, _, slab = min(known, key=lambda found: found[0])
-        best = _in_words(_given(slab))
-        raise UnreachableError(f"needs {_above(error)} or more, the best that {front.name} has: {best}")
+        best = parameters.in_words(_given(slab))
+        raise UnreachableError(f"{_above(error)} or more, the best that {front.name} has: {best}")
     return min(good, key=lambda found: found[:2])[2]
 
 
@@ -317,10 +318,6 @@ def _expected(front: Front, contacts: Mapping[Slab, Iterable[int]]) -> Iterator[
 def _given(slab: Slab) -> dict[str, Value]:
     """The parameters of a slab's discretization, without the settings of other schemes."""
     return {name: value for name, value in settings(slab).items() if value is not None}
-
-
-def _in_words(settings: Mapping[str, Value]) -> str:
-    return parameters.in_words(", ".join(f"{name} = {value}" for name, value in settings.items()))
 
 
 def _above(error: float) -> float:

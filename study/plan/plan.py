@@ -396,7 +396,7 @@ def _words(plan: Plan, number: int) -> str:
     """Number of a case -> the parameters in which it differs from the others."""
     point = plan.cases[number].parameters
     varying = (name for name, values in plan.manifest.axes.items() if len(values) > 1 and name in point)
-    return in_words(", ".join(f"{name} = {short(point[name])}" for name in varying))
+    return in_words({name: short(point[name]) for name in varying})
 
 
 def out_of_reach(plan: Plan) -> list[str]:

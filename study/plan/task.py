@@ -17,7 +17,7 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import Scheme, Slab
 from nanoslip.study.canonical import Texts, content_hash
-from nanoslip.study.manifest.parameters import Value, in_words, words
+from nanoslip.study.manifest.parameters import Value, by_name, words
 from nanoslip.study.origin import Origins
 
 Label = tuple[tuple[str, ...], tuple[Value | None, ...]]
@@ -86,8 +86,8 @@ class Task:
     def label(self) -> str:
         """For humans, in the words of a manifest."""
         pairs = zip(self.names, self.values, strict=True)
-        words = [f"{name}={short(value)}" for name, value in pairs if value is not None]
-        return in_words(" ".join((self.kind, *words)))
+        words = [f"{by_name().get(name, name)}={short(value)}" for name, value in pairs if value is not None]
+        return " ".join((self.kind, *words))
 
 
 _CONTENT = attrgetter(*itertools.takewhile(lambda name: name != "cost", (item.name for item in fields(Task))))

@@ -12,7 +12,8 @@ from jinja2.sandbox import SandboxedEnvironment
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study import shipped
 from nanoslip.study.exit_codes import INTERRUPTED
-from nanoslip.study.manifest.checker import ManifestError, path_shown, read_text
+from nanoslip.study.manifest.checker import read_text
+from nanoslip.study.manifest.problems import ManifestError, path_shown
 from nanoslip.study.run.launch import WARNING
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
@@ -59,7 +60,7 @@ class Site:
                 raise ValueError(f"{item.name} = {value!r}: needs {_KINDS[kind]}")
             texts: Iterable[object] = value if isinstance(value, tuple) else (value,)
             if wrong := [text for text in texts if isinstance(text, str) and not one_line(text)]:
-                raise ValueError(f"{item.name} = {shown(wrong[0])}: {ONE_LINE}")
+                raise ValueError(f"{item.name} = {shown(wrong[0])}: needs {ONE_LINE}")
             least = 0 if item.name in ("restarts", "deaths") else 1
             if kind is int and value < least:
                 raise ValueError(f"{item.name} = {value!r}: needs at least {least}")
@@ -103,7 +104,7 @@ class Job:
     def __post_init__(self) -> None:
         for path in (self.campaign, self.out):
             if not one_line(str(path)):  # each is part of lines that sbatch and the shell read
-                raise SiteError(f"{path_shown(path)}: {ONE_LINE}")
+                raise SiteError(f"{path_shown(path)}: needs {ONE_LINE}")
             if "\\" in str(path):
                 raise SiteError(f"{path_shown(path)}: needs to be without backslashes, which sbatch takes out of names")
 

@@ -21,7 +21,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings, strategies as 
 
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.kinds import column
 from nanoslip.study.plan.plan import make_plan

@@ -96,7 +96,7 @@ def _drive(**given):
     [
         (Toy, {"whole": 0}, "whole = 0: needs 1 to 10"),
         (Toy, {"whole": 2.5}, "whole = 2.5: needs a whole number"),
-        (Toy, {"whole": True}, "whole = True: needs a whole number"),
+        (Toy, {"whole": True}, "whole = true: needs a whole number"),
         (Toy, {"share": 0.0}, "share = 0.0: needs 0 < share ≤ 1"),
         (Toy, {"share": math.nan}, "share = nan: needs a number"),
         (Toy, {"share": "1"}, "share = '1': needs a number"),
@@ -125,7 +125,7 @@ def _drive(**given):
         (_slab_of, {"scheme": "half_plane", "coarsest_row": 5}, 'coarsest_row = 5: needs scheme = "galerkin"'),
         (Case, {"intrinsic_friction": -0.1}, "intrinsic_friction = -0.1"),
         (Case, {"normal_load": 0}, "normal_load = 0"),
-        (Case, {"max_events": None}, "max_events, max_displacement, max_presliding and max_spacings"),
+        (Case, {"max_events": None}, "max_events = None with max_displacement = None with "),
         (Case, {"max_spacings": 0}, "max_spacings = 0.0: needs max_spacings > 0"),
         (Case, {"half_width": 0.6}, "half_width = 0.6"),
         (Case, {"start": 1.01}, "start = 1.01: needs 0 ≤ start ≤ 1"),

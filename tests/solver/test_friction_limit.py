@@ -88,7 +88,7 @@ def test_a_profile_repeats_whole_spacings(shape):
 @pytest.mark.parametrize(
     ("edges", "force", "slope", "periodic_from", "named"),
     [
-        ([0.0, 1.0], [1.0, 1.0], [0.0, 0.0], 0, "2 teeth"),
+        ([0.0, 1.0], [1.0, 1.0], [0.0, 0.0], 0, "teeth = 2"),
         ([0.0, 1.0, 1.0], [1.0, 1.0], [0.0, 0.0], 0, "increase from 0"),
         ([0.5, 1.0], [1.0], [0.0], 0, "increase from 0"),
         ([0.0, 1.0], [1.0], [0.0], 1, "periodic_from = 1"),

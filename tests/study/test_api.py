@@ -14,7 +14,7 @@ import xarray as xr
 
 from nanoslip.study import api
 from nanoslip.study.api import fit, open as open_dataset, run
-from nanoslip.study.manifest.checker import ManifestError
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import FOLDER
 from nanoslip.study.run import campaign as run_of_campaign, executor

@@ -70,7 +70,7 @@ def test_a_slider_of_several_contacts_is_pulled_over_their_sum() -> None:
         ({"limits": {"events": 100}}, "contacts = 2: needs presliding, displacement or spacings"),
         (
             {"outputs": {"statistics": True}},
-            "contacts = 2 with statistics = true: sizes of events are those of one contact",
+            "contacts = 2 with statistics = true: needs one contact",
         ),
     ],
 )

@@ -58,9 +58,8 @@ def _require_depth(slab: Slab) -> None:
     digamma = float(scipy.special.digamma(0.5 + 1j * oscillation).real)
     wide = 1.0 + BEYOND_THE_END * slab.spacing
     if slab.aspect_ratio <= wide * math.exp(np.euler_gamma + digamma + 1 / (2 * (1 - nu))):
-        raise InvalidInput(
-            f"aspect_ratio = {slab.aspect_ratio!r}: needs a deeper datum with scheme half_plane (1 suffices for all ν ≥ 0)"
-        )
+        need = "a deeper datum with scheme half_plane (1 suffices for all ν ≥ 0)"
+        raise InvalidInput("aspect_ratio", slab.aspect_ratio, need)
 
 
 BEYOND_THE_END = 0.78

@@ -26,8 +26,8 @@ from nanoslip.study.accuracy.measurement import (
     reference_slab,
     setup_of,
 )
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.grids import Front, alike, load_front
 from nanoslip.study.plan.plan import make_plan
@@ -159,7 +159,7 @@ def test_a_surface_without_ends_is_held_against_itself_with_more_nodes(tmp_path:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[constants]\npin = "flat_punch"\n', "measured with a parabola"),
+        ('[constants]\npin = "flat_punch"\n', "needs a parabola, with which"),
         ('[axes]\nsupport = ["frictionless", "bonded"]\n', "gives way without limit"),
     ],
 )

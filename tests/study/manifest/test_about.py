@@ -6,8 +6,8 @@ import pytest
 
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.api import run
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import About
+from nanoslip.study.manifest.problems import ManifestError, lines_of
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
 
@@ -70,7 +70,7 @@ license = "MIT"
 """
     with pytest.raises(ManifestError) as error:
         parse_manifest(Path("x.toml"), text, {})
-    assert [line.removeprefix("x.toml: about.") for line in error.value.lines] == [
+    assert [line.removeprefix("x.toml: about.") for line in lines_of(error.value)] == [
         'orcid = ["0000-0002-1825-0098"]: needs an ORCID, as 0000-0002-1825-0097: of these digits the last one would be 7',
         'licence = "CC BY 4": needs an identifier of SPDX, as CC-BY-4.0, or a URL',
         'doi = "11.1/x": needs a DOI, as 10.5281/zenodo.1234567',

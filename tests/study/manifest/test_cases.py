@@ -10,9 +10,9 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.cases import expand, naming
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, make_case, words, words_of
+from nanoslip.study.manifest.problems import ManifestError
 from tests.study.plan.running import read
 
 RECORDED = ["0d87c6b70f5a", "6e043805bebd", "e3adee2311d8", "347274bebc47"]
@@ -36,7 +36,7 @@ def test_no_axes_are_one_case(tmp_path):
 
 def test_cases_that_are_the_same_are_named_by_the_words_of_the_manifest(tmp_path):
     manifest = read(tmp_path, "axes.events = [5, 5]\naxes.radius = [50]")
-    with pytest.raises(ManifestError, match=r"cases 1 and 2 are the same: .*radius = 50\.0, .*, events = 5$") as error:
+    with pytest.raises(ManifestError, match=r"cases 1 and 2: are the same: .*radius = 50\.0, .*, events = 5$") as error:
         expand(manifest)
     assert str(error.value).startswith(f"{tmp_path}/mine.toml: cases")
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
 
@@ -50,8 +50,8 @@ SOBOL = {
     "axes.radius = 3": r"axes.radius = 3: needs a range, \{from = 20, to = 400, scale = \"log\"\}, or a list",
     "design_seed = -1\naxes.radius = [1.0]": "design_seed = -1: needs a whole number from 0 to",
     "axes.radius = [10, 20]": 'design = "sobol": needs a range among its axes',
-    "axes.contacts = {from = 1, to = 5}": "axes.contacts = .*: takes no range: needs a list of values",
-    "axes.coupling = {from = 0, to = 1}": "takes no range: needs a list of values",
+    "axes.contacts = {from = 1, to = 5}": "axes.contacts = .*: needs a list of values, as it takes no range",
+    "axes.coupling = {from = 0, to = 1}": "needs a list of values, as it takes no range",
     'axes.radius = {from = 1e-300, to = 2, scale = "log"}': "needs 1e-12 ≤ radius ≤ 1e24",
     "axes.intrinsic_friction = {from = 0.1, to = inf}": "needs numbers from < to",
     "axes.radius = {from = 3}": "needs a range",

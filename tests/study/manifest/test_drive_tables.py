@@ -6,8 +6,8 @@ import pytest
 
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.outcome import Ending, InvalidInput
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive, drive_parameters
+from nanoslip.study.manifest.problems import ManifestError, lines_of
 from tests.study.manifest.test_reader import said
 from tests.study.plan.running import read
 
@@ -101,7 +101,7 @@ WRONG = {
 def test_a_wrong_axis_is_refused_in_one_line(tmp_path, text, line):
     with pytest.raises(ManifestError) as error:
         read(tmp_path, text)
-    (found,) = (each.removeprefix(f"{tmp_path}/mine.toml: ") for each in error.value.lines)
+    (found,) = (each.removeprefix(f"{tmp_path}/mine.toml: ") for each in lines_of(error.value))
     assert said(found, text, line), found
 
 

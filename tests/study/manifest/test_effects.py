@@ -19,8 +19,8 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import groups_of
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import NamedDrive
+from nanoslip.study.manifest.problems import ManifestError, lines_of
 from nanoslip.study.manifest.reader import effects
 from nanoslip.study.plan.cost import sliding_bytes
 from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, needed_kinds, record_task, states_task
@@ -184,7 +184,7 @@ def test_every_wrong_line_of_a_roughness_is_named_and_no_right_one(tmp_path):
     (tmp_path / "rough.csv").write_text("xi,height\n0,1\n0,nan\n-1,0\n3e6,0\n1,0\n2,0\n")
     with pytest.raises(ManifestError) as refused:
         planned(tmp_path, 'heterogeneity.roughness = "rough.csv"')
-    lines = [line.partition("rough.csv: ")[2].partition(":")[0] for line in refused.value.lines]
+    lines = [line.partition("rough.csv: ")[2].partition(":")[0] for line in lines_of(refused.value)]
     assert lines == ["line 3", "line 4", "line 5"]
 
 

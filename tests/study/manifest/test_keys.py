@@ -14,7 +14,7 @@ def values(key: Key) -> list[Any]:
     """What each line of an example gives, in the unit of its key."""
     lines = [tomllib.loads(line) for line in key.example.split(", or ")]
     scales = None if key.stated.unit != "1" else Scales()
-    return [plain(line[key.word], key.stated, scales) for line in lines]
+    return [plain(key.word, line[key.word], key.stated, scales) for line in lines]
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,9 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.variables import factors
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import EnsembleTable, Outputs, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, words_of
+from nanoslip.study.manifest.problems import ManifestError, lines_of
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.grids import SHIPPED, load_front
 from nanoslip.study.plan.plan import Plan, make_plan
@@ -92,7 +92,7 @@ def planned_or_refused(path: Path) -> Plan | tuple[str, ...]:
     try:
         planned = make_plan(load_manifest(path))
     except ManifestError as error:
-        return error.lines
+        return lines_of(error)
     for case in planned.cases:
         for drive in (None, *(each.drive for each in planned.manifest.drives)):
             if case.case is not None:
@@ -219,7 +219,7 @@ def test_a_front_is_taken_or_refused_by_its_name(tmp_path, asked):
             assert all(isinstance(value, str) for value in found.machine.values()), name
             continue
         except ManifestError as error:
-            lines = error.lines
+            lines = lines_of(error)
         refused += 1
         for line in lines:
             where = path if "accuracy = " in line else front

@@ -9,8 +9,8 @@ import pytest
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.checker import MOST_LINES, ManifestError
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
+from nanoslip.study.manifest.problems import MOST_LINES, ManifestError, lines_of
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.plan import make_plan
 
@@ -33,9 +33,9 @@ def problems(folder: Path, text: str) -> tuple[str, ...]:
     path = written(folder, text)
     with pytest.raises(ManifestError) as error:
         load_manifest(path)
-    assert all(line.startswith(f"{folder}/") and "\n" not in line for line in error.value.lines)
-    assert str(error.value) == "\n".join(error.value.lines)
-    return tuple(line.removeprefix(f"{path}: ").removeprefix(f"{folder}/") for line in error.value.lines)
+    assert all(line.startswith(f"{folder}/") and "\n" not in line for line in lines_of(error.value))
+    assert str(error.value) == "\n".join(lines_of(error.value))
+    return tuple(line.removeprefix(f"{path}: ").removeprefix(f"{folder}/") for line in lines_of(error.value))
 
 
 def test_the_least_campaign_is_a_title(tmp_path):
@@ -142,7 +142,7 @@ WRONG = {
     'stages = ["contact", "dynamics"]': '…stages = …: needs ["contact"] or …',
     'stages = ["slip", "contact"]': "…each stage needs the ones before it…",
     'stages = ["contact", "slip", "dynamics"]': (
-        'drives: missing: stage "dynamics" needs at least one [[drives]] or [drive_axes]'
+        'drives: missing: needs at least one [[drives]] or [drive_axes], for stage "dynamics"'
     ),
     "drives = [1]": "drives[0] = 1: needs a table [[drives]]",
     "[[drives]]\n[[drives]]": 'drives[1].name = "default": is another drive\'s name too: needs its own',
@@ -292,9 +292,9 @@ def test_of_very_many_problems_the_first_are_listed_and_the_rest_counted(tmp_pat
     with pytest.raises(ManifestError) as error:
         load_manifest(written(tmp_path, f'title = "x"\naxes.radius = {[-1] * (MOST_LINES + 2)}'))
     listed = str(error.value).splitlines()
-    assert (len(error.value.lines), listed[:-1], listed[-1]) == (
+    assert (len(lines_of(error.value)), listed[:-1], listed[-1]) == (
         MOST_LINES + 2,
-        list(error.value.lines[:MOST_LINES]),
+        list(lines_of(error.value)[:MOST_LINES]),
         "and 2 problems more",
     )
 

@@ -6,9 +6,9 @@ import pytest
 
 from nanoslip.solver.drive import Scales
 from nanoslip.study import api
-from nanoslip.study.manifest.checker import ManifestError
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import si_line
+from nanoslip.study.manifest.problems import ManifestError, lines_of
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
 
@@ -88,7 +88,7 @@ def test_a_young_modulus_is_a_shear_modulus_with_the_campaigns_poisson() -> None
 def test_a_wrong_unit_is_one_line_with_an_example(line: str, said: str) -> None:
     with pytest.raises(ManifestError, match=f"^mine.toml: {said}$") as refused:
         read(f'title = "x"\n{line}')
-    assert len(refused.value.lines) == 1
+    assert len(lines_of(refused.value)) == 1
 
 
 def test_python_takes_units_and_a_line_says_all_in_si() -> None:

@@ -1,0 +1,129 @@
+"""Problems of a campaign as values: place, key, value, and what is needed. They become sentences in `str` alone."""
+
+import difflib
+import re
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+from nanoslip.solver.case import parameters_of_a_case
+from nanoslip.solver.drive import parameters_of_a_drive
+from nanoslip.solver.outcome import ABSENT, SHOWN, InvalidInput, NanoslipError
+from nanoslip.study.manifest.parameters import axes, of_symbol, table_of
+from nanoslip.study.toml_text import shown
+
+LONGEST_PATH = 200
+"""The most characters of a path that a message shows."""
+
+MOST_LINES = 100
+"""Problems that a message lists: an axis may have a hundred thousand wrong values."""
+
+
+class Place(NamedTuple):
+    """Where something stands: a file, and a table or a line of it."""
+
+    file: str = ""
+    part: str | int = ""
+
+    def of(self, key: str) -> str:
+        """This place and a key there, as messages show it."""
+        line = f"line {self.part}" if isinstance(self.part, int) else ""
+        inside = f"{self.part}.{key}" if self.part and key and not line else key or str(self.part)
+        return ": ".join(filter(None, (self.file, line, inside if key or not line else "")))
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Something wrong in a campaign: a key, its value, what is needed or what is known of it."""
+
+    place: Place
+    key: str
+    value: object = ABSENT
+    need: str = ""
+    """What is allowed."""
+    remark: str = ""
+    """What is wrong, where the value alone does not show it: the key is unknown, or belongs elsewhere."""
+
+    def __str__(self) -> str:
+        missing = self.value is None
+        given = not missing and self.value is not ABSENT
+        where = self.place.of(self.key) + (f" = {shown(self.value)}" if given else "")
+        parts = (where, "missing" if missing else "", self.remark, self.need and f"needs {self.need}")
+        return printable(": ".join(filter(None, parts)))
+
+
+class ManifestError(NanoslipError):
+    """A campaign is wrong: all of its problems."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__(self.problems)
+
+    @classmethod
+    def of(cls, key: str, value: object = ABSENT, need: str = "", remark: str = "") -> "ManifestError":
+        """An error of one problem, which stands in no file."""
+        return cls([Problem(Place(), key, value, need, remark)])
+
+    @classmethod
+    def in_file(cls, path: Path, need: str = "", remark: str = "", line: int | None = None) -> "ManifestError":
+        """An error of one problem with a whole file, or with a line of it."""
+        return cls([Problem(Place(path_shown(path), "" if line is None else line), "", ABSENT, need, remark)])
+
+    def without_places(self) -> "ManifestError":
+        """The same of keys that were given without a file and without tables."""
+        return ManifestError(replace(each, place=Place()) for each in self.problems)
+
+    def __str__(self) -> str:
+        more = len(self.problems) - MOST_LINES
+        lines = list(map(str, self.problems[:MOST_LINES]))
+        return "\n".join([*lines, *([f"and {more} problems more"] if more > 0 else [])])
+
+
+def lines_of(error: ManifestError) -> tuple[str, ...]:
+    """All problems of an error, a line each."""
+    return tuple(map(str, error.problems))
+
+
+def key_shown(key: str) -> str:
+    """A key of a campaign file, at most SHOWN characters; in quotes where it is not a single word."""
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else shown(key)
+
+
+def printable(text: str) -> str:
+    """A text on one line, with control characters and changes of writing direction escaped."""
+    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
+
+
+def path_shown(path: Path) -> str:
+    """A path as one printable line of at most LONGEST_PATH characters."""
+    text = printable(str(path))
+    return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
+
+
+def refused(make: Callable[..., object], *arguments: object) -> InvalidInput | None:
+    """Call `make`; return the InvalidInput that it raises, None if it raises none."""
+    try:
+        make(*arguments)
+    except InvalidInput as error:
+        return error
+    return None
+
+
+def unknown(word: str, allowed: Collection[str]) -> str:
+    """Advice on a word that is not allowed here: its table, the key of this symbol, a similar key, or all allowed keys."""
+    return meant_by(word, allowed) or "unknown; needs one of " + ", ".join(allowed)
+
+
+def meant_by(word: str, allowed: Collection[str]) -> str:
+    """The same of a word that somebody may have meant; empty for any other text."""
+    if table := table_of(word):
+        return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
+    of_drives = parameters_of_a_drive()
+    if word in of_drives:
+        return "belongs in [[drives]] or [drive_axes]"
+    meant = of_symbol(word, {**parameters_of_a_case(), **of_drives})
+    if meant != word:
+        return f"unknown; did you mean {meant}" + ("?" if meant in allowed else f", which {unknown(meant, allowed)}?")
+    near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
+    return f"unknown; did you mean {near[0]}?" if near else ""
