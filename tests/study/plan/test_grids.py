@@ -180,7 +180,7 @@ def test_a_front_that_is_not_there_is_missed_before_anything_is_computed(campaig
 
 def test_a_plan_out_of_reach_names_file_and_value(campaign):
     campaign.write_text(campaign.read_text().replace("0.1", "0.001"))
-    with pytest.raises(ManifestError, match=r"mine\.toml: accuracy = 0\.001: 0\.04 or more"):
+    with pytest.raises(ManifestError, match=r"mine\.toml: accuracy = 0\.001: needs 0\.04 or more"):
         make_plan(load_manifest(campaign))
 
 
