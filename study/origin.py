@@ -30,6 +30,12 @@ BLAS_LIBRARIES: Final = (*provenance.LIBRARIES, "mpi4py")
 _DECIDING: Final = ("sse", "ssse", "avx", "fma", "amx", "asimd", "sve", "vsx")
 """How the features of a processor begin that can change a last bit: kernels and libraries choose their code by them."""
 
+NUMBA: Final = (
+    *("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX", "NUMBA_DISABLE_JIT"),
+    *("NUMBA_OPT", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE"),
+)
+"""Variables of the environment by which numba makes other code of the same source."""
+
 
 def this_machine() -> dict[str, Any]:
     """Processor and loaded libraries, as a journal has them; the BLAS is known after numpy is imported."""
@@ -50,9 +56,10 @@ def model() -> str:
 
 
 def features() -> str:
-    """The processor's deciding features, as Linux says them; elsewhere no more than the architecture."""
+    """The processor's deciding features, as Linux says them, elsewhere the architecture; and the environment's for numba."""
     words = _processor(("flags", "features")).split()
-    return " ".join(sorted(word for word in words if word.startswith(_DECIDING))) or platform.machine()
+    own = sorted(word for word in words if word.startswith(_DECIDING)) or [platform.machine()]
+    return " ".join((*own, *(f"{name}={os.environ[name]}" for name in NUMBA if os.environ.get(name))))
 
 
 def _processor(names: tuple[str, ...]) -> str:
@@ -103,6 +110,9 @@ BRIDGE: Final = ("nanoslip.study.plan.kinds", "nanoslip.study.run.compute")
 """The modules beside the solver that make numbers."""
 
 
+_DECIDED_BY: Final = ("source_hash", "numpy_version", "scipy_version", "numba_version")
+
+
 @dataclass(frozen=True, slots=True, order=True)
 class Origin:
     """One state of the software. Results of two origins that are `alike` can be told apart by nothing that computes."""
@@ -129,7 +139,12 @@ class Origin:
     @property
     def deciding(self) -> tuple[str, ...]:
         """Properties that may change a number: source and computing libraries; texts do not count as source."""
-        return (self.source_hash, self.numpy_version, self.scipy_version, self.numba_version)
+        return tuple([getattr(self, name) for name in _DECIDED_BY])
+
+    def differences(self, other: "Origin") -> dict[str, tuple[str, str]]:
+        """Name of each property that decides results -> its two values, where they differ."""
+        values = zip(_DECIDED_BY, self.deciding, other.deciding, strict=True)
+        return {name: (mine, its) for name, mine, its in values if mine != its}
 
     @property
     def solver(self) -> str:
@@ -183,10 +198,14 @@ _adopted: list[Origin] = []
 
 
 def _found() -> Origin:
+    return replace(software(), source_commit=provenance.source_commit(within=source_files()))
+
+
+def software() -> Origin:
+    """The software that this process would load now; git is not asked."""
     return Origin(
         nanoslip_version=provenance.version(),
         source_hash=source_hash(source_files()),
-        source_commit=provenance.source_commit(within=source_files()),
         python_version=platform.python_version(),
         **{f"{name}_version": provenance.installed(name) for name in ("numpy", "scipy", "numba")},
     )

@@ -103,6 +103,14 @@ class CampaignPath(click.Path):
         return [*super().shell_complete(ctx, param, incomplete), *names]
 
 
+class ResultsFolder(click.Path):
+    """A folder that is not looked at before rank 0 has made it: network file systems remember for long that nothing is there."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path of the folder."""
+        return Path(os.fsdecode(value))
+
+
 class NewFile(click.Path):
     """A file that is to be written, into a folder that is there."""
 
@@ -133,7 +141,7 @@ DETREND: Final = click.Choice(("none", "mean", "line", "parabola"))
 CAMPAIGN = click.argument("campaign", type=CAMPAIGN_PATH)
 PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
 JSON = flag("--json", "as_json", help="Print JSON for scripts (keys: docs/commands.md).")
-OUT = click.option("--out", type=PATH, help="Folder of the results [default: results/<campaign>]")
+OUT = click.option("--out", type=ResultsFolder(), help="Folder of the results [default: results/<campaign>]")
 FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 PICTURE = click.option(
     "-o", "--picture", type=NEW_FILE, help="Draw a picture into this file (.png, .pdf, .svg) instead."

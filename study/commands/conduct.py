@@ -14,6 +14,7 @@ from nanoslip.study.report.console import console, note, print_sentences
 from nanoslip.study.results import attempts
 from nanoslip.study.results.store import Lease, Store
 from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute_rest, part, rest_of
+from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.dispatch import Measured
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import Journal
@@ -24,7 +25,7 @@ def conduct(farm: Farm, order: Order) -> int:
     """Compute remaining tasks of a campaign on this farm, and write its dataset; returns the exit code of all ranks."""
     journal = Journal(order.into)
     try:
-        with refusals(ShortageError):
+        with refusals(ShortageError, FarmError):
             code = _run(farm, journal, order)
     except click.ClickException as error:
         show(error)

@@ -41,7 +41,8 @@ from nanoslip.study.report.console import Table, console, note, print_sentences,
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_plan
-from nanoslip.study.run.farm import Farm, FarmError, open_farm
+from nanoslip.study.run.child import FarmError
+from nanoslip.study.run.farm import Farm, open_farm
 from nanoslip.study.run.journal import Journal, measured_in
 from nanoslip.study.run.launch import computing
 from nanoslip.study.run.progress import makespan, open_progress, roughly

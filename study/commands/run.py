@@ -7,7 +7,8 @@ from pathlib import Path
 from nanoslip.study.commands.plans import refusals
 from nanoslip.study.commands.words import folder
 from nanoslip.study.results.shard import Shard
-from nanoslip.study.run.farm import FarmError, open_farm
+from nanoslip.study.run.child import FarmError
+from nanoslip.study.run.farm import open_farm
 from nanoslip.study.run.launch import computing
 
 # The arguments of a run: campaign, folder, shard, and what to compute again.

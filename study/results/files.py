@@ -54,6 +54,21 @@ def sync(path: Path) -> None:
         os.fsync(file.fileno())
 
 
+VISIBLE: Final = 90.0
+"""Seconds after which a network file system shows what another machine has written: clients remember folders for 60 at most."""
+LOOK: Final = 1.0
+"""Seconds between two looks."""
+
+
+def looks() -> Iterator[None]:
+    """Yield now, and again until a network file system shows all that was written before."""
+    end = time.monotonic() + VISIBLE
+    yield
+    while time.monotonic() < end:
+        time.sleep(min(LOOK, VISIBLE))
+        yield
+
+
 # Lines that several processes add to a file.
 
 

@@ -1,6 +1,5 @@
 """One run of a campaign in a folder, from the command line or Python. The caller shows progress and writes the dataset."""
 
-import time
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
@@ -14,6 +13,7 @@ from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.origin import Origins
 from nanoslip.study.plan.plan import Plan, shortages
 from nanoslip.study.plan.task import Task
+from nanoslip.study.results.files import looks
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.dispatch import Done, Measured, Report, Tally, Watch
@@ -218,25 +218,16 @@ def _check_whole(tally: Tally, lease: Lease) -> None:
         raise UnfinishedError(f"interrupted: {late}what is finished is kept; run again to continue")
 
 
-VISIBLE: Final = 90.0
-"""Seconds after which a network file system shows what another machine has written: clients remember folders for 60 at most."""
-LOOK: Final = 1.0
-"""Seconds between two looks."""
-
-
 def unseen(tasks: Sequence[Task], undone: Collection[str], store: Store) -> str:
     """Which results of tasks that were reported as done are not in the store, in a line; empty where all are.
 
     Waits for them as long as a network file system may show a folder as it was. undone: keys of tasks without a result.
     """
-    end = time.monotonic() + VISIBLE
-    while True:
+    missing: list[Task] = []
+    for _ in looks():
         there = store.metas()
         missing = [task for task in tasks if task.key not in undone and task.key not in there]
-        if not missing or time.monotonic() > end:
-            break
-        time.sleep(min(LOOK, VISIBLE))
-    if not missing:
-        return ""
+        if not missing:
+            return ""
     first = f"{len(missing)} of {len(tasks)} results, first that of {missing[0].label} ({missing[0].key})"
     return f"{store.folder}: not there though they were computed: {first}; run again to continue"

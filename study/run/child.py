@@ -18,14 +18,15 @@ import tempfile
 import time
 import traceback
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
-from nanoslip.solver.outcome import Ending, Outcome
-from nanoslip.study.origin import Origin, adopt
+from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
+from nanoslip.study.origin import Origin, adopt, software
 from nanoslip.study.run.dispatch import Done, Work, attempt, print_failure
 from nanoslip.study.run.launch import ONE_THREAD, SIGNALS, Program
 
@@ -70,6 +71,9 @@ def _serve(parent: "Connection[Any, Any]") -> None:
             traceback.print_exc()
             os._exit(NO_TASK)
         if isinstance(message, Origin):
+            if different := message.differences(software()):
+                parent.send(OtherSoftware(where, different))
+                return
             adopt(message)
             continue
         done = attempt(execute, message, where, survive=BaseException)
@@ -78,6 +82,23 @@ def _serve(parent: "Connection[Any, Any]") -> None:
         parent.send(done)
         if done.passing:
             return
+
+
+@dataclass(frozen=True, slots=True)
+class OtherSoftware:
+    """Message of a child that would compute with other software than the run."""
+
+    where: str
+    different: Mapping[str, tuple[str, str]]
+    """Property of an origin -> the run's and the child's."""
+
+    def __str__(self) -> str:
+        pairs = (
+            f"{name.removesuffix('_version')} {its} instead of {mine}" for name, (mine, its) in self.different.items()
+        )
+        return (
+            f"{self.where} has other software than the run began with: {', '.join(pairs)}; nothing is computed with it"
+        )
 
 
 def _end_with(parent: int) -> None:
@@ -151,8 +172,8 @@ class ChildProcess:
         """Have it state this software in results."""
         self._send(origin)
 
-    def receive(self) -> Done | None:
-        """Outcome of its task; None while it runs. Raises if the process ended or its output is no message."""
+    def receive(self) -> Done | OtherSoftware | None:
+        """Outcome of its task, None while it runs; or why it computes none. Raises if it ended or wrote no message."""
         while self._poll.poll(0):
             message = pickle.loads(self.pipe.recv_bytes(LONGEST_MESSAGE))
             self.seconds, self._seen = 0.0, time.monotonic()  # its task's, if it has been starting
@@ -216,6 +237,10 @@ FALSE_STARTS: Final = 5
 """Children of one agent that end before they can compute, one after the other, until it gives up."""
 
 
+class FarmError(NanoslipError):
+    """The processes were not started as a farm can use them; the message says what to do."""
+
+
 class BrokenProgramError(Exception):
     """No computing process can be started; no task has an outcome."""
 
@@ -273,7 +298,7 @@ class Agent:
         return keys
 
     def arrived(self) -> list[Done]:
-        """The tasks that have ended since. Raises BrokenProgramError where no child can be started."""
+        """The tasks that have ended since. Raises BrokenProgramError where no child can be started, FarmError."""
         done = self._ended(self._begun) if self._begun else None
         self._feed()
         return [done] if done else []
@@ -305,6 +330,11 @@ class Agent:
             done = child.receive()
         except Exception:  # it has ended, or written what is no message
             return self._dead(task, child)
+        if isinstance(done, OtherSoftware):
+            self._begun = None
+            self._waiting.clear()
+            self.close()
+            raise FarmError(str(done))
         if done is None and not child.ready and child.seconds > START:
             child.stop()
             return self._dead(task, child)
@@ -332,7 +362,7 @@ class Agent:
 
     def _lost(self, task: Work, child: ChildProcess, outcome: Outcome, again: bool) -> Done:
         where = f"rank {self._number} on {socket.gethostname()}"
-        done = Done(task.key, outcome, child.seconds, where, child.last_words(), again)
+        done = Done(task.key, outcome, child.seconds, where, child.last_words(), again, died=True)
         self._begun = None
         self.close()
         print_failure(task, done)

@@ -7,7 +7,7 @@ import time as dispatch_time
 import traceback
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter, time
 from typing import Any, Final, Protocol
 
@@ -184,6 +184,8 @@ class Done:
     passing: bool = False
     """Of a failure: whether the machine is at fault, so that it may end differently in another run. Its process may be harmed (no
     file descriptor left, for example): another one goes on."""
+    died: bool = False
+    """Of a failure: whether its process ended with it, perhaps when its result was kept already."""
     halt: str = ""
     """Why the result could not be kept. After another such one, and no result in between, no task can be finished any more."""
 
@@ -208,6 +210,10 @@ class Watch:
 
     def failed(self, task: Any, done: Done, final: bool) -> None:
         """An attempt has failed. final: it is not tried again."""
+
+    def kept(self, _key: str) -> Outcome | None:
+        """Outcome of a task whose process has died, if its result is kept nevertheless."""
+        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,6 +332,8 @@ class Ledger:
         """Record the end of a taken task; tasks that need a failed one are abandoned."""
         if done.halt and not self._refuses(done):
             return
+        if done.died and (outcome := self._watch.kept(done.key)):
+            done = replace(done, outcome=outcome)
         self._away -= 1
         self._seconds += done.seconds
         self._places.add(done.where)

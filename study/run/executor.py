@@ -1,5 +1,6 @@
 """How a process computes one task of a campaign: inputs from the store, result into it; and before all, the kernels."""
 
+import errno
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,6 +21,7 @@ from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.entry import CorruptResultError
+from nanoslip.study.results.files import looks
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import CannotGoOnError
@@ -138,6 +140,8 @@ def _execute(store: Store, read: Read, task: Task | WarmUp | Settle) -> Outcome:
     if isinstance(task, Settle):
         store.close()
         return COMPLETED
+    if not any(store.folder.is_dir() for _ in looks()):
+        raise FileNotFoundError(errno.ENOENT, NOT_THERE, str(store.folder))
     result = run_task(task, {key: read(key) for key in task.needs})
     if result.key != task.key:
         raise ValueError(f"a defect: what came of task {task.key} is a result of {result.key}")
@@ -150,10 +154,18 @@ def _execute(store: Store, read: Read, task: Task | WarmUp | Settle) -> Outcome:
 
 
 def _read(store: Store, key: str) -> TaskResult:
+    """A result that was reported as done. Raises OSError, so that a later run tries again."""
     try:
-        return store.read(key)
+        for _ in looks():
+            with suppress(FileNotFoundError):
+                return store.read(key)
     except CorruptResultError as error:
         raise OSError(str(error)) from error  # the next run computes it again
+    raise FileNotFoundError(errno.ENOENT, NOT_THERE, f"{store.folder}/{key}")
+
+
+NOT_THERE: Final = "not there though another process has made it"
+"""Of a folder or result that a network file system does not show in time."""
 
 
 def drop_intermediates(plan: Plan, store: Store) -> None:

@@ -19,11 +19,10 @@ from contextlib import ExitStack, contextmanager
 from multiprocessing import connection
 from typing import Any, Final, NoReturn, Self
 
-from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origin, here
-from nanoslip.study.run.child import Agent
+from nanoslip.study.run.child import Agent, FarmError
 from nanoslip.study.run.dispatch import (
     Dispatcher,
     Done,
@@ -47,11 +46,6 @@ from nanoslip.study.run.launch import (
     processes_here,
     processes_started,
 )
-
-
-class FarmError(NanoslipError):
-    """The processes were not started as a farm can use them; the message says what to do."""
-
 
 News = tuple[int, Sequence[Done], Sequence[str]]
 """A rank, how those of its tasks ended that have, and keys of those that it has not begun and will not."""
@@ -288,7 +282,12 @@ class MPIFarm(Farm):
                     self._agent.adopt(message)
                 if isinstance(message, list):
                     self._agent.give(message)
-            if ended := self._agent.arrived():
+            try:
+                ended = self._agent.arrived()
+            except FarmError as error:
+                ended = []
+                self._send(0, error)
+            if ended:
                 due = due if done else time.monotonic() + lookahead(self.size) / 2.0
                 done += ended
             returned: Sequence[str] = ()

@@ -20,9 +20,10 @@ from typing import Any, Final
 
 from nanoslip.solver.outcome import UNDONE, Ending, Outcome
 from nanoslip.study.notices import print_notice
-from nanoslip.study.origin import here, this_machine, user
+from nanoslip.study.origin import foreign, here, this_machine, user
 from nanoslip.study.results import attempts, files
 from nanoslip.study.results.attempts import Attempt, Run
+from nanoslip.study.results.store import Store
 from nanoslip.study.run.dispatch import Done, Measured, Report, Tally, Watch, Work
 from nanoslip.study.run.launch import launcher_name, slurm_job
 
@@ -45,6 +46,7 @@ class Journal(Watch):
         self.undone: set[str] = set()
         """Keys of the tasks that have ended without a result."""
         self.out = out
+        self._store = Store(out, whole=False)
         self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
         self._notice = lru_cache(None)(print_notice)
         self._run: Run | None = None
@@ -118,6 +120,11 @@ class Journal(Watch):
         """Write down an attempt that has failed."""
         self._failed.add(task.key)
         self._note(task, done, final)
+
+    def kept(self, key: str) -> Outcome | None:
+        """Outcome in the store, of a result by this software."""
+        meta = self._store.metas().get(key)
+        return None if meta is None or foreign(meta.origins, here()) else meta.outcome
 
     def computed(self, tally: Tally) -> None:
         """Record outcomes of its tasks."""

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from tests.conftest import SMALL, launcher, polite_signal
-from tests.study.results.results import as_clients
+from tests.study.results.results import OTHER_NUMPY, REMEMBERING, as_clients
 
 # Ranks share the tasks; a defect, a signal or the death of one of them never leaves the others waiting.
 
@@ -147,6 +147,22 @@ def test_wrong_input_is_said_once_by_all_ranks_together(nanoslip, campaign, n_x,
     done = nanoslip("run", campaign, option, ranks=2)
     assert (done.returncode, done.stderr.count(said)) == (2, 1)
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_ranks_on_nodes_that_remember_what_is_not_there_share_a_new_folder(nanoslip, campaign, alone, tmp_path):
+    """None looks for the folder before rank 0 has made it: else it would find no result for half a minute."""
+    changes = {"PYTHONPATH": as_clients(tmp_path, REMEMBERING)}
+    assert dataset(nanoslip, campaign, tmp_path / "out", 3, **changes) == alone
+    assert list((tmp_path / "memory").iterdir())  # of what rank 0 has looked for
+
+
+@pytest.mark.slow
+def test_a_rank_with_other_software_computes_nothing_and_the_run_ends_with_code_2(nanoslip, campaign, tmp_path):
+    path = as_clients(tmp_path, OTHER_NUMPY)
+    done = nanoslip("run", campaign, "--out", tmp_path / "out", ranks=3, PYTHONPATH=path)
+    assert (done.returncode, " ".join(done.stderr.split()).count("numpy 1.0.0 instead of ")) == (2, 1), done.stderr
+    assert nanoslip("run", campaign, "--out", tmp_path / "out", ranks=1).returncode == 0
 
 
 @pytest.mark.slow

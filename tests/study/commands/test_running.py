@@ -12,9 +12,9 @@ import xarray as xr
 import nanoslip as nanoslip_here
 from nanoslip.study.commands import datasets
 from nanoslip.study.origin import here
-from nanoslip.study.results import attempts, entry
+from nanoslip.study.results import attempts, entry, files
 from nanoslip.study.results.store import Store, StoreError
-from nanoslip.study.run import campaign as campaign_run, executor
+from nanoslip.study.run import executor
 from nanoslip.study.run.compute import run_task
 from tests.conftest import PARTLY_REFUSED, ROOT, SMALL
 from tests.study.results.results import written
@@ -174,7 +174,7 @@ def test_a_drive_that_is_not_computed_is_never_completed(run, ask, monkeypatch):
 def test_results_that_do_not_appear_are_named_and_exit_code_99(run, campaign, out, monkeypatch):
     """As where a node has lost what it had written."""
     with monkeypatch.context() as once:
-        once.setattr(campaign_run, "VISIBLE", 0.1)
+        once.setattr(files, "VISIBLE", 0.1)
         without(once, "drive")
         code, _, errors = run()
         said = "not there though they were computed: 8 of 13 results, first that of drive"
@@ -192,7 +192,7 @@ def test_results_that_appear_later_are_waited_for(run, monkeypatch):
         looks.append(store)
         return metas(store) if len(looks) > 2 else {}
 
-    monkeypatch.setattr(campaign_run, "LOOK", 0.01)
+    monkeypatch.setattr(files, "LOOK", 0.01)
     monkeypatch.setattr(Store, "metas", shown_later)
     assert run()[0] == 0
     assert len(looks) > 2

@@ -19,10 +19,10 @@ from nanoslip.study.plan.kinds import compliance_task, contact_task
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import executor as executor_module, farm as farm_module
-from nanoslip.study.run.child import Agent
+from nanoslip.study.run.child import Agent, FarmError
 from nanoslip.study.run.dispatch import Done, Tally
 from nanoslip.study.run.executor import executor
-from nanoslip.study.run.farm import Farm, FarmError, MPIFarm, ProcessFarm, SerialFarm, open_farm
+from nanoslip.study.run.farm import Farm, MPIFarm, ProcessFarm, SerialFarm, open_farm
 from nanoslip.study.run.journal import Journal, left_begun
 from nanoslip.study.run.launch import WARNING, Interruption, Program, end_of_time, launcher_rank
 from tests.conftest import longer

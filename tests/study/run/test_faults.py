@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import signal
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -11,16 +12,18 @@ import pytest
 
 from nanoslip.solver.outcome import Ending
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import child as process
 from nanoslip.study.run.campaign import KILLED, blame
-from nanoslip.study.run.child import BrokenProgramError
+from nanoslip.study.run.child import Agent, BrokenProgramError
 from nanoslip.study.run.dispatch import Tally
-from nanoslip.study.run.executor import left
+from nanoslip.study.run.executor import executor, left
+from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.journal import BEGUN, LONG, Journal, left_begun
 from nanoslip.study.run.launch import Program
-from tests.study.results.results import NO_FILES
+from tests.study.results.results import NO_FILES, written
 from tests.study.run import faults
 from tests.study.run.faults import FAULTS, computed
 from tests.study.run.made_up import Work
@@ -54,6 +57,30 @@ def test_every_fault_costs_its_own_task_wherever_it_is_met(tmp_path, place):
     assert [name for name in FAULTS if not found[name].sound] == []
     if "rank" in place:
         assert {each.where for each in found.values() if each.where} == {place.removesuffix(" of 2")}
+
+
+def dying_after(out):
+    """What computes tasks of a campaign, and ends its process when the result of a record is kept."""
+    execute = executor(out)
+
+    def run(task):
+        outcome = execute(task)
+        if task.kind == "record":
+            os.kill(os.getpid(), signal.SIGKILL)
+        return outcome
+
+    return run
+
+
+def test_a_task_whose_process_dies_after_its_result_is_kept_is_done_and_not_computed_again(campaign, tmp_path):
+    plan, store = make_plan(load_manifest(campaign)), Store(tmp_path)
+    store.prepare()
+    journal, agents = Journal(tmp_path), [Agent(Program(__name__, "dying_after", tmp_path), 0)]
+    agents[0].adopt(here())
+    with ProcessFarm(agents) as farm:
+        tally = farm.run(plan.tasks, journal)
+    assert (tally.done, tally.crashed, journal.undone) == (len(plan.tasks), 0, set())
+    assert written(tmp_path) == dict.fromkeys((task.key for task in plan.tasks), 1)
 
 
 def test_what_a_dead_process_computed_is_tried_again_behind_all_others(tmp_path):
