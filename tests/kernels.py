@@ -1,26 +1,32 @@
 """Compile the kernels that most tests run, while something else is checked: `make kernels`."""
 
-from nanoslip.solver.case import Case, Effects, SlipRule
+from itertools import product
+
+from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.integrators import RK4
 from nanoslip.study.plan.kinds import contact_task, drive_task, record_task
 from nanoslip.study.plan.task import Task
 from nanoslip.study.run.executor import WarmUp, miniatures
+from tests.solver.drives import SMALL_TEETH
+
+DRIVES = [
+    {"reverse_motion": back, **way}
+    for back, way in product((True, False), ({}, {"surface_compliance": False}, {"integrator": RK4(1e-3)}))
+]
+"""By every integrator, back or forward only."""
 
 
 def tasks() -> list[Task]:
-    """Pins whose load or stage is raised, rough or slipping in rounds; drives by every integrator, back or forward only."""
-    cases = [Case(initial_contact=way) for way in ("stick", "gradual")]
-    cases += [Case(effects=Effects(pin_translation=False)), Case(slip_rule=SlipRule(residual_shear=1.0))]
-    cases += [Case(slip_rule=SlipRule("simultaneous"))]
-    cases += [Case.of({"roughness": ((0.0, 0.0), (0.01, 1e-6), (0.02, 0.0))})]
-    drives = [
-        Drive.from_si(reverse_motion=back, **way)
-        for back in (True, False)
-        for way in ({}, {"surface_compliance": False}, {"integrator": RK4(1e-3)})
-    ]
-    return [contact_task(Case()), *map(record_task, cases), *(drive_task(Case(), drive) for drive in drives)]
+    """Pins whose load or stage is raised, smooth or rough, slipping by turns or in rounds; and drives."""
+    ways = product(("worst_first", "simultaneous"), ((), ((0.0, 0.0), (0.01, 1e-6), (0.02, 0.0))), ("stick", "gradual"))
+    cases = [Case.of(dict(zip(("slip_order", "roughness", "initial_contact"), way, strict=True))) for way in ways]
+    cases += [Case.of({"slip_order": order, "pin_translation": False}) for order in ("worst_first", "simultaneous")]
+    drives = (drive_task(Case(), Drive.from_si(**drive)) for drive in DRIVES)
+    return [contact_task(Case()), *map(record_task, cases), *drives]
 
 
 if __name__ == "__main__":
     WarmUp(miniatures(tasks())).run()
+    for drive in DRIVES:  # over a profile that is not stored: its arrays may be written to, which makes other kernels
+        SMALL_TEETH.driven(**drive, samples=2)
