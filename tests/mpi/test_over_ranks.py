@@ -60,8 +60,7 @@ def test_a_defect_on_a_rank_is_told_and_the_campaign_goes_on(start):
     assert "task 7 crashed" in errors
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("ranks", [0, 2])
+@pytest.mark.parametrize("ranks", [pytest.param(0, marks=pytest.mark.slow), 2])
 @pytest.mark.parametrize(
     "interpreter", [(), pytest.param(("-m", "mpi4py"), marks=pytest.mark.slow)], ids=["python", "mpi4py"]
 )
