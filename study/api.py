@@ -134,6 +134,7 @@ def run(
             _warn(3, f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)")
         path = folder / file.FILE
         file.write(collect(plan, store), path)
+        store.prepare()  # sets aside what could not be read
         if out is not None:
             return file.read(path)
         with file.read(path) as opened:

@@ -84,6 +84,7 @@ def _conclude(rest: Rest, failed: int, order: Order) -> int:
     if failed or given_up:
         return FAILURES
     if pending:
+        rest.store.prepare()  # sets aside what could not be read
         _warn(f"{counted(pending, 'outcome')} pending, though nothing was left to do: run again to continue")
         return INTERRUPTED
     return 0

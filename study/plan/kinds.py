@@ -170,6 +170,8 @@ def _compliance_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     return () if case.slab.scheme.endless else (Wanted(compliance_task(case.slab)),)
 
 
+MATRIX: Final = "matrix"
+"""The one array of a compliance."""
 COMPLIANCE: Final = Kind("compliance", lambda _: True, _compliance_tasks)
 
 
@@ -459,6 +461,60 @@ DRIVE: Final = Kind(
 
 KINDS: Final = {kind.name: kind for kind in (COMPLIANCE, CONTACT, CONTACTS, RECORD, STATISTICS, STATES, DRIVE)}
 """Name -> kind of task: a stage each, none of which needs a later one."""
+
+
+class Layout(NamedTuple):
+    """What results of a kind can hold."""
+
+    names: frozenset[str]
+    parts: tuple[frozenset[str], ...]
+    """Declared scalars of each part: a result has all of them or none."""
+    along: Mapping[str, str]
+    """Declared column -> its dimension."""
+
+
+@lru_cache(maxsize=64)
+def layout_of(kind: Kind) -> Layout:
+    """Names of scalars and arrays of a kind's results, from its parts."""
+    parts = [(part, quantities(part.type, part.prefix)) for part in kind.parts]
+    whole = (f"{part.prefix}{item.name}" for part, _ in parts if part.whole for item in fields(part.type))
+    rows = (rows_of(each.sample) for each in kind.ragged)
+    scalars = (frozenset(name for name, each in found.items() if not each.along) for _, found in parts)
+    along = {name: each.along for _, found in parts for name, each in found.items() if each.along}
+    names = frozenset((*whole, *rows, *along, *(name for _, found in parts for name in found)))
+    return Layout(names if parts else frozenset((MATRIX,)), tuple(filter(None, scalars)), along)
+
+
+def is_whole(result: TaskResult) -> bool:
+    """Whether a result holds what its kind declares: names, a number of each member, columns of one length."""
+    if result.kind not in KINDS:
+        return False
+    layout = layout_of(KINDS[result.kind])
+    return (
+        result.scalars.keys() | result.arrays.keys() <= layout.names
+        and _scalars_fit(layout, result)
+        and _columns_fit(layout, result)
+    )
+
+
+def _scalars_fit(layout: Layout, result: TaskResult) -> bool:
+    held, numbers = result.scalars.keys(), result.scalars.values()
+    counts = {len(each) for each in numbers} | ({len(result.members)} - {0})
+    there = [part for part in layout.parts if part & held]
+    complete = all(part <= held for part in there) and bool(there or (result.arrays and not layout.parts))
+    plain = all({*map(type, each)} <= {int, float, bool} for each in numbers)
+    return plain and len(counts) <= 1 and 0 not in counts and (complete or not result.outcome.ok)
+
+
+def _columns_fit(layout: Layout, result: TaskResult) -> bool:
+    shapes = {(layout.along[name], each.shape) for name, each in result.arrays.items() if name in layout.along}
+    lengths = {along: sum(result.scalars.get(rows_of(along), shape)) for along, shape in shapes}
+    matrix = result.arrays.get(MATRIX)
+    return (
+        all(each.dtype.kind in "biuf" for each in result.arrays.values())
+        and all(shape == (lengths[along],) for along, shape in shapes)
+        and (matrix is None or matrix.shape == 2 * (len(matrix),))
+    )
 
 
 def needed_kinds(manifest: Manifest) -> frozenset[str]:

@@ -122,7 +122,7 @@ def read_head(file: BinaryIO) -> Head:
         raise (TornError if len(meta) < meta_length else CorruptResultError)(CHANGED)
     try:
         return Head(key.decode("ascii"), _meta(meta), table, numbers, checksum, seal, LEAST + meta_length + numbers)
-    except _NO_RESULT:
+    except NO_RESULT:
         raise CorruptResultError(NOT_OURS) from None
 
 
@@ -154,7 +154,7 @@ def result_of(head: Head, numbers: Any) -> TaskResult:
         table = json.loads(str(numbers[: head.table], "ascii"))
         arrays = dict(_arrays(table["arrays"], numbers, head.table))
         members = tuple([Outcome(Ending(ending), message) for ending, message in table["members"]])
-    except _NO_RESULT:
+    except NO_RESULT:
         raise CorruptResultError(NOT_OURS) from None
     return TaskResult(head.key, head.meta.kind, head.meta.outcome, table["scalars"], arrays, members, head.meta.origins)
 
@@ -172,6 +172,10 @@ def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArr
 @lru_cache(maxsize=1024)  # most results say the same of themselves
 def _meta(text: bytes) -> Meta:
     found = json.loads(text)
+    if not all(
+        isinstance(each, str) for each in (found["kind"], *(v for one in found["origins"] for v in one.values()))
+    ):
+        raise TypeError("no texts")
     return Meta(found["kind"], Outcome(Ending(found["ending"]), found["message"]), from_data(found["origins"]))
 
 
@@ -198,7 +202,7 @@ _MOST: Final = 1 << 20
 """Bytes that a result says of itself: more are damage."""
 CHANGED: Final = "its bytes are not those that were written"
 NOT_OURS: Final = "its checksums are right, its content is no result's"
-_NO_RESULT: Final = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
+NO_RESULT: Final = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
 """Raised by content that is no result's."""
 
 
@@ -218,7 +222,7 @@ def path_of(folder: Path, key: str) -> Path:
 
 def read_entry(path: Path) -> TaskResult:
     """The result of a file; where it is mapped, its numbers are not checked. Raises CorruptResultError, FileNotFoundError."""
-    with _opened(path) as file, _named(path):
+    with _opened(path) as file, named(path):
         head = _head(path, file)
         if head.numbers < MAPPED:
             return result_of(head, _numbers(head, file))
@@ -228,7 +232,7 @@ def read_entry(path: Path) -> TaskResult:
 
 def checked(path: Path) -> Head:
     """The head of a file. Raises CorruptResultError unless every byte is as it was written, FileNotFoundError."""
-    with _opened(path) as file, _named(path):
+    with _opened(path) as file, named(path):
         head = _head(path, file)
         _numbers(head, file)
     return head
@@ -248,7 +252,7 @@ def _opened(path: Path) -> BinaryIO:
 
 
 @contextmanager
-def _named(path: Path) -> Iterator[None]:
+def named(path: Path) -> Iterator[None]:
     """Name the file whose bytes are no result's."""
     try:
         yield
@@ -437,9 +441,19 @@ class _Seen(NamedTuple):
 class Logs:
     """The results in logs of this folder."""
 
-    def __init__(self, folder: Path, whole: bool, notice: Callable[[str], None] = print_notice) -> None:
-        """whole: numbers are checked when results are looked for, else only when they are read. notice: is called with damage."""
-        self._folder, self._whole, self._notice = folder, whole, notice
+    def __init__(
+        self,
+        folder: Path,
+        whole: bool,
+        notice: Callable[[str], None] = print_notice,
+        sound: Callable[[TaskResult], TaskResult] = lambda result: result,
+    ) -> None:
+        """whole: numbers are checked when results are looked for, else only when they are read. notice: is called with damage.
+
+        sound: returns a result that is read; raises CorruptResultError where it is none.
+        """
+        self._folder, self._whole, self._notice, self._sound = folder, whole, notice, sound
+        self._unread: dict[Path, list[Fault]] = {}
         self._seen: dict[Path, _Seen] = {}
         self._opened = lru_cache(_OPEN)(Opened)
         self.places: dict[str, Place] = {}
@@ -458,9 +472,10 @@ class Logs:
         return self.places.get(key)
 
     def mend(self) -> None:
-        """Read, and set damaged parts aside; no other process may write. Raises OSError, OtherFormatError."""
-        for path, faults in [(path, self._look_into(path)) for path in self._paths()]:  # refused before any is changed
-            if not faults:
+        """Read, set aside what is damaged or could not be read; no other process may write. Raises OSError, OtherFormatError."""
+        for path, new in [(path, self._look_into(path)) for path in self._paths()]:  # refused before any is changed
+            unread = {fault.begin: fault for fault in self._unread.pop(path, ())}
+            if not (faults := [*unread.values(), *new]):
                 continue
             aside = free_name(path)
             _copy(path, aside, [(fault.begin, fault.end) for fault in faults])
@@ -469,6 +484,7 @@ class Logs:
                 with os.fdopen(opened(path, os.O_WRONLY), "wb") as file:
                     file.truncate(faults[0].begin)
             else:
+                faults.sort(key=lambda fault: fault.begin)
                 ends = [0, *(fault.end for fault in faults)]
                 _copy(path, path, zip(ends, [*(fault.begin for fault in faults), path.stat().st_size], strict=True))
             self._notice(f"{aside}: what was cut out")
@@ -484,9 +500,12 @@ class Logs:
         numbers = os.pread(self._opened(path).number, head.numbers, begin + head.length - head.numbers)
         try:
             check(head, numbers)
-            return result_of(head, numbers)
+            return self._sound(result_of(head, numbers))
         except CorruptResultError as error:
-            raise CorruptResultError(_damaged(path, Fault(begin, begin + head.length, error))) from error
+            fault = Fault(begin, begin + head.length, error)
+            self._unread.setdefault(path, []).append(fault)
+            del self.places[head.key]
+            raise CorruptResultError(_damaged(path, fault)) from error
 
     def _paths(self) -> list[Path]:
         """Existing logs; other objects of such a name are reported once."""

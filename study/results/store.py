@@ -21,6 +21,7 @@ from typing import Any, Final, NamedTuple, Self
 from nanoslip.solver.outcome import NanoslipError, Outcome
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, here
+from nanoslip.study.plan.kinds import is_whole
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts, entry, files
 from nanoslip.study.results.attempts import Attempt
@@ -65,6 +66,16 @@ def failing(what: object) -> Iterator[None]:
         raise StoreError(f"{what}: {error.strerror or error}") from error
 
 
+def _sound(result: TaskResult) -> TaskResult:
+    """The result. Raises CorruptResultError where it does not hold what its kind declares."""
+    try:
+        if is_whole(result):
+            return result
+    except entry.NO_RESULT:
+        pass
+    raise CorruptResultError(entry.NOT_OURS)
+
+
 class Store:
     """The results of a campaign in DIR/results. Two processes that write one result write the same bytes: no harm."""
 
@@ -74,7 +85,7 @@ class Store:
         self._out = out
         self._notice = lru_cache(None)(print_notice)  # damage is met again and again, and named once
         self._log = LogWriter(self.folder)
-        self._logs = Logs(self.folder, whole, self._notice)
+        self._logs = Logs(self.folder, whole, self._notice, _sound)
         self._checked: dict[Path, tuple[object, Head]] = {}
 
     @_refused()
@@ -124,6 +135,7 @@ class Store:
                 stamp = entry.stamp(path)
                 if path not in self._checked or self._checked[path][0] != stamp:
                     self._checked[path] = stamp, entry.checked(path)
+                    self._read_own(path)
                 found[path.stem] = self._checked[path][1]
             except OtherFormatError:
                 raise
@@ -154,13 +166,19 @@ class Store:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""
         if os.path.lexists(f"{self.folder}/{key}{entry.ENDING}"):  # a path would take longer than the look
             try:
-                return entry.read_entry(entry.path_of(self.folder, key))
+                return self._read_own(entry.path_of(self.folder, key))
             except CorruptResultError:
                 if not self._logs.find(key):
                     raise
         if place := self._logs.find(key):
             return self._logs.read(place)
         raise FileNotFoundError(f"{self.folder}: no result {key}")
+
+    def _read_own(self, path: Path) -> TaskResult:
+        """The result that is a file of its own. Raises CorruptResultError, FileNotFoundError."""
+        found = entry.read_entry(path)
+        with entry.named(path):
+            return _sound(found)
 
     def find(self, key: str) -> TaskResult | None:
         """A result as `read` gives it; None where there is none, or an unsound one, which is named on stderr."""

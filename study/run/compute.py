@@ -42,6 +42,7 @@ from nanoslip.study.plan.kinds import (
     CONTACT,
     DRIVE,
     KINDS,
+    MATRIX,
     RECORD,
     InteriorEvents,
     Kind,
@@ -264,14 +265,14 @@ def compliance_of(task: Task, inputs: Inputs) -> Compliance:
 @lru_cache(maxsize=4)  # tasks that follow each other get the same one: the solver keeps what it computes of it
 def compliance_in(result: TaskResult, slab: Slab) -> SurfaceCompliance:
     """The compliance that a result holds."""
-    return SurfaceCompliance(result.arrays["matrix"], slab)
+    return SurfaceCompliance(result.arrays[MATRIX], slab)
 
 
 # One function for each kind of task. Raises SolverError where the physics refuses.
 
 
 def _compliance(task: Task, inputs: Inputs) -> Computed:
-    return Computed(arrays={"matrix": surface_compliance(task.slab).matrix})
+    return Computed(arrays={MATRIX: surface_compliance(task.slab).matrix})
 
 
 def _contact(task: Task, inputs: Inputs) -> Computed:

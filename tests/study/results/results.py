@@ -28,13 +28,12 @@ RECORD: Final = TaskResult(
     {
         "displacement": np.array([0.1, 0.2, 0.3]),
         "kind": np.array([0, 1, 2], dtype=np.int8),
-        "none": np.empty(0),
-        "columns": np.asfortranarray(np.arange(6.0).reshape(2, 3)),
+        "node_x": np.empty(0),
     },
     (Outcome(Ending.CASCADE_LIMIT, "one event"), Outcome(Ending.NO_PLATEAU, "raise limits.events")),
 )
 COMPLIANCE: Final = TaskResult(
-    "fedcba98765432100123", "compliance", COMPLETED, {}, {"matrix": np.arange(16.0).reshape(4, 4)}
+    "fedcba98765432100123", "compliance", COMPLETED, {}, {"matrix": np.asfortranarray(np.arange(16.0).reshape(4, 4))}
 )
 REFUSED: Final = TaskResult("00000000000000000000", "compliance", Outcome(Ending.SINGULAR_OPERATOR, "no support"))
 OTHER: Final = replace(RECORD, key="aaaaaaaaaaaaaaaaaaaa", scalars={"plateau_mean": [0.5]}, members=())

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from nanoslip.solver.outcome import COMPLETED
 from nanoslip.study.origin import here
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts
 from nanoslip.study.results.attempts import RUNS_FILE, Attempt, Run
 from nanoslip.study.results.shard import Shard, folders
 from nanoslip.study.results.store import Lease, Store, merge_shards
+from tests.study.results.results import REFUSED
 
 ONE, TWO, THREE = (letter * 19 + number for letter, number in ("a1", "b2", "f3"))
 RUN = Run("a", "2026-01-01T00:00:00+00:00", 1)
@@ -47,7 +47,7 @@ def store(tmp_path):
 
 
 def result(key, number):
-    return TaskResult(key, "contact", COMPLETED, {"approach": float(number)})
+    return TaskResult(key, "contact", REFUSED.outcome, {"approach": [float(number)]})
 
 
 def filled(out, number, key, shared=False):
@@ -68,7 +68,7 @@ def test_results_failures_and_journals_are_moved_and_nothing_stays(tmp_path, sto
         (filled(tmp_path, number, key) / "results" / "notes.log").write_text(f"of shard {number}")
     assert merge_shards(tmp_path) == []
     assert store.finished() == {ONE, TWO, THREE}
-    assert store.read(TWO).scalars == {"approach": 2.0}
+    assert store.read(TWO).scalars == {"approach": [2.0]}
     assert set(attempts.final(tmp_path, here().solver)) == {ONE[::-1], TWO[::-1]}
     assert {run.run for run in attempts.read(tmp_path)} == {ONE, TWO}
     assert sorted(path.read_text() for path in store.folder.glob("notes.log*")) == ["of shard 1", "of shard 2"]
@@ -82,7 +82,7 @@ def test_of_several_results_of_a_task_the_one_that_was_merged_last_counts(tmp_pa
     for number in (3, 1, 2):
         filled(tmp_path, number, ONE, shared)
         assert merge_shards(tmp_path) == []
-        assert Store(tmp_path).read(ONE).scalars == {"approach": float(number)}
+        assert Store(tmp_path).read(ONE).scalars == {"approach": [float(number)]}
     if not shared:
         assert [int(path.name.partition("-")[0]) for path in sorted(store.folder.iterdir())] == [1, 2, 3, 4]
 
