@@ -18,6 +18,7 @@ from nanoslip.study.origin import (
     as_data,
     census,
     computing,
+    features,
     foreign,
     from_data,
     here,
@@ -112,6 +113,14 @@ def test_another_processor_or_blas_is_no_other_software_yet_other_bits():
         assert said.startswith("results of different processors: 3 of"), name
         assert HOME.arithmetic in said, name
         assert newer.arithmetic in said, name
+
+
+@pytest.mark.parametrize("name", ["NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT"])
+def test_settings_by_which_numba_makes_other_code_are_other_bits(monkeypatch, name):
+    monkeypatch.delenv(name, raising=False)
+    usual = replace(HOME, processor_features=features())
+    monkeypatch.setenv(name, "generic")
+    assert not usual.same_bits(replace(HOME, processor_features=features()))
 
 
 def test_what_computes_says_which_blas_and_instructions_it_uses_and_what_looks_does_not_load_them():
