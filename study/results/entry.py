@@ -504,7 +504,7 @@ class Logs:
         except CorruptResultError as error:
             fault = Fault(begin, begin + head.length, error)
             self._unread.setdefault(path, []).append(fault)
-            del self.places[head.key]
+            self.places.pop(head.key, None)
             raise CorruptResultError(_damaged(path, fault)) from error
 
     def _paths(self) -> list[Path]:
