@@ -13,7 +13,7 @@ import numpy as np
 
 from nanoslip.solver.drive import FEWER_STEPS, INTEGRATORS, Drive, Integrator
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
-from nanoslip.solver.dynamics.duration import DOUBLINGS, expected_duration, lag_time, settling_time
+from nanoslip.solver.dynamics.duration import DOUBLINGS, FORGETTING, expected_duration, lag_time, settling_time
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.dynamics.kernels.steps import integrate_by_steps, integrate_exactly, integrate_rigidly
@@ -308,23 +308,34 @@ def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[Dy
 
     Raises NoPlateauError where the record has no steady part that could be continued.
     """
-    limit, pulled = friction_limit_of(record, plateau, drive.profile), drive
-    for _ in range(DOUBLINGS + 1):
-        motion = integrate(limit, pulled, record.initial_stiffness)
-        found = friction_coefficients(motion, record, plateau, ended_by(motion, drive))
-        if drive.duration is not None or _is_complete(motion, found, drive) or ended_by(motion, drive) == "step_limit":
-            break
-        pulled = replace(drive, duration=2.0 * motion.end_time)
-    return motion, found
+    limit = friction_limit_of(record, plateau, drive.profile)
+
+    def pulled(duration: float | None) -> tuple[DynamicsResult, FrictionCoefficients]:
+        motion = integrate(limit, replace(drive, duration=duration), record.initial_stiffness)
+        return motion, friction_coefficients(motion, record, plateau, ended_by(motion, drive))
+
+    last = pulled(drive.duration)
+    longest = 2.0**DOUBLINGS * last[0].end_time
+    while drive.duration is None and (longer := _needed(*last, drive)) <= longest:
+        found = pulled(longer)
+        if last[1].outcome.ok and not found[1].outcome.ok:
+            break  # what is known stays, where rounding or the step limit ends a longer one
+        last = found
+    return last
 
 
-def _is_complete(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> bool:
-    """Whether a longer drive would tell no more: it has its numbers, was not to go on, or slips too little for any.
+def _needed(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> float:
+    """The duration that a drive without one needs; inf if no longer one tells more than this motion of it.
 
-    A pin that its damper drags has its friction long before its spring force has settled.
+    That has its numbers, was not to go on, slips too little for any, or would meet the step limit. A pin that its damper drags
+    has its friction long before its spring force has settled. The ringing of the start is waited for where that is cheap.
     """
     if not motion.outcome.ok or ended_by(motion, drive) == "max_slips" or drive.stage_velocity == 0.0:
-        return True
+        return math.inf
     count = count_sticks(motion, drive)
     settled = not count.unsettled or motion.settling_time < lag_time(drive)
-    return settled and (found.outcome.ok or count.regime == "micro_slip")
+    if settled and (found.outcome.ok or count.regime == "micro_slip"):
+        return math.inf
+    forgets = found.outcome.ok and count.ringing > 0.0  # friction is known, and the ringing alone is waited for
+    needed, most = (2.0 * count.ringing, FORGETTING) if forgets else (2.0 * motion.end_time, drive.step_limit)
+    return needed if motion.steps * needed <= most * motion.end_time else math.inf

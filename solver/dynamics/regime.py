@@ -4,7 +4,8 @@ The final motion counts: many drives re-stick once or twice while the first slip
 sliding if it has lasted longer than every cycle before it. With a stiff spring the pin may follow in micro slips: then the spring
 force rises, in the second half of the time, by less than half of the rise with a stuck pin.
 
-Amplitude and period refer to that half. They are omitted if it has no whole cycle, or holds the loading ramp or the first slip.
+Amplitude and period refer to that half. They are omitted if it has no whole cycle, or holds the loading ramp, the first slip or
+the ringing of the start: a pin that slides oscillates from its last slip on, and the damper alone ends that.
 """
 
 import math
@@ -53,7 +54,8 @@ class StickSlipCount:
         "peak-to-peak spring force over load",
         ensemble=True,
         comment="in the second half of the drive's time; NaN unless two macroscopic slips begin in it, one lasts all "
-        "through it, or the regime is micro_slip; NaN where the first slip or the end of the loading ramp is in that half",
+        "through it, or the regime is micro_slip; NaN where the first slip, the end of the loading ramp or the ringing of the "
+        "start is in that half",
         per="normal_load",
     )
     stick_slip_period: float = quantity(
@@ -66,6 +68,8 @@ class StickSlipCount:
         "of the time; NaN unless the regime is stick_slip and two begin there, and where the first one does",
     )
     unsettled: str = ""
+    ringing: float = 0.0
+    """Time at which an amplitude and a period may begin to be measured, as far as the ringing of the start is concerned."""
 
 
 def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
@@ -81,20 +85,41 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     follows = result.spring_force_range < 0.5 * rise
     regime = _regime(result, resticks, duration) if slips else "micro_slip" if follows else "sticks"
     late = result.slip_time >= 0.5 * duration
-    repeats = regime == "micro_slip" or np.count_nonzero(late) > 1 or (0 < slips != resticks and not late.any())
-    unsettled = _unsettled(result, drive, late) if repeats else ""
+    repeats = (
+        regime in ("micro_slip", "slides") or np.count_nonzero(late) > 1 or (0 < slips != resticks and not late.any())
+    )
+    ringing = ringing_ends(result, drive) if regime == "slides" else 0.0
+    unsettled = _unsettled(result, drive, late, ringing) if repeats else ""
     if unsettled or not repeats:
-        return StickSlipCount(slips, resticks, stuck, regime, math.nan, math.nan, unsettled)
+        return StickSlipCount(slips, resticks, stuck, regime, math.nan, math.nan, unsettled, ringing)
     period = float(np.diff(result.slip_time[late]).mean()) if regime == "stick_slip" and late.sum() > 1 else math.nan
     return StickSlipCount(slips, resticks, stuck, regime, result.spring_force_range, period)
 
 
-def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_]) -> str:
+def ringing_ends(result: DynamicsResult, drive: Drive) -> float:
+    """Time from which on the ringing of the last slip is `RISING` of the spring force's range or less; inf without a damper.
+
+    From rest at the force of that slip a pin oscillates about the mean friction force; its envelope decays with ζω, or with the
+    slower of both rates of an overdamped pin.
+    """
+    natural, ratio = math.sqrt(drive.spring_stiffness), drive.damping_ratio
+    decay = natural / (ratio + math.sqrt(ratio**2 - 1.0)) if ratio > 1.0 else natural * ratio
+    damper = 2.0 * ratio * natural * drive.stage_velocity
+    away = float(result.slip_force[-1]) - damper - float(result.binned_force[BINS // 2 :].mean())
+    ringing = 2.0 * math.hypot(away, natural * drive.stage_velocity)
+    if decay == 0.0 or result.spring_force_range == 0.0:
+        return math.inf
+    return float(result.slip_time[-1]) + max(math.log(ringing / (RISING * result.spring_force_range)), 0.0) / decay
+
+
+def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_], ringing: float) -> str:
     """Why the second half of the time shows no period, with advice; empty if it does. late: (s,) slips in it."""
     if late[:1].any():
         what = "the first slip"
     elif _ramp_left(result, drive, slips=len(late)) > RISING * result.spring_force_range:
         what = "the end of the loading ramp"
+    elif ringing > 0.5 * result.end_time:
+        what = "the ringing of the start"
     else:
         return ""
     missing = "spring_force_amplitude and stick_slip_period are not known"
