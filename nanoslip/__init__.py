@@ -52,7 +52,7 @@ if TYPE_CHECKING:
         sliding_parabola as sliding_parabola,
         sliding_punch as sliding_punch,
     )
-    from nanoslip.solver.contact.state import ContactState as ContactState, mirrored as mirrored
+    from nanoslip.solver.contact.state import ContactState as ContactState
     from nanoslip.solver.drive import Drive as Drive, Scales as Scales
     from nanoslip.solver.dynamics.coefficients import FrictionCoefficients as FrictionCoefficients
     from nanoslip.solver.dynamics.friction_limit import NoPlateauError as NoPlateauError
@@ -69,6 +69,7 @@ if TYPE_CHECKING:
         Galerkin as Galerkin,
         HalfPlane as HalfPlane,
     )
+    from nanoslip.solver.load_path import LoadPath as LoadPath
     from nanoslip.solver.outcome import (
         Ending as Ending,
         InvalidInput as InvalidInput,
@@ -81,9 +82,11 @@ if TYPE_CHECKING:
         DriveResult as DriveResult,
         contact_state as contact_state,
         drive_result as drive_result,
+        friction_path as friction_path,
         friction_record as friction_record,
     )
     from nanoslip.solver.slab import Slab as Slab
+    from nanoslip.solver.sliding.path import Leg as Leg, Loops as Loops, loops_of as loops_of
     from nanoslip.solver.sliding.plateau import Plateau as Plateau, plateau_of as plateau_of
     from nanoslip.solver.sliding.power_law import Histogram as Histogram, logarithmic_histogram as logarithmic_histogram
     from nanoslip.solver.sliding.record import FrictionRecord as FrictionRecord

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Final, Literal, Self
 
+from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, InvalidInput
 from nanoslip.solver.parameter import MOST_WHOLE, Numbers, Parameter, Roughness, check, declared, parameter, require
 from nanoslip.solver.slab import SCHEMES, Slab
@@ -198,11 +199,16 @@ class Interface:
             raise InvalidInput("loads", self.loads, "one of them", {"measured_loads": ABSENT})
 
 
+RECORD: Final = LoadPath()
+"""No path: a record in one direction at one load."""
+
+
 @dataclass(frozen=True, slots=True)
 class Case:
     """One physics point: pin, slab, load, friction, limits (`max_…`: the first ends it). Lengths in L_x, loads in G·L_x·L_y.
 
     intrinsic_friction: μ_i; `inf` is adhesive stick. start: in node spacings, right of the middle. max_presliding: in μ_i·W/K.
+    path: ends by itself, not by the limits.
     initial_contact: `stick` (at u = 0, then slips), `frictionless` (then stuck), `gradual` (load raised event by event).
     """
 
@@ -268,6 +274,7 @@ class Case:
     effects: Effects = field(default_factory=Effects)
     heterogeneity: Heterogeneity = field(default_factory=Heterogeneity)
     interface: Interface = field(default_factory=Interface)
+    path: LoadPath = RECORD
     max_events: int | None = parameter(
         2000, table="limits", word="events", meaning="events after which a record ends", least=1, most=MOST_EVENTS
     )
@@ -350,6 +357,8 @@ def _refuse_combinations(case: Case) -> None:
             "presliding, displacement or spacings among the limits, as contacts of one slider end at one displacement"
         )
         raise InvalidInput("contacts", loads.contacts, need)
+    if case.path:
+        _refuse_with_a_path(case)
 
 
 def _refuse_with_classical_sliding(case: Case) -> None:
@@ -379,6 +388,36 @@ def _refuse_with_classical_sliding(case: Case) -> None:
     for refused, key, value, need in excluded:
         if refused:
             raise InvalidInput("residual_shear", 1.0, need, {key: value})
+
+
+def _refuse_with_a_path(case: Case) -> None:
+    """Raise InvalidInput where a path excludes another parameter."""
+    friction, contacts = case.intrinsic_friction, case.interface.contacts
+    excluded: list[tuple[bool, str, object, str]] = [
+        (not case.effects.friction, "friction", False, "a pin that drags the surface"),
+        (contacts > 1, "contacts", contacts, "a single contact"),
+        (
+            case.slip_rule.limited_shear == "forward",
+            "limited_shear",
+            "forward",
+            "shear limited both ways, as backward nothing would slip",
+        ),
+        (
+            case.path.loads_change and not case.effects.pin_translation,
+            "pin_translation",
+            False,
+            "one load, as constant pressures are those of initial contact",
+        ),
+        (
+            case.path.presliding and not 0.0 < friction < math.inf,
+            "intrinsic_friction",
+            friction,
+            "ways in L_x (stroke, legs), as a presliding length is μ_i·W/K",
+        ),
+    ]
+    for refused, key, value, need in excluded:
+        if refused:
+            raise InvalidInput("path", ABSENT, need, {key: value})
 
 
 STOP_CONDITIONS: Final = tuple(name for name, each in declared(Case).items() if each.table == "limits")

@@ -18,6 +18,7 @@ from nanoslip.solver.dynamics.integrators import disproportion, measured
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.sliding.path import Path, follow
 from nanoslip.solver.sliding.plateau import Plateau, plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
@@ -83,6 +84,11 @@ def friction_record(case: Case, compliance: Compliance | None = None) -> Frictio
     """
     compliance = compliance or surface_compliance(case.slab)
     return interface(case, compliance).record if case.interface.contacts > 1 else slide(case, compliance)
+
+
+def friction_path(case: Case, compliance: Compliance | None = None) -> Path:
+    """The contact of `case` along its path, leg by leg: `Case(path=LoadPath(amplitude=0.5))`."""
+    return follow(case, compliance or surface_compliance(case.slab))
 
 
 def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None) -> DriveResult:

@@ -17,13 +17,13 @@ ROOT = Path(__file__).parents[1]
 
 ORDER = {
     "nanoslip": "solver study",
-    "nanoslip.solver": "compiled compiling last outcome parameter view slab case ensemble drive effects elasticity contact "
-    "sliding dynamics simulate",
+    "nanoslip.solver": "compiled compiling last outcome parameter view slab load_path case ensemble drive effects elasticity "
+    "contact sliding dynamics simulate",
     "nanoslip.solver.elasticity": "fields grid condensation grid_scheme schemes interior compliance",
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane strip chain",
     "nanoslip.solver.contact": "kernels closed_forms pin state soundness normal convolved compiled_contact coulomb initial",
     "nanoslip.solver.contact.kernels": "state events path",
-    "nanoslip.solver.sliding": "kernels record plateau validity slide statistics interface slider power_law sizes",
+    "nanoslip.solver.sliding": "kernels record plateau validity slide path statistics interface slider power_law sizes",
     "nanoslip.solver.sliding.kernels": "slide",
     "nanoslip.solver.dynamics": "friction_limit kernels result coefficients duration regime integrators stick_slip",
     "nanoslip.solver.dynamics.kernels": "motion steps",

@@ -1,7 +1,7 @@
 """The contact at one position of the pin, `ContactState`, and its numbers."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
-from nanoslip.solver.outcome import InvalidInput, Outcome
+from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.slab import surface_x
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
@@ -147,32 +147,6 @@ def contact_width(state: ContactState) -> float:
         beyond = np.divide(squared[last + 1], fall, out=np.full(len(last), 0.5), where=fall > 0.0)
         spacings += float(np.minimum(beyond, 1.0).sum())
     return spacings / (len(state.contact) - 1)
-
-
-def mirrored(case: Case, state: ContactState) -> ContactState:
-    """The same contact seen in a mirror at the slab's middle: sliding on from it moves the pin to the left.
-
-    Forces, displacements and nodes of what follows are those of the mirror image. Raises InvalidInput where the support, the
-    pin's start, its roughness or the nodes' μ_i are not their own mirror image: what follows would meet them unturned.
-    """
-    if case.slab.support == "right_side":
-        raise InvalidInput("support = 'right_side': sliding to the left needs a support that is its own mirror image")
-    if case.start:
-        raise InvalidInput(f"start = {case.start!r}: sliding to the left needs a pin over the slab's middle, start = 0")
-    for name in ("spread", "roughness"):
-        given = getattr(case.heterogeneity, name)
-        if given:
-            raise InvalidInput(f"{name} = {given!r}: sliding to the left needs nodes alike and a smooth pin")
-    signs = {"shear": -1.0, "slip": -1.0, "u": -1.0}
-    turned = {
-        name: signs.get(name, 1.0) * getattr(state, name)[::-1]
-        for name in ("pressure", "shear", "slip", "gap", "u", "w")
-    }
-    turned["contact"] = state.contact[::-1].copy()
-    turned["nodal_force"] = np.array([[-1.0], [1.0]]) * state.nodal_force[:, ::-1]
-    for value in turned.values():
-        value.setflags(write=False)
-    return replace(state, displacement=-state.displacement, first_node=-state.first_node, **turned)
 
 
 def state_from_forces(

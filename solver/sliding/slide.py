@@ -76,6 +76,8 @@ class Run(NamedTuple):
     """(e,) after each event."""
     load_work: float
     """Work of the load, in G·L_x²·L_y."""
+    lost: float
+    """Energy lost, also after the last event."""
 
 
 @dataclass(eq=False)
@@ -121,8 +123,9 @@ def record_of(
     held: int,
     end: ContactState,
     load_work: float = 0.0,
+    rest: float = 0.0,
 ) -> Run:
-    """The record of a run of `held` events from `start` to `end`, read-only."""
+    """The record of a run of `held` events from `start` to `end`, read-only. rest: energy lost after the last event."""
     full = held == len(events.displacement)
     columns = {name: column if full else column[:held].copy() for name, column in events._asdict().items()}
     for column in (*columns.values(), slipped.slips):
@@ -148,7 +151,7 @@ def record_of(
         final_force=final[1],
         outcome=end.outcome,
     )
-    return Run(record, end, load, load_work)
+    return Run(record, end, load, load_work, float(record.dissipated.sum()) + rest)
 
 
 # Slide with the whole contact: nodes slip, are released and touch as the pin moves over them (residual_shear below 1).
@@ -360,8 +363,8 @@ def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Com
     except CoulombError as error:
         outcome = OUTCOME_OF_ENDING[error.ending]
     end = coulomb_state(run.solved, outcome)
-    stiffness, work = run.initial_stiffness, run.solved.load_work
-    return record_of(case, start, stiffness, run.events(), run.slipped, len(run.rows), end, work)
+    energies = (run.solved.load_work, run.dissipated)
+    return record_of(case, start, run.initial_stiffness, run.events(), run.slipped, len(run.rows), end, *energies)
 
 
 def _contact_at(case: Case, start: ContactState, compliance: Compliance, way: Way) -> CoulombContact:
@@ -421,7 +424,8 @@ class _Run:
             if step <= longest:
                 _refuse_flanks(solved, self.dissipated)
                 changes = ((touching & ~solved.contact).sum(), (solved.contact & ~touching).sum())
-                self._add((kind, node, before, float(rates[0][0].sum())), solved.node_slips - slips, changes)
+                stiffness = float(rates[0][0].sum()) * solved.direction.pin_rate
+                self._add((kind, node, before, stiffness), solved.node_slips - slips, changes)
             if nodes := left_behind(case, solved.contact, solved.contact, self.way.direction.pin_rate):
                 solved.go_on(nodes)
                 rates, self.last_slips = solved.rates(), np.roll(self.last_slips, -nodes)

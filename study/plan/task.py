@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import PARTS, PIN_SIZES, STOP_CONDITIONS, Case
+from nanoslip.solver.case import PARTS, PIN_SIZES, STOP_CONDITIONS, Case, parameters_of_a_case
 from nanoslip.solver.drive import Drive, Integrator
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.solver.outcome import Outcome
@@ -166,6 +166,7 @@ OF_ALL = (
 OF_CONTACT = (
     *OF_ALL,
     Exclusion(STOP_CONDITIONS, "initial contact comes before any limit"),
+    Exclusion(("path",), "initial contact comes before any path"),
     Exclusion(("interface.contacts",), "it is that of the first contact"),
     Exclusion(
         ("interface.loads", "interface.measured_loads"),
@@ -189,6 +190,7 @@ OF_CONTACT = (
 """What initial contact does not depend on."""
 OF_RECORD = (
     *OF_ALL,
+    Exclusion(("path",), "a record goes in one direction at one load"),
     Exclusion(("max_displacement", "max_spacings"), "both are in the key as the nearer of them, `farthest`"),
 )
 """What a friction record does not depend on."""
@@ -217,8 +219,11 @@ def _all_parameters(names: tuple[str, ...]) -> frozenset[str]:
 
 
 def _parameters(name: str) -> tuple[str, ...]:
-    """The parameters that a field of a case stands for: all of a part, or the one."""
-    return tuple(declared(PARTS[name])) if name in PARTS else (name.rpartition(".")[2],)
+    """The parameters that a field of a case stands for: all of a part, or the one, or none (a path is no parameter)."""
+    if name in PARTS:
+        return tuple(declared(PARTS[name]))
+    last = name.rpartition(".")[2]
+    return (last,) if last in parameters_of_a_case() else ()
 
 
 def task_key(kind: str, *content: object) -> str:

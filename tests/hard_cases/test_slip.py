@@ -10,14 +10,14 @@ import pytest
 
 from nanoslip.solver.case import Case, Effects, Heterogeneity, InitialContact, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.state import mirrored
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
-from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import SCHEMES, Slab, Support
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.hard_cases.following import Followed, compliance_of, follow
+from tests.mirror import mirrored
 from tests.physics import coupled_half_plane, energy, half_plane, smallest_step
 
 FRICTIONS = (0.0, 1e-8, 0.05, 1.0, 10.0, 1e3, 1e6, math.inf)
@@ -103,7 +103,7 @@ def test_sliding_left_mirrors_sliding_right(support: Support, scheme: str) -> No
     case = Case(slab=slab, initial_contact="frictionless", max_events=40)
     compliance = compliance_of(slab)
     start = initial_contact(case, compliance)
-    right, left = slide(case, compliance, start), slide(case, compliance, mirrored(case, start))
+    right, left = slide(case, compliance, start), slide(case, compliance, mirrored(start))
     np.testing.assert_array_equal(left.node, right.node)
     np.testing.assert_array_equal(left.slips, right.slips)
     # The contact is symmetric to rounding times its condition.
@@ -113,27 +113,10 @@ def test_sliding_left_mirrors_sliding_right(support: Support, scheme: str) -> No
 def test_a_mirror_image_of_a_mirror_image_is_the_contact_itself() -> None:
     case = Case(slab=Slab(N), max_events=30)
     _, state = slide_to_state(case, compliance_of(case.slab))
-    again = mirrored(case, mirrored(case, state))
+    again = mirrored(mirrored(state))
     for name in ("contact", "pressure", "shear", "slip", "gap", "u", "w", "nodal_force"):
         np.testing.assert_array_equal(getattr(again, name), getattr(state, name))
     assert again.displacement == state.displacement
-
-
-@pytest.mark.parametrize(
-    ("changes", "word"),
-    [
-        ({"slab": Slab(N, support="right_side")}, "right_side"),
-        ({"start": 0.3}, "start = 0.3"),
-        ({"heterogeneity": Heterogeneity(spread=0.2)}, "spread"),
-        ({"heterogeneity": Heterogeneity(roughness=((0.0, 0.0), (0.1, 1e-4)))}, "roughness"),
-    ],
-)
-def test_what_lies_left_and_right_unlike_has_no_mirror_image_of_one_case(changes: dict[str, Any], word: str) -> None:
-    """The state could be turned, but what slides on from it would meet slab, nodes and pin of the case, unturned."""
-    case = Case(**{"slab": Slab(N), **changes})
-    state = initial_contact(case, compliance_of(case.slab))
-    with pytest.raises(InvalidInput, match=word):
-        mirrored(case, state)
 
 
 def _turned_back(scheme: str, residual_shear: float) -> Followed:
@@ -147,7 +130,7 @@ def _turned_back(scheme: str, residual_shear: float) -> Followed:
             seen.record, state = slide_to_state(case, compliance, state)
             if not seen.check(state, case, compliance):
                 return seen
-        state = mirrored(case, state)
+        state = mirrored(state)
         seen.check(state, case, compliance)
     seen.endings[Ending.COMPLETED] += 1
     seen.end = state
@@ -172,7 +155,7 @@ def test_turning_back_dissipates_and_balances_its_energy(operator: Callable[[Sla
     compliance = operator(slab)
     case = Case(slab=slab, max_events=200)
     _, full = slide_to_state(case, compliance)
-    start = mirrored(case, full)
+    start = mirrored(full)
     record, end = slide_to_state(case, compliance, start)
     found = energy(case, start, record, end)
     # On the way through zero the pin first gives back what it had stored.

@@ -9,13 +9,14 @@ import pytest
 from nanoslip.solver.case import Case, Heterogeneity, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.pin import node_friction
-from nanoslip.solver.contact.state import ContactState, mirrored
+from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import RESUMABLE, slide_to_state, states_at
 from nanoslip.solver.sliding.validity import Flag, expected_flags, record_flags
+from tests.mirror import mirrored
 from tests.physics import assert_contact_laws, assert_friction_law
 
 PROFILE = np.column_stack((np.linspace(-2.0, 2.0, 800), 4e-5 * np.sin(np.linspace(0.0, 400.0, 800) ** 1.2)))
@@ -117,7 +118,7 @@ def test_a_pin_turns_back_from_far_off() -> None:
     compliance = surface_compliance(case.slab)
     start = initial_contact(case, compliance)
     _, end = slide_to_state(case, compliance, start)
-    turned = mirrored(case, end)
+    turned = mirrored(end)
     assert turned.first_node == -end.first_node < 0
     assert not turned.pressure.flags.writeable  # as of any state, which others share
     _, home = slide_to_state(replace(case, max_spacings=None, max_displacement=1e-300), compliance, turned)

@@ -113,10 +113,14 @@ def overshoot(state: KernelState, opposite: float) -> float:
 
 @compiled(inline="always")
 def _floor(state: KernelState, constants: SlipConstants) -> float:
-    """The smallest step along the path."""
-    if state.scalars.pin_rate == 0.0:
+    """The smallest step along the path; of a load, `load_floor`, or what pushes shear beyond its limits by half of OVERSHOOT."""
+    stiffness = stretching(state)
+    if state.scalars.pin_rate != 0.0:
+        return float(smallest_step(constants, stiffness, abs(state.scalars.displacement)))
+    if not stiffness > 0.0:
         return constants.load_floor
-    return float(smallest_step(constants, stretching(state), abs(state.scalars.displacement)))
+    most = max(0.5 * OVERSHOOT * constants.friction_bound, 0.1 * constants.tolerance)
+    return float(min(constants.load_floor, most / stiffness))
 
 
 @compiled(inline="always")
@@ -199,7 +203,7 @@ def _record(state: KernelState, events: Events, e: int) -> None:
     """Row e of the record once its cascade is over."""
     scalars = state.scalars
     events.force_after[e] = total_shear(state.contact, state.response)
-    events.stiffness[e] = total_shear(state.contact, state.rate)
+    events.stiffness[e] = total_shear(state.contact, state.rate) * scalars.pin_rate
     events.dissipated[e] = scalars.dissipated
     events.slips[e] = scalars.slips
     events.releases[e] = scalars.releases

@@ -34,7 +34,7 @@ DRIVES = (Drive(1.0, 0.1, 0.1, 10.0), Drive(1.0, 0.1, 0.1, 10.0, RK4(0.1)))
 MODULES = (case_module, drive_module, grid_module, slab_module)
 KINDS_OF_WORDS = [kind for module in MODULES for kind in vars(module).values()]
 WORDS = sorted({word for kind in KINDS_OF_WORDS for word in get_args(kind) if isinstance(word, str)})
-ROUGH, LOADS = ((-0.1, 0.0), (0.1, 1e-6)), (1.0, 2.0)
+ROUGH, LOADS, LEGS = ((-0.1, 0.0), (0.1, 1e-6)), (1.0, 2.0), ((0.1, 1.0),)
 
 
 def others(value: Any) -> Iterator[Any]:
@@ -46,7 +46,7 @@ def others(value: Any) -> Iterator[Any]:
     elif isinstance(value, str):
         yield from (word for word in WORDS if word != value)
     elif isinstance(value, tuple):
-        yield from (ROUGH, LOADS)
+        yield from (ROUGH, LOADS, LEGS)
     elif value is None:
         yield from (3, 0.1, *WORDS)
     else:

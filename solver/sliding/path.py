@@ -1,0 +1,237 @@
+"""A contact along a path of pin displacement and load: each leg is a friction record in its own direction; and loops' numbers."""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import MOST_EVENTS, RECORD, Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.kernels.state import Direction
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import Compliance
+from nanoslip.solver.load_path import Point
+from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.parameter import Quantity, quantity
+from nanoslip.solver.sliding.plateau import teeth
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.slide import Run, Way, followed
+from nanoslip.solver.sliding.validity import mask_of, record_flags
+from nanoslip.solver.view import Curve, Picture, Viewed, in_words
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Leg(FrictionRecord):
+    """One leg of a path as a record: displacement counts from its turn, forces are positive against its direction.
+
+    `normal_load` is that at its end. Where the pin rests, displacement is 0, stiffness NaN, and forces are positive as in the leg
+    before.
+    """
+
+    direction: int
+    """1 to the right, -1 to the left."""
+    turn: float
+    """δ_p where it begins, in L_x."""
+    first_load: float
+    """Load where it begins, in G·L_x·L_y."""
+    load: Vector | None
+    """(e,) load after each event; None where it does not change."""
+    load_work: float
+    """Work of the load, in G·L_x²·L_y."""
+    lost: float
+    """Energy lost, also after the last event."""
+
+    def curve(self) -> tuple[Vector, Vector]:
+        """δ_p and friction force with its sign, before and after each event and at both ends, in L_x and G·L_x·L_y."""
+        found = teeth(self)
+        force = np.column_stack((found.start, found.end)).ravel()
+        return self.turn + self.direction * np.repeat(found.edges, 2)[1:-1], self.direction * force
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Path(Viewed):
+    """A contact along a path: its legs up to the last that is whole, and the contact where that ends."""
+
+    legs: tuple[Leg, ...]
+    start: ContactState
+    end: ContactState
+    normal_load: float
+    """W of the case."""
+    cycles: int
+    """Whole cycles, of two legs each, with which it ends."""
+    validity_flags: int
+    """Of all legs (see `Flag`)."""
+    outcome: Outcome
+
+    def curve(self) -> tuple[Vector, Vector]:
+        """δ_p and friction force along all legs."""
+        curves = [leg.curve() for leg in self.legs] or [(np.empty(0), np.empty(0))]
+        return np.concatenate([x for x, _ in curves]), np.concatenate([force for _, force in curves])
+
+    def _facts(self) -> Iterator[str]:
+        yield f"{len(self.legs)} legs"
+        yield f"{sum(len(leg.displacement) for leg in self.legs)} events"
+        yield in_words(self.outcome)
+
+    def _factors(self) -> dict[str, float]:
+        return {"normal_load": 1.0 / self.normal_load}
+
+    def _picture(self) -> Picture:
+        """F/W over displacement, as loops."""
+        x, force = self.curve()
+        return Picture("pin displacement δ_p/L_x", "friction force F/W", (Curve(x, force / self.normal_load),))
+
+
+@dataclass(frozen=True, slots=True)
+class Loops:
+    """Numbers of the cycles with which a path ends; NaN without any. F/W: over the load of the cycles."""
+
+    loss_per_cycle: float = quantity(
+        "energy lost in a cycle, in W·L_x",
+        per="normal_load",
+        ensemble=True,
+        comment="mean over the later half of the cycles",
+    )
+    first_loss: float = quantity("energy lost in the first cycle, in W·L_x", per="normal_load", ensemble=True)
+    turn_friction: float = quantity(
+        "F/W at the turns",
+        symbol="F/W",
+        ensemble=True,
+        comment="half of the difference between both ends of a leg, mean over the later half of the cycles",
+    )
+    secant_stiffness: float = quantity(
+        "secant stiffness of a cycle, in G·L_y",
+        ensemble=True,
+        of_grid=True,
+        comment="difference of friction force between both ends of a leg over that of displacement",
+        si=Quantity("", "secant stiffness of a cycle", "N m-1", "stiffness"),
+    )
+    closure: float = quantity(
+        "largest difference of F/W between the last two cycles", comment="at one displacement; 0 of a loop that closes"
+    )
+    shaken_down: float = quantity(
+        "whether cycles have become elastic",
+        ensemble=True,
+        comment="1 if the last cycle loses less than a millionth of the elastic energy at a turn, else 0",
+    )
+    equivalent_damping: float = quantity(
+        "equivalent damping ratio",
+        symbol="ζ",
+        ensemble=True,
+        comment="loss_per_cycle over 4π times the elastic energy at a turn, ½·F·amplitude",
+    )
+
+
+ELASTIC: Final = 1e-6
+"""Loss of a cycle over the elastic energy at a turn, ½·F·amplitude, below which it counts as elastic: shaken down it is 1e-10,
+otherwise above 1e-2 (amplitude 0.3 presliding lengths, full drop, n_x = 129)."""
+
+
+def follow(case: Case, compliance: Compliance) -> Path:
+    """The contact of `case` along its path, from initial contact on. Failures of the physics are the path's outcome."""
+    start = initial_contact(case, compliance)
+    legs: list[Leg] = []
+    alone = replace(
+        case, path=RECORD, max_events=MOST_EVENTS, max_presliding=None, max_displacement=None, max_spacings=None
+    )
+    # A run that ends where it starts: it has the stiffness.
+    before = followed(alone, compliance, start, Way(case.normal_load, until=start.displacement)).record
+    end, outcome, flags = start, before.outcome, 0
+    points = case.path.points(case.normal_load, before.presliding_length) if outcome.ok else ()
+    for leg, state, raised in _followed(alone, compliance, start, points):
+        outcome = state.outcome
+        flags |= raised
+        if not outcome.ok:
+            break
+        legs.append(leg)
+        end = state
+    cycles = case.path.cycles if case.path.cyclic and outcome.ok else 0
+    return Path(tuple(legs), start, end, case.normal_load, cycles, flags, outcome)
+
+
+def _followed(
+    case: Case, compliance: Compliance, start: ContactState, points: Iterable[Point]
+) -> Iterator[tuple[Leg, ContactState, int]]:
+    """Each leg, the contact where it ends, and the validity flags raised on its way."""
+    state, load, ahead = start, case.normal_load, 1
+    for point in points:
+        way = way_to(state, load, ahead, point)
+        if way is None:
+            continue
+        scaled = replace(case, normal_load=max(load, point[1]))
+        run = followed(scaled, compliance, state, way)
+        flags = mask_of(record_flags(scaled, start, run.record, run.end))
+        yield _leg(run, state, way, point[1]), run.end, flags
+        state, load, ahead = run.end, point[1], way.direction.ahead
+
+
+def way_to(state: ContactState, load: float, ahead: int, point: Point) -> Way | None:
+    """The straight way to a point from a contact under this load; None where it is there. ahead: as the pin last moved."""
+    moved, raised = point[0] - state.displacement, point[1] - load
+    if moved:
+        ahead = 1 if moved > 0.0 else -1
+        return Way(load, Direction(float(ahead), raised / abs(moved), ahead), point[0])
+    return Way(load, Direction(0.0, math.copysign(1.0, raised), ahead), point[1]) if raised else None
+
+
+def _leg(run: Run, start: ContactState, way: Way, load: float) -> Leg:
+    """A run as a leg that ends at this load."""
+    record, (pin_rate, load_rate, ahead) = run.record, way.direction
+    columns = {item.name: getattr(record, item.name) for item in fields(record)}
+    for name in _SIGNED:
+        columns[name] = ahead * columns[name]
+    for name in _PLACED:
+        columns[name] = ahead * (columns[name] - start.displacement)
+    if not pin_rate:
+        columns["stiffness"] = np.full_like(record.stiffness, math.nan)
+    for column in columns.values():
+        if isinstance(column, np.ndarray):
+            column.setflags(write=False)
+    return Leg(
+        **{**columns, "normal_load": load, "initial_slips": 0},
+        direction=ahead,
+        turn=start.displacement,
+        first_load=way.load,
+        load=run.load if load_rate else None,
+        load_work=run.load_work,
+        lost=run.lost,
+    )
+
+
+_SIGNED: Final = ("force_before", "force_after", "initial_force", "final_force")
+_PLACED: Final = ("displacement", "final_displacement")
+
+
+def loops_of(path: Path) -> Loops:
+    """The numbers of the cycles with which a path ends."""
+    if not path.cycles:
+        return Loops(*[math.nan] * len(fields(Loops)))
+    legs = path.legs[-2 * path.cycles :]
+    later = legs[path.cycles // 2 * 2 :]
+    loss = sum(leg.lost for leg in later) / (len(later) / 2)
+    # From one turn to the next, in the direction of each leg.
+    risen = float(np.mean([leg.final_force - leg.initial_force for leg in later]))
+    gone = float(np.mean([leg.final_displacement for leg in later]))
+    return Loops(
+        loss_per_cycle=loss,
+        first_loss=legs[0].lost + legs[1].lost,
+        turn_friction=risen / 2.0 / legs[-1].normal_load,
+        secant_stiffness=risen / gone,
+        closure=max(map(_apart, legs[-4:-2], legs[-2:])) / legs[-1].normal_load if path.cycles > 1 else math.nan,
+        shaken_down=float(legs[-1].lost + legs[-2].lost < ELASTIC * risen * gone / 8.0),
+        equivalent_damping=2.0 * loss / (math.pi * risen * gone),
+    )
+
+
+def _apart(leg: Leg, then: Leg) -> float:
+    """The largest difference between the forces of two legs at one displacement."""
+    one, other = teeth(leg), teeth(then)
+    until = min(one.edges[-1], other.edges[-1])
+    places = np.concatenate((one.edges, other.edges))
+    places = np.unique(np.minimum(np.concatenate((places, np.nextafter(places, 0.0))), until))
+    return float(np.abs(one.force(places) - other.force(places)).max())
