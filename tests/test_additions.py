@@ -193,22 +193,3 @@ def test_what_is_said_of_a_campaign_is_said_in_its_words(
     assert ", tired = 1.0: tired = 1.0 with residual_shear = 0.5: needs 0" in out
     assert re.search("expected: .*, first .*tired = 0.5", out)
     assert "tiredness" not in out
-
-
-@dataclass(frozen=True, slots=True)
-class NamedBed(Winkler):
-    """The springs, with a setting whose word is not its name."""
-
-    name = "named"
-    named_modulus: float = parameter(
-        1.0, table="numerics", word="bed", meaning="what the springs are made of", above=0.0
-    )
-
-
-def test_a_scheme_s_setting_beside_an_accuracy_is_refused_by_its_word(
-    campaign: Campaign, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(SCHEMES, "named", NamedBed)
-    lines = 'accuracy = 0.1\nnumerics = {scheme = "named", bed = 2.0}\n'
-    with pytest.raises(ManifestError, match=r"numerics\.bed: needs to be left out beside accuracy"):
-        campaign(lines)

@@ -1,6 +1,5 @@
 """Datasets behind commands: a campaign's own, written and printed; one that is named; one case of it."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields
@@ -99,16 +98,9 @@ def print_summary(dataset: xr.Dataset) -> None:
     """Print a dataset's cases, outcomes of its drives with advice, missed targets, and advice of validity flags."""
     table, alike = summary.factored(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES))
     print_table(table)
-    print_sentences([*_chosen(dataset), *alike, means_of(dataset), *summary.drive_summary(dataset)])
+    print_sentences([*alike, means_of(dataset), *summary.drive_summary(dataset)])
     print_sentences(summary.failure_summary(dataset), FAILED)
     print_sentences(summary.cautions(dataset))
-
-
-def _chosen(dataset: xr.Dataset) -> Iterator[str]:
-    """The grid that was chosen for a campaign's `accuracy`."""
-    if file.CHOSEN in dataset.attrs:
-        found = json.loads(dataset.attrs[file.CHOSEN])
-        yield f"chosen: {', '.join(f'{name} = {value}' for name, value in found.items())}"
 
 
 # A campaign's dataset: from the file that is named, from the campaign's own, or from the results that are there.

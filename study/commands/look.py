@@ -29,7 +29,7 @@ from nanoslip.study.manifest.parameters import STANDARD, make_case, si_line, wor
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
-from nanoslip.study.plan.grids import Front, load_front, settled
+from nanoslip.study.plan.grids import Front, load_front
 from nanoslip.study.plan.plan import plan_of
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import summary
@@ -91,7 +91,7 @@ _HEADER = ("effect", "number", "change ±", "seconds ×", "setting")
 
 def show_effects(campaign: Path, cases: int, members: int | None) -> None:
     """Compute a few cases with everything and without each effect, and print the changes."""
-    manifest = settled(load_manifest(campaign))
+    manifest = load_manifest(campaign)
     print_changes(campaign, scenes_of(manifest, list(expand(manifest)), cases, members))
 
 
@@ -131,12 +131,12 @@ def explain_case(
     campaign: Path, parameters: tuple[str, ...], out: Path | None, show_grid: bool, show_effects: bool
 ) -> None:
     """Print cost and errors, and perhaps what grid and effects change, of the case of a campaign that has these parameters."""
-    manifest = settled(load_manifest(campaign))
+    manifest = load_manifest(campaign)
     case = chosen(manifest, expand(manifest), assignments(parameters))
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
-    front = load_front(manifest.front, manifest.files.get("front"))
+    front = load_front()
     slides = "slip" in manifest.stages
     grid, rough = _of_grid(case.case, front, slides), _of_roughness(case.case, slides)
     print_sentences([f"case {case.point}", f"estimated time, roughly: {roughly(seconds)}", grid, rough])

@@ -18,7 +18,6 @@ from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.parameters import si_line
 from nanoslip.study.manifest.problems import ManifestError, Problem
 from nanoslip.study.manifest.reader import effects
-from nanoslip.study.plan.grids import choice
 from nanoslip.study.plan.plan import (
     PENDING,
     KindCount,
@@ -151,7 +150,7 @@ def _in_si(plan: Plan) -> str:
 
 
 def _cases(plan: Plan) -> Iterator[str]:
-    """How many cases and drives there are, how many of them are refused, and how the grid was chosen."""
+    """How many cases and drives there are, and how many of them are refused."""
     manifest, ensemble = plan.manifest, plan.manifest.ensemble
     likely = str(ensemble.members) if ensemble.within is None else f"{ensemble.likely} to {ensemble.members}"
     of_members = f" of {likely} members" if ensemble.members > 1 else ""
@@ -160,8 +159,6 @@ def _cases(plan: Plan) -> Iterator[str]:
     if manifest.drive_axes and manifest.drives:
         impossible = sum(drive.drive is None for drive in manifest.drives)
         yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"
-    if manifest.accuracy is not None and (grid := choice(manifest)):
-        yield f"accuracy = {manifest.accuracy:g}: {grid}"
     if left_out := manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
 

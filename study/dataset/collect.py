@@ -28,7 +28,7 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import Quantity, attributes
 from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.study.canonical import content_hash
-from nanoslip.study.dataset.file import CHOSEN, FORMAT, MIXED, VERSION, carrying, seal_of
+from nanoslip.study.dataset.file import FORMAT, MIXED, VERSION, carrying, seal_of
 from nanoslip.study.dataset.variables import (
     ADVICE,
     CASE_ID,
@@ -54,7 +54,7 @@ from nanoslip.study.manifest.cases import CampaignCase, Heard, labels_of
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, in_files
 from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
-from nanoslip.study.plan.grids import Front, chosen, load_front
+from nanoslip.study.plan.grids import Front, load_front
 from nanoslip.study.plan.kinds import KINDS, left_out, needed_kinds
 from nanoslip.study.plan.plan import PENDING, CaseTasks, Plan, case_outcome, drive_outcome, flags_of
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, Exclusion, TaskResult, without_effect
@@ -420,7 +420,7 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
     Raises StoreError. heard: callback, called with the number of collected cases.
     """
     manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
-    front = load_front(manifest.front, manifest.files.get("front"))
+    front = load_front()
     table = Table(manifest, layout, [each.group for each in runs])
     finished, origins = Finished(plan, store), dict[str, Origins]()
     drives = {drive.label: drive.drive for drive in manifest.drives}
@@ -461,7 +461,6 @@ def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
 
 
 def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
-    grid = chosen(manifest) if manifest.accuracy is not None else None
     return {
         FORMAT: VERSION,
         "title": manifest.title,
@@ -470,7 +469,6 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
         "history": "computed and collected by nanoslip",  # without a date: the same results give the same bytes
         "manifest": manifest.text,
         **{f"manifest_{key}": text for key, text in manifest.files.items() if text is not None},
-        **({CHOSEN: json.dumps(grid)} if grid else {}),
         "manifest_sha256": manifest.sha256,
         "discretization_front": f"{front.name}, sha256 {front.sha256}",
         **software_attributes(counts),
@@ -487,7 +485,7 @@ NOTE: Final = "dataset.json"
 
 def made_of(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
-    front = load_front(manifest.front, manifest.files.get("front"))
+    front = load_front()
     texts = (manifest.text, *manifest.files.items(), front.sha256)
     found = hashlib.sha256(content_hash(all_sources_hash(), manifest.path.name, *texts).encode())
     for key, seal in store.seals():

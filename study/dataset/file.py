@@ -184,8 +184,6 @@ FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"
 VERSION: Final = 4
 """Attribute of a dataset, and its value: to be raised whenever a variable is added, renamed or given another meaning."""
-CHOSEN: Final = "numerics_chosen"
-"""Attribute of a dataset of a campaign that asks for an error: the numerics that it got, as JSON."""
 MIXED: Final = "mixed_software"
 """Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""
 

@@ -1,6 +1,5 @@
 """Compute a dataset again from the file alone and compare: shared tasks first, then case by case."""
 
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
@@ -35,12 +34,11 @@ from nanoslip.study.dataset.variables import (
     scalars,
     windows,
 )
-from nanoslip.study.manifest.cases import CampaignCase, expand
-from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.manifest.reader import parse_manifest, sha256_of
 from nanoslip.study.origin import Origin, computing, from_data
-from nanoslip.study.plan.plan import NOTHING_KNOWN, PENDING, Plan, evenly, make_plan, plan_of
+from nanoslip.study.plan.plan import NOTHING_KNOWN, PENDING, Plan, evenly, make_plan
 from nanoslip.study.plan.task import Task
 from nanoslip.study.results.store import Store, StoreError
 
@@ -76,19 +74,7 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     manifest = parse_manifest(path, str(facts["manifest"]), beside)
     if manifest.drives and OUTCOMES["drive"][0].name not in found:
         raise NotVerifiableError(f"{path}: {OUTCOMES['drive'][0].name}: missing: needs how its drives ended")
-    return _planned(manifest, facts, path)
-
-
-def _planned(manifest: Manifest, facts: Mapping[str, Any], path: Path) -> Plan:
-    """The plan with the grid chosen then; the present front may choose another one."""
-    if manifest.accuracy is None:
-        return make_plan(manifest)
-    try:
-        chosen = dict(json.loads(facts[file.CHOSEN]))
-    except (KeyError, ValueError, TypeError):
-        raise NotVerifiableError(f"{path}: {file.CHOSEN}: missing or damaged: needs what its accuracy chose") from None
-    manifest = manifest.discretized(chosen)
-    return plan_of(manifest, expand(manifest))
+    return make_plan(manifest)
 
 
 def other_software(found: xr.Dataset) -> str:
@@ -242,7 +228,7 @@ class Recomputed:
     def __init__(self, found: xr.Dataset, again: xr.Dataset) -> None:
         self._found, self._again = found, again
         # A later package may have a newly measured front: its estimates of a grid's error then differ.
-        same_front = found.attrs.get(_FRONT) == again.attrs.get(_FRONT) or "manifest_front" in again.attrs
+        same_front = found.attrs.get(_FRONT) == again.attrs.get(_FRONT)
         self._of_front = set() if same_front else {_FRONT, DISCRETIZATION_ERROR.name}
         groups = groups_of(found), groups_of(again)
         declared = [group for name, group in all_groups().items() if all(name in each for each in groups)]

@@ -324,7 +324,7 @@ def _quick(name: str) -> Callable[[Any], Case | None] | None:
     return made
 
 
-# Read the files that a campaign names: its table of cases, parameters that are files, a measured front.
+# Read the files that a campaign names: its table of cases, and parameters that are files.
 
 Content = TypeVar("Content")
 
@@ -399,11 +399,6 @@ class NamedFiles(Checker):
                 raise ManifestError.in_file(path, remark=str(error)) from None
 
         return self._read(read, "roughness", good["file"], number)
-
-    def front(self, content: dict[str, Any]) -> dict[str, str]:
-        """The text of a measured front, by its key; nothing where the campaign names none or it is refused."""
-        found = self._read(read_text, "front", content["front"]) if "front" in content else None
-        return {} if found is None else {"front": found}
 
     def _read(
         self, read: Callable[[Path, str | None], Content], key: str, name: str, number: int | None = None

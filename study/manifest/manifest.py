@@ -4,7 +4,7 @@ import itertools
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
@@ -354,10 +354,6 @@ class Manifest:
     outputs: Outputs
     ensemble: Ensemble = ALONE
     """How many starts of every case are computed."""
-    accuracy: float | None = None
-    """Relative error asked for instead of a discretization (see nanoslip.study.plan.grids)."""
-    front: Path | None = None
-    """File of the measured front to choose the discretization from; None for the one that comes with this package."""
     drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     """Parameter of a drive -> its values."""
     about: About = field(default_factory=About)
@@ -380,10 +376,6 @@ class Manifest:
     def fixed(self) -> dict[str, Value]:
         """The parameters that the tables give, by field name: the same for all cases."""
         return {name: value for table in self.tables.values() for name, value in table.items()}
-
-    def discretized(self, chosen: Mapping[str, Value]) -> "Manifest":
-        """The campaign with these parameters of its slabs' discretization."""
-        return replace(self, tables={**self.tables, "numerics": {**self.tables["numerics"], **chosen}})
 
 
 def _increasing(value: Any) -> bool:

@@ -77,7 +77,7 @@ def in_files() -> dict[str, Parameter]:
 
 HASHED: Final = ("table", *in_files())
 """Keys of the files that a campaign consists of: its hash is of their bytes, too."""
-NAMED: Final = (*HASHED, "front")
+NAMED: Final = HASHED
 """Keys that name a file; a dataset holds its text as the attribute manifest_<key>."""
 
 

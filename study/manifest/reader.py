@@ -47,7 +47,6 @@ from nanoslip.study.manifest.manifest import (
     TargetTable,
     drive_parameters,
     field_names,
-    is_share,
 )
 from nanoslip.study.manifest.parameters import (
     HASHED,
@@ -59,10 +58,9 @@ from nanoslip.study.manifest.parameters import (
     axes,
     in_files,
     make_case,
-    settings,
     words,
 )
-from nanoslip.study.manifest.problems import ManifestError, Problem, key_shown, refused, unknown
+from nanoslip.study.manifest.problems import ManifestError, key_shown, refused, unknown
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].
@@ -261,8 +259,6 @@ _TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
     "points": (int, "a whole number of cases"),
     "design_seed": (int, "a whole number"),
     "table": (str, "the path of a CSV file, seen from the campaign file"),
-    "accuracy": ((int, float), "a relative error, 0 < accuracy < 1"),
-    "front": (str, "the path of what nanoslip accuracy --save wrote, seen from the campaign file"),
     "axes": (dict, "a table [axes]"),
     **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble", "target", "about")},
     "drives": (list, "tables [[drives]]"),
@@ -328,9 +324,8 @@ class _Reader(NamedFiles):
         tables = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
         fixed = {name: self.plain(content, scales) for name, content in tables.items()}
         hashed = ({"table": table} if table else self.rows_of_axis(given, scales)) | self.rows(fixed, scales)
-        files = {key: each.text for key, each in hashed.items()} | self.front(top)
+        files = {key: each.text for key, each in hashed.items()}
         self.one_place(given, fixed)
-        accuracy = self._accuracy(top, {**given, **fixed["numerics"]})
         slabs = _slabs({**fixed["numerics"], **given})
         stages = self._stages(top)
         outputs = self._outputs(top.get("outputs", {}), stages)
@@ -353,8 +348,6 @@ class _Reader(NamedFiles):
             drives_left_out=() if pulled.drives else tuple(dict.fromkeys(drive.name for drive in driven.drives)),
             outputs=outputs,
             ensemble=_ensemble(self, top, stages, outputs.tractions),
-            accuracy=accuracy,
-            front=self.path.parent / top["front"] if "front" in top else None,
             about=_about(self, top.get("about", {})),
         )
         self._counts(result)
@@ -453,18 +446,6 @@ class _Reader(NamedFiles):
             for word, values in self.lists("axes", top.get("axes", {}), axes())
         }
         return self.plain(listed, scales)
-
-    def _accuracy(self, top: dict[str, Any], given: Columns) -> float | None:
-        """The requested relative error. Parameters of a discretization are refused with it, as it determines them."""
-        accuracy = top.get("accuracy")
-        if accuracy is None:
-            return None
-        if wrong := not is_share(accuracy):
-            self.refuse("accuracy", accuracy, _TOP["accuracy"][1])
-        for column in (column for word, column in given.items() if words()[word] in settings()):
-            place, key, _ = column[0]
-            self.problems.append(Problem(place, key, need=f"to be left out beside accuracy = {shown(accuracy)}"))
-        return None if wrong else float(accuracy)
 
 
 def _about(checker: Checker, content: dict[str, Any]) -> About:

@@ -34,7 +34,6 @@ from nanoslip.study.plan.cost import (
     least_plateau,
     record_bytes,
 )
-from nanoslip.study.plan.grids import settled
 from nanoslip.study.plan.kinds import KINDS, Wanted, compliance_needs, in_stages
 from nanoslip.study.plan.task import Label, Task, TaskResult, short
 
@@ -177,14 +176,13 @@ class Plan:
 def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
     """Everything a campaign has to compute. Raises ManifestError if two cases are the same.
 
-    The plan's manifest has the grid chosen for `accuracy` (nanoslip.study.plan.grids). heard: called with the number of cases.
+    heard: called with the number of cases.
     """
-    chosen = settled(manifest)
-    return plan_of(chosen, expand(chosen), heard)
+    return plan_of(manifest, expand(manifest), heard)
 
 
 def plan_of(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = lambda _: None) -> Plan:
-    """The plan of some cases of a manifest whose grid is chosen already."""
+    """The plan of some cases of a manifest."""
     kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
     tasks, case_tasks = dict[str, Task](), dict[str, CaseTasks]()
     for number, case in enumerate(cases, 1):

@@ -186,7 +186,6 @@ DESIGNS = {
     "a zip and a byte order mark": '\ufeffdesign = "zip"\n' + RECORDS,
     "a roughness": RECORDS + '[heterogeneity]\nroughness = "../far/rough.csv"\n[outputs]\nrecords = false\n',
     "measured loads": STEADY + '[interface]\ncontacts = 3\nmeasured_loads = "../far/loads.csv"\n',
-    "an accuracy from a front": 'accuracy = 0.005\nfront = "../far/front.json"\n' + RECORDS.replace("n_x = 17", ""),
     "states": RECORDS.replace("[0.25, 0.5]", "[0.5]")
     + "[outputs]\ntractions = true\ntractions_at = [0, 30]\nsubsurface = true\n",
     "members": SMALL.replace("members = 1", "members = 3").replace("[0.25, 0.5]", "[0.5]")
@@ -369,7 +368,7 @@ def test_a_failure_that_says_nothing_of_its_case_is_no_disagreement(tmp_path, te
 def test_all_that_a_campaign_is_made_of_is_in_its_dataset(tmp_path, text):
     far = tmp_path / "far"
     far.mkdir()
-    for name, content in (("cases.csv", TABLE), ("rough.csv", ROUGH), ("loads.csv", LOADS), ("front.json", FRONT)):
+    for name, content in (("cases.csv", TABLE), ("rough.csv", ROUGH), ("loads.csv", LOADS)):
         (far / name).write_bytes(content.encode())
     path = computed(tmp_path / "campaign", text)
     shutil.rmtree(far)
@@ -378,8 +377,8 @@ def test_all_that_a_campaign_is_made_of_is_in_its_dataset(tmp_path, text):
     assert verdicts(findings) == len(findings) * [Verdict.IDENTICAL]
 
 
-def test_a_front_that_was_measured_anew_chooses_nothing_and_judges_nothing(tmp_path, monkeypatch):
-    path = computed(tmp_path / "campaign", "accuracy = 0.05\n" + RECORDS.replace("n_x = 17", ""))
+def test_a_front_that_was_measured_anew_judges_nothing(tmp_path, monkeypatch):
+    path = computed(tmp_path / "campaign", RECORDS)
     (tmp_path / "new.json").write_text(FRONT)
     anew = replace(grids.load_front(tmp_path / "new.json"), name="front.json")
     for module in ("dataset.collect", "plan.grids"):

@@ -1,13 +1,10 @@
 """Whatever a file says, it is taken or refused in words: every key of a campaign with every kind of nonsense, and fronts."""
 
 import itertools
-import json
-import math
 import re
 import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import fields
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +19,6 @@ from nanoslip.study.manifest.manifest import EnsembleTable, Outputs, drive_param
 from nanoslip.study.manifest.parameters import TABLES, words_of
 from nanoslip.study.manifest.problems import ManifestError, lines_of
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.grids import SHIPPED, load_front
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
 
@@ -47,7 +43,7 @@ NONSENSE = {
 
 PLACES: dict[str, list[str]] = {
     "top level": [
-        "title", "stages", "design", "table", "accuracy", "front", "axes", "drives", "drive_axes", "scales", "ensemble",
+        "title", "stages", "design", "table", "axes", "drives", "drive_axes", "scales", "ensemble",
         *TABLES,
     ],
     **{table: list(words_of(table)) for table in TABLES},
@@ -163,67 +159,3 @@ def test_a_value_that_is_just_small_enough_survives_to_the_dataset(tmp_path):
         load_manifest(more)
     opened = read_back(make_plan(load_manifest(path)), path)
     assert (int(opened.cascade_limit), opened.seed.values.tolist()) == (most, [0, most])
-
-
-def fronts() -> Iterator[tuple[str, str | bytes]]:
-    """A front with one thing wrong each."""
-    whole = json.loads((resources.files("nanoslip.study.plan") / SHIPPED).read_text("utf-8"))
-    whole["rows"] = whole["rows"][:2]
-    nonsense: list[Any] = [None, True, -1, 0, 2**70, 10**400, math.nan, math.inf, "", "x", [], [[1]], {}, {"a": 1}]
-    for key in whole:
-        yield f"no {key}", json.dumps({name: value for name, value in whole.items() if name != key})
-        for value in nonsense:
-            yield f"{key} = {value!r}"[:60], json.dumps(whole | {key: value})
-    width = len(whole["columns"])
-    for position, value in itertools.product(range(width), nonsense):
-        row = list(whole["rows"][0])
-        row[position] = value
-        yield f"column {position} = {value!r}"[:60], json.dumps(whole | {"rows": [row]})
-    for position, value in itertools.product((0, -1), nonsense):
-        row, contacts = [*whole["rows"][0]], [*whole["contacts"]]
-        row[-1] = [*row[-1]]
-        row[-1][position] = contacts[position] = value
-        yield f"error {position} = {value!r}"[:60], json.dumps(whole | {"rows": [row]})
-        yield f"contact {position} = {value!r}"[:60], json.dumps(whole | {"contacts": contacts})
-    yield "an error too few", json.dumps(whole | {"rows": [[*whole["rows"][0][:-1], whole["rows"][0][-1][:-1]]]})
-    yield "a value too many", json.dumps(whole | {"rows": [[*whole["rows"][0], 1]]})
-    yield "contacts that fall", json.dumps(whole | {"contacts": whole["contacts"][::-1]})
-    yield "a contact twice", json.dumps(whole | {"contacts": [whole["contacts"][1], *whole["contacts"][1:]]})
-    yield "a column twice", json.dumps(whole | {"columns": [whole["columns"][1], *whole["columns"][1:]]})
-    yield "a row twice", json.dumps(whole | {"rows": [whole["rows"][0], whole["rows"][0]]})
-    yield "nothing", ""
-    yield "a number", "1"
-    yield "endless nesting", "[" * 100_000
-    yield "an endless number", '{"rows": ' + "9" * 5000 + "}"
-    yield "no text", bytes(range(256))
-    yield "zeros", bytes(1000)
-
-
-FRONTS = list(fronts())
-
-
-@pytest.mark.parametrize("asked", ["accuracy = 0.1\n", ""])
-def test_a_front_is_taken_or_refused_by_its_name(tmp_path, asked):
-    """One that is taken has finite times and errors, and contacts that grow: what `expected_error` reads."""
-    path, front = tmp_path / "mine.toml", tmp_path / "front.json"
-    path.write_text(f'title = "x"\n{asked}front = "front.json"\n')
-    refused = 0
-    for name, text in FRONTS:
-        front.write_bytes(text if isinstance(text, bytes) else text.encode())
-        try:
-            make_plan(load_manifest(path))
-            found = load_front(front)  # as collecting does
-            assert all(0.0 <= each < math.inf for row in found.rows for each in (row.seconds, *row.errors)), name
-            assert all(0.0 < a < b < math.inf for a, b in itertools.pairwise(found.contacts)), name
-            assert all(len(row.errors) == len(found.contacts) for row in found.rows), name
-            assert all(isinstance(value, str) for value in found.machine.values()), name
-            continue
-        except ManifestError as error:
-            lines = lines_of(error)
-        refused += 1
-        for line in lines:
-            where = path if "accuracy = " in line else front
-            assert line.startswith(f"{where}: "), (name, line)
-            assert len(line.replace(str(tmp_path), "")) < LONGEST + 150, (name, line)
-            assert "\n" not in line, name
-    assert refused > 100

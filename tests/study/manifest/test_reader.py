@@ -308,13 +308,12 @@ def test_a_file_whose_name_writes_to_terminals_is_refused(tmp_path, odd):
     assert str(error.value).isprintable()
 
 
-@pytest.mark.parametrize("key", ["table", "front"])
-def test_a_device_or_a_folder_is_no_file(tmp_path, key):
+def test_a_device_or_a_folder_is_no_file(tmp_path):
     """A device would be read without end."""
     with pytest.raises(ManifestError, match="cannot be read: not a regular file"):
         load_manifest(tmp_path)
     path = tmp_path / "x.toml"
-    path.write_text(f'title = "x"\n{key} = "/dev/zero"\n')
+    path.write_text('title = "x"\ntable = "/dev/zero"\n')
     with pytest.raises(ManifestError, match="/dev/zero: cannot be read: not a regular file"):
         load_manifest(path)
 
@@ -356,11 +355,10 @@ def test_a_manifest_is_the_same_from_its_texts_alone_and_no_file_is_read(tmp_pat
         "table": "radius\n50\n100\n",
         "roughness": "xi,height\n-0.1,0\n0.1,1e-6\n",
         "measured_loads": "load\n1\n",
-        "front": "{}",
     }
     for key, text in beside.items():
         (tmp_path / key).write_text(text)
-    text = 'title = "x"\ntable = "table"\nfront = "front"\nheterogeneity.roughness = "roughness"\n'
+    text = 'title = "x"\ntable = "table"\nheterogeneity.roughness = "roughness"\n'
     text += 'interface.measured_loads = "measured_loads"\n'
     there = read(tmp_path, text)
     for key in beside:
