@@ -521,14 +521,11 @@ def fit() -> None:
     "--csv", "form", flag_value="csv", help="As CSV: a header, a line of units that begins with #, rows [default]."
 )
 @click.option("--json", "form", flag_value="json", help="As JSON: title, variables with unit and meaning, rows.")
-@click.option("--crate", "form", flag_value="crate", help="As RO-Crate: dataset, manifest and page, a folder or .zip.")
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
-@click.option(
-    "-o", "--output", type=NEW_FILE, help="Write this file [default: standard output; the crate beside the dataset]."
-)
+@click.option("-o", "--output", type=NEW_FILE, help="Write this file [default: standard output].")
 def export() -> None:
-    """Write CAMPAIGN's numbers as a table, or all as a crate.
+    """Write CAMPAIGN's numbers as a table.
 
     CAMPAIGN is a campaign file or its name, a dataset (results.nc) or its folder. The table has a row for each case, or for each
     drive of each case: parameters first, then numbers. Missing numbers are empty in CSV and null in JSON.

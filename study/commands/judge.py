@@ -16,7 +16,7 @@ from nanoslip.study.accuracy.measurement import FULL, QUICK, as_table, default_s
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
 from nanoslip.study.commands.words import Refusal, folder
-from nanoslip.study.dataset import compare, crate, file, verify as verification
+from nanoslip.study.dataset import compare, file, verify as verification
 from nanoslip.study.dataset.access import columns_of
 from nanoslip.study.dataset.compare import Verdict
 from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, shortened, text_of
@@ -26,11 +26,9 @@ from nanoslip.study.figures.points import hyphenated
 from nanoslip.study.manifest import keys
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task
-from nanoslip.study.report import page
 from nanoslip.study.report.console import FAILED, Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, words
-from nanoslip.study.results import attempts
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, write_files
 from nanoslip.study.run.dispatch import Watch
@@ -80,12 +78,7 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
 
 
 def export_dataset(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
-    """Write a table of a campaign's cases, events or samples to a file or to standard output, or all of it as a crate."""
-    if form == "crate":
-        if table:
-            raise Refusal(f"--{table}: needs a table, and --crate has everything")
-        write_crate(campaign, out, output)
-        return
+    """Write a table of a campaign's cases, events or samples to a file or to standard output."""
     with refusals(ValueError), dataset_of(campaign, out) as found:
         columns, title = columns_of(found, table), str(found.attrs["title"])
     as_asked = form or ("json" if output and output.suffix.lower() == ".json" else "csv")
@@ -95,15 +88,6 @@ def export_dataset(campaign: Path, out: Path | None, form: str | None, table: st
         return
     write_files({output: text.encode()})
     note(f"{whole(f'written: {output}')} ({len(columns[0].values)} rows)", stderr=True)
-
-
-def write_crate(campaign: Path, out: Path | None, output: Path | None) -> None:
-    """Write a dataset, its manifest and its page as an RO-Crate: a folder beside the dataset, or another, or a file .zip."""
-    own = campaign if campaign.is_dir() else campaign.parent if campaign.suffix == ".nc" else folder(campaign, out)
-    output = output or own / "crate"
-    with dataset_of(campaign, out) as found:
-        crate.write(found, page.page(found, attempts.read(own)), output)
-    note(whole(f"written: {output}"), stderr=True)
 
 
 # `nanoslip compare`: two datasets beside each other, what differs and whether by more than their uncertainties.

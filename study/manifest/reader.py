@@ -348,7 +348,7 @@ class _Reader(NamedFiles):
             drives_left_out=() if pulled.drives else tuple(dict.fromkeys(drive.name for drive in driven.drives)),
             outputs=outputs,
             ensemble=_ensemble(self, top, stages, outputs.tractions),
-            about=_about(self, top.get("about", {})),
+            about=About(**self.checked("about", top.get("about", {}), About, field_names(About))),
         )
         self._counts(result)
         if self.problems:
@@ -446,11 +446,6 @@ class _Reader(NamedFiles):
             for word, values in self.lists("axes", top.get("axes", {}), axes())
         }
         return self.plain(listed, scales)
-
-
-def _about(checker: Checker, content: dict[str, Any]) -> About:
-    beside = {key: content[key] for key in ("author",) if key in content and not refused(About, content[key])}
-    return About(**checker.checked("about", content, About, field_names(About), **beside))
 
 
 def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Columns:

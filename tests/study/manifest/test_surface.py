@@ -126,14 +126,12 @@ def test_a_profile_is_shown_over_a_slab_of_any_width_above_0(main: Main, tmp_pat
 
 
 def test_profiles_are_an_axis_of_cases_named_by_their_files(main: Main, tmp_path: Path) -> None:
-    """In labels, coordinates, a crate and when computed again; the text of each file is in the dataset."""
+    """In labels, coordinates and when computed again; the text of each file is in the dataset."""
     for name, height in (("a.csv", 1.0), ("b.csv", 3.0)):
         (tmp_path / name).write_text("\n".join(f"{x} {height * (x % 7)}" for x in range(0, 900, 9)))
     one, other = (f'{{file = "{name}", x = "um", z = "nm"}}' for name in ("a.csv", "b.csv"))
     profiles = f'{one}, "none", {other}'
-    small = (
-        'numerics.n_x = 65\nlimits.events = 30\nensemble.members = 1\nabout.author = "A"\nabout.licence = "CC-BY-4.0"'
-    )
+    small = "numerics.n_x = 65\nlimits.events = 30\nensemble.members = 1"
     text = f'title = "x"\naxes.roughness = [{profiles}]\n{small}'
     (tmp_path / "two.toml").write_text(text)
     data = api.run(tmp_path / "two.toml", tmp_path / "out", progress=False)
@@ -146,8 +144,6 @@ def test_profiles_are_an_axis_of_cases_named_by_their_files(main: Main, tmp_path
     assert case.case_id == cases[2].case_id
     assert [each.point.rpartition(" = ")[2] for each in cases] == ["a.csv", "none", "b.csv"]
     assert "3 bit-identical" in main("verify", tmp_path / "out")[1]
-    assert main("export", tmp_path / "out", "--crate", "-o", tmp_path / "crate")[0] == 0
-    assert (tmp_path / "crate" / "b.csv").read_text() == (tmp_path / "b.csv").read_text()
 
 
 def test_profiles_of_an_axis_have_names_of_their_own(tmp_path: Path) -> None:

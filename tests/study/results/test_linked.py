@@ -18,8 +18,6 @@ COMMANDS = (
     ("collect", "{campaign}", "--out", "{out}", "--replace"),
     ("report", "{campaign}", "--out", "{out}"),
     ("export", "{out}", "--csv", "-o", "{out}/cases.csv"),
-    ("export", "{out}", "--crate", "-o", "{out}/crate"),
-    ("export", "{out}", "--crate", "-o", "{out}/crate.zip"),
     ("merge", "{campaign}", "--out", "{out}"),
 )
 """All that write in a folder of results."""
