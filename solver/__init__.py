@@ -22,7 +22,7 @@ Eq. 1-7, 11       elasticity.schemes (biquadratic: the paper's stencil; galerkin
 §3.2              sliding.slide (from event to event), sliding.plateau, sliding.statistics
 -                 sliding.path (back and forth, under a load that changes)
 -                 sliding.slider (contacts of one slider, summed)
--                 sliding.sizes, sliding.power_law (sizes of events: power laws, their rivals, correlations)
+-                 sliding.sizes, sliding.power_law (sizes of events: power laws, correlations)
 §2.2.2, Eq. 13-15 dynamics.friction_limit (sawtooth, periodic extension, relaxation point)
 Eq. 12, §2.2.3    dynamics.integrators (rk4: the paper's; exact: from crossing to crossing, also as K → ∞)
 §3.3              dynamics.coefficients (μ_s, μ_k), dynamics.regime (stick, slip or both in turn)

@@ -86,8 +86,6 @@ PANELS: Final = {
     "energy": Panel("energy lost, in $W L_x$", GUTENBERG_RICHTER, "Gutenberg-Richter"),
     "step": Panel("step to the next, in $L_x$"),
 }
-LAW_WORDS: Final = {"lognormal": "log-normal", "power_law": "power law", "truncated_power_law": "x^-τ exp(-λx)"}
-"""Law that a tail prefers -> what a reader calls it."""
 BROAD: Final = 3.0
 """Width of the line of a power law."""
 
@@ -165,11 +163,9 @@ def _fit(found: xr.Dataset, size: str) -> tuple[str, str]:
     exponent, uncertainty, cutoff, tail, goodness = (
         float(found[f"{size}_{name}"]) for name in ("exponent", "exponent_uncertainty", "cutoff", "tail", "goodness")
     )
-    preferred = str(found[f"{size}_preferred"].item())
     return (
         with_error(exponent, uncertainty),
-        f"from {_size(cutoff)}, goodness {goodness:.2g}, {100.0 * tail / float(found['bin_events'].sum()):.3g} %; "
-        f"{LAW_WORDS.get(preferred, preferred)}",
+        f"from {_size(cutoff)}, goodness {goodness:.2g}, {100.0 * tail / float(found['bin_events'].sum()):.3g} %",
     )
 
 
@@ -206,7 +202,7 @@ SIZES: Final = CampaignFigure(
     "Dotted: mean-field avalanches, and Gutenberg and Richter's law.",
     draw,
     claims,
-    ("", "reference", "exponent", "cut-off, goodness, share of events, preferred law"),
+    ("", "reference", "exponent", "cut-off, goodness, share of events"),
 )
 
 

@@ -1,4 +1,4 @@
-"""How event sizes are distributed: histograms, power laws and their rivals, correlations of successive events."""
+"""How event sizes are distributed: histograms, power laws, correlations of successive events."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,16 +14,12 @@ from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.power_law import (
     DRAWS,
     EXPONENTS,
-    LAWS,
     SIGNIFICANT,
-    Comparison,
     Sizes,
-    comparisons,
     exponent_in_range,
     fitted_power_law,
     goodness_of_fit,
     logarithmic_histogram,
-    preferred,
     sorted_sizes,
 )
 from nanoslip.solver.sliding.record import FrictionRecord, event
@@ -149,7 +145,7 @@ def _ranks(values: Vector) -> Vector:
     return ranks
 
 
-# How sizes of events are distributed: power law, goodness and rivals of the sizes of all members of an ensemble together.
+# How sizes of events are distributed: power law and goodness of the sizes of all members of an ensemble together.
 
 Values = NDArray[np.float64] | NDArray[np.int64]
 
@@ -161,7 +157,7 @@ GUTENBERG_RICHTER = 5.0 / 3.0
 
 @dataclass(frozen=True, slots=True, repr=False)
 class SizeDistribution(OneLine):
-    """Distribution of sizes; with too few sizes or members numbers are NaN, and `preferred` None.
+    """Distribution of sizes; with too few sizes or members numbers are NaN.
 
     Reference lines: MEAN_FIELD for slips, GUTENBERG_RICHTER for energies.
     """
@@ -184,12 +180,6 @@ class SizeDistribution(OneLine):
     """Of Kolmogorov and Smirnov, between sizes and power law from the cut-off on."""
     goodness: float
     """Share of samples of the power law that are further from their fit: below 0.1 it is no power law."""
-    preferred: str | None
-    """One of rivals.LAWS."""
-    preferred_chance: float
-    """Probability that chance decides that preference; see rivals.preferred."""
-    comparisons: tuple[Comparison, ...]
-    """Every rival against the power law."""
 
     def _facts(self) -> Iterator[str]:
         yield f"{self.count} sizes to {self.largest:.4g}"
@@ -198,7 +188,6 @@ class SizeDistribution(OneLine):
             found = with_error(self.exponent, self.exponent_uncertainty) if known else "at a bound"
             yield f"exponent {found} from {self.cutoff:.4g} on"
             yield f"goodness {self.goodness:.2g}{', no power law' if self.goodness < SIGNIFICANT else ''}"
-        yield f"preferred: {self.preferred or 'none'}"
 
 
 def size_distribution(*members: Values, discrete: bool, draws: int = DRAWS) -> SizeDistribution:
@@ -212,12 +201,11 @@ def size_distribution(*members: Values, discrete: bool, draws: int = DRAWS) -> S
     mean = float(sample.values.mean()) if count else math.nan
     largest = float(sample.values[-1]) if count else math.nan
     if law is None:
-        nothing = (math.nan, math.nan, len(each), math.nan, 0, math.nan, math.nan, None, math.nan, ())
+        nothing = (math.nan, math.nan, len(each), math.nan, 0, math.nan, math.nan)
         return SizeDistribution(count, mean, largest, *nothing)
-    rivals = comparisons(sample, law)
     goodness = goodness_of_fit(sample, law, draws)
     exponent = exponent_over_members(each, law.exponent, discrete)
-    return SizeDistribution(count, mean, largest, *exponent, *law[1:], goodness, *preferred(rivals), rivals)
+    return SizeDistribution(count, mean, largest, *exponent, *law[1:], goodness)
 
 
 def _together(members: Sequence[Values], discrete: bool) -> tuple[list[NDArray[np.float64]], Sizes]:
@@ -256,7 +244,7 @@ _REFERENCE: Final = {
 
 _NUMBERS: Final = (
     *("exponent", "exponent_uncertainty", "exponent_members"),
-    *("cutoff", "tail", "goodness", "preferred", "preferred_chance"),
+    *("cutoff", "tail", "goodness"),
 )
 """What a result has of a SizeDistribution."""
 
@@ -283,16 +271,6 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
         "goodness": (
             f"goodness of fit of {size}",
             {"comment": f"{of}; share of synthetic samples farther from the power law; below 0.1 it is rejected"},
-        ),
-        "preferred": (
-            f"preferred law of {size}",
-            {"words": LAWS, "comment": f"{of}; best fit above the cut-off"},
-        ),
-        "preferred_chance": (
-            f"chance that decides {size}_preferred",
-            {
-                "comment": "p-value: probability that the better fit of a rival is chance; for a power law, of its best rival"
-            },
         ),
     }
     return [each for name, (words, more) in declared.items() for each in _with_its_error(f"{size}_{name}", words, more)]

@@ -196,7 +196,7 @@ class Outputs:
     """Contents of the dataset besides the scalars of each case.
 
     records: friction records, event by event, and slips of each surface node
-    statistics: distributions of event sizes over all members: exponents, cut-offs, goodness of fit, preferred laws, correlations
+    statistics: distributions of event sizes over all members: exponents, cut-offs, goodness of fit, correlations
     trajectory: motion and forces of each drive, at its `samples`
     phases: start and end of each macroscopic slip of a drive; default: as `trajectory`
     fit: Eq. 16-19 fitted to the spring force of each drive (`fitted_…`): most of a short drive's time

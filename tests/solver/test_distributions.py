@@ -1,5 +1,5 @@
-"""Sizes of events are what a record's columns say; power laws of samples are found again, as `powerlaw` fits them; the law that
-drew a sample is preferred, and the numbers of a record are those of its sizes."""
+"""Sizes of events are what a record's columns say; power laws of samples are found again, as `powerlaw` fits them; the
+numbers of a record are those of its sizes."""
 
 import math
 from dataclasses import fields, replace
@@ -16,7 +16,7 @@ from nanoslip.solver.parameter import quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import power_law, sizes
 from nanoslip.solver.sliding.plateau import plateau_of
-from nanoslip.solver.sliding.power_law import Sizes, fitted_power_law, power_law_sizes, sorted_sizes
+from nanoslip.solver.sliding.power_law import fitted_power_law, power_law_sizes, sorted_sizes
 from nanoslip.solver.sliding.sizes import event_distributions, event_sizes, pooled, rank_correlation, size_distribution
 from nanoslip.solver.sliding.slide import slide
 from tests.synthetic import LOAD, noisy_record, record_from
@@ -108,18 +108,6 @@ def test_fits_agree_with_the_package_powerlaw(discrete, exponent, cutoff):
     assert law.distance == pytest.approx(other.D, abs=1.0 / law.tail)
 
 
-@pytest.mark.filterwarnings("ignore")
-@BOTH
-def test_ratios_agree_with_the_package_powerlaw(discrete):
-    """A tail thin enough for its densities not to underflow; to what its optimizers leave."""
-    drawn = sample(discrete, 3.0, 1.0, 1500, 2)
-    law = fitted_power_law(drawn)
-    for rival in power_law.comparisons(drawn, law):
-        ratio, chance = peer(drawn, law).distribution_compare("power_law", rival.name, normalized_ratio=False)
-        assert rival.ratio == pytest.approx(ratio, abs=0.1)  # of a log-likelihood: chance moves by a few percent
-        assert rival.chance == pytest.approx(chance, abs=0.1)
-
-
 @pytest.mark.parametrize("exponent", [1.2, 2.0, 3.5])
 @pytest.mark.parametrize("cutoff", [1.0, 7.0])
 def test_drawn_whole_sizes_have_the_laws_shares(exponent, cutoff):
@@ -205,57 +193,6 @@ def test_the_smallest_and_the_largest_numbers_are_counted_without_complaint(valu
         assert np.isfinite([found.density, found.middles]).all()
 
 
-def drawn_of(name, discrete, count=4000):
-    """A sample of a law from 1 on; whole numbers are rounded from continuous ones."""
-    rng = np.random.default_rng(1)
-    if name == "power_law":
-        return sorted_sizes(power_law_sizes(rng, count, 1.8, 1.0, discrete), discrete)
-    if name == "exponential":
-        values = 1.0 + rng.exponential(12.0, count)
-    elif name == "lognormal":
-        values = np.exp(2.0 + 0.5 * rng.standard_normal(count))
-    else:
-        values = power_law_sizes(rng, 40 * count, 1.5, 1.0, False)
-        values = values[rng.random(len(values)) < np.exp(-values / 50.0)][:count]
-    return sorted_sizes(np.maximum(np.round(values), 1.0) if discrete else values, discrete)
-
-
-@BOTH
-@pytest.mark.parametrize("name", power_law.LAWS)
-def test_the_law_that_drew_the_sizes_is_preferred(name, discrete):
-    """From a given cut-off on, where all of the law is seen. A cut power law is nearly a log-normal one of great width."""
-    drawn = drawn_of(name, discrete)
-    law, tail = fitted_power_law(drawn), drawn.values[drawn.values >= 2.0]
-    if name != "power_law":
-        law = power_law.PowerLaw(
-            1.0 + len(tail) / float(np.log(tail / (2.0 - 0.5 * discrete)).sum()), 2.0, len(tail), 0.0
-        )
-    found, chance = power_law.preferred(power_law.comparisons(drawn, law))
-    assert found == name
-    assert (chance > 0.1) == (name == "power_law")
-
-
-@pytest.mark.parametrize("cutoff", [1.0, 5.0])
-@pytest.mark.parametrize("name", power_law.LAWS)
-def test_laws_of_whole_numbers_sum_up_to_one(name, cutoff):
-    """Over all numbers from the cut-off on. Fitted to one sample, the likelihoods are then summed over many numbers."""
-    drawn = drawn_of("truncated_power_law", True).values
-    drawn = drawn[drawn >= cutoff]
-    law = fitted_power_law(Sizes(drawn, True))
-    every = Sizes(np.sort(np.concatenate((drawn, np.arange(cutoff, 300.0)))), True)
-    logs, _ = power_law.log_likelihoods(every, law._replace(cutoff=cutoff, tail=len(every.values)))
-    total = np.exp(logs[name][np.unique(every.values) < 300.0]).sum()
-    beyond = (300.0 / cutoff) ** (1.0 - law.exponent) if name == "power_law" else 0.02
-    assert 1.0 - 1.5 * beyond - 0.01 < total <= 1.0 + 1e-3
-
-
-def test_without_a_better_rival_the_power_law_stays():
-    near = (power_law.Comparison("exponential", 50.0, 1e-9), power_law.Comparison("lognormal", -0.4, 0.3))
-    assert power_law.preferred(near) == ("power_law", 0.3)
-    better = (*near, power_law.Comparison("truncated_power_law", -9.0, 1e-4))
-    assert power_law.preferred(better) == ("truncated_power_law", 1e-4)
-
-
 def branching(rng, offspring):
     """Nodes of a family tree in which each node has a Poisson number of children: a mean-field avalanche."""
     size, alive = 0, 1
@@ -272,7 +209,6 @@ def test_mean_field_avalanches_have_the_exponent_three_halves():
     assert (1.5, pytest.approx(1.0 + 2.0 / 3.0)) == (sizes.MEAN_FIELD, sizes.GUTENBERG_RICHTER)
     assert abs(found.exponent - sizes.MEAN_FIELD) < 0.1  # 0.03: standard error of half of 5000 independent sizes
     assert found.goodness > 0.05
-    assert found.preferred == "power_law"
 
 
 def test_order_and_missing_sizes_do_not_matter():
@@ -281,7 +217,6 @@ def test_order_and_missing_sizes_do_not_matter():
     assert one == size_distribution(np.concatenate((drawn[::-1], [0.0, -1.0, math.nan])), discrete=False, draws=20)
     assert (one.count, one.largest, one.mean) == (400, drawn.max(), pytest.approx(drawn.mean()))
     assert one.tail <= 400
-    assert {rival.name for rival in one.comparisons} == {"exponential", "lognormal", "truncated_power_law"}
 
 
 @pytest.mark.parametrize(
@@ -289,7 +224,7 @@ def test_order_and_missing_sizes_do_not_matter():
 )
 def test_what_cannot_be_known_is_nan(values):
     found = size_distribution(np.array(values), discrete=True)
-    assert (found.count, found.preferred, found.tail) == (len(values), None, 0)
+    assert (found.count, found.tail) == (len(values), 0)
     assert np.isnan([found.exponent, found.goodness]).all()
 
 
@@ -370,9 +305,7 @@ NASTY = {
 def test_what_is_no_power_law_leaves_numbers_or_none(name):
     discrete, draw = NASTY[name]
     found = size_distribution(draw(np.random.default_rng(6)), discrete=discrete, draws=5)
-    assert (found.preferred is not None) == (found.tail > 0)
-    assert 0.0 <= found.preferred_chance <= 1.0 if found.tail else math.isnan(found.exponent)
-    assert np.isfinite([rival.ratio for rival in found.comparisons]).all()
+    assert 0.0 <= found.goodness <= 1.0 if found.tail else math.isnan(found.exponent)
 
 
 def test_every_number_is_declared_and_exponents_have_an_uncertainty_between_starts():
@@ -394,7 +327,6 @@ def test_distributions_of_a_record_are_those_of_its_steady_part():
     slips = size_distribution(steady.slips, discrete=True, draws=5)
     drop = size_distribution(steady.drop, discrete=False, draws=5)
     assert (found.slips_exponent, found.slips_cutoff) == (slips.exponent, slips.cutoff)
-    assert found.slips_preferred == slips.preferred
     assert (found.drop_exponent, found.drop_goodness) == (drop.exponent, drop.goodness)
     assert found.drop_step_correlation == rank_correlation(steady.drop, steady.step)
     for number, size in enumerate(sizes.SIZES):
@@ -424,7 +356,7 @@ def test_drops_of_a_power_law_have_its_exponent():
     ],
 )
 def test_only_what_half_of_the_members_and_three_have_a_steady_part_of_is_stated_of_all(there, members, stated):
-    """No exponent, goodness, preferred law, histogram or mean of fewer; how many they are of is known in either case."""
+    """No exponent, goodness, histogram or mean of fewer; how many they are of is known in either case."""
     record = noisy_record(1400)
     steady = plateau_of(record)
     plateaus = [steady] * there + [replace(steady, start=math.nan)] * (members - there)
@@ -433,9 +365,9 @@ def test_only_what_half_of_the_members_and_three_have_a_steady_part_of_is_stated
     assert found.sized_events == (there * events if stated else 0)
     assert found.drop_exponent_members == found.step_exponent_members == found.step_variation_members == there
     for size in ("drop", "step"):
-        numbers = [getattr(found, f"{size}_{name}") for name in ("exponent", "cutoff", "goodness", "preferred_chance")]
+        numbers = [getattr(found, f"{size}_{name}") for name in ("exponent", "cutoff", "goodness")]
         assert set(np.isfinite(numbers)) == {stated}
-        assert (getattr(found, f"{size}_tail") > 0) is (getattr(found, f"{size}_preferred") is not None) is stated
+        assert (getattr(found, f"{size}_tail") > 0) is stated
     assert math.isfinite(found.drop_step_correlation) is (found.step_variation > 0.0) is stated
     assert bool(bins.bin_events.any()) is stated
 
@@ -456,4 +388,3 @@ def test_equal_steps_vary_by_nothing_and_few_events_say_nothing():
     found, _ = event_distributions([(record, plateau_of(record))], draws=0)
     assert found.step_variation == pytest.approx(0.0, abs=1e-9)
     assert np.isnan([found.step_correlation, found.slips_exponent, found.slips_exponent_uncertainty]).all()
-    assert found.slips_preferred is None

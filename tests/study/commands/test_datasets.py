@@ -6,12 +6,10 @@ import shutil
 from contextlib import nullcontext
 
 import netCDF4
-import numpy as np
 import pytest
 
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.commands import cli, draw
-from nanoslip.study.commands.datasets import print_summary
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.dataset.variables import rows
@@ -20,7 +18,7 @@ from nanoslip.study.figures.gallery import shipped_figures
 from nanoslip.study.report import page
 from nanoslip.study.run import executor
 from tests.conftest import SMALL, compute
-from tests.study.figures.cases import product, regimes
+from tests.study.figures.cases import product
 from tests.study.figures.shipped_small import small
 from tests.study.run.defects import crashing
 
@@ -183,15 +181,6 @@ def test_one_variable_is_explained_and_an_unknown_one_refused_with_similar_names
 def test_what_validity_flags_ask_for_is_described(main):
     said = " ".join(main("describe", "validity_flags")[1].split())
     assert [each.name for each in FLAGS if f"{each.name}: {each.meaning}; {each.advice}" not in said] == []
-
-
-def test_what_was_chosen_for_an_accuracy_is_said_below_the_table(capsys):
-    numbers = ("radius", np.array([0.12345, 0.23456, 0.34567]))
-    found = regimes(["radius"])
-    endings = {"drive_outcome": found["outcome"].copy(), "drive_message": found["message"].copy()}
-    found = found.assign({**endings, "static_friction": numbers, "kinetic_friction": numbers})
-    print_summary(found.assign_attrs(numerics_chosen='{"n_x": 65, "scheme": "galerkin"}'))
-    assert "chosen: n_x = 65, scheme = galerkin\n" in capsys.readouterr().out
 
 
 # Exported, to standard output or as a whole file.

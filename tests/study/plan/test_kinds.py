@@ -133,7 +133,7 @@ def test_a_short_record_has_none_and_a_failed_one_says_why():
     result = run(compliance_task(short.slab), record_task(short), statistics_task(short))
     assert result.outcome.ok
     assert math.isnan(first(result)["slips_exponent"])
-    assert math.isnan(first(result)["slips_preferred"])
+    assert math.isnan(first(result)["slips_goodness"])
     failed = replace(slid(short), outcome=replace(result.outcome, ending=Ending.CONTACT_LOST))
     task = statistics_task(short)
     assert run_task(task, {task.needs[0]: failed}).outcome.ending is Ending.NEEDS_FAILED
