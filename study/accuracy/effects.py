@@ -91,11 +91,21 @@ class Influence:
     effect: str
     setting: str
     variable: str
-    largest: Change
-    """Where it is largest."""
+    changes: tuple[Change, ...]
+    """Known ones of the cases, the smallest first; or one that is unknown."""
     seconds: float
     """Core seconds of contact, record and drives without the effect, over those with everything."""
     problems: tuple[str, ...]
+
+    @property
+    def change(self) -> float:
+        """Mean of the changes: the largest one is chosen by its noise."""
+        return math.fsum(each.change for each in self.changes) / len(self.changes)
+
+    @property
+    def uncertainty(self) -> float:
+        """The ± of that mean."""
+        return math.hypot(*(each.uncertainty for each in self.changes)) / len(self.changes)
 
 
 def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, members: int | None = None) -> Scenes:
@@ -143,7 +153,7 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
                 elif result.key != before.key:
                     changes[effect, variable].append(_change(where, variable, result, before))
             seconds[effect].append((fewer.seconds, whole.seconds))
-    return list(_largest(scenes, changes, seconds)), list(failed)
+    return list(_means(scenes, changes, seconds)), list(failed)
 
 
 def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, str]]:
@@ -207,7 +217,7 @@ def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -
     return Change(where, float(difference.mean) / mean, float(difference.uncertainty) / mean, problem)
 
 
-def _largest(
+def _means(
     scenes: Scenes, changes: Mapping[tuple[str, str], list[Change]], seconds: Mapping[str, list[tuple[float, float]]]
 ) -> Iterator[Influence]:
     """One of each effect and variable, in the order of their declaration."""
@@ -215,10 +225,11 @@ def _largest(
     for effect in every:
         for variable in scenes.variables:
             if own := changes.get((effect.name, variable)):
-                largest = max(own, key=lambda each: -1.0 if math.isnan(each.change) else abs(each.change))
+                known = sorted((each for each in own if math.isfinite(each.change)), key=lambda each: each.change)
                 without, whole = map(sum, zip(*seconds[effect.name], strict=True))
                 problems = tuple(f"case {each.where}: {each.problem}" for each in own if each.problem)
-                yield Influence(effect.name, effect.setting, variable, largest, without / whole, problems)
+                ranked = tuple(known or own[:1])
+                yield Influence(effect.name, effect.setting, variable, ranked, without / whole, problems)
 
 
 T = TypeVar("T")

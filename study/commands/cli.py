@@ -218,8 +218,9 @@ def effects() -> None:
     """Measure what each effect of CAMPAIGN changes and costs.
 
     The first, middle and last case and drive are computed with all effects, then without one effect at a time, by the same
-    members. Changes are relative and the largest of these cases, for the numbers in [target] or of the last stage. Times are
-    those without the effect over those with all. Effects that a number does not depend on are not shown. No result is kept.
+    members. Changes are relative, of the numbers in [target] or of the last stage: mean over these cases with ±, and range.
+    Times are those without the effect over those with all. Effects that a number does not depend on are not shown. No result
+    is kept.
 
     Example: nanoslip effects campaigns/mine.toml --members 16
     """

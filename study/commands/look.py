@@ -109,18 +109,18 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
     failed = frozenset(place for place, each in enumerate(found) if each.problems)
     print_table(Table(_HEADER, rows, labels=2, asked=2, failed=failed))
     note(
-        "Below each effect: what leaves it out, and where the change is largest. seconds ×: without it, over everything"
+        "change: mean over the cases, with ±. Below each effect: what leaves it out, and the range of the cases' changes, "
+        "noise included. seconds ×: without it, over everything"
     )
 
 
 def _row(each: Influence) -> tuple[str, ...]:
-    largest, where = each.largest, f"case {each.largest.where}"
-    change, seconds, named = "–", "–", True
-    if math.isfinite(largest.change):
-        change = f"{largest.change:+.2g} ± {largest.uncertainty:.1g}" if largest.change else "0"
+    change, seconds, (least, *_, most) = "–", "–", (*each.changes, each.changes[-1])
+    if math.isfinite(each.change):
+        change = f"{each.change:+.2g} ± {each.uncertainty:.1g}" if least.change or most.change else "0"
         seconds = f"{each.seconds:.2g}"
-        named = any(problem.startswith(f"{where}: ") for problem in each.problems[:1])
-    sentences = [each.setting, *([] if named else [where]), *each.problems[:1]]
+    cases = f"{least.change:+.2g} in case {least.where} to {most.change:+.2g} in case {most.where}"
+    sentences = [each.setting, *([cases] if least.change < most.change else []), *each.problems[:1]]
     return each.effect, each.variable, change, seconds, "; ".join(sentences)
 
 
@@ -152,9 +152,9 @@ def explain_case(
 
 
 def _of_finer(each: Influence) -> Error:
-    change = f"twice as many nodes change it by {each.largest.change:+.1%} ± {each.largest.uncertainty:.1%}"
+    change = f"twice as many nodes change it by {each.change:+.1%} ± {each.uncertainty:.1%}"
     cure = f"{change}, in {each.seconds:.2g} × the time of this grid (another surface for what slips)"
-    return Error("the grid", abs(each.largest.change), cure)
+    return Error("the grid", abs(each.change), cure)
 
 
 def _errors(

@@ -57,16 +57,16 @@ def of_members(folder: Path, text: str, name: str, variable: str, group: str) ->
     ids=["of a case", "of a drive"],
 )
 def test_a_change_is_that_of_two_campaigns(tmp_path, text, changes, variable, group):
-    """Of the same members, bit for bit; of the largest of all cases where only the last one is computed."""
+    """Of the same members, bit for bit, of one case."""
     last = text.replace("[0.25, 0.5]", "[0.5]")
     found = {each.effect: each for each in found_in(tmp_path, last) if each.variable == variable}
     one = of_members(tmp_path, last, "all", variable, group)
     mean = abs(mean_of(one).mean)
     for effect, (more, less) in changes.items():
         other = of_members(tmp_path, last.replace(less, "") + more, effect, variable, group)
-        change, largest = mean_of(other - one), found[effect].largest
-        assert (largest.change, largest.uncertainty) == (change.mean / mean, change.uncertainty / mean)
-        assert largest.change != 0.0
+        change, own = mean_of(other - one), found[effect]
+        assert (own.change, own.uncertainty) == (change.mean / mean, change.uncertainty / mean)
+        assert [each.change for each in own.changes] == [own.change] != [0.0]
         assert found[effect].seconds > 0.0
 
 
@@ -88,12 +88,15 @@ def test_what_is_there_changes_a_number_that_depends_on_it(tmp_path):
     assert {each.effect for each in found} - of_record == {effect.name for effect in OF_DRIVES}
 
 
-def test_the_case_that_changes_most_is_named(tmp_path):
+def test_a_change_of_several_cases_is_their_mean_and_its_range_names_them(tmp_path):
+    """The largest of them is chosen by its noise: +0.031 ± 0.006 was printed where forty other starts have +0.010 ± 0.005."""
     alone = [found_in(tmp_path, SLIP.replace("[0.25, 0.5]", f"[{value}]")) for value in (0.25, 0.5)]
     for both, *each in zip(found_in(tmp_path, SLIP), *alone, strict=True):
-        changes = [abs(one.largest.change) for one in each]
-        assert abs(both.largest.change) == max(changes)
-        assert both.largest.where == f"{1 + int(np.argmax(changes))}"
+        changes = [one.change for one in each]
+        assert both.change == pytest.approx(np.mean(changes), rel=1e-12)
+        assert both.uncertainty == pytest.approx(np.hypot(*(one.uncertainty for one in each)) / 2.0, rel=1e-12)
+        assert [each.change for each in both.changes] == sorted(changes)
+        assert both.changes[-1].where == f"{1 + int(np.argmax(changes))}"
 
 
 def test_a_failure_without_an_effect_is_told_in_its_row(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
