@@ -22,7 +22,7 @@ class Kernel:
         self.entry = entry
         # Numba inlines what has these two attributes of its own, and the option inline="always".
         self.py_func, self.allocates = function, allocates
-        self.targetoptions = {"no_cpython_wrapper": not entry, **options}
+        self.targetoptions = {"no_cpython_wrapper": not entry, "no_cfunc_wrapper": True, **options}
 
     @cached_property
     def dispatcher(self) -> Any:

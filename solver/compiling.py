@@ -1,12 +1,14 @@
 """Compile kernels and keep them on disk; the only place that loads numba, and is loaded when a kernel is called.
 
-Numba's own disk cache watches one file. Kernels call each other across files, so here a change in any file compiles all afresh.
+Numba's own disk cache watches one file. Kernels call each other across files, so here a change compiles all afresh that may call
+what has changed: the kernels of its folder, and of those that import from it.
 """
 
 import hashlib
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +21,7 @@ __all__ = ["dispatcher_of", "reporting_compilation", "source_stamp"]
 KERNEL_FILES: Final = ("compiled.py", "compiling.py", "*/kernels/*.py")
 """What holds kernels, all that kernels import from this package, and what makes them: relative to the package."""
 _PACKAGE = Path(__file__).parent
+_IMPORTED: Final = re.compile(r"^from nanoslip\.solver\.(\w+)\.kernels", re.MULTILINE)
 
 
 def dispatcher_of(function: Callable[..., object], allocates: bool, options: dict[str, Any]) -> Any:
@@ -33,14 +36,25 @@ def dispatcher_of(function: Callable[..., object], allocates: bool, options: dic
 
 
 @cache
-def source_stamp() -> str:
-    """Hash of the names and contents of all kernel files, as they were when this process first asked."""
+def source_stamp(folder: Path) -> str:
+    """Hash of all kernel files that kernels of a folder may call, as they were when this process first asked."""
     stamp = hashlib.sha256()
-    for path in (path for files in KERNEL_FILES for path in sorted(_PACKAGE.glob(files))):
+    for path in called_from(folder):
         content = path.read_bytes()
         stamp.update(f"{path.relative_to(_PACKAGE)} {len(content)} ".encode())
         stamp.update(content)
     return stamp.hexdigest()
+
+
+def called_from(folder: Path) -> list[Path]:
+    """The kernel files of a folder and of all from which they import, and what compiles them; all files for another folder."""
+    every = sorted(path for files in KERNEL_FILES for path in _PACKAGE.glob(files))
+    found, new = set[Path](), {folder}
+    while new:
+        found |= new
+        text = "\n".join(path.read_text("utf-8") for path in every if path.parent in new)
+        new = {_PACKAGE / name / "kernels" for name in _IMPORTED.findall(text)} - found
+    return [path for path in every if path.parent in {*found, _PACKAGE}] if folder.parent.parent == _PACKAGE else every
 
 
 @contextmanager
@@ -69,11 +83,11 @@ class _Starts(event.Listener):
 
 
 class _StampedResults(CompileResultCacheImpl):
-    """Compiled functions on disk, valid for one `source_stamp`."""
+    """Compiled functions on disk, valid for the `source_stamp` of their folder."""
 
     def __init__(self, function: Callable[..., object]) -> None:
         super().__init__(function)
-        self.locator.get_source_stamp = source_stamp
+        self.locator.get_source_stamp = partial(source_stamp, Path(function.__code__.co_filename).parent)
 
 
 class _KernelCache(FunctionCache):

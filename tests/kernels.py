@@ -7,7 +7,7 @@ from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.integrators import RK4
 from nanoslip.study.plan.kinds import contact_task, drive_task, record_task
 from nanoslip.study.plan.task import Task
-from nanoslip.study.run.executor import WarmUp, miniatures
+from nanoslip.study.run.warm_up import WarmUp, miniatures
 from tests.solver.drives import SMALL_TEETH
 
 DRIVES = [

@@ -33,7 +33,7 @@ ORDER = {
     "nanoslip.study.plan": "task kinds cost grids plan",
     "nanoslip.study.results": "files entry attempts shard store",
     "nanoslip.study.dataset": "file variables collect access compare verify",
-    "nanoslip.study.run": "launch dispatch progress journal child farm compute executor batch campaign",
+    "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures trace",

@@ -17,9 +17,10 @@ from nanoslip.study.results.files import looks
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.dispatch import Done, Measured, Report, Tally, Watch
-from nanoslip.study.run.executor import Left, WarmUp, drop_intermediates, given_up, left, miniatures
+from nanoslip.study.run.executor import Left, drop_intermediates, given_up, left
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
+from nanoslip.study.run.warm_up import WarmUp, miniatures
 
 # The cases of a shard, and which of their tasks it skips: blocks of neighbours that cost about the same.
 #

@@ -1,4 +1,4 @@
-"""Compiled kernels on disk are used while all kernel files stay as they are, and forgotten when any of them changes.
+"""Compiled kernels on disk are used while the kernel files that they call stay as they are, and forgotten when one changes.
 
 Each test works on a copy of the package, with a cache of its own and fresh processes.
 """
@@ -19,7 +19,7 @@ import pytest
 
 from nanoslip import solver
 from nanoslip.solver.compiled import Kernel, compiled, reporting_compilation
-from nanoslip.solver.compiling import KERNEL_FILES
+from nanoslip.solver.compiling import KERNEL_FILES, called_from
 from nanoslip.solver.contact.kernels.state import first_root
 from nanoslip.solver.last import of_the_last
 
@@ -87,6 +87,22 @@ def test_a_change_of_another_file_is_seen_and_nothing_is_compiled_twice(program,
 
 
 @pytest.mark.slow
+def test_a_change_of_kernels_that_it_cannot_call_compiles_nothing_again(copy):
+    program = """
+import numpy as np
+from nanoslip.solver.contact.kernels.state import total_shear as kernel
+value = kernel(np.full(6, True), np.full(6, 0.5))
+"""
+    assert called(program, copy) == ("3.0", 1)
+    with (copy / "dynamics/kernels/motion.py").open("a", encoding="utf-8") as file:
+        file.write("# changed\n")
+    assert called(program, copy) == ("3.0", 0)
+    with (copy / "contact/kernels/events.py").open("a", encoding="utf-8") as file:
+        file.write("# changed\n")
+    assert called(program, copy) == ("3.0", 1)
+
+
+@pytest.mark.slow
 def test_what_was_kept_of_types_that_have_moved_is_compiled_anew(copy):
     """As after an update in place of sources whose modules have other names now."""
     value, _ = called(CALLEE[0], copy)
@@ -112,8 +128,8 @@ def test_where_nothing_can_be_written_a_kernel_is_compiled_and_right(copy, tmp_p
 
 @pytest.mark.parametrize("file", WATCHED, ids=lambda file: str(file.relative_to(PACKAGE)))
 def test_all_that_a_kernel_reads_is_in_files_that_are_watched(file):
-    """Functions and constants that kernels import from this package are kernel files' own."""
-    watched = {path.relative_to(PACKAGE.parents[1]).with_suffix("") for path in WATCHED}
+    """Functions and constants that kernels import from this package are of files whose change compiles them anew."""
+    watched = {path.relative_to(PACKAGE.parents[1]).with_suffix("") for path in called_from(file.parent)}
     names = {".".join(path.parts) for path in watched}
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
         if isinstance(node, ast.ImportFrom) and str(node.module).startswith("nanoslip"):

@@ -1,0 +1,177 @@
+"""Kernels that a run needs are compiled before it begins, in one task: all processes then load them from numba's cache.
+
+Small tasks run every kernel of a campaign's tasks. Those of drives need no record that was computed, so that a second process can
+compile their kernels meanwhile.
+"""
+
+import gc
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+import numpy as np
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.compiled import reporting_compilation
+from nanoslip.solver.drive import Drive
+from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.study.notices import print_notice
+from nanoslip.study.plan.kinds import RECORD, compliance_task, contact_task, drive_task, record_task
+from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.results.store import Store
+from nanoslip.study.run.child import Agent
+from nanoslip.study.run.compute import Member, numbers, run_task
+from nanoslip.study.run.launch import computing, cores
+
+_NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 300}
+"""Numbers of a small case, whose record has a steady part."""
+_SMALL = Case.of(_NUMBERS)
+_COMPLIANCE, _OF_SLABS = compliance_task(_SMALL.slab), _SMALL.slab.flat
+_ROUGH = ((-0.1, 0.0), (0.1, 0.0))
+"""A rough pin has kernels of its own, whatever its profile."""
+
+
+def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
+    """Small tasks that run every kernel of these tasks; a drive's needs no more than `made_up`."""
+    found: dict[str, Task] = {}
+    for (*_, choices), task in {(task.kind, _is_rough(task), _choices_of(task)): task for task in tasks}.items():
+        with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
+            found |= {each.key: each for each in _small(task, dict(choices))}
+    return tuple(found.values())
+
+
+def _choices_of(task: Task) -> tuple[tuple[str, object], ...]:
+    """Words and switches of a task's drive, or of its case: they decide which kernels run, the numbers do not.
+
+    The slab's are left out: nothing of a compliance is compiled.
+    """
+    part = task.drive or task.case
+    flat = part.flat if part else {}
+    return tuple([each for each in flat.items() if isinstance(each[1], str | bool) and each[0] not in _OF_SLABS])
+
+
+def _is_rough(task: Task) -> bool:
+    return task.case is not None and bool(task.case.heterogeneity.roughness)
+
+
+def _small(task: Task, choices: Mapping[str, object]) -> list[Task]:
+    if task.drive is not None:
+        return [_short(task.drive)]
+    if task.case is None:
+        return []
+    case = Case.of({**_NUMBERS, **choices, "roughness": _ROUGH if _is_rough(task) else ()})
+    return [_COMPLIANCE, (contact_task if task.kind == "contact" else record_task)(case)]
+
+
+def _short(drive: Drive) -> Task:
+    """The drive over a hundredth of its duration, or all of it where that is less than a step of its integrator."""
+    with suppress(InvalidInput):
+        return drive_task(_SMALL, replace(drive, duration=(drive.duration or 100.0) / 100, samples=2))
+    return drive_task(_SMALL, replace(drive, samples=2))
+
+
+def made_up(key: str) -> TaskResult:
+    """A record for drives: it rises, then falls by a tenth again and again."""
+    events, ramp, step = 300, 100, 1e-6
+    before = step * np.minimum(np.arange(1.0, events + 1), ramp)
+    short, counts = np.zeros(events, np.int32), np.ones(events, np.int64)
+    record = FrictionRecord(
+        displacement=step * np.arange(1.0, events + 1),
+        force_before=before,
+        force_after=0.9 * before,
+        stiffness=np.ones(events),
+        kind=np.zeros(events, np.int8),
+        **dict.fromkeys(("node", "releases", "touches", "contact_size", "extent"), short),
+        slips=counts,
+        dissipated=np.zeros(events),
+        node_x=np.zeros(1),
+        node_slips=counts[:1],
+        normal_load=1e-3,
+        spacing=ramp * step,
+        presliding_length=ramp * step,
+        initial_force=0.0,
+        initial_stiffness=1.0,
+        initial_slips=0,
+        initial_contact_size=1,
+        end_nodes=0,
+        final_displacement=events * step,
+        final_force=0.9 * before[-1],
+        outcome=COMPLETED,
+    )
+    return TaskResult(key, "record", COMPLETED, *numbers(RECORD, (Member((None, plateau_of(record), None, record)),)))
+
+
+LOOK: Final = 0.01
+"""Seconds between two looks whether the second process is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class WarmUp:
+    """Compilation as a separate task, so that a crash costs no other task."""
+
+    tasks: tuple[Task, ...]
+    """Miniatures of those that a run computes."""
+    alone: bool = False
+    """Whether it neither reports that it compiles nor starts a second process."""
+    key: str = "warm_up"
+    needs: tuple[str, ...] = ()
+    kind: str = "warm_up"
+    cost: float = 60.0
+    limit: float = 600.0
+    label: str = "compiling kernels"
+
+    def run(self) -> Outcome:
+        """Run all of them, those of drives in a second process where there is a core for it and other kernels are compiled, too.
+
+        It is reported before the first kernel is compiled, not where all are in the cache.
+        """
+        drives = [task for task in self.tasks if task.drive]
+        others = [task for task in self.tasks if not task.drive]
+        with TemporaryDirectory() as folder, ExitStack() as stack:
+            beside = Agent(computing(Path(folder)), 0)
+            stack.callback(beside.close)
+
+            @cache
+            def begin() -> None:
+                if not self.alone:
+                    print_notice(f"{self.label}, once: later runs load them")
+                    if others and drives and cores() > 1:
+                        beside.give([WarmUp(tuple(drives), alone=True)])
+
+            stack.enter_context(reporting_compilation(begin))
+            stack.enter_context(_without_collection())
+            _compute(others, Path(folder))
+            while beside.busy:
+                beside.arrived()
+                time.sleep(LOOK)
+            _compute(drives, Path(folder))
+        return COMPLETED
+
+
+def _compute(tasks: Sequence[Task], folder: Path) -> None:
+    """Through a store: kernels are compiled for its read-only arrays."""
+    store = Store(folder)
+    store.prepare()
+    for task in tasks:
+        with suppress(Exception):  # it fails again in a task of the run, where it is reported
+            needs = {key: made_up(key) if task.drive else store.read(key) for key in task.needs}
+            store.write(run_task(task, needs), task.shared)
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Without looking for garbage: of millions of objects that a compiler makes and keeps, that takes an eighth of its time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
