@@ -56,6 +56,18 @@ def test_commands_that_only_look_ahead_load_nothing_to_compute_or_draw_with(envi
     assert loaded(program, (*HEAVY, *LIVE), environment) == []
 
 
+def test_a_run_of_a_faulty_campaign_loads_nothing_to_compute_or_draw_with(environment, tmp_path):
+    path = tmp_path / "campaign.toml"
+    path.write_text(f"{SMALL}\n[nonsense]\nkey = 1\n")
+    program = (
+        "import click\nfrom nanoslip.study.commands.cli import cli\n"
+        f"try: cli.main(['run', {str(path)!r}], standalone_mode=False)\n"
+        "except click.ClickException: pass\n"
+        "else: raise SystemExit('computed')"
+    )
+    assert loaded(program, (*HEAVY, *LIVE), environment) == []
+
+
 def tasks() -> list[Task]:
     """One of every kind."""
     case = Case.of({"n_x": 17, "radius": 50.0})

@@ -6,10 +6,11 @@ from pathlib import Path
 
 from nanoslip.study.commands.plans import refusals
 from nanoslip.study.commands.words import folder
+from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.farm import open_farm
-from nanoslip.study.run.launch import computing
+from nanoslip.study.run.launch import computing, processes_started
 
 # The arguments of a run: campaign, folder, shard, and what to compute again.
 
@@ -39,6 +40,8 @@ def run_campaign(
 
     shard: compute this part alone, and write no dataset. again: `recompute_foreign` and `retry`, as of `Order`.
     """
+    if processes_started() == 1:  # of several ranks the root reads it, as all others wait for its answer
+        load_manifest(campaign)  # what is wrong is answered before anything is loaded that computes
     order = Order(campaign, folder(campaign, out), shard, **again)
     with refusals(FarmError):
         farm = open_farm(computing(order.into), grace, serial, jobs)
