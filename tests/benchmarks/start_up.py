@@ -50,15 +50,19 @@ def _looks(folder: Path) -> list[Row]:
     finished = (str(CAMPAIGN), "--out", str(folder / "out"))
     started(0, "nanoslip", "run", *finished)
     commands = {("--help",): 0.4, ("status", *finished): 0.3, ("plan", *finished): 0.5, ("report", *finished): 1.2}
-    return [_command(*words, limit=limit, environment=bytecode) for words, limit in commands.items()]
+    faulty = folder / "faulty.toml"
+    faulty.write_text(f"{CAMPAIGN.read_text('utf-8')}\n[nonsense]\nkey = 1\n", "utf-8")
+    rows = [_command(*words, limit=limit, environment=bytecode) for words, limit in commands.items()]
+    return [*rows, _command("run", str(faulty), limit=0.6, environment=bytecode, of=" of a faulty campaign", code=2)]
 
 
-def _command(*arguments: str, limit: float, environment: dict[str, str]) -> Row:
+def _command(*arguments: str, limit: float, environment: dict[str, str], of: str = "", code: int = 0) -> Row:
+    """code: the exit code that it is to have."""
     script = Path(sys.executable).with_name("nanoslip")
     words = [str(script)] if script.exists() else [sys.executable, "-m", "nanoslip"]
-    took = best(_quiet([*words, *arguments], environment), clock=_children)
+    took = best(_quiet([*words, *arguments], environment, code), clock=_children)
     python = best(_quiet([sys.executable, "-c", "pass"], environment), clock=_children)
-    what, ratio = f"nanoslip {arguments[0]}: processor time", f"{took / python:.1f}"
+    what, ratio = f"nanoslip {arguments[0]}{of}: processor time", f"{took / python:.1f}"
     return versus(what, took, python, "Python alone", at_most(took, limit), ratio=ratio)
 
 
@@ -100,5 +104,10 @@ def _children() -> float:
     return spent.ru_utime + spent.ru_stime
 
 
-def _quiet(words: list[str], environment: dict[str, str] | None = None) -> Callable[[], object]:
-    return lambda: subprocess.run(words, stdout=subprocess.DEVNULL, check=True, env=environment)
+def _quiet(words: list[str], environment: dict[str, str] | None = None, code: int = 0) -> Callable[[], object]:
+    def ended() -> None:
+        done = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False, env=environment)
+        if done.returncode != code:
+            raise RuntimeError(f"{words}: ended with {done.returncode}, not {code}")
+
+    return ended
