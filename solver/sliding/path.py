@@ -20,7 +20,7 @@ from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import Run, Way, followed
 from nanoslip.solver.sliding.validity import mask_of, record_flags
-from nanoslip.solver.view import Curve, Picture, Viewed, in_words
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 Vector = NDArray[np.float64]
 
@@ -77,6 +77,9 @@ class Path(Viewed):
         yield f"{len(self.legs)} legs"
         yield f"{sum(len(leg.displacement) for leg in self.legs)} events"
         yield in_words(self.outcome)
+
+    def _labelled(self) -> Iterator[Labelled]:
+        return labelled(loops_of(self))
 
     def _factors(self) -> dict[str, float]:
         return {"normal_load": 1.0 / self.normal_load}

@@ -191,6 +191,9 @@ def test_classical_loops_are_masings_with_the_closed_forms_loss(n_x, close):
     assert area == pytest.approx(found.loss_per_cycle, rel=1e-3)
     assert found.closure < 1e-6
     assert found.shaken_down == 0.0
+    labelled = path.to_xarray()
+    assert labelled.loss_per_cycle * W == pytest.approx(found.loss_per_cycle)
+    assert path.plot().get_xlabel()
 
 
 @pytest.mark.parametrize(("direction", "slips"), [(0.45, False), (0.55, True)])
