@@ -29,16 +29,16 @@ ORDER = {
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance origin "
     "manifest plan results dataset run figures inference report accuracy api commands",
-    "nanoslip.study.manifest": "parameters problems columns surface checker manifest keys reader cases",
+    "nanoslip.study.manifest": "units parameters problems columns surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan",
     "nanoslip.study.results": "files entry attempts shard store",
     "nanoslip.study.dataset": "file variables collect access compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
-    "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures trace",
+    "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures batch_means recording trace",
     "nanoslip.study.accuracy": "effects measurement",
-    "nanoslip.study.commands": "words plans datasets prepare run conduct draw look judge infer cli",
+    "nanoslip.study.commands": "words plans reading datasets prepare run conduct draw look judge infer trace cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 
@@ -58,6 +58,7 @@ HOMES = {
         "nanoslip.study.api",
         "nanoslip.study.commands.datasets",
         "nanoslip.study.commands.infer",
+        "nanoslip.study.commands.trace",
         "nanoslip.study.commands.draw",
         "nanoslip.study.commands.look",
     },

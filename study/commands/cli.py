@@ -367,8 +367,10 @@ def figure() -> None:
 @command(
     "draw:show_profile",
     FILE,
-    defaulted("--x", default="m", metavar="UNIT", help="Unit of the first column, as nm."),
-    defaulted("--z", default="m", metavar="UNIT", help="Unit of the second column."),
+    click.option(
+        "--x", default="", metavar="UNIT", help="Unit of positions, as nm [default: that of the header, or m]"
+    ),
+    click.option("--z", default="", metavar="UNIT", help="Unit of heights [default: that of the header, or m]"),
     defaulted("--detrend", type=DETREND, default="line", help="Trend removed from the heights."),
     defaulted("--width", default="1 mm", metavar="LENGTH", help="Slab width L_x, for the nodes."),
     PICTURE,
@@ -376,9 +378,9 @@ def figure() -> None:
 def profile() -> None:
     """Report statistics of a measured surface profile.
 
-    FILE has two columns, x and height. The output has height, slope, correlation length, and the n_x that resolves the profile
-    on a slab of this width; -o draws it with its spectrum. In a campaign: heterogeneity.roughness = {file = "FILE", x = "nm",
-    z = "nm"}.
+    FILE has columns of numbers, among them x and height. The output has height, slope, correlation length, and the n_x that
+    resolves the profile on a slab of this width; -o draws it with its spectrum. In a campaign: heterogeneity.roughness =
+    {file = "FILE", x = "nm", z = "nm"}.
 
     Example: nanoslip profile afm.csv --x nm --z nm --width "20 um"
     """
@@ -387,12 +389,18 @@ def profile() -> None:
 def traced(described: Declared) -> Declared:
     """The options that say how a measured trace is read."""
     options = (
-        click.option("--time", metavar="UNIT", help="The first column is time, in this unit [default: s]."),
-        click.option("--displacement", metavar="UNIT", help="The first column is displacement of the stage, as um."),
-        defaulted("--force", default="N", metavar="UNIT", help="Unit of the second column; 1 for a coefficient."),
+        click.option("--time", metavar="UNIT", help="Unit of time [default: that of the header, or s]"),
+        click.option(
+            "--displacement", metavar="UNIT", help="Take displacement of the stage instead, in this unit, as um."
+        ),
+        click.option(
+            "--force", metavar="UNIT", help="Unit of force; 1 for a coefficient [default: of the header, or N]"
+        ),
         click.option("--load", metavar="FORCE", help='Normal load, as "100 N": numbers become coefficients.'),
         click.option("--velocity", metavar="VELOCITY", help='Of the stage, as "10 um/s".'),
-        defaulted("--columns", nargs=2, type=POSITIVE, default=(1, 2), help="The two columns, counted from 1."),
+        click.option("--columns", nargs=2, metavar="A B", help="Time or displacement, and force: names, or from 1 on."),
+        click.option("--from", "start", metavar="PLACE", help='Leave out what is before, as "2 s".'),
+        click.option("--to", "end", metavar="PLACE", help="Leave out what is after."),
         click.option("--offset", metavar="FORCE", help="Reading of the force cell without a pull; subtracted."),
         click.option("--drift", metavar="RATE", help='Drift of the force cell, as "1 mN/s" or in N/m; subtracted.'),
         click.option("--damping", type=Number(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
@@ -403,7 +411,7 @@ def traced(described: Declared) -> Declared:
 
 
 @command(
-    "infer:show_trace",
+    "trace:show_trace",
     FILE,
     PARAMETERS,
     traced,
@@ -414,9 +422,10 @@ def traced(described: Declared) -> Declared:
 def trace() -> None:
     """Measure friction in a force that a laboratory recorded.
 
-    FILE has two columns: time or displacement, and force. μ_s, μ_k, period, amplitude and rising stiffness come from a fit of
-    Eq. 16-19 to each slip, their ± from what the slips scatter. Of steady sliding there is μ_k alone. With --over, KEY=VALUE
-    select a computed drive of CAMPAIGN, whose first slip is drawn at the time of that in FILE.
+    FILE has columns: time or displacement, force, perhaps normal load, found by their names and units. μ_s, μ_k, period,
+    amplitude and rising stiffness come from a fit of Eq. 16-19 to each slip, their ± from what the slips scatter. Of steady
+    sliding there is μ_k alone, of strokes to and fro half their difference. With --over, KEY=VALUE select a computed drive of
+    CAMPAIGN, whose first slip is drawn at the time of that in FILE.
 
     Example: nanoslip trace lab.csv --time s --force mN --load "2 N" -o lab.png
     """

@@ -11,6 +11,7 @@ from nanoslip.solver.sliding.validity import nodes_for
 from nanoslip.study import api, shipped
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of
 from nanoslip.study.commands.plans import advised, counted, planned, refusals
+from nanoslip.study.commands.reading import left_out, separation
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.figures.frames import events_of, frames
@@ -158,9 +159,13 @@ def _surface_lines(found: Surface, slab_width: float) -> list[str]:
     resolved = f"{slab} no number of nodes resolves it: take a smaller one"
     if nodes:
         resolved = f"{slab} n_x = {nodes} resolves it, with nodes {compact(slab_width / (nodes - 1), 'm')} apart"
+    read = (
+        []
+        if found.source is None or found.rows is None
+        else [separation(found.source), *left_out(found.source, found.rows, found.holes)]
+    )
     return [
-        f"{count} points over {compact(length, 'm')}, {apart} apart; numbers are separated by {found.separator}, "
-        f"below {counted(found.skipped, 'line')}",
+        "; ".join((f"{count} points over {compact(length, 'm')}, {apart} apart", *read)),
         f"root mean square height {compact(found.rms_height, 'm')}, slope {slope:.3g}; correlation length {longer}",
         resolved,
     ]

@@ -5,106 +5,54 @@ ends. So k, V and the mass need not be known. Each cycle is fitted alone; the ±
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT, steady_blocks
+from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT, steady_blocks, truncation
 from nanoslip.solver.dynamics.result import BINS
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.ensemble import FEWEST, jackknife, mean_of
-from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import require
-from nanoslip.study.manifest.columns import read_columns
-from nanoslip.study.manifest.parameters import factor
+from nanoslip.study.inference.batch_means import BATCHES, correlated, independent
+from nanoslip.study.inference.recording import (
+    FEWEST_POINTS,
+    LEAST_DROP,
+    NOISE,
+    Floats,
+    Limits,
+    Trace,
+    limits,
+    noise_of,
+    two_way,
+)
 
-Floats = NDArray[np.float64]
-FEWEST_POINTS: Final = 16
-"""Of a trace."""
-NOISE: Final = 10.0
-"""Standard deviations of noise by which a force, or its means, falls in a slip: a million values of noise are that far apart."""
-LEAST_DROP: Final = 0.1
-"""Share of the largest drop of force below which another is none of the same kind: a ringing pin, or noise."""
 RESOLVED: Final = 8
 """Samples of half an oscillation, from which on the shape of a slip tells the damping."""
 MOST_CYCLES: Final = 64
 """That are fitted, evenly chosen: more tell little."""
-SMALLEST, LARGEST = 1e-50, 1e50
-"""Differences and sizes of forces and times: squares of their ratios, and products of two of these, are floats."""
 FASTER: Final = 1e3
 """Times that a slip's own frequency may be above or below what its length says."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trace:
-    """A measured force (n,) over time in s, or over the displacement of the stage in m; and how its file was read."""
-
-    at: Floats
-    force: Floats
-    over: str
-    """`time` or `displacement`."""
-    separator: str = ""
-    skipped: int = 0
-    """Lines before the numbers."""
-    unit: str = "N"
-    """Of the force; 1 for a friction coefficient."""
-
-    def __post_init__(self) -> None:
-        for name, values, least in (
-            (self.over, self.at, np.diff(self.at).min()),
-            ("force", self.force, np.ptp(self.force)),
-        ):
-            if not (least >= SMALLEST and np.abs(values).max() <= LARGEST):
-                needs = f"needs numbers up to {LARGEST:g} that differ, by {SMALLEST:g} or more"
-                raise InvalidInput(f"{name} = {values.min():.4g} to {values.max():.4g}: {needs}")
-
-    def without(self, offset: float, drift: float) -> "Trace":
-        """The trace less a constant force, and less one that grows from its start on."""
-        return replace(self, force=self.force - offset - drift * (self.at - self.at[0]))
-
-    def averaged(self, width: int) -> "Trace":
-        """Means of so many neighbouring samples each."""
-        kept = len(self.at) // width * width
-        at, force = (values[:kept].reshape(-1, width).mean(axis=1) for values in (self.at, self.force))
-        return replace(self, at=at, force=force)
-
-    def at_velocity(self, velocity: float) -> "Trace":
-        """Over time instead of displacement, of a stage with this velocity (m/s)."""
-        return self if self.over == "time" else replace(self, at=self.at / velocity, over="time")
-
-
-def read_trace(path: Path, text: str, over: str, unit: str, force: str, columns: tuple[int, int] = (0, 1)) -> Trace:
-    """A trace from its file's text. over: `time` or `displacement`, in `unit`. Raises InvalidInput with line and value."""
-    scale, up = factor(unit, {"time": "s", "displacement": "m"}[over]), factor(force, "N")
-    own = "1" if math.isnan(up) and math.isfinite(factor(force, "")) else "N"
-    require(over, unit, scale > 0.0, f"a unit of {'time, as ms' if over == 'time' else 'length, as um'}")
-    up = factor(force, "") if own == "1" else up
-    require("force", force, up > 0.0, "a unit of force, as mN, or 1 for a friction coefficient")
-    found = read_columns(path, text, columns)
-    require("number of points", len(found.rows), len(found.rows) >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
-    way = 1.0 if over == "time" or found.rows[-1][1][0] > found.rows[0][1][0] else -1.0
-    for (_, (before, _)), (number, (now, _)) in pairwise(found.rows):
-        if not (now - before) * way > 0.0:
-            needed = f"needs {over} that {'goes on' if over == 'time' else 'goes one way: one stroke'}"
-            raise InvalidInput(f"line {number}: {over} = {now:g} after {before:g}: {needed}")
-    at, values = np.array([row for _, row in found.rows]).T
-    sign = math.copysign(1.0, float(values.mean()))  # of a cell that counts the other way
-    return Trace(way * (at - at[0]) * scale, sign * values * up, over, found.separator, found.skipped, own)
-
-
 class Measured(NamedTuple):
-    """A number of a trace: its mean over so many cycles, and its ± (NaN of one alone)."""
+    """A number of a trace: its mean over so many cycles, and its ± (NaN if it is unknown)."""
 
     value: float
     uncertainty: float
     of: int
     unit: str = "1"
+
+
+class Flag(NamedTuple):
+    """A fact that a reader of the numbers has to know, by name, and the numbers that belong to it."""
+
+    name: str
+    facts: dict[str, float | str]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,15 +77,34 @@ class Cycle:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TraceNumbers:
-    """Numbers of a trace by the name that they have in a dataset, the fitted cycles, and sentences on what is missing."""
+    """Numbers of a trace by the name that they have in a dataset, the fitted cycles, and facts on the answer by name."""
 
     numbers: dict[str, Measured]
     cycles: tuple[Cycle, ...]
-    notes: tuple[str, ...]
+    flags: tuple[Flag, ...]
+
+    @property
+    def flagged(self) -> tuple[str, ...]:
+        """Names of the flags."""
+        return tuple(flag.name for flag in self.flags)
+
+
+OF_PLACES: Final = ("pull_ends", "slides", "no_stick_slip", "offset")
+"""Flags of one pull that mean nothing for several strokes."""
+
+
+class _Pull(NamedTuple):
+    """Facts of a measurement beside its trace: unit of its forces, newtons of one of these, load, velocity and damping."""
+
+    unit: str
+    newtons: float
+    load: float
+    velocity: float
+    damping: float | None
 
 
 class _Slip(NamedTuple):
-    """Samples of the force's peak before a slip and of its least value after it; and whether it rises again."""
+    """Samples of the force's peak before a slip and of its least value after it; and if it rises again."""
 
     peak: int
     trough: int
@@ -157,9 +124,16 @@ class _Look(NamedTuple):
 def _look(trace: Trace, width: int) -> _Look:
     trace = trace.averaged(width)
     force = trace.force
-    noise = 1.4826 * float(np.median(np.abs(np.diff(force, 2)))) / math.sqrt(6.0)
+    noise = noise_of(force)
     drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
     return _Look(width, trace, noise, drop, [slip for slip in _slips(force, max(NOISE * noise, drop)) if slip.peak > 0])
+
+
+def _best_look(trace: Trace) -> _Look:
+    """The narrowest means that show all slips but one, as one at an end may be seen or not."""
+    looks = [_look(trace, 2**power) for power in range((len(trace.at) // FEWEST_POINTS).bit_length() or 1)]
+    most = max(len(look.slips) for look in looks)
+    return next(look for look in looks if len(look.slips) >= most - 1)
 
 
 def measure(
@@ -171,51 +145,241 @@ def measure(
     """
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     newtons = load if math.isfinite(load) else 1.0
-    unit = "1" if math.isfinite(load) else trace.unit
+    pull = _Pull("1" if math.isfinite(load) else trace.unit, newtons, load, velocity, damping)
     trace = replace(trace, force=trace.force / per)
-    widths = [2**power for power in range((len(trace.at) // FEWEST_POINTS).bit_length() or 1)]
-    looks = [_look(trace, width) for width in widths]
-    most = max(len(look.slips) for look in looks)
-    look = next(look for look in looks if len(look.slips) >= most - 1)  # one at an end may be seen or not
+    return _of_strokes(trace, pull) if two_way(trace.force) else _of_pull(trace, pull)
+
+
+class _Stroke(NamedTuple):
+    """Samples of a stroke, from the sign's change to the last one before it turns; and the sign of its force."""
+
+    first: int
+    last: int
+    sign: float
+
+
+def _strokes(force: Floats, middle: float, swing: float) -> list[_Stroke]:
+    """Strokes of a force of both signs, cut where it passes the middle; `swing` is half its usual range."""
+    sides = np.where(force > middle + swing / 2.0, 1, np.where(force < middle - swing / 2.0, -1, 0))
+    held = np.flatnonzero(sides)  # so noise at the middle turns nothing
+    turns = held[1:][np.diff(sides[held]) != 0]
+    passed = [int(np.flatnonzero((force[:turn] - middle) * sides[turn] <= 0.0)[-1]) + 1 for turn in turns]
+    found = []
+    for first, turn in pairwise([0, *passed, len(force)]):
+        sign = float(sides[held[(held >= first) & (held < turn)][0]])
+        forces = sign * (force[first:turn] - middle)
+        found.append(_Stroke(first, first + int(np.flatnonzero(forces >= np.median(forces))[-1]) + 1, sign))
+    return [stroke for stroke in found if stroke.last - stroke.first >= FEWEST_POINTS]
+
+
+def _of_strokes(trace: Trace, pull: _Pull) -> TraceNumbers:
+    """Numbers of strokes of both signs: friction is half their difference, the offset half their sum, ± over strokes."""
+    high, low = (float(np.median(trace.force[trace.force * sign > 0.0])) for sign in (1.0, -1.0))
+    middle = (high + low) / 2.0
+    strokes = _strokes(trace.force, middle, (high - low) / 2.0)
+    found = [_of_pull(trace.part(stroke.first, stroke.last, stroke.sign, middle), pull) for stroke in strokes]
+    names = {name: each.unit for one in found for name, each in one.numbers.items()}
+    numbers = {
+        name: _mean([one.numbers[name].value for one in found if name in one.numbers], names[name]) for name in names
+    }
+    level = "mean_force" if "mean_force" in names else "kinetic_friction"
+    ways = [
+        [
+            one.numbers[level].value
+            for one, stroke in zip(found, strokes, strict=True)
+            if level in one.numbers and stroke.sign == sign
+        ]
+        for sign in (1.0, -1.0)
+    ]
+    halves = [middle + (there - back) / 2.0 for there, back in zip(*ways, strict=False)]
+    numbers |= {"force_offset": _mean(halves, pull.unit)} if halves else {}
+    flags = {flag.name: flag for one in found for flag in one.flags if flag.name not in OF_PLACES}
+    return TraceNumbers(numbers, (), (Flag("strokes", {"strokes": len(found)}), *flags.values()))
+
+
+def _of_pull(trace: Trace, pull: _Pull) -> TraceNumbers:
+    """Numbers of one pull. The part after its end is left out."""
+    look = _best_look(trace)
+    end = _end_of_pull(look)
+    if end * look.width < FEWEST_POINTS:
+        return _of_look(trace, look, pull)
+    found = _of_pull(trace.part(0, end * look.width), pull)
+    level = float(np.median(look.trace.force[look.slips[-1].trough :]))
+    ends = Flag("pull_ends", {"at": float(look.trace.at[end]), "level": level, **_units(trace, pull)})
+    return replace(found, flags=(ends, *found.flags))
+
+
+def _end_of_pull(look: _Look) -> int:
+    """Sample at which a pull ends: the force comes to a level from which it never rises again. 0 if the pin slides on.
+
+    The level is that of rest, below a tenth of the force; or comes after regular slips; or after steady sliding.
+    """
     at, force, slips = look.trace.at, look.trace.force, look.slips
-    turned = _turned(at, slips)
-    slips = [] if turned else slips
+    if not slips or not _slides(look):
+        return 0
+    last, drops = slips[-1], [force[slip.peak] - force[slip.trough] for slip in slips]
+    level = float(np.median(force[last.trough :]))
+    regular = len(slips) > 2 and drops[-1 if last.ended else -2] > 0.5 * drops[0]
+    if last.ended:
+        return last.trough + int(np.argmax(force[last.trough :] >= level)) if regular else 0
+    rests = len(at) - last.trough >= FEWEST_POINTS and abs(level) <= LEAST_DROP * force[last.peak]
+    above = force >= force[last.peak] - 0.25 * drops[-1]
+    end = last.peak + int(np.flatnonzero(above[last.peak : last.trough + 1])[-1]) + 1
+    top = force[int(np.argmax(above)) : end]  # its median is an eighth of the fall below the peak if it rises and falls
+    steady = len(top) >= FEWEST_POINTS and force[last.peak] - np.median(top) < drops[-1] / 16.0
+    return end if rests or regular or steady else 0
+
+
+def _slides(look: _Look) -> bool:
+    """True if no slip follows the last one for longer than between any two, and the force is level in half of that time."""
+    at, force, slips = look.trace.at, look.trace.force, look.slips
+    if not slips:
+        return True
     peaks = at[[slip.peak for slip in slips]]
-    slides = not slips or at[-1] - peaks[-1] > (np.diff(peaks).max() if len(slips) > 1 else peaks[0] - at[0])
+    level = np.ptp(force[(slips[-1].peak + len(at)) // 2 :]) <= max(look.drop, NOISE * look.noise)
+    return bool(level and at[-1] - peaks[-1] > (np.diff(peaks).max() if len(slips) > 1 else peaks[0] - at[0]))
+
+
+def _of_look(trace: Trace, look: _Look, pull: _Pull) -> TraceNumbers:
+    at, force, slips = look.trace.at, look.trace.force, look.slips
+    cut, flags = limits(trace.force), list(_of_noise(look, pull))
+    if turned := _turned(at, slips):
+        flags.append(Flag("turned", {}))
+        slips = []
+    slides = _slides(look._replace(slips=slips))
     rates = [_rate(at, force, low, slip.peak) for low, slip in zip(_beginnings(slips), slips, strict=True)]
-    whole = [number for number, slip in enumerate(slips) if slip.ended][: None if not slides else 0]
-    chosen = [whole[int(place)] for place in np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))]
-    free: list[Cycle] = []
-    if damping is None:
-        fits = {number: _cycle(at, force, slips, number, rates[number], None) for number in chosen}
-        least = 2.0 * RESOLVED * float(np.median(np.diff(at)))
-        resolved = [number for number, cycle in fits.items() if cycle.period >= least]
-        if 2 * len(resolved) >= len(chosen):
-            chosen, free = resolved, [fits[number] for number in resolved]
-    known = _mean([cycle.damping for cycle in free], "1") if damping is None else Measured(damping, math.nan, 0)
-    zeta = known.value if known.value > 0.0 else 0.0
-    cycles = tuple(_cycle(at, force, slips, number, rates[number], zeta) for number in chosen)
-    numbers, notes = {}, _notes(look, unit, cycles)
+    whole = [number for number, slip in enumerate(slips) if slip.ended] if not slides else []
+    fitted = _fitted(look, whole, rates, pull.damping)
+    cycles = tuple(fitted.cycles)
+    numbers: dict[str, Measured] = {}
     if cycles:
-        numbers = _of_cycles(cycles, free or cycles, chosen, known, unit, "s" if trace.over == "time" else "m")
-        numbers |= _mean_force(at, force, [cycle.start for cycle in cycles], unit)
-    if turned:
-        notes.append("the force falls more slowly than it rises, which is no stick-slip: has it the other sign?")
-    if cycles and not known.of and damping is None:
-        lost = "μ_k is below the mean force, and μ_s lacks the damper's force"
-        notes.append(f"slips of fewer than {RESOLVED} samples do not tell the damping: {lost}; --damping gives both")
-    if slides:
-        first = slips[-1].peak if slips else 0
-        if slips:
-            numbers["static_friction"] = Measured(float(force[slips[0].peak]), math.nan, 1, unit)
-        value, why = _steady(at[first:], force[first:], unit)
-        numbers |= {} if why else {"kinetic_friction": value}
-        lasts = "after the last slip" if slips else "all along: no stick-slip, so no μ_s, period or amplitude"
-        notes.append(why or f"steady {lasts}; μ_k is the mean, its ± from eight parts")
+        numbers = _of_cycles(fitted, pull.unit, "s" if trace.over == "time" else "m")
+        numbers |= _mean_force(at, force, [cycle.start for cycle in cycles], pull.unit, fitted.together())
+    elif whole:
+        numbers = _of_samples(at, force, [slips[number] for number in whole], pull.unit, trace.over)
+    flags += _of_fit(look, fitted, pull)
+    if slides and not turned:
+        numbers |= (
+            {} if not slips else {"static_friction": Measured(float(force[slips[0].peak]), math.nan, 1, pull.unit)}
+        )
+        numbers |= _sliding(at, force, slips[-1].peak if slips else 0, pull, trace, flags)
         rates = rates[:1] or _ramp(at, force)
     if rates:
-        numbers |= _stiffness(trace, newtons * np.array(rates[1:] or rates), velocity, load)
-    return TraceNumbers(numbers, cycles, tuple(notes))
+        numbers |= _stiffness(trace, pull.newtons * np.array(rates[1:] or rates), pull.velocity, pull.load)
+    if any(cut):
+        numbers = _within_limits(numbers, cut, np.array([force[slip.peak] for slip in slips]), pull.unit)
+        flags = [Flag("sensor_limit", {"low": cut.low, "high": cut.high})]
+    return TraceNumbers(numbers, cycles if not any(cut) else (), tuple(flags))
+
+
+def _within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Floats, unit: str) -> dict[str, Measured]:
+    """The numbers that do not need the forces beyond a sensor's limit; μ_s is then the mean of the largest samples."""
+    kept = {name: numbers[name] for name in ("stick_slip_period",) if name in numbers}
+    return kept if cut.high or not len(peaks) else {"static_friction": _mean(peaks, unit), **kept}
+
+
+class _Fitted(NamedTuple):
+    """Cycles of the chosen slips with the damping of all; the same with a damping of their own; and how many do not fit."""
+
+    cycles: list[Cycle]
+    free: list[Cycle]
+    chosen: list[int]
+    damping: Measured
+    unlike: list[int]
+    given: bool
+    samples: float
+    """In a cycle, at the median."""
+
+    def together(self) -> NDArray[np.bool_]:
+        """True for each pair of neighbouring cycles without one between them that does not fit."""
+        pairs = pairwise(self.chosen)
+        return np.array([not any(low < each < high for each in self.unlike) for low, high in pairs], bool)
+
+
+def _fitted(look: _Look, whole: Sequence[int], rates: Sequence[float], damping: float | None) -> _Fitted:
+    """Fit Eq. 16-19 to slips. Fits that leave the measured forces and their noise are none."""
+    at, force, slips = look.trace.at, look.trace.force, look.slips
+    chosen = [whole[int(place)] for place in np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))]
+    peaks = [slip.peak for slip in slips]
+    samples = float(np.median(np.diff(peaks))) if len(peaks) > 1 else math.inf
+
+    def fit(zeta: float | None) -> dict[int, Cycle]:
+        found = {number: _cycle(at, force, slips, number, rates[number], zeta) for number in chosen}
+        return {number: cycle for number, cycle in found.items() if _inside(look, slips[number], rates[number], cycle)}
+
+    free = fit(None) if damping is None else {}
+    resolved = [
+        number for number, cycle in free.items() if cycle.period >= 2.0 * RESOLVED * float(np.median(np.diff(at)))
+    ]
+    own = {number: free[number] for number in resolved} if 2 * len(resolved) >= len(chosen) else {}
+    known = _mean([cycle.damping for cycle in own.values()], "1") if damping is None else Measured(damping, math.nan, 0)
+    known = known._replace(value=max(known.value, 0.0)) if known.of else known
+    found = fit(known.value if math.isfinite(known.value) else 0.0)
+    kept = [number for number in found if number in own or not own]
+    if 2 * len(kept) < len(chosen):  # the model is not that of this force
+        return _Fitted([], [], [], _mean([], "1"), chosen, damping is not None, samples)
+    unlike = [number for number in chosen if number not in kept]
+    freely = [own[number] for number in kept] if own else []
+    return _Fitted([found[number] for number in kept], freely, kept, known, unlike, damping is not None, samples)
+
+
+def _inside(look: _Look, slip: _Slip, rate: float, cycle: Cycle) -> bool:
+    """True if a fit agrees with the samples of its slip, but for noise, a rise between samples and a tenth of the fall.
+
+    Its forces before and after the slip are near the extremes, friction is between these, and the misfit is as small.
+    """
+    high, low = float(look.trace.force[slip.peak]), float(look.trace.force[slip.trough])
+    share = LEAST_DROP * (high - low)
+    room = share + NOISE * look.noise + abs(rate) * float(np.diff(cycle.at).max())
+    near = abs(cycle.static - high) <= room and abs(cycle.trough - low) <= room
+    between = low - room <= cycle.kinetic <= high + room
+    return near and between and cycle.residual**2 <= share**2 + look.noise**2
+
+
+def _of_samples(at: Floats, force: Floats, slips: Sequence[_Slip], unit: str, over: str) -> dict[str, Measured]:
+    """Numbers of slips that Eq. 16-19 do not fit: their largest and least samples, and their periods."""
+    peaks = [slip.peak for slip in slips]
+    found = {
+        "static_friction": _mean(force[peaks], unit),
+        "spring_force_amplitude": _mean(force[peaks] - force[[slip.trough for slip in slips]], unit),
+        "stick_slip_period": _mean(np.diff(at[peaks])[1:], "s" if over == "time" else "m"),
+    }
+    found |= _mean_force(at, force, at[peaks].tolist(), unit, np.ones(len(peaks) - 1, bool))
+    return {name: number for name, number in found.items() if number.of}
+
+
+def _sliding(
+    at: Floats, force: Floats, first: int, pull: _Pull, trace: Trace, flags: list[Flag]
+) -> dict[str, Measured]:
+    """μ_k of steady sliding from a sample on; and the flag that says so, or why there is none."""
+    value, start, share = _steady(at[first:], force[first:], pull.unit)
+    if math.isfinite(share):
+        flags.append(Flag("unsteady", {"share": share}))
+        return {}
+    period = samples_in_period(force[first:][at[first:] >= start])
+    if not first and period < RESOLVED:
+        flags.append(Flag("undersampled", {"samples": period}))
+        return {"mean_force": value}
+    flags.append(Flag("slides" if first else "no_stick_slip", {"from": start, **_units(trace, pull)}))
+    return {"kinetic_friction": value}
+
+
+CHANCE: Final = 1e-3
+"""Probability at which white noise has so large a share of its power at one frequency."""
+
+
+def samples_in_period(force: Floats) -> float:
+    """Samples in a period of a force that is not white noise (Fisher, Proc. R. Soc. A 125, 54, 1929); infinite if it is."""
+    power = np.abs(np.fft.rfft(force - force.mean())[1:]) ** 2
+    if len(power) < 2 or not power.sum() > 0.0:
+        return math.inf
+    share = power.max() / power.sum()
+    by_chance = len(power) * (1.0 - share) ** (len(power) - 1)
+    return len(force) / (int(power.argmax()) + 1.0) if by_chance < CHANCE else math.inf
+
+
+def _units(trace: Trace, pull: _Pull) -> dict[str, float | str]:
+    return {"unit": "" if pull.unit == "1" else f" {pull.unit}", "over": "s" if trace.over == "time" else "m"}
 
 
 def _slips(force: Floats, drop: float) -> list[_Slip]:
@@ -335,44 +499,52 @@ def _motion(
     return _Motion(np.where(slides, moving, stuck), pin, trough)
 
 
-def _of_cycles(
-    cycles: Sequence[Cycle], free: Sequence[Cycle], chosen: Sequence[int], damping: Measured, unit: str, time: str
-) -> dict[str, Measured]:
+def _of_cycles(fitted: _Fitted, unit: str, time: str) -> dict[str, Measured]:
     """Numbers of the chosen cycles. The time to the second slip is none of the others': the first starts from rest.
 
     free: the same, each with a damping of its own. What is not known of the damping that all have shifts them together, and it is
     what these scatter, so their ± is that of the mean.
     """
 
+    cycles, damping = fitted.cycles, fitted.damping
+
     def mean(of: Callable[[Cycle], float], unit: str) -> Measured:
-        own = _mean([of(cycle) for cycle in free], unit)
+        own = _mean([of(cycle) for cycle in fitted.free or cycles], unit)
         return own._replace(value=float(np.mean([of(cycle) for cycle in cycles])))
 
     sure = math.isfinite(damping.value)
-    periods = np.diff([cycle.start for cycle in cycles]) / np.diff(chosen)
+    together = fitted.together()
+    periods = (np.diff([cycle.start for cycle in cycles]) / np.diff(fitted.chosen))[together]
     found = {
         "static_friction": mean(lambda cycle: cycle.driving, unit),
         "kinetic_friction": mean(lambda cycle: cycle.kinetic, unit) if sure else _mean([], unit),
         "spring_force_amplitude": mean(lambda cycle: cycle.static - cycle.trough, unit),
-        "stick_slip_period": _mean(periods[1:] if len(periods) > 1 else periods, time),
+        "stick_slip_period": _mean(periods[1:] if len(periods) > 1 and together[0] else periods, time),
         "natural_period": mean(lambda cycle: cycle.period, time) if damping.of else _mean([], time),
         "damping_ratio": damping,
     }
+    if fitted.samples < RESOLVED:  # the largest force lies between samples
+        found["static_friction"] = found["static_friction"]._replace(uncertainty=math.nan)
     return {name: number for name, number in found.items() if number.of}
 
 
-def _mean_force(at: Floats, force: Floats, starts: Sequence[float], unit: str) -> dict[str, Measured]:
+def _mean_force(
+    at: Floats, force: Floats, starts: Sequence[float], unit: str, together: NDArray[np.bool_]
+) -> dict[str, Measured]:
     """The mean of the force from slip to slip; its ± from leaving out one cycle each.
 
     Over whole periods the stage's work is that of friction and damper, and a stuck pin does none: so it is μ_k, averaged over the
     way of the pin, and 2ζ/(ω r T) ∫y'² dt, which the damper takes.
     """
-    ends = np.array(starts[1:] if len(starts) > FEWEST else starts)
-    if len(ends) < 2:
+    kept = together.copy()
+    kept[:1] &= len(starts) <= FEWEST  # the first slip is from rest
+    if not kept.any():
         return {}
-    work, lasts = np.diff(np.interp(ends, at, _impulse(at, force))), np.diff(ends)
+    work, lasts = np.diff(np.interp(starts, at, _impulse(at, force)))[kept], np.diff(starts)[kept]
+    if len(lasts) > 1 and correlated(work - work.sum() / lasts.sum() * lasts):
+        work, lasts = (np.array([part.sum() for part in np.array_split(each, BATCHES)]) for each in (work, lasts))
     without = [] if len(lasts) < 2 else (work.sum() - work) / (lasts.sum() - lasts)
-    return {"mean_force": Measured(float(work.sum() / lasts.sum()), jackknife(without), len(lasts), unit)}
+    return {"mean_force": Measured(float(work.sum() / lasts.sum()), jackknife(without), int(kept.sum()), unit)}
 
 
 def _impulse(at: Floats, force: Floats) -> Floats:
@@ -384,16 +556,18 @@ def _mean(values: Sequence[float] | Floats, unit: str) -> Measured:
     """The mean of these values and its ±; NaN of none."""
     if not len(values):
         return Measured(math.nan, math.nan, 0, unit)
-    found = mean_of(np.asarray(values, float))
-    return Measured(float(found.mean), float(found.uncertainty), len(values), unit)
+    mean = float(np.mean(values))
+    return Measured(mean, float(mean_of(independent(np.asarray(values, float))).uncertainty), len(values), unit)
 
 
-def _steady(at: Floats, force: Floats, unit: str) -> tuple[Measured, str]:
-    """The mean of the force where it is steady, with the ± of eight parts of it; and why it has none."""
+def _steady(at: Floats, force: Floats, unit: str) -> tuple[Measured, float, float]:
+    """Mean of the force while it is steady, with the ± of eight parts; its start; and its relative change if it is not."""
     edges = np.linspace(at[0], at[-1], BINS + 1)
-    blocks, complaint = steady_blocks(np.diff(np.interp(edges, at, _impulse(at, force))) / np.diff(edges))
-    why = f"no μ_k: the force {complaint}: needs a longer trace" if complaint else ""
-    return _mean(blocks.reshape(8, -1).mean(axis=1), unit), why
+    bins = np.diff(np.interp(edges, at, _impulse(at, force))) / np.diff(edges)
+    blocks, complaint = steady_blocks(bins)
+    means = blocks.reshape(8, -1).mean(axis=1)
+    change = float(np.polyfit(np.linspace(-0.5, 0.5, 8), means, 1)[0] / means.mean()) if complaint else math.nan
+    return _mean(means, unit), float(edges[truncation(bins)]), change
 
 
 def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dict[str, Measured]:
@@ -404,33 +578,38 @@ def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dic
     return {"rising_stiffness" if far else "rising_rate": _mean(rates / per, f"{force}{over}-1")}
 
 
-def _notes(look: _Look, unit: str, cycles: Sequence[Cycle]) -> list[str]:
-    """What a reader of the numbers has to know."""
-    own, notes = "" if unit == "1" else f" {unit}", []
-    width, trace, noise, drop, _ = look
-    force, begins = trace.force, float(trace.force[0])
-    if width > 1:
-        notes.append(f"slips are lost in the noise of single samples: numbers are of means over {width} each")
-    if abs(begins) > max(NOISE * noise, 0.02 * float(force.max())):
-        notes.append(f"the trace begins at {begins:.3g}{own}: if nothing pulls there, take it off by offset")
-    if NOISE * noise > drop:
-        notes.append(f"where the force falls by less than {NOISE * noise:.2g}{own} it counts as noise, not as a slip")
+def _of_noise(look: _Look, pull: _Pull) -> Iterator[Flag]:
+    """Flags of the samples."""
+    force, begins, units = look.trace.force, float(look.trace.force[0]), _units(look.trace, pull)
+    if look.width > 1:
+        yield Flag("averaged", {"width": look.width})
+    if abs(begins) > max(NOISE * look.noise, 0.02 * float(force.max())):
+        yield Flag("offset", {"begins": begins, **units})
+    if NOISE * look.noise > look.drop:
+        yield Flag("noise", {"least": NOISE * look.noise, **units})
+
+
+def _of_fit(look: _Look, fitted: _Fitted, pull: _Pull) -> Iterator[Flag]:
+    """Flags of the cycles."""
+    cycles, units = fitted.cycles, _units(look.trace, pull)
+    if fitted.unlike:
+        yield Flag("unlike_model" if not cycles else "unlike_cycles", {"count": len(fitted.unlike)})
     if not cycles:
-        return notes
+        return
     if len(cycles) == 1:
-        notes.append("one cycle only: no ±")
-    missed = math.sqrt(max(float(np.mean([cycle.residual**2 for cycle in cycles])) - noise**2, 0.0))
-    if missed > drop:
-        notes.append(
-            f"Eq. 16-19 miss the force by {LEAST_DROP * missed / drop:.0%} of its largest fall: μ_k is a rough number"
-        )
+        yield Flag("one_cycle", {})
+    if not fitted.damping.of and not fitted.given:
+        yield Flag("no_damping", {"samples": RESOLVED})
+    if fitted.samples < RESOLVED:
+        yield Flag("few_samples", {"samples": fitted.samples})
     static = np.array([cycle.driving for cycle in cycles])
+    if correlated(static):
+        yield Flag("correlated", {"batches": BATCHES})
     seen = LARGEST_CHANGE * abs(static.mean())
-    if len(static) > FEWEST and static[0] - static[1:].mean() > max(SIGNIFICANT * static[1:].std(ddof=1), seen):
-        notes.append(f"the first slip needs {static[0]:.4g}{own}, more than the others: μ_s is the mean of all")
-    if len(static) > FEWEST:
-        line = scipy.stats.linregress([cycle.start for cycle in cycles[1:]], static[1:])
-        if abs(line.slope) > max(SIGNIFICANT * line.stderr, seen / (cycles[-1].start - cycles[0].start)):
-            per = "s" if trace.over == "time" else "m"
-            notes.append(f"the force before slips drifts by {line.slope:.2g}{own} each {per}: take it off by drift")
-    return notes
+    if len(static) <= FEWEST:
+        return
+    if static[0] - static[1:].mean() > max(SIGNIFICANT * static[1:].std(ddof=1), seen):
+        yield Flag("first_slip", {"force": float(static[0]), **units})
+    line = scipy.stats.linregress([cycle.start for cycle in cycles[1:]], static[1:])
+    if abs(line.slope) > max(SIGNIFICANT * line.stderr, seen / (cycles[-1].start - cycles[0].start)):
+        yield Flag("drift", {"rate": float(line.slope), **units})

@@ -1,7 +1,5 @@
 """Check the tables of a campaign file and the files that it names: known words, values in range, declared types."""
 
-import csv
-import io
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -14,6 +12,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import ABSENT, InvalidInput
 from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
+from nanoslip.study.manifest.columns import decoded, read_cells
 from nanoslip.study.manifest.parameters import (
     BETWEEN,
     SMOOTH,
@@ -56,8 +55,13 @@ class Table:
     columns: Columns
 
 
-def read_text(path: Path, given: str | None = None) -> str:
-    """The UTF-8 text of a file, or `given`, the file's text. Raises ManifestError where it cannot be read."""
+def as_utf_8(raw: bytes) -> str:
+    """Text from UTF-8, with a mark of its order or without. Raises UnicodeDecodeError."""
+    return raw.decode("utf-8-sig")
+
+
+def read_text(path: Path, given: str | None = None, decode: Callable[[bytes], str] = as_utf_8) -> str:
+    """The text of a file, UTF-8 by default, or `given`, the file's text. Raises ManifestError where it cannot be read."""
     if given is not None:
         return given
     if not one_line(str(path)):
@@ -65,7 +69,7 @@ def read_text(path: Path, given: str | None = None) -> str:
     try:
         if path.exists() and not path.is_file():
             raise ValueError("not a regular file")  # a device may never end
-        return path.read_bytes().decode("utf-8-sig")
+        return decode(path.read_bytes())
     except UnicodeDecodeError as error:
         raise ManifestError.in_file(path, remark=f"byte {error.start}: not UTF-8 text") from None
     except (OSError, ValueError) as error:
@@ -74,7 +78,7 @@ def read_text(path: Path, given: str | None = None) -> str:
 
 def read_table(path: Path, given: str | None = None) -> Table:
     """Read a table of cases from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
-    text = read_text(path, given)
+    text = read_text(path, given, decoded)
     lines = _lines(path, text)
     if len(lines) < 2:
         raise ManifestError.in_file(path, "a header of parameters and at least one case", f"{len(lines)} lines")
@@ -113,7 +117,7 @@ class Rows:
 
 def read_rows(word: str, path: Path, given: str | None = None) -> Rows:
     """The value of a parameter from its file, or from `given`, the file's text. Raises ManifestError with a line per problem."""
-    text = read_text(path, given)
+    text = read_text(path, given, decoded)
     lines, stated = _lines(path, text), in_files()[word]
     header = ",".join(stated.columns)
     if not lines or [cell.strip() for cell in lines[0][1]] != [*stated.columns]:
@@ -162,11 +166,10 @@ def _numbers(cells: list[str]) -> tuple[float, ...]:
 
 def _lines(path: Path, text: str) -> list[tuple[int, list[str]]]:
     """The non-empty lines of a CSV file as lists of cells, each with its line number."""
-    reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True)
     try:
-        return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
-    except csv.Error as error:
-        raise ManifestError.in_file(path, remark=f"not CSV: {error}", line=reader.line_num) from None
+        return read_cells(text)
+    except InvalidInput as error:
+        raise ManifestError.in_file(path, remark=str(error)) from None
 
 
 def _of_cell(word: str, cell: str) -> Value | None:
@@ -392,7 +395,7 @@ class NamedFiles(Checker):
             return None
 
         def read(path: Path, text: str | None) -> Rows:
-            text = read_text(path, text)
+            text = read_text(path, text, decoded)
             try:
                 return Rows(text, read_surface(path, text, NamedSurface(**good)).roughness(scales.slab_width))
             except InvalidInput as error:

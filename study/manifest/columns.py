@@ -1,28 +1,45 @@
-"""Columns of numbers in a text file of an instrument: a header or none, separators guessed, decimal points or commas. And CSV."""
+"""Read columns of numbers from an instrument's text file: names, units and numbers, whatever separates them. And CSV."""
 
 import codecs
 import csv
 import io
 import math
 import re
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import require
+import numpy as np
+from numpy.typing import NDArray
 
+from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.study.manifest.units import factor
+
+Floats = NDArray[np.float64]
 _SEPARATORS: Final = (
-    ("semicolons", re.compile(";"), True),
-    ("tabs", re.compile("\t"), True),
+    ("semicolons", re.compile(r"\s*;\s*"), True),
+    ("tabs", re.compile(r" *\t *"), True),
     ("commas", re.compile(r'"\s*,\s*"|,\s+'), True),
-    ("commas", re.compile(","), False),
+    ("commas", re.compile(r"\s*,\s*"), False),
     ("spaces", re.compile(r"\s+"), True),
 )
 """What may stand between numbers, and whether a comma within a number is its decimal point then."""
-_NUMBER: Final = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|nan|inf)", re.IGNORECASE)
+_SPACES: Final = len(_SEPARATORS) - 1
+_NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ed][-+]?\d+)?", re.IGNORECASE)
+"""A finite number; D begins the exponent of a double in Fortran."""
+_COMMENT: Final = ("#", "%")
+_IN_HEADERS: Final = tuple(map(re.compile, (r"\s{2,}|\t", r"(?<=[\])])\s*[,;]?\s*(?=\S)", r"[,;]\s*", r"\s+(?![\[(])")))
+"""What may stand between names above numbers that something else separates."""
+_SECTION: Final = re.compile(r"^\[[^\]]*\]\s+(?=[^\[\s])")
+_IN_BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
+_UNIT_BEHIND: Final = re.compile(r"(.+?)(?:\s+in\s+|\s*/\s*|[_,\s]+)([^\W\d]+)")
+_UNIT: Final = re.compile(r"[A-Za-zµμ]{1,15}")
 _LOOKED_AT: Final = 10_000
 """Lines that tell what separates numbers."""
+DIMENSIONS: Final = ("s", "m", "N")
+"""Units of the dimensions by which columns are chosen."""
 
 
 def rows_as_csv(rows: Iterable[Iterable[object]]) -> str:
@@ -52,40 +69,279 @@ def decoded(raw: bytes) -> str:
         return raw.decode("cp1252", "replace")
 
 
-class Columns(NamedTuple):
-    """Rows of numbers of chosen columns, each with the number of its line; and how the file was read."""
+def read_cells(text: str) -> list[tuple[int, list[str]]]:
+    """Cells of each line of a CSV file that is not empty, with the line's number. Raises InvalidInput.
 
-    rows: list[tuple[int, tuple[float, ...]]]
+    Semicolons or tabs separate them if the first line has more of these than commas; then numbers may have decimal commas.
+    """
+    first = next((line for line in text.splitlines() if line.strip()), "")
+    separator = max(",;\t", key=first.count)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, skipinitialspace=True, strict=True)
+    try:
+        lines = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise InvalidInput(f"line {reader.line_num}: not CSV: {error}") from None
+    if separator == ",":
+        return lines
+    return [(line, [_with_point(cell) for cell in row]) for line, row in lines]
+
+
+def _with_point(cell: str) -> str:
+    """The cell, with a decimal point if it is a number with a decimal comma."""
+    pointed = cell.strip().replace(",", ".")
+    return pointed if _NUMBER.fullmatch(pointed) else cell
+
+
+class Column(NamedTuple):
+    """A column of numbers, NaN where it has none; its name and unit as the header has them, or empty."""
+
+    name: str
+    unit: str
+    values: Floats
+
+    @property
+    def dimension(self) -> str:
+        """SI unit of time, length or force if the unit is one of these, `1` of no unit, else empty."""
+        return dimension_of(self.unit) if self.unit not in ("", "1", "-") else "1"
+
+
+class LeftOut(NamedTuple):
+    """Lines between the numbers that are left out: how many, and the number and text of the first."""
+
+    number: int
+    line: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Columns:
+    """All columns of a file, each with a value for every row; and how they were read."""
+
+    columns: tuple[Column, ...]
+    lines: NDArray[np.int64]
+    """Number of the line of each row."""
     separator: str
     skipped: int
-    """Lines before the numbers."""
+    """Lines above the numbers."""
+    below: int
+    """Lines below the numbers."""
+    left_out: LeftOut
+
+    def __str__(self) -> str:
+        """The columns in one line: number, name and unit of each."""
+        titles = (f"{each.name or 'no name'}{f' [{each.unit}]' if each.unit else ''}" for each in self.columns)
+        return ", ".join(f"{number} {title}" for number, title in enumerate(titles, 1))
+
+    def rows(self, chosen: Sequence[int]) -> "Rows":
+        """The chosen columns, less the rows in which one of them has no number. Raises InvalidInput of fewer than two rows."""
+        values = np.array([self.columns[column].values for column in chosen])
+        there = np.isfinite(values).all(axis=0)
+        if there.sum() < max(2, len(there) / 2):
+            names = " and ".join(str(column + 1) for column in chosen)
+            raise InvalidInput(f"columns {names}: numbers in {there.sum()} of {len(there)} lines: needs them in most")
+        return Rows(values[:, there], self.lines[there], np.flatnonzero(there), int((~there).sum()))
+
+    def named(self, wanted: str) -> int:
+        """The place of a column by its number, counted from 1, or by its name or a part of it. Raises InvalidInput."""
+        if wanted.isdecimal() and 0 < int(wanted) <= len(self.columns):
+            return int(wanted) - 1
+        names = [each.name.casefold() for each in self.columns]
+        sure = [place for place, name in enumerate(names) if name == wanted.casefold()]
+        found = sure or [place for place, name in enumerate(names) if wanted.casefold() in name]
+        if len(found) != 1:
+            raise InvalidInput(f"column {quoted(wanted)}: needs one of {self}")
+        return found[0]
 
 
-def read_columns(path: Path, text: str, columns: tuple[int, ...] = (0, 1)) -> Columns:
-    """Numbers of these columns. Raises InvalidInput with the line.
+class Rows(NamedTuple):
+    """Values (columns, n) of complete rows, their lines, their places among all rows, and how many rows have holes."""
 
-    Numbers are separated as most lines have it; lines before them are skipped, and those that begin with # or %.
+    values: Floats
+    lines: NDArray[np.int64]
+    places: NDArray[np.int64]
+    holes: int
+
+
+def read_columns(path: Path, text: str) -> Columns:
+    """All columns of numbers. Raises InvalidInput with the text that was met.
+
+    Numbers are separated as most lines have it. A cell that is no number is a hole.
     """
     lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    kinds = range(len(_SEPARATORS))
-    best = max(kinds, key=lambda kind: sum(bool(_numbers(line, kind, columns)) for _, line in lines[:_LOOKED_AT]))
-    parsed = [(number, _numbers(line, best, columns), line) for number, line in lines]
-    skipped = next((place for place, (_, row, _) in enumerate(parsed) if row), len(parsed))
-    rows = [(number, row) for number, row, line in parsed[skipped:] if row or not line.startswith(("#", "%"))]
-    wanted = "two numbers" if columns == (0, 1) else f"{max(columns) + 1} columns of numbers"
-    require("number of points", len(rows), len(rows) >= 2, f"at least 2 lines of {wanted} in {path}")
-    for number, row in rows:
-        if not row or not all(map(math.isfinite, row)):
-            raise InvalidInput(f"line {number}: needs {'two' if len(columns) == 2 else len(columns)} finite numbers")
-    return Columns(rows, _SEPARATORS[best][0], skipped)
+    kind = max(range(len(_SEPARATORS)), key=lambda each: sum(_share(line, each) for _, line in lines[:_LOOKED_AT]))
+    cells = [_cells(line, kind) for _, line in lines]
+    parsed = [[_number(cell, kind) for cell in row] for row in cells]
+    full = [place for place, row in enumerate(parsed) if _count(row) >= 2]
+    if len(full) < 2:
+        met = f"; line {lines[len(lines) // 2][0]} is {quoted(lines[len(lines) // 2][1])}" if lines else ""
+        raise InvalidInput(f"number of points = {len(full)}: needs at least 2 lines of two numbers in {path}{met}")
+    width = Counter(len(parsed[place]) for place in full).most_common(1)[0][0]
+    rows = [place for place, row in enumerate(parsed) if len(row) == width and _count(row)]
+    fitting = [place for place in full if len(parsed[place]) == width]
+    rows = [place for place in rows if fitting[0] <= place <= fitting[-1]]
+    values = np.array([parsed[place] for place in rows], float)
+    if _is_header(values):
+        rows, values = rows[1:], values[1:]
+    between = sorted({*range(rows[0], rows[-1] + 1)} - {*rows})
+    left = [lines[place] for place in between if not lines[place][1].lstrip().startswith(_COMMENT)]
+    if len(left) > len(rows):
+        raise InvalidInput(
+            f"line {left[0][0]}: {quoted(left[0][1])}: needs {width} columns of numbers, as line {lines[rows[0]][0]}"
+        )
+    wide = int(np.flatnonzero(np.isfinite(values).any(axis=0))[-1]) + 1
+    titles = _titles([line for _, line in lines[: rows[0]]], kind, wide, values)
+    return Columns(
+        tuple(Column(*title, column) for title, column in zip(titles, values.T[:wide], strict=True)),
+        np.array([lines[place][0] for place in rows]),
+        _SEPARATORS[kind][0],
+        rows[0],
+        len(lines) - 1 - rows[-1],
+        LeftOut(len(left), *(left[0] if left else (0, ""))),
+    )
 
 
-def _numbers(line: str, kind: int, columns: tuple[int, ...]) -> tuple[float, ...]:
-    """The numbers of these columns in a line; none where one of them is something else."""
-    _, pattern, decimal_commas = _SEPARATORS[kind]
-    cells = pattern.split(line.strip() if kind == len(_SEPARATORS) - 1 else line)
-    if len(cells) <= max(columns):
-        return ()
-    found = [cells[column].strip(' \t"') for column in columns]
-    words = [cell.replace(",", ".") for cell in found] if decimal_commas else found
-    return tuple(map(float, words)) if all(map(_NUMBER.fullmatch, words)) else ()
+def _cells(line: str, kind: int) -> list[str]:
+    stripped = line.strip() if kind == _SPACES else line.strip("\r\n")
+    return [cell.strip(' \t"') for cell in _SEPARATORS[kind][1].split(stripped)]
+
+
+def _number(cell: str, kind: int) -> float:
+    """The number of a cell; NaN of anything else."""
+    word = cell.replace("\N{MINUS SIGN}", "-")
+    word = word.replace(",", ".") if _SEPARATORS[kind][2] else word
+    return float(word.lower().replace("d", "e")) if _NUMBER.fullmatch(word) else math.nan
+
+
+def _count(row: Iterable[float]) -> int:
+    return sum(map(math.isfinite, row))
+
+
+def _share(line: str, kind: int) -> float:
+    """Share of the cells of a line that are numbers; 0 of fewer than two numbers."""
+    cells = [cell for cell in _cells(line, kind) if cell]
+    count = _count(_number(cell, kind) for cell in cells)
+    return count / len(cells) if count >= 2 else 0.0
+
+
+def _is_header(values: Floats) -> bool:
+    """True if the first row has the number of the rows below it, in no progression with these: a count of points."""
+    if len(values) < 4:
+        return False
+    steps = np.abs(np.diff(values[:3], axis=0))
+    return bool(((values[0] == len(values) - 1) & ~np.isclose(steps[0], steps[1])).any())
+
+
+def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list[tuple[str, str]]:
+    """Name and unit of each column, from the last lines above the numbers: names, perhaps with units, or names over units."""
+    found = _labels(above[-1], kind, width, values) if above else []
+    if not found or any(map(_NUMBER.fullmatch, found)):
+        return [("", "")] * width
+    units = [_IN_BRACKETS.fullmatch(label) for label in found]
+    bare = [each[2] if each and not each[1] else label for each, label in zip(units, found, strict=True)]
+    if any(bare) and all(not unit or unit in ("1", "-") or dimension_of(unit) for unit in bare):
+        names = (_labels(above[-2], kind, width, values) if len(above) > 1 else []) or [""] * width
+        return list(zip(names, bare, strict=True))
+    return [_title(label) for label in found]
+
+
+def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
+    """The labels of the columns in a line above the numbers; none if they do not fit."""
+    text = (
+        line.strip("\r\n").lstrip("#%!*\N{NO-BREAK SPACE} ") if line.lstrip().startswith(("#", "%", "!", "*")) else line
+    )
+    ways = (_SEPARATORS[kind][1], *_IN_HEADERS)
+    split = [[each.strip(' \t"') for each in way.split(_SECTION.sub("", text.strip("\r\n "), count=1))] for way in ways]
+    split = [labels[: max((place + 1 for place, label in enumerate(labels) if label), default=0)] for labels in split]
+    own = split[0]
+    if kind != _SPACES and len(own) > width:
+        return own[:width]
+    if fitting := [labels for labels in split if len(labels) == width]:
+        return fitting[0]
+    if not 2 <= len(own) < width:
+        return []
+    if _SEPARATORS[kind] == _SEPARATORS[3]:
+        raise InvalidInput(f"{quoted(line)}: {len(own)} names above {width} columns: are there decimal commas?")
+    numbered = len(own) == width - 1 and (np.diff(values[:, 0]) == 1.0).all()  # R's tables have no name above row names
+    return ["", *own] if numbered else [*own, *[""] * (width - len(own))]
+
+
+def _title(label: str) -> tuple[str, str]:
+    """Name and unit of a label: `time [s]`, `F (mN)`, `t/ms`, `x_um`, `Weg in mm`."""
+    found = _IN_BRACKETS.fullmatch(label)
+    if found and (
+        found[2] in ("", "1", "-") or (_UNIT.fullmatch(found[2]) and math.isfinite(scale_of(found[2], found[2])))
+    ):
+        return found[1], found[2]
+    found = _UNIT_BEHIND.fullmatch(label)
+    return (found[1], found[2]) if found and dimension_of(found[2]) else (label, "")
+
+
+def dimension_of(unit: str) -> str:
+    """SI unit of time, length or force if the unit is one of these, else empty."""
+    if not _UNIT.fullmatch(unit):
+        return ""
+    return next((each for each in DIMENSIONS if math.isfinite(scale_of(unit, each))), "")
+
+
+def scale_of(unit: str, into: str) -> float:
+    """One of a header's unit in another unit; NaN if it has another dimension. Names of units may begin with a capital."""
+    scale = factor(unit, into)
+    return factor(unit.lower(), into) if math.isnan(scale) and len(unit) > 3 else scale
+
+
+def unit_of(key: str, given: str, column: Column, usual: str) -> str:
+    """The unit of a column: given, that of its header, or the usual one. Raises InvalidInput if the first two differ."""
+    if column.unit in ("", "1", "-"):
+        return given or column.unit.replace("-", "1") or usual
+    scale = scale_of(given, column.dimension) if given else math.nan
+    if not column.dimension or math.isnan(scale):
+        return given or column.unit
+    if not math.isclose(scale, scale_of(column.unit, column.dimension)):
+        raise InvalidInput(f"{key} = {quoted(given)}: the header has {column.name} in {column.unit}")
+    return column.unit
+
+
+class OneWay(NamedTuple):
+    """Increasing values of the first column (n,), the other columns (m, n), and the lines; and what was mended.
+
+    reversed: the first column falls in the file. restored: places whose rounded values were equal. merged: rows that were
+    averaged with one of the same place.
+    """
+
+    at: Floats
+    others: Floats
+    lines: NDArray[np.int64]
+    reversed: bool
+    restored: int
+    merged: int
+
+
+def one_way(rows: Rows, name: str, need: str, turns: bool = True) -> OneWay:
+    """Rows in the order of their first column. Raises InvalidInput with the line at which it goes back.
+
+    A first row that alone goes the other way is a header of numbers. Equal places are evenly spaced ones if a line through them
+    is nowhere further off than rounding; else rows of equal place are averaged. turns: the column may fall.
+    """
+    values, lines, places = rows.values, rows.lines, rows.places
+    at = values[0]
+    way = -1.0 if turns and at[-1] < at[min(1, len(at) - 2)] else 1.0
+    if len(at) > 3 and (at[1] - at[0]) * way < 0.0 <= (np.diff(at[1:]) * way).min():
+        values, lines, places, at = values[:, 1:], lines[1:], places[1:], at[1:]
+    steps = np.diff(at) * way
+    if (back := np.flatnonzero(steps < 0.0)).size:
+        place = back[0]
+        raise InvalidInput(
+            f"line {lines[place + 1]}: {name} = {at[place + 1]:g} after {at[place]:g}: needs {name} that {need}"
+        )
+    equal = int((steps == 0.0).sum())
+    if not equal:
+        return OneWay(way * at, values[1:], lines, way < 0.0, 0, 0)
+    if not steps.any():
+        raise InvalidInput(f"{name} = {at[0]:g} in all lines: needs {name} that {need}")
+    even = np.polynomial.Polynomial.fit(places, at, 1)(places)
+    if np.abs(even - at).max() <= steps[steps > 0.0].min():
+        even += at[0] - even[0]
+        return OneWay(way * even, values[1:], lines, way < 0.0, equal, 0)
+    firsts = np.flatnonzero(np.concatenate(([True], steps > 0.0)))
+    means = np.add.reduceat(values, firsts, axis=1) / np.diff(np.append(firsts, len(at)))
+    return OneWay(way * at[firsts], means[1:], lines[firsts], way < 0.0, 0, equal)

@@ -5,7 +5,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from decimal import Decimal
-from functools import cache
 from typing import Any, Final, TypeVar
 
 from nanoslip.solver.case import PIN_SIZES, STOP_CONDITIONS, Case, parameters_of_a_case
@@ -13,6 +12,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import PHYSICS, SCHEMES, Slab
+from nanoslip.study.manifest.units import quantity
 
 Value = float | int | str
 Name = TypeVar("Name")
@@ -196,7 +196,7 @@ def plain(key: str, value: Any, stated: Parameter, scales: Scales | None = None)
     if given is None:
         return value
     try:
-        found = registry().Quantity(Decimal(given[1]), _in_symbols(given[2])).to(_in_symbols(unit)).magnitude
+        found = quantity(given[1], given[2], unit)
         return float(found / Decimal(str(getattr(scales, stated.scale) if scales else 1)))
     except (AttributeError, TypeError, ValueError, ArithmeticError):  # pint's own are among them
         raise InvalidInput(key, value, f'a number, or one with a unit as "{given[1]} {as_written(unit)}"') from None
@@ -237,28 +237,6 @@ def compact(value: float, unit: str) -> str:
     return f"{size:.4g} {'qryzafpnμm kMGTPEZYRQ'[thousands + 10].strip()}{unit}"
 
 
-def factor(unit: str, into: str) -> float:
-    """How many of one unit another is, nm in m; NaN where it is none of that dimension."""
-    try:
-        return float(registry().Quantity(Decimal(1), _in_symbols(unit)).to(_in_symbols(into)).magnitude)
-    except (AttributeError, TypeError, ValueError, ArithmeticError):
-        return math.nan
-
-
 def as_written(unit: str) -> str:
     """A unit as people write it: N m-1 as N/m."""
     return re.sub(r" (\w+)-1", r"/\1", unit)
-
-
-@cache
-def registry() -> Any:
-    """All units. In decimals, "200 µm" is 2e-4 m to the bit."""
-    import pint  # noqa: PLC0415  whoever has numbers alone never needs it
-
-    return pint.UnitRegistry(non_int_type=Decimal)
-
-
-def _in_symbols(unit: str) -> str:
-    """A unit as pint reads it, from `m s-1`, `m/s` or `m·s^-1`."""
-    powers = re.sub(r"(?<=[A-Za-zµμ])\^?(-?\d)", r"**\1", unit.strip())
-    return re.sub(r"\s*([/*])\s*|\s*·\s*|\s+", lambda found: found[1] or "*", powers)

@@ -1,9 +1,10 @@
-"""A measured surface profile: two columns of a text file, with units, and statistics of its roughness."""
+"""A measured surface profile: positions and heights in a text file, with units, and statistics of its roughness."""
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,8 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Roughness, check, parameter, require
-from nanoslip.study.manifest.columns import read_columns
-from nanoslip.study.manifest.parameters import factor
+from nanoslip.study.manifest.columns import Columns, OneWay, one_way, read_columns, scale_of, unit_of
+from nanoslip.study.manifest.units import factor
 
 Detrend = Literal["none", "mean", "line", "parabola"]
 
@@ -21,12 +22,13 @@ Detrend = Literal["none", "mean", "line", "parabola"]
 class NamedSurface:
     """How a campaign names a measured profile: `roughness = {file = "afm.csv", x = "nm", z = "nm", detrend = "line"}`.
 
-    x, z: units of the two columns. detrend: polynomial removed from the heights, fitted by least squares.
+    x, z: units of positions and heights; empty for those of the header, or m if it has none. detrend: polynomial removed from
+    the heights, fitted by least squares.
     """
 
     file: str = parameter("", meaning="the path of a text file with two columns", unit="")
-    x: str = parameter("m", meaning="unit of the first column", unit="")
-    z: str = parameter("m", meaning="unit of the second column", unit="")
+    x: str = parameter("", meaning="unit of positions, by default that of the header, or m", unit="")
+    z: str = parameter("", meaning="unit of heights, by default that of the header, or m", unit="")
     detrend: Detrend = parameter("line", meaning="what is taken off the heights", unit="")
 
     def __post_init__(self) -> None:
@@ -37,7 +39,7 @@ class NamedSurface:
             require(
                 name,
                 getattr(self, name),
-                math.isfinite(factor(getattr(self, name), "m")),
+                not getattr(self, name) or math.isfinite(factor(getattr(self, name), "m")),
                 "a unit of length, as nm",
             )
 
@@ -48,9 +50,10 @@ class Surface:
 
     x: NDArray[np.float64]
     height: NDArray[np.float64]
-    separator: str
-    skipped: int
-    """Lines before the numbers."""
+    source: Columns | None = None
+    rows: OneWay | None = None
+    holes: int = 0
+    """Lines without a position or a height."""
 
     @property
     def rms_height(self) -> float:
@@ -83,25 +86,51 @@ class Surface:
         return Heterogeneity(roughness=points).roughness
 
 
+_LATERAL: Final = re.compile(
+    r"^[xs]$|lateral|distance|position|length|displacement|scan|weg|abstand|strecke", re.IGNORECASE
+)
+_HEIGHT: Final = re.compile(r"^[zyh]$|height|profile|topograph|raw|depth|amplitude|h(ö|oe)he|profil", re.IGNORECASE)
+"""Names of the columns of a profile."""
+
+
 def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     """A profile from its file's text; one from right to left is turned. Raises InvalidInput with line and value."""
-    columns = read_columns(path, text)
-    rows = columns.rows
-    across, up = factor(given.x, "m"), factor(given.z, "m")
-    way = 1 if rows[0][1][:1] < rows[-1][1][:1] else -1
-    for (number, row), (_, before) in zip(rows, rows[:1] + rows, strict=False):
-        if max(abs(row[0]) * across, abs(row[1]) * up) > FARTHEST_POINT:
-            raise InvalidInput(
-                f"line {number}: x = {row[0]:g}, height = {row[1]:g}: needs both within {FARTHEST_POINT / 1e3:g} km"
-            )
-        if across * (row[0] - before[0]) * way < LEAST_APART and number != rows[0][0]:
-            raise InvalidInput(
-                f"line {number}: x = {row[0]:g} after {before[0]:g}: needs x that goes one way, by 1e-12 m at least"
-            )
-    points = np.array([row for _, row in rows])[::way]
-    x, height = points[:, 0] * across, points[:, 1] * up
+    source = read_columns(path, text)
+    chosen = [_column(source, _LATERAL, 0), _column(source, _HEIGHT, 1)]
+    across, up = (
+        scale_of(unit_of(name, getattr(given, name), source.columns[column], "m"), "m")
+        for name, column in zip("xz", chosen, strict=True)
+    )
+    rows = source.rows(chosen)
+    far = np.flatnonzero((np.abs(rows.values) * [[across], [up]] > FARTHEST_POINT).any(axis=0))
+    if far.size:
+        (x, height), line = rows.values[:, far[0]], rows.lines[far[0]]
+        raise InvalidInput(
+            f"line {line}: x = {x:g}, height = {height:g}: needs both within {FARTHEST_POINT / 1e3:g} km"
+        )
+    found = one_way(rows, "x", "goes one way, by 1e-12 m at least")
+    if (near := np.flatnonzero(np.diff(found.at) * across < LEAST_APART)).size:
+        before, now = (abs(float(found.at[place])) for place in (near[0], near[0] + 1))
+        line = found.lines[near[0] + 1]
+        raise InvalidInput(f"line {line}: x = {now:g} after {before:g}: needs x that goes one way, by 1e-12 m at least")
+    turn = slice(None, None, -1 if found.reversed else 1)  # the heights are those from left to right
+    x, height = (-found.at if found.reversed else found.at)[turn] * across, found.others[0][turn] * up
     x = x - (x[0] + x[-1]) / 2.0
     degree = get_args(Detrend).index(given.detrend) - 1
     if degree >= 0:
         height = height - np.polynomial.Polynomial.fit(x, height, degree)(x)
-    return Surface(x, height, columns.separator, columns.skipped)
+    return Surface(x, height, source, found, rows.holes)
+
+
+def _column(source: Columns, names: re.Pattern[str], place: int) -> int:
+    """The column of a length that has such a name, or this place of two. Raises InvalidInput with the columns that there are."""
+    lengths = [number for number, each in enumerate(source.columns) if each.dimension in ("m", "1")]
+    named = [number for number in lengths if names.search(source.columns[number].name)]
+    if len(named) == 1:
+        return named[0]
+    if len(lengths) == 2:
+        return lengths[place]
+    with_unit = [number for number in lengths if source.columns[number].dimension == "m"]
+    if len(with_unit) == 2:
+        return with_unit[place]
+    raise InvalidInput(f"columns {source}: needs two columns, or the names x and z above them")

@@ -33,7 +33,8 @@ TEXTS = {
 @pytest.mark.parametrize("kind", TEXTS)
 def test_columns_are_read_whatever_separates_them_and_stands_above(kind: str) -> None:
     found = read_surface(AFM, TEXTS[kind], IN_NANOMETRES)
-    assert found.separator == kind.split(maxsplit=1)[0].rstrip(",")
+    assert found.source
+    assert found.source.separator == kind.split(maxsplit=1)[0].rstrip(",")
     np.testing.assert_allclose(found.x, [-50e-9, 0.0, 50e-9], atol=1e-22)
     np.testing.assert_allclose(found.height, [1.5e-9, 2e-9, 1e-9], rtol=1e-12)
 
@@ -51,7 +52,7 @@ def test_what_is_taken_off_is_a_polynomial_and_nothing_else(detrend: str, degree
 def test_roughness_is_that_of_the_waves_it_is_made_of() -> None:
     k, amplitude = 2.0 * np.pi / 1e-6, 3e-9
     x = np.linspace(-20e-6, 20e-6, 8001)
-    found = Surface(x, amplitude * np.cos(k * x), "tabs", 0)
+    found = Surface(x, amplitude * np.cos(k * x))
     assert found.rms_height == pytest.approx(amplitude / np.sqrt(2.0), rel=1e-3)
     assert pin_under(found, 1e-3).roughness_slopes(1.0)[0] == pytest.approx(k * amplitude / np.sqrt(2.0), rel=1e-3)
     assert found.correlation_length == pytest.approx(np.arccos(1.0 / math.e) / k, abs=x[1] - x[0])
@@ -89,12 +90,18 @@ def test_python_reads_the_file_that_a_dict_names(tmp_path: Path, monkeypatch: py
     [
         ("", "number of points = 0: needs at least 2 lines of two numbers in afm.txt"),
         ("0 1\n", "number of points = 1: needs at least 2 lines"),
-        ("0 1\n1 a\n2 3\n", "line 2: needs two finite numbers"),
-        ("0 1\n1 nan\n2 3\n", "line 2: needs two finite numbers"),
+        (
+            "no number\n0 1\n",
+            "number of points = 1: needs at least 2 lines of two numbers in afm.txt; line 1 is 'no number'",
+        ),
+        ("0 1\na\nb\nc\n2 3\n", "line 2: 'a': needs 2 columns of numbers, as line 1"),
+        ("a,b,c,d\n0,1,2,3\n1,1,2,3\n", "columns 1 a, 2 b, 3 c, 4 d: needs two columns, or the names x and z"),
+        ("a,b\n0,0,1,5\n0,5,1,5\n", "2 names above 4 columns: are there decimal commas?"),
+        ("x [um],z [um]\n0,1\n1,1\n", "x = 'nm': the header has x in um"),
         ("0 1\n1 1e16\n2 3\n", "line 2: x = 1, height = 1e\\+16: needs both within 1000 km"),
         ("0 1\n1e-6 2\n2 3\n", "line 2: x = 1e-06 after 0: needs x that goes one way, by 1e-12 m at least"),
         ("0 1\n2 1\n1 3\n4 4\n", "line 3: x = 1 after 2: needs x that goes one way"),
-        ("0 1\n0 1\n1 3\n", "line 2: x = 0 after 0: needs x that goes one way"),
+        ("0 1\n0 1\n", "x = 0 in all lines"),
     ],
 )
 def test_a_wrong_line_is_named(text: str, said: str) -> None:

@@ -1,0 +1,251 @@
+"""Command `trace`: friction, period and stiffness in a force that was measured; and its words."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.solver.parameter import Parameter
+from nanoslip.solver.view import with_error
+from nanoslip.study.commands.datasets import assignments, dataset_of, reason_of
+from nanoslip.study.commands.plans import counted, print_json
+from nanoslip.study.commands.reading import left_out, separation
+from nanoslip.study.commands.words import Refusal
+from nanoslip.study.dataset.access import Accessor, one_case
+from nanoslip.study.figures.shared import COLORS, PAGE, column, format_of, image, legend
+from nanoslip.study.inference.recording import Given, Source, Trace, read_trace
+from nanoslip.study.inference.trace import Flag, TraceNumbers, measure
+from nanoslip.study.manifest.columns import text_of
+from nanoslip.study.manifest.parameters import as_written, plain
+from nanoslip.study.report.console import Table, note, print_sentences, print_table, whole
+from nanoslip.study.results.store import write_files
+
+SYMBOLS: Final = {
+    "static_friction": "μ_s",
+    "kinetic_friction": "μ_k",
+    "mean_force": "F̄ ≥ μ_k",
+    "natural_period": "2π/ω",
+    "damping_ratio": "ζ",
+    "rising_stiffness": "dF/dδ",
+    "rising_rate": "dF/dt",
+}
+"""Symbols of the numbers of a trace."""
+SENTENCES: Final = {
+    "strokes": "forces of both signs are {strokes} strokes, cut where the sign changes: friction is half their difference, the "
+    "offset half their sum, ± over strokes",
+    "pull_ends": "from {at:.4g} {over} on the force stays at {level:.3g}{unit} and never rises again: taken for the end of the "
+    "pull, and left out; --from and --to choose another part",
+    "sensor_limit": "{low} samples are at the least force and {high} at the largest, reached by jumps: the sensor's limit; "
+    "numbers that need the forces beyond it are missing, and μ_s is the mean of the largest samples",
+    "averaged": "slips are lost in the noise of single samples: numbers are of means over {width} each",
+    "offset": "the trace begins at {begins:.3g}{unit}: if nothing pulls there, take it off by offset",
+    "noise": "where the force falls by less than {least:.2g}{unit} it counts as noise, not as a slip",
+    "turned": "no number: the force falls more slowly than it rises, which is no stick-slip: has it the other sign?",
+    "slides": "steady from {from:.4g} {over} on, after the last slip; μ_k is the mean, its ± from eight parts",
+    "no_stick_slip": "steady from {from:.4g} {over} on: no stick-slip, so no μ_s, period or amplitude; μ_k is the mean, its ± "
+    "from eight parts",
+    "undersampled": "the force repeats after {samples:.2g} samples: too few to see slips, so there is the mean force alone",
+    "unsteady": "no μ_k: the force changes by {share:.1%} along the best steady part: needs a longer trace",
+    "unlike_model": "Eq. 16-19 fit none of {count} slips within the measured forces: numbers are of largest and least samples; "
+    "no μ_k, ζ or natural period",
+    "unlike_cycles": "{count} slips are left out, as no fit of Eq. 16-19 lies within their measured forces",
+    "one_cycle": "one cycle only: no ±",
+    "no_damping": "slips of fewer than {samples} samples do not tell the damping: μ_k is below the mean force, and μ_s lacks the "
+    "damper's force; --damping gives both",
+    "few_samples": "{samples:.3g} samples in a cycle: the largest force is between them, so μ_s has no ±",
+    "correlated": "neighbouring cycles are correlated: ± is from {batches} batches of cycles, and rough; a longer trace is surer",
+    "first_slip": "the first slip needs {force:.4g}{unit}, more than the others: μ_s is the mean of all",
+    "drift": "the force before slips drifts by {rate:.2g}{unit} each {over}: take it off by drift",
+}
+"""Flag of a trace -> its sentence."""
+
+
+def sentence(flag: Flag) -> str:
+    """A flag in words."""
+    return SENTENCES[flag.name].format(**flag.facts)
+
+
+class Reading(NamedTuple):
+    """Options of the command line that tell how a trace is read; texts with units."""
+
+    time: str | None
+    displacement: str | None
+    force: str | None
+    load: str | None
+    velocity: str | None
+    columns: tuple[str, str] | None
+    start: str | None
+    end: str | None
+    offset: str | None
+    drift: str | None
+    damping: float | None
+
+    def trace(self, file: Path) -> tuple[Trace, float, float]:
+        """The trace, its load and the velocity of its stage; NaN where they are not given. Raises Refusal, InvalidInput."""
+        if self.time and self.displacement:
+            raise Refusal("--time and --displacement exclude each other: the force is measured over one of the two")
+        given = Given(self.time or "", self.displacement or "", self.force or "", self.columns or ())
+        trace = read_trace(file, text_of(file), given)
+        load, velocity = _number("load", self.load, "N"), _number("velocity", self.velocity, "m s-1")
+        for name, text, value in (("load", self.load, load), ("velocity", self.velocity, velocity)):
+            if value <= 0.0:
+                raise Refusal(f"--{name} = {quoted(text)}: needs a value above 0")
+        unit = "s" if trace.over == "time" else "m"
+        trace = trace.between(_number("from", self.start, unit), _number("to", self.end, unit))
+        offset = _number("offset", self.offset, trace.unit)
+        drift = _number("drift", self.drift, f"N {unit}-1")
+        trace = trace.without(*(0.0 if math.isnan(value) else value for value in (offset, drift)))
+        trace = trace.per_load() if math.isnan(load) else trace
+        return (trace if math.isnan(velocity) else trace.at_velocity(velocity)), load, velocity
+
+    def numbers(self, file: Path) -> tuple[Trace, float, TraceNumbers]:
+        """The trace, its load and its numbers. Raises Refusal."""
+        try:
+            trace, load, velocity = self.trace(file)
+            return trace, load, measure(trace, load, velocity, self.damping)
+        except InvalidInput as error:
+            raise Refusal(f"{file}: {error}") from None
+
+
+def _number(name: str, text: str | None, unit: str) -> float:
+    """An option's value in SI; NaN where it is not given. Raises Refusal."""
+    try:
+        value = math.nan if text is None else float(plain(f"--{name}", text, Parameter(name, unit=unit)))
+    except ValueError:
+        value = math.inf
+    if text is not None and not math.isfinite(value):
+        raise Refusal(f'--{name} = {quoted(text)}: needs a number, or one with a unit as "1 {as_written(unit)}"')
+    return value
+
+
+def show_trace(
+    file: Path,
+    parameters: tuple[str, ...],
+    over: Path | None,
+    picture: Path | None,
+    as_json: bool,
+    **reading: Any,
+) -> None:
+    """Print the numbers of a trace, beside those of a computed drive, and draw it. reading: see `Reading`."""
+    form = format_of(picture) if picture else ""
+    trace, weight, found = Reading(**reading).numbers(file)
+    if over and trace.unit == "N" and math.isnan(weight):
+        raise Refusal('--over: needs --load, as "100 N": computed forces are shares of the load')
+    if parameters and not over:
+        raise Refusal(f"{parameters[0]}: needs --over CAMPAIGN, whose case it selects")
+    computed = _of_drive(over, parameters) if over else None
+    if as_json:
+        numbers = {name: number._asdict() for name, number in found.numbers.items()}
+        read = [] if trace.source is None else list(_left_out(trace.source))
+        print_json({**numbers, "flags": found.flagged, "notes": [*read, *map(sentence, found.flags)]})
+    else:
+        note(_as_read(trace))
+        print_table(_table(found, computed))
+        print_sentences(map(sentence, found.flags))
+        if "static_friction" in found.numbers and trace.unit == "N" and math.isnan(weight):
+            note('forces are in N: --load "100 N" makes them friction coefficients')
+    if picture:
+        write_files({picture: draw(trace, found, weight, form, computed)})
+        note(whole(f"written: {picture}"), stderr=as_json)
+
+
+def _as_read(trace: Trace) -> str:
+    what = "force" if trace.unit == "N" else "friction coefficient"
+    end = f"{trace.at[0]:.4g} to {trace.at[-1]:.4g} {'s' if trace.over == 'time' else 'm'}"
+    read = [] if trace.source is None else [separation(trace.source.columns), *_left_out(trace.source)]
+    sizes = f"{what} from {trace.force.min():.4g} to {trace.force.max():.4g}{'' if trace.unit == '1' else ' N'}"
+    return "; ".join((f"{len(trace.at)} points of {what} over {trace.over} from {end}", *read, sizes))
+
+
+def _left_out(source: Source) -> Iterator[str]:
+    """Lines and samples that were left out or mended, and the columns that were taken from more than two."""
+    if len(source.columns.columns) > 2:
+        yield f"columns {', '.join(map(quoted, source.taken))}"
+    yield from left_out(source.columns, source.rows, source.holes)
+    if source.spikes:
+        yield f"{counted(source.spikes, 'sample')} far from the neighbours left out"
+    if source.unloaded:
+        yield f"{counted(source.unloaded, 'sample')} at less than half of the median normal load left out"
+
+
+def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
+    """The motion of one computed drive, with its numbers. Raises Refusal where it is not one."""
+    with dataset_of(source) as dataset:
+        try:
+            return Accessor(one_case(dataset, assignments(parameters))).trajectory().load()
+        except (KeyError, ValueError) as error:
+            raise Refusal(f"--over {source}: {reason_of(error)}") from None
+
+
+def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
+    """A number of a computed drive, whose own kinetic friction is the mean force over time, also of a periodic one."""
+    if periodic:
+        name = {"mean_force": "kinetic_friction", "kinetic_friction": "fitted_kinetic_friction"}.get(name, name)
+    if name not in computed or computed[name].isnull():
+        return "–"
+    value, error = float(computed[name]), f"{name}_uncertainty"
+    return with_error(value, float(computed[error])) if error in computed else f"{value:.4g}"
+
+
+def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
+    rows = tuple(
+        (
+            name,
+            SYMBOLS.get(name, ""),
+            with_error(number.value, number.uncertainty) if number.of > 1 else f"{number.value:.4g}",
+            "" if number.unit == "1" else as_written(number.unit),
+            counted(number.of, "value") if number.of else "given",
+            *([] if computed is None else [_beside(computed, name, "mean_force" in found.numbers)]),
+        )
+        for name, number in found.numbers.items()
+    )
+    return Table(
+        ("number", "symbol", "value ±", "unit", "mean of", *([] if computed is None else ["computed ±"])), rows
+    )
+
+
+def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr.Dataset | None = None) -> bytes:
+    """The trace with the closed form that fits it, and a computed drive whose first slip is at the same time; below, a cycle."""
+    per = load if trace.unit == "N" and math.isfinite(load) else 1.0
+    label = "F/W" if trace.unit == "1" or math.isfinite(load) else "force (N)"
+    middle = found.cycles[len(found.cycles) // 2] if found.cycles else None
+    with column(4.4 if middle else 2.4, PAGE) as figure:
+        panels = figure.subplots(2 if middle else 1, squeeze=False)[:, 0]
+        if computed is not None:
+            shift = _first_slip(found) - _first_drop(computed) if trace.over == "time" else 0.0
+            force = computed["sample_spring_force"]
+            panels[0].plot(
+                computed["time"] + shift, force, color=COLORS[2], label=f"computed, {shift:+.3g} s", zorder=3
+            )
+        for axes, marker in zip(panels, (",", "."), strict=False):
+            look: dict[str, Any] = {"marker": marker, "markersize": 2.0, "linewidth": 0.5, "color": COLORS[5]}
+            axes.plot(trace.at, trace.force / per, label="measured", **look)
+            for number, cycle in enumerate(found.cycles):
+                name = "Eq. 16-19" if not number else None
+                axes.plot(cycle.at, cycle.fit, color=COLORS[1], linewidth=1.0, label=name)
+            for style, name in (("--", "static_friction"), (":", "kinetic_friction")):
+                if name in found.numbers:
+                    axes.axhline(found.numbers[name].value, color=COLORS[0], linestyle=style, label=SYMBOLS[name])
+            axes.set_ylabel(label)
+        if middle:
+            shown = (trace.at >= middle.at[0]) & (trace.at <= middle.at[-1])
+            force = trace.force[shown] / per
+            room = 0.1 * (force.max() - force.min())
+            panels[1].set(xlim=(middle.at[0], middle.at[-1]), ylim=(force.min() - room, force.max() + room))
+        panels[-1].set_xlabel("time (s)" if trace.over == "time" else "displacement (m)")
+        legend(figure)
+        return image(figure, form)
+
+
+def _first_slip(found: TraceNumbers) -> float:
+    return found.cycles[0].start if found.cycles else 0.0
+
+
+def _first_drop(computed: xr.Dataset) -> float:
+    """When the first macroscopic slip of a computed drive begins; 0 where there is none, or where slips are not kept."""
+    starts = computed["slip_phase_start"].values if "slip_phase_start" in computed else np.empty(0)
+    return float(starts[0]) if len(starts) else 0.0

@@ -1,0 +1,260 @@
+"""A force that a laboratory recorded: its columns by their names and units, in SI, less single samples that are none."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.solver.parameter import require
+from nanoslip.study.manifest.columns import Column, Columns, OneWay, one_way, read_columns, scale_of, unit_of
+
+Floats = NDArray[np.float64]
+FEWEST_POINTS: Final = 16
+"""Of a trace."""
+NOISE: Final = 10.0
+"""Standard deviations of noise by which a force, or its means, falls in a slip: a million values of noise are that far apart."""
+SMALLEST, LARGEST = 1e-50, 1e50
+"""Differences and sizes of forces and times: squares of their ratios, and products of two of these, are floats."""
+_BESIDE: Final = 3
+"""Neighbours on each side of a sample in Hampel's filter, and robust standard deviations from their median of an outlier: the
+usual values (Pearson, IEEE Trans. Control Syst. Technol. 10, 55, 2002)."""
+_NORMAL: Final = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+
+def _words(text: str) -> re.Pattern[str]:
+    return re.compile(text, re.IGNORECASE)
+
+
+_ROLES: Final = {
+    "load": _words(r"normal|\bload|\blast\b|^f_?[nz]$|^w$"),
+    "coefficient": _words(r"coeff|\bcof\b|^mu|^[μµ]|reib(wert|ungszahl)"),
+    "time": _words(r"time|zeit|temps|elapsed|^t$|^sec"),
+    "force": _words(r"force|kraft|friction|reibung|tangential|drag|shear|pull|^f(_?[xt])?$"),
+    "displacement": _words(r"position|distance|displacement|weg|stroke|travel|stage|extension|^[xsδ]$"),
+}
+"""Role of a column -> words in its name, the first that fits."""
+_FRICTION: Final = _words(r"friction|reib|tangential|lateral|drag|shear|pull|^f_?[xt]$")
+"""Names of the friction force among forces."""
+_OF_DIMENSION: Final = {"s": "time", "m": "displacement", "N": "force"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """Provenance of a trace: the file's columns, those that were taken, and what was left out or mended."""
+
+    columns: Columns
+    taken: tuple[str, ...]
+    rows: OneWay
+    holes: int
+    """Lines without one of the numbers."""
+    spikes: int
+    """Samples far from their neighbours, left out."""
+    unloaded: int = 0
+    """Samples whose normal load is below half its median, left out."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A measured force (n,) over time in s, or over the displacement of the stage in m; and how its file was read."""
+
+    at: Floats
+    force: Floats
+    over: str
+    """`time` or `displacement`."""
+    unit: str = "N"
+    """Of the force; 1 for a friction coefficient."""
+    load: Floats | None = None
+    """Measured normal load in N (n,)."""
+    source: Source | None = None
+
+    def __post_init__(self) -> None:
+        for name, values, least in (
+            (self.over, self.at, np.diff(self.at).min()),
+            ("force", self.force, np.ptp(self.force)),
+        ):
+            if not (least >= SMALLEST and np.abs(values).max() <= LARGEST):
+                needs = f"needs numbers up to {LARGEST:g} that differ, by {SMALLEST:g} or more"
+                raise InvalidInput(f"{name} = {values.min():.4g} to {values.max():.4g}: {needs}")
+
+    def without(self, offset: float, drift: float) -> "Trace":
+        """The trace less a constant force, and less one that grows from its start on."""
+        return replace(self, force=self.force - offset - drift * (self.at - self.at[0]))
+
+    def averaged(self, width: int) -> "Trace":
+        """Means of so many neighbouring samples each."""
+        kept = len(self.at) // width * width
+        at, force = (values[:kept].reshape(-1, width).mean(axis=1) for values in (self.at, self.force))
+        return replace(self, at=at, force=force)
+
+    def at_velocity(self, velocity: float) -> "Trace":
+        """Over time instead of displacement, of a stage with this velocity (m/s)."""
+        return self if self.over == "time" else replace(self, at=self.at / velocity, over="time")
+
+    def part(self, first: int, last: int, sign: float = 1.0, offset: float = 0.0) -> "Trace":
+        """Samples from `first` up to `last`, times `sign` after an offset is subtracted."""
+        return replace(self, at=self.at[first:last], force=sign * (self.force[first:last] - offset))
+
+    def between(self, start: float, end: float) -> "Trace":
+        """The samples from `start` to `end` (s or m, as in the file; NaN for no limit). Raises InvalidInput of too few."""
+        kept = ~((self.at < start) | (self.at > end))
+        require("number of points", int(kept.sum()), kept.sum() >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
+        return replace(
+            self, at=self.at[kept], force=self.force[kept], load=None if self.load is None else self.load[kept]
+        )
+
+    def per_load(self) -> "Trace":
+        """Friction coefficients, if the file has a load column; samples with less than half of its median are left out."""
+        if self.load is None:
+            return self
+        load = self.load * math.copysign(1.0, float(np.median(self.load)))
+        kept = load > np.median(load) / 2.0
+        if not kept.any():
+            raise InvalidInput(f"normal load = {load.min():.4g} to {load.max():.4g} N: needs values other than 0")
+        source = None if self.source is None else replace(self.source, unloaded=int((~kept).sum()))
+        force = self.force[kept] / load[kept]
+        return replace(self, at=self.at[kept], force=force, unit="1", load=None, source=source)
+
+
+class Given(NamedTuple):
+    """Units of the columns as a user gives them, and names or numbers of the columns; empty for those of the header."""
+
+    time: str = ""
+    displacement: str = ""
+    force: str = ""
+    columns: Sequence[str] = ()
+
+
+def read_trace(path: Path, text: str, given: Given = Given()) -> Trace:  # noqa: B008  frozen
+    """A trace from its file's text. Raises InvalidInput with line and value."""
+    source = read_columns(path, text)
+    places = _chosen(source, given)
+    at, force, *load = (source.columns[place] for place in places)
+    over = "displacement" if given.displacement or (not given.time and _role(at) == "displacement") else "time"
+    si, usual = ("m", "m") if over == "displacement" else ("s", "s")
+    unit = unit_of(over, given.displacement or given.time, at, usual)
+    scale = scale_of(unit, si)
+    require(over, unit, scale > 0.0, f"a unit of {'time, as ms' if over == 'time' else 'length, as um'}")
+    up, own = _scale_of_force(force, given.force)
+    rows = source.rows(places)
+    require("number of points", len(rows.lines), len(rows.lines) >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
+    goes = "goes on" if over == "time" else "goes one way: one stroke"
+    found = one_way(rows, over, goes, turns=over == "displacement")
+    spikes = outliers(found.others[0])
+    found_at, values = found.at[~spikes], found.others[:, ~spikes]
+    sign = (
+        1.0 if two_way(values[0]) else math.copysign(1.0, float(values[0].mean()))
+    )  # of a cell that counts the other way
+    loads = values[1] * scale_of(unit_of("load", "", load[0], "N"), "N") if load else None
+    taken = tuple(each.name for each in (at, force, *load))
+    facts = Source(source, taken, found, rows.holes, int(spikes.sum()))
+    return Trace(found_at * scale, sign * values[0] * up, over, own, loads, facts)
+
+
+def _scale_of_force(column: Column, given: str) -> tuple[float, str]:
+    """SI values of one unit of the force, and its SI unit: N, or 1 for a coefficient."""
+    coefficient = _role(column) == "coefficient" and not given
+    unit = unit_of("force", given, column, "1" if coefficient else "N")
+    for own in ("N", "1"):
+        scale = scale_of(unit, own if own == "N" else "")
+        if scale > 0.0:
+            return scale, own
+    raise InvalidInput(f"force = {quoted(unit)}: needs a unit of force, as mN, or 1 for a friction coefficient")
+
+
+def _role(column: Column) -> str:
+    """Role of a column by its unit and name; empty if these do not tell."""
+    by_name = next((role for role, words in _ROLES.items() if words.search(column.name)), "")
+    if column.dimension == "N":
+        return "load" if by_name == "load" else "force"
+    return by_name if column.dimension == "1" else _OF_DIMENSION.get(column.dimension, "")
+
+
+def _chosen(source: Columns, given: Given) -> list[int]:
+    """Places of time or displacement, force and perhaps load. Raises InvalidInput if names do not tell."""
+    if given.columns:
+        return [source.named(each) for each in given.columns]
+    roles = [_role(each) for each in source.columns]
+    of = {role: [place for place, each in enumerate(roles) if each == role] for role in _ROLES}
+    if not of["force"] and len(of["load"]) == 1 and "normal" not in source.columns[of["load"][0]].name.casefold():
+        of["force"], of["load"] = of["load"], []  # a tensile tester pulls by its load
+    forces = of["force"] or of["coefficient"]
+    if len(forces) > 1:
+        forces = [place for place in forces if _FRICTION.search(source.columns[place].name)] or forces
+    overs = of["displacement"] if given.displacement else of["time"] or of["displacement"]
+    if len(overs) == len(forces) == 1:
+        return [*overs, *forces, *(of["load"][:1] if forces == of["force"][:1] or forces[0] in of["force"] else [])]
+    if len(source.columns) == 2 and len(overs) < 2 and len(forces) < 2 and not of["load"]:
+        first = overs[0] if overs else 1 - forces[0] if forces else 0
+        return [first, 1 - first]
+    raise InvalidInput(f"columns {source}: needs --columns, time or displacement and force, as --columns 1 2")
+
+
+def noise_of(force: Floats) -> float:
+    """Standard deviation of noise, by the median size of second differences; at least that of rounding to the smallest step."""
+    steps = np.abs(np.diff(force))
+    rounding = steps[steps > 0.0].min(initial=math.inf) / math.sqrt(12.0)
+    noise = _NORMAL * float(np.median(np.abs(np.diff(force, 2)))) / math.sqrt(6.0)
+    return max(noise, float(rounding)) if math.isfinite(rounding) else noise
+
+
+def outliers(force: Floats) -> NDArray[np.bool_]:
+    """Samples far from the median of their neighbours (Hampel's filter), above all noise; and spikes of one sample in a slip.
+
+    A spike is that much further from both neighbours, to one side, than these and those beside them are apart.
+    """
+    least = NOISE * noise_of(force)
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(force, _BESIDE, mode="reflect"), 2 * _BESIDE + 1)
+    middle = np.median(windows, axis=1)
+    spread = _NORMAL * np.median(np.abs(windows - middle[:, None]), axis=1)
+    apart = np.diff(windows, axis=1)
+    before, behind = apart[:, _BESIDE - 1], -apart[:, _BESIDE]
+    lone = np.where(before * behind > 0.0, np.minimum(np.abs(before), np.abs(behind)), 0.0)
+    others = np.abs(np.column_stack((apart[:, : _BESIDE - 1], before - behind, apart[:, _BESIDE + 1 :]))).max(axis=1)
+    far: NDArray[np.bool_] = np.abs(force - middle) > np.maximum(_BESIDE * spread, least)
+    far |= lone > np.maximum(_BESIDE * others, least)
+    return far
+
+
+LEAST_DROP: Final = 0.1
+"""Share of the largest drop of force below which another is none of the same kind: a ringing pin, or noise."""
+
+
+def two_way(force: Floats) -> bool:
+    """True if the force has both signs, each as the median of its half of the range, the smaller above a tenth of the larger.
+
+    Noise alone is no stroke.
+    """
+    middle = (float(force.max()) + float(force.min())) / 2.0
+    high, low = float(np.median(force[force >= middle])), float(np.median(force[force <= middle]))
+    return low < 0.0 < high and min(high, -low) >= LEAST_DROP * max(high, -low) and high - low > NOISE * noise_of(force)
+
+
+class Limits(NamedTuple):
+    """Numbers of samples at the least and at the largest force, if a sensor's limit cuts the force off there; else 0."""
+
+    low: int
+    high: int
+
+
+def limits(force: Floats) -> Limits:
+    """Find limits of the sensor: runs of three or more equal extremes, two runs at least, that the force enters by a jump.
+
+    A force that is rounded and turns by itself comes to its extreme by the smallest step.
+    """
+    steps = np.abs(np.diff(force))
+    smallest = float(steps[steps > 0.0].min())
+
+    def cut(extreme: float) -> int:
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], force == extreme, [False]))))
+        runs = [(low, high) for low, high in edges.reshape(-1, 2) if low > 0 and high < len(force) and high - low >= 3]
+        jumps = [max(steps[low - 1], steps[high - 1]) for low, high in runs]
+        return sum(high - low for low, high in runs) if len(runs) > 1 and np.median(jumps) > 2.0 * smallest else 0
+
+    return Limits(cut(float(force.min())), cut(float(force.max())))

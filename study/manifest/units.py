@@ -1,0 +1,35 @@
+"""Numbers with units, by pint."""
+
+import math
+import re
+from decimal import Decimal
+from functools import cache
+from typing import Any
+
+
+def quantity(number: str, unit: str, into: str) -> Decimal:
+    """A number with a unit, in another unit. Raises what pint raises: AttributeError, TypeError, ValueError, ArithmeticError."""
+    found: Decimal = registry().Quantity(Decimal(number), _in_symbols(unit)).to(_in_symbols(into)).magnitude
+    return found
+
+
+def factor(unit: str, into: str) -> float:
+    """One of a unit in another unit, nm in m; NaN if it has another dimension."""
+    try:
+        return float(quantity("1", unit, into))
+    except (AttributeError, TypeError, ValueError, ArithmeticError):
+        return math.nan
+
+
+@cache
+def registry() -> Any:
+    """All units. In decimals, "200 µm" is 2e-4 m to the bit."""
+    import pint  # noqa: PLC0415  whoever has numbers alone never needs it
+
+    return pint.UnitRegistry(non_int_type=Decimal)
+
+
+def _in_symbols(unit: str) -> str:
+    """A unit as pint reads it, from `m s-1`, `m/s` or `m·s^-1`."""
+    powers = re.sub(r"(?<=[A-Za-zµμ])\^?(-?\d)", r"**\1", unit.strip())
+    return re.sub(r"\s*([/*])\s*|\s*·\s*|\s+", lambda found: found[1] or "*", powers)
