@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.outcome import InvalidInput, quoted
+from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import require
 from nanoslip.study.manifest.columns import Column, Columns, OneWay, one_way, read_columns, scale_of, unit_of
 
@@ -165,7 +165,7 @@ def _scale_of_force(column: Column, given: str) -> tuple[float, str]:
         scale = scale_of(unit, own if own == "N" else "")
         if scale > 0.0:
             return scale, own
-    raise InvalidInput(f"force = {quoted(unit)}: needs a unit of force, as mN, or 1 for a friction coefficient")
+    raise InvalidInput("force", unit, "a unit of force, as mN, or 1 for a friction coefficient")
 
 
 def _role(column: Column) -> str:

@@ -149,7 +149,7 @@ class Columns:
         sure = [place for place, name in enumerate(names) if name == wanted.casefold()]
         found = sure or [place for place, name in enumerate(names) if wanted.casefold() in name]
         if len(found) != 1:
-            raise InvalidInput(f"column {quoted(wanted)}: needs one of {self}")
+            raise InvalidInput("column", wanted, f"one of {self}")
         return found[0]
 
 
