@@ -92,7 +92,7 @@ def test_python_reads_the_file_that_a_dict_names(tmp_path: Path, monkeypatch: py
         ("0 1\n", "number of points = 1: needs at least 2 lines"),
         (
             "no number\n0 1\n",
-            "number of points = 1: needs at least 2 lines of two numbers in afm.txt; line 1 is 'no number'",
+            "number of points = 1: needs at least 2 lines of two numbers in afm.txt; line 2 is '0 1'",
         ),
         ("0 1\na\nb\nc\n2 3\n", "line 2: 'a': needs 2 columns of numbers, as line 1"),
         ("a,b,c,d\n0,1,2,3\n1,1,2,3\n", "columns 1 a, 2 b, 3 c, 4 d: needs two columns, or the names x and z"),
