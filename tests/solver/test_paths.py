@@ -150,6 +150,14 @@ def test_random_legs_obey_the_laws_and_balance_their_energy(scheme, n_x, count):
     assert missing < 1e-11 or scheme == "biquadratic"
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["half_plane", "strip"])
+def test_random_legs_of_classical_sliding_obey_the_laws(scheme):
+    """Energy to what the pin's curvature bends of forces between events, 1e-9 seen."""
+    classical = SlipRule(residual_shear=1.0)
+    assert checked_legs(case_of(scheme, 17, slip_rule=classical, intrinsic_friction=0.3, start=0.35), 4) < 1e-7
+
+
 UNCOUPLED = {"effects": Effects(coupling=False), "initial_contact": "frictionless"}
 
 
