@@ -297,6 +297,14 @@ class Case:
     max_spacings: float | None = parameter(
         None, table="limits", word="spacings", meaning="longest record, in node spacings", above=0.0
     )
+    spacing_events: int | None = parameter(
+        None,
+        table="limits",
+        meaning="events for which a record goes on to two node spacings",
+        comment="beyond its presliding lengths, if as many events as it has had so far lead there within this number",
+        least=1,
+        most=MOST_EVENTS,
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -420,7 +428,7 @@ def _refuse_with_a_path(case: Case) -> None:
             raise InvalidInput("path", ABSENT, need, {key: value})
 
 
-STOP_CONDITIONS: Final = tuple(name for name, each in declared(Case).items() if each.table == "limits")
+STOP_CONDITIONS: Final = tuple(name for name in declared(Case) if name.startswith("max_"))
 """The parameters of a case that each may end its record: the first that is reached does."""
 
 PARTS: Final[dict[str, type]] = {

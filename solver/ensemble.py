@@ -64,11 +64,11 @@ class Ensemble:
             size *= 2
         yield self.members
 
-    def within_target(self, values: Sequence[float], *ends: Sequence[float]) -> bool:
-        """Whether the mean over these members meets the target. ends: see `mean_of`."""
+    def within_target(self, values: Sequence[float], shared: float = 0.0) -> bool:
+        """Whether the mean over these members meets the target. shared: see `mean_of`."""
         if self.within is None:
             return False
-        mean = mean_of(*np.array([values, *ends], float))
+        mean = mean_of(np.array(values, float), shared)
         return bool(2.0 * mean.uncertainty <= self.within * abs(mean.mean))
 
     @property
@@ -145,12 +145,11 @@ class Mean(NamedTuple):
     members: NDArray[np.int64]
 
 
-def mean_of(values: NDArray[np.float64], *ends: NDArray[np.float64]) -> Mean:
+def mean_of(values: NDArray[np.float64], shared: NDArray[np.float64] | float = 0.0) -> Mean:
     """The mean over members, the last axis of `values` (..., m); NaN: a member without a value.
 
     No mean of fewer than half of the members, or of fewer than FEWEST of as many; no ± unless all have a value: those that have
-    one are no fair sample of all. ends: of values that are means over a stretch, those over its first and its last third, from
-    which follows the part of ± that all members share.
+    one are no fair sample of all. shared: error that all members share, a part of ± (...).
     """
     there = np.isfinite(values)
     having, most = there.sum(axis=-1), values.shape[-1]
@@ -160,24 +159,7 @@ def mean_of(values: NDArray[np.float64], *ends: NDArray[np.float64]) -> Mean:
     off = values - mean[..., None]
     with np.errstate(divide="ignore", invalid="ignore"):
         error = student(most) * np.sqrt((off * off).sum(axis=-1) / (most - 1.0) / most)
-        if ends:
-            error = np.hypot(error, shared_error(np.stack((*ends, FEWEST * values - sum(ends)), axis=-1)))
-    return Mean(np.where(enough, mean, np.nan), error, having)
-
-
-def shared_error(parts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The ± of a mean over m members and k equal parts of a stretch, (..., m, k), by what the parts of all members share.
-
-    The component of the parts in a two-way analysis of variance (Searle et al., Variance Components, 1992, ch. 4), with
-    Student's t over the parts. Before it is held at 0, its square has the expectation 0 if members scatter independently.
-    """
-    members, count = parts.shape[-2:]
-    common = parts.mean(axis=-2)
-    apart = parts - parts.mean(axis=-1, keepdims=True)
-    apart -= apart.mean(axis=-2, keepdims=True)
-    chance = (apart * apart).sum(axis=(-2, -1)) / (count - 1.0) / (members - 1.0)
-    between = members * common.var(axis=-1, ddof=1)
-    return np.asarray(student(count) * np.sqrt(np.maximum(between - chance, 0.0) / (members * count)))
+    return Mean(np.where(enough, mean, np.nan), np.hypot(error, shared), having)
 
 
 def jackknife(without: Sequence[float]) -> float:

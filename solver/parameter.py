@@ -29,9 +29,16 @@ SCALED: Final = ("", "normal_load", "contact_load", "intrinsic_friction", "lengt
 """What a number may be scaled with: nothing, the load W of all contacts or of one, or μ_i (it becomes a share of it), or the
 case's unit (it becomes SI)."""
 PLUS_MINUS: Final = (
-    "at 68 %, Student's t over independent starts, of a plateau over its thirds, too; "
+    "at 68 %, Student's t over independent starts, and the shared error where there is one; "
     "NaN of one member, of members with the same events, and where a member has no value"
 )
+SHARED_ERROR: Final = "_shared_error"
+"""After a number's name: the part of its ± that all members share."""
+_SHARED: Final = {
+    "plateau": "part of ± that more members do not reduce: drift along the record, and memory of a pressed pin in records "
+    "shorter than two node spacings",
+    "nodes": "part of ± by one node more or less in contact, where members do not show it",
+}
 _KEY: Final = "quantity"
 
 
@@ -47,8 +54,8 @@ class Quantity:
     """One of SCALED."""
     ensemble: bool = False
     """Whether its mean over the members of an ensemble has an uncertainty, and a count of the members that have a value."""
-    ends: tuple[str, ...] = ()
-    """Of a mean over a stretch: what a result holds of its first and its last third."""
+    shared: Literal["", "plateau", "nodes"] = ""
+    """What the members' error has in common beside their scatter: length of the record, or whole nodes; empty for nothing."""
     of_grid: bool = False
     """Whether the error of the slab's grid is an error of it."""
     comment: str = ""
@@ -80,6 +87,11 @@ class Quantity:
         return f"{self.name}_uncertainty" if self.ensemble else ""
 
     @property
+    def shared_error(self) -> str:
+        """The variable that holds the part of ± that all members share; empty if there is none."""
+        return f"{self.name}{SHARED_ERROR}" if self.shared else ""
+
+    @property
     def members(self) -> str:
         """The variable that counts the members that have a value; empty if there is none."""
         return f"{self.name}_members" if self.ensemble else ""
@@ -93,6 +105,19 @@ class Quantity:
         return (
             Quantity(self.uncertainty, half, self.units, self.per, comment=PLUS_MINUS),
             Quantity(self.members, f"members that have {self.name}"),
+            *(
+                (
+                    Quantity(
+                        self.shared_error,
+                        f"shared part of the {half}",
+                        self.units,
+                        self.per,
+                        comment=_SHARED[self.shared],
+                    ),
+                )
+                if self.shared
+                else ()
+            ),
         )
 
 
@@ -124,7 +149,7 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
     more: dict[str, Any] = {
         "symbol": quantity.symbol,
         "ancillary_variables": " ".join(
-            filter(None, (quantity.uncertainty, quantity.members, quantity.of_grid * GRID_ERROR))
+            filter(None, (quantity.uncertainty, quantity.members, quantity.shared_error, quantity.of_grid * GRID_ERROR))
         ),
         "comment": quantity.comment,
     }
@@ -144,7 +169,7 @@ def _named(declared: Quantity, key: str) -> Quantity:
     return replace(
         declared,
         name=name,
-        si=twin and replace(twin, name=twin.name or f"{name}_si", ensemble=declared.ensemble, ends=declared.ends),
+        si=twin and replace(twin, name=twin.name or f"{name}_si", ensemble=declared.ensemble, shared=declared.shared),
     )
 
 

@@ -25,9 +25,6 @@ LARGEST_CHANGE: Final = 0.01
 """Change along the steady part, as a fraction of its mean, that still counts as steady."""
 SIGNIFICANT: Final = 5.0
 """Standard errors beyond which a change is no accident (one motion in four hundred with eight blocks)."""
-_THIRD: Final = (
-    "with F/W of the third for that of all; by how much thirds differ in all members is a part of the ± of μ_k"
-)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -52,10 +49,8 @@ class FrictionCoefficients(Labels):
         symbol="μ_k",
         comment="from steady sliding",
         ensemble=True,
-        ends=("kinetic_first_third", "kinetic_last_third"),
+        shared="plateau",
     )
-    kinetic_first_third: float = quantity("μ_k of the first third of the plateau", comment=_THIRD)
-    kinetic_last_third: float = quantity("μ_k of the last third of the plateau", comment=_THIRD)
 
     def _facts(self) -> Iterator[str]:
         yield f"μ_s {self.static_friction:.4g}"
@@ -73,7 +68,7 @@ def friction_coefficients(
     nan = math.nan
     if not len(result.slip_force):
         failed = result.outcome if not result.outcome.ok else _no_slip(result, plateau, record.normal_load)
-        return FrictionCoefficients(result.slip_force, failed, nan, nan, nan, nan, nan)
+        return FrictionCoefficients(result.slip_force, failed, nan, nan, nan)
     static = result.slip_force / record.normal_load
     first, excess = _first_slip(record, static)
     kinetic, outcome = nan, result.outcome
@@ -92,8 +87,6 @@ def friction_coefficients(
         static_friction_excess=_beyond(record, first),
         every_static_friction=static,
         kinetic_friction=kinetic,
-        kinetic_first_third=kinetic + plateau.first_third - plateau.mean,
-        kinetic_last_third=kinetic + plateau.last_third - plateau.mean,
         outcome=outcome.adding(excess),
     )
 

@@ -156,6 +156,16 @@ class EndlessCompliance(Compliance):
         return EndlessCompliance(self.convolution.uncoupled(), self.slab)
 
 
+def stiffness_of_node(compliance: Compliance, contact: NDArray[np.bool_]) -> float:
+    """Change of K by one node more at either end of the contact, pressures held (bordered inverse), in G·L_y; 0 without room."""
+    nodes = np.flatnonzero(contact)
+    added = np.array([node for node in (nodes[0] - 1, nodes[-1] + 1) if 0 <= node < len(contact)], dtype=np.intp)
+    beside = compliance.entries(nodes, added)
+    found = np.linalg.solve(compliance.entries(nodes, nodes), np.column_stack((np.ones(len(nodes)), beside)))
+    left = compliance.entries(added, added).diagonal() - np.einsum("ij,ij->j", beside, found[:, 1:])
+    return float(np.mean((1.0 - beside.T @ found[:, 0]) ** 2 / left)) if len(added) else 0.0
+
+
 @lru_cache(maxsize=4)  # asked for every contact, and few campaigns have more grids at a time
 def _widths(n_x: int, equal: bool) -> NDArray[np.float64]:
     widths = np.full(n_x, 1.0 / (n_x - 1))

@@ -5,24 +5,26 @@ the last whole spacings count: the surface pattern repeats with them.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.ensemble import FEWEST
+from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import Quantity, quantity
-from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.record import SPACINGS, FrictionRecord
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 RUN_IN: Final = 1.5
 """Presliding lengths after which initial contact is forgotten: measured by tests.verification.run_in."""
 FEWEST_EVENTS: Final = 8
 """Of a steady part: fewer say nothing of a mean over a sawtooth."""
-_THIRD: Final = "of its displacement; by how much thirds differ in all members is a part of the ± of plateau_mean"
+PRESSED: Final = 0.2
+"""Shared error of records shorter than two node spacings, in standard deviations of a start: measured by
+tests.verification.coverage. A pin just pressed down is not a pin that has slid."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -31,6 +33,7 @@ class Plateau(Viewed):
 
     It reaches from event `first_event` at displacement `start` (L_x) to event `last_event` at `end`, just after both.
     mean and std are displacement-weighted integrals over the sawtooth, without approximation. peak: the highest force.
+    drift: mean over its last half less that over its first; halves of whole node spacings if it has two or more.
     """
 
     first_event: int
@@ -40,7 +43,7 @@ class Plateau(Viewed):
         "F/W on the plateau",
         symbol="F/W",
         ensemble=True,
-        ends=("plateau_first_third", "plateau_last_third"),
+        shared="plateau",
         comment="mean friction force over load on the steady part of the record, over displacement",
         si=Quantity(
             "plateau_ratio",
@@ -51,14 +54,13 @@ class Plateau(Viewed):
             comment="plateau_mean over intrinsic_friction; NaN where that is 0 or infinite",
         ),
     )
-    first_third: float = quantity("F/W on the first third of the plateau", ensemble=True, comment=_THIRD)
-    last_third: float = quantity("F/W on the last third of the plateau", ensemble=True, comment=_THIRD)
     spacings: float = quantity("length of the plateau, in node spacings", comment="of the steady part of the record")
     std: float = quantity(
         "standard deviation on the plateau", comment="of F/W over displacement, on the steady part of the record"
     )
     start: float = quantity("start of the plateau, in L_x", comment="pin displacement where the steady part starts")
     end: float = quantity("end of the plateau, in L_x", comment="pin displacement where the steady part ends")
+    drift: float = math.nan
     outcome: Outcome = COMPLETED
 
     PREFIX: ClassVar[str] = "plateau_"
@@ -125,7 +127,7 @@ def teeth(record: FrictionRecord) -> Teeth:
 
 def plateau_of(record: FrictionRecord) -> Plateau:
     """The steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
-    events = len(record.displacement)
+    events, whole = len(record.displacement), 0
     begins = RUN_IN * record.presliding_length
     if not begins < record.final_displacement:
         return _refused(
@@ -139,19 +141,33 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
     start, end = float(steady.edges[0]), float(steady.edges[-1])
     mean, std = _moments(steady)
-    first_third, _, last_third = (steady.block_means(start, end, FEWEST) / record.normal_load).tolist()
+    half = max(whole // 2, 0) * record.spacing if whole > 1 else 0.5 * (end - start)
+    early, late = (float(steady.block_means(*ends, 1)[0]) for ends in ((start, start + half), (end - half, end)))
     return Plateau(
         start=start,
         end=end,
         first_event=first,
         last_event=last,
         mean=mean / record.normal_load,
-        first_third=first_third,
-        last_third=last_third,
         std=std / record.normal_load,
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=(end - start) / record.spacing,
+        drift=(late - early) / record.normal_load,
     )
+
+
+def shared_error(plateaus: Sequence[Plateau]) -> float:
+    """The part of the ± of a mean plateau that all its starts share, as F/W; more starts do not reduce it.
+
+    Drift from half to half that chance does not explain (two-way analysis of variance: Searle et al., Variance Components, 1992),
+    and of records shorter than two node spacings the memory of the pressed pin. Zero with constant pressures, NaN of one start.
+    """
+    means, drifts, spacings = (np.array([getattr(p, name) for p in plateaus]) for name in ("mean", "drift", "spacings"))
+    if len(plateaus) < 2:
+        return math.nan
+    steady = 0.5 * student(2) * math.sqrt(max(drifts.mean() ** 2 - drifts.var(ddof=1) / len(drifts), 0.0))
+    short = ((spacings > 0.0) & (spacings < SPACINGS - 0.5)).any()
+    return math.hypot(steady, PRESSED * means.std(ddof=1) * short)
 
 
 def _moments(steady: Teeth) -> tuple[float, float]:
@@ -169,6 +185,4 @@ def _refused(message: str, record: FrictionRecord) -> Plateau:
     between = record.final_displacement - last > 1e-12 * record.final_displacement
     limit = "limits.presliding, spacings or displacement, whichever ended it" if between else "limits.events"
     nan = math.nan
-    return Plateau(
-        0, 0, nan, nan, nan, nan, nan, nan, nan, nan, Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}")
-    )
+    return Plateau(0, 0, nan, nan, nan, nan, nan, nan, outcome=Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}"))

@@ -171,6 +171,22 @@ def farthest(case: Case, stiffness: float) -> float:
     return min(case.farthest, case.max_presliding * length)
 
 
+SPACINGS: Final = 2
+"""Node spacings to which a record goes on: the surface pattern repeats, so two show how much each start still matters."""
+
+
+def extended(case: Case, stiffness: float, events: int | float) -> float:
+    """δ_p in L_x at which a record ends that has had so many events up to its limits of length.
+
+    Two presliding lengths more than SPACINGS: run-in, and the last event before the end.
+    """
+    end = farthest(case, stiffness)
+    beyond = min(SPACINGS * case.slab.spacing + 2.0 * presliding_length(case, stiffness), case.farthest)
+    if case.spacing_events is None or case.interface.contacts > 1 or events * beyond > case.spacing_events * end:
+        return end
+    return max(end, beyond)
+
+
 def off_the_slab(case: Case) -> float:
     """δ_p in L_x at which a pin that slides on and on has certainly left the slab; infinite on a surface without ends."""
     return math.inf if case.slab.scheme.endless else OFF_THE_SLAB

@@ -46,6 +46,7 @@ from nanoslip.solver.sliding.kernels.slide import TangentialState, refresh, slid
 from nanoslip.solver.sliding.record import (
     FIRST_CAPACITY,
     FrictionRecord,
+    extended,
     farthest,
     off_the_slab,
     presliding_length,
@@ -192,6 +193,10 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
         of_grid = slipped.of_grid(first, case.slab.n_x)
         status, held = follow_path(compiled.state, compiled.constants, room, of_grid, held, end_at)
         events.node[before:held] += first
+        beyond = extended(case, initial_stiffness, held) if math.isnan(way.until) else end_at
+        if status == Stop.DONE and end_at < beyond:
+            end_at = beyond
+            continue
         if status not in GOING_ON or (status == Stop.FULL and held == most):
             break
         if held == len(events.displacement):

@@ -3,12 +3,15 @@
 The plateau of a friction record is found in nanoslip.solver.sliding.plateau.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.kernels.slide import cycle
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
@@ -31,6 +34,7 @@ class EventStatistics(Labels):
     surface_stiffness: float = quantity(
         "lateral stiffness, in G·L_y",
         ensemble=True,
+        shared="nodes",
         of_grid=True,
         symbol="K",
         comment="of the contact before it slides (Eq. 15)",
@@ -105,6 +109,15 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
         if period
         else 0.0,
     )
+
+
+def shared_by_nodes(stiffness: NDArray[np.float64], step: float) -> float:
+    """The part of the ± of a mean K that its starts do not show: with it, ± is at least that of one start with one node more."""
+    count = len(stiffness)
+    if count < 2:
+        return math.nan
+    scatter = float(stiffness.var(ddof=1)) / count
+    return float(student(count)) * math.sqrt(max((step / count) ** 2 - scatter, 0.0))
 
 
 def cycle_of(record: FrictionRecord) -> int:

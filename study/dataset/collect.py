@@ -25,8 +25,9 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import mean_of, needed
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import Quantity, attributes
+from nanoslip.solver.parameter import SHARED_ERROR, Quantity, attributes
 from nanoslip.solver.sliding.validity import advice_on, flags_in
+from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.file import FORMAT, MIXED, VERSION, carrying, seal_of
 from nanoslip.study.dataset.variables import (
@@ -332,13 +333,17 @@ class Table:
             if quantity.words:
                 self._values[quantity.name][places] = [_word(quantity, row) for row in found[name].tolist()]
                 continue
-            mean, uncertainty, members = mean_of(found[name], *(found[end] for end in quantity.ends))
+            shared = found[f"{name}{SHARED_ERROR}"][:, 0] if f"{name}{SHARED_ERROR}" in found else np.zeros(len(rows))
+            mean, uncertainty, members = mean_of(found[name], shared)
             if quantity.uncertainty in found:  # of all members together: the result holds its ±
                 uncertainty, members = found[quantity.uncertainty][:, 0], found[quantity.members][:, 0].astype(int)
             unit = np.array([row.factors[quantity.per] for row in rows])
             self._values[quantity.name][places] = mean * unit
             if quantity.ensemble:
-                self._values[quantity.uncertainty][places] = uncertainty * np.abs(unit)
+                unknown = ~(uncertainty > ROUNDING * np.abs(mean))  # members do not differ
+                self._values[quantity.uncertainty][places] = np.where(unknown, np.nan, uncertainty) * np.abs(unit)
+                if quantity.shared:
+                    self._values[quantity.shared_error][places] = np.where(unknown, np.nan, shared) * np.abs(unit)
                 self._values[quantity.members][places] = members
 
 

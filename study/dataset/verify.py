@@ -388,7 +388,7 @@ def _of_records() -> set[str]:
 
 def _names(quantities: Iterable[Quantity]) -> set[str]:
     """The variables of these quantities, and of their ±."""
-    return {name for each in quantities for name in (each.name, each.uncertainty) if name}
+    return {name for each in quantities for name in (each.name, each.uncertainty, each.shared_error) if name}
 
 
 def _odd(name: str, words: str) -> Difference:

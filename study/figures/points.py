@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
+from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.study.dataset.access import Places, Selection, places
 from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, by_name, called, members_of, parameters
 from nanoslip.study.manifest.parameters import as_written
@@ -114,6 +115,8 @@ class Points:
     """Numbers, NaN where there is none; or texts, empty where there is none."""
     errors: Floats
     """Uncertainties of the numbers; NaN where none is known."""
+    shared: Floats
+    """The part of them that all members share; 0 where none is stated."""
     axes: Mapping[str, NDArray[Any]]
     """The coordinates in which cases differ."""
     flagged: NDArray[np.bool_]
@@ -159,7 +162,7 @@ class Points:
         return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged}
 
 
-_ARRAYS: Final = ("values", "errors", "flagged", "members", "lacking")
+_ARRAYS: Final = ("values", "errors", "shared", "flagged", "members", "lacking")
 """Fields of points that have an entry for each of them."""
 
 
@@ -173,14 +176,16 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     value, error, stated = _ratio(dataset, name, over) if over else _number(dataset, name)
     having, used = members_of(dataset, name) or (-1, -1)
     flags = dataset.get(VALIDITY.name, 0)
-    numbers = {"_value": value, "_error": error, "_having": having, "_used": used, "_flags": flags}
+    shared = 0.0 if over else dataset.get(f"{name}{SHARED_ERROR}", 0.0)
+    numbers = {"_value": value, "_error": error, "_shared": shared, "_having": having, "_used": used, "_flags": flags}
     found = places(dataset[[widest]].assign(numbers), widest, where)
     values, errors, flagged = found.values("_value"), found.values("_error").astype(float), found.values("_flags") != 0
+    shared = np.nan_to_num(found.values("_shared").astype(float))
     members, most = (np.nan_to_num(found.values(each)).astype(np.int64) for each in ("_having", "_used"))
     axes, lacking = varying(found), (members > 0) & (members < most)
     as_one = tuple(each for each in zipped(dataset) if each in axes)
     called = f"{name}/{over}" if over else name
-    return Points(called, label(name, over), values, errors, axes, flagged, members, lacking, as_one, stated)
+    return Points(called, label(name, over), values, errors, shared, axes, flagged, members, lacking, as_one, stated)
 
 
 def _number(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, Any, bool]:

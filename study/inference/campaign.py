@@ -150,9 +150,10 @@ class Question:
 
 
 def _of_one_start(points: Points) -> Floats:
-    """The standard deviation of a member, from the ± of the mean over all; NaN where there is one alone."""
+    """The standard deviation of a member, from the unshared part of the mean's ±; NaN where there is one alone."""
     members = np.where(points.members > 1, points.members, np.nan)
-    return np.asarray(points.errors * np.sqrt(members) / student(members))
+    scatter = np.sqrt(np.maximum(points.errors**2 - points.shared**2, 0.0))
+    return np.asarray(scatter * np.sqrt(members) / student(members))
 
 
 def question_of(

@@ -125,10 +125,11 @@ class _Expansion:
 
 
 def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters that name a case: those of an interface only where they are given, as cases had names before these."""
+    """The parameters that name a case: of an interface and `spacing_events` only given ones, as cases had names before these."""
     usual = {name: getattr(Interface(), name) for name in declared(Interface)}
     alone = all(parameters[name] == value for name, value in usual.items())
-    return {name: value for name, value in parameters.items() if not (alone and name in usual)}
+    left_out = {*(usual if alone else ()), *(() if parameters["spacing_events"] else ("spacing_events",))}
+    return {name: value for name, value in parameters.items() if name not in left_out}
 
 
 # The campaign of a single case, from its parameters in the words of a manifest.

@@ -23,7 +23,7 @@ from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import PIECES, batches
-from nanoslip.solver.sliding.record import FIRST_CAPACITY, farthest, off_the_slab
+from nanoslip.solver.sliding.record import FIRST_CAPACITY, extended, farthest, off_the_slab
 from nanoslip.study.plan.task import Task, case_of, drive_of
 
 # Rates: seconds on one core.
@@ -95,7 +95,8 @@ def sizes_of(case: Case) -> Sizes:
     lost = max(1.0 - rule.residual_shear, 1e-6)  # share of its shear that a node loses in a slip
     step = max(lost * presliding / (EVENTS * nodes), least, 1e-300)
     follows = case.effects.pin_translation or rule.residual_shear == 1.0
-    reach = min(farthest(case, stiffness), off_the_slab(case) if follows else math.inf)
+    reach = extended(case, stiffness, farthest(case, stiffness) / step)
+    reach = min(reach, off_the_slab(case) if follows else math.inf)
     most = float(case.max_events or MOST_EVENTS)
     # In Coulomb sliding a node is touched and one released in each spacing; all come to slide first.
     events = 2.0 * nodes + reach / slab.spacing if rule.residual_shear == 1.0 else reach / step

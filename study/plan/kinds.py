@@ -24,7 +24,7 @@ from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.ensemble import ALONE, Ensemble, Places
 from nanoslip.solver.last import of_the_last
-from nanoslip.solver.parameter import Quantity, as_field, quantities, quantity
+from nanoslip.solver.parameter import SHARED_ERROR, Quantity, as_field, quantities, quantity
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import Collective, Portion, batches
 from nanoslip.solver.sliding.plateau import Plateau
@@ -481,7 +481,8 @@ def layout_of(kind: Kind) -> Layout:
     rows = (rows_of(each.sample) for each in kind.ragged)
     scalars = (frozenset(name for name, each in found.items() if not each.along) for _, found in parts)
     along = {name: each.along for _, found in parts for name, each in found.items() if each.along}
-    names = frozenset((*whole, *rows, *along, *(name for _, found in parts for name in found)))
+    shared = (f"{name}{SHARED_ERROR}" for _, found in parts for name, each in found.items() if each.shared)
+    names = frozenset((*whole, *rows, *along, *shared, *(name for _, found in parts for name in found)))
     return Layout(names if parts else frozenset((MATRIX,)), tuple(filter(None, scalars)), along)
 
 

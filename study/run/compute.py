@@ -21,21 +21,21 @@ from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.dynamics.regime import count_sticks
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
 from nanoslip.solver.effects import SPARED, LeftOut
-from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, surface_compliance
+from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, stiffness_of_node, surface_compliance
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.elasticity.interior import interior_fields
 from nanoslip.solver.ensemble import Ensemble, change_by, needed
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
-from nanoslip.solver.parameter import quantities
+from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import Portion
-from nanoslip.solver.sliding.plateau import Plateau, plateau_of
+from nanoslip.solver.sliding.plateau import Plateau, plateau_of, shared_error
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.solver.sliding.slide import slide_to_state, states_at
 from nanoslip.solver.sliding.slider import collective, portion, slider
-from nanoslip.solver.sliding.statistics import event_statistics
+from nanoslip.solver.sliding.statistics import event_statistics, shared_by_nodes
 from nanoslip.solver.sliding.validity import contact_validity, record_validity
 from nanoslip.study.origin import computing, stemming
 from nanoslip.study.plan.kinds import (
@@ -104,6 +104,10 @@ class Member:
     outcome: Outcome = COMPLETED
     only: tuple[str, ...] | None = None
     """The variables that it knows, where it was computed without an effect on which others depend; None for all."""
+    plateau: Plateau | None = None
+    """That of its record, from which follows the error that members share."""
+    node: float = 0.0
+    """Change of its stiffness by one node more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,11 +159,11 @@ def largest_change(kind: Kind, ensemble: Ensemble, without: Sequence[Member], wh
     return max(change_by(fewer, all_of_it) for (fewer, *_), (all_of_it, *_) in zip(*each, strict=True))
 
 
-def _targeted(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[list[list[float | int]]]:
-    """Values of the members, and of the ends of their stretches, of each number of this kind in an ensemble's target."""
+def _targeted(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[tuple[list[float | int], float]]:
+    """Values of the members, and the error that they share, of each number of this kind in an ensemble's target."""
     scalars, nothing = _scalars(kind, members), [math.nan] * len(members)
-    chosen = ((key, *each.ends) for key, each in declared(kind).items() if each.name in ensemble.of)
-    return [[scalars.get(name, nothing) for name in names] for names in chosen]
+    chosen = (key for key, each in declared(kind).items() if each.name in ensemble.of)
+    return [(scalars.get(key, nothing), scalars.get(f"{key}{SHARED_ERROR}", [0.0])[0]) for key in chosen]
 
 
 def numbers(
@@ -190,12 +194,20 @@ def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | in
                 found[key] = [math.nan if value is None else _coded(getattr(value, name), words) for value in values]
     for number, member in enumerate(members):
         if member.only is not None:
-            kept = {
-                name for key, each in declared(kind).items() if each.name in member.only for name in (key, *each.ends)
-            }
+            kept = {key for key, each in declared(kind).items() if each.name in member.only}
             for key in found.keys() - kept:
                 found[key][number] = math.nan
+    for key, each in declared(kind).items():
+        if each.shared and key in found:
+            found[f"{key}{SHARED_ERROR}"] = [_shared(each, members, found[key])] * len(members)
     return found
+
+
+def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
+    """The error of a mean that all members share."""
+    if quantity.shared == "nodes":
+        return shared_by_nodes(np.array(values, float), float(np.mean([member.node for member in members])))
+    return shared_error([member.plateau for member in members if member.plateau])
 
 
 def _arrays(kind: Kind, member: Member) -> dict[str, NDArray[Any]]:
@@ -312,13 +324,14 @@ def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs
         plateau = plateau_of(found.record)
         together = collective(found.record, plateau, found.bound, found.lost)
         values = (found.validity, plateau, found.statistics, found.record, together)
-        return Member(values, plateau.outcome.adding(found.record.outcome.message))
+        return Member(values, plateau.outcome.adding(found.record.outcome.message), plateau=plateau)
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
     valid = record_validity(case, start, record, end)
     values = (valid, plateau, event_statistics(record), record, collective(record, plateau))
-    return Member(values, plateau.outcome if record.outcome.ok else record.outcome)
+    node = stiffness_of_node(compliance, start.contact) if record.outcome.usable else 0.0
+    return Member(values, plateau.outcome if record.outcome.ok else record.outcome, plateau=plateau, node=node)
 
 
 @of_the_last  # records are pulled over by one drive after the other
@@ -410,7 +423,7 @@ class _Pulling:
             return Member((), error.outcome)
         fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None
         count = count_sticks(motion, drive)
-        return Member((coefficients, fit, count, motion), coefficients.outcome.adding(count.unsettled))
+        return Member((coefficients, fit, count, motion), coefficients.outcome.adding(count.unsettled), plateau=plateau)
 
 
 PAIRS: Final = 2

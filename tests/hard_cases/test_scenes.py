@@ -48,11 +48,10 @@ REPEATED = ("stick_slip_period", "spring_force_amplitude", "spring_force_range")
 """What a drive has only where its second half is long enough to show it."""
 SHARES = ("fluctuation", "unseen_force")
 """What is over the force of a plateau, which may be 0."""
-KINETIC = ("kinetic_friction", "kinetic_first_third", "kinetic_last_third")
+KINETIC = ("kinetic_friction",)
 LACKS = {
     Ending.NO_PLATEAU: (
         "plateau_mean", "plateau_std", "plateau_start", "plateau_end", "plateau_spacings", "plateau_peak",
-        "plateau_first_third", "plateau_last_third",
         "mean_step", "mean_slips", "mean_drop", *KINETIC,
     ),
     Ending.NO_SLIP: ("static_friction", *KINETIC),

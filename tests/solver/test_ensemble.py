@@ -20,7 +20,6 @@ from nanoslip.solver.ensemble import (
     elsewhere,
     jackknife,
     mean_of,
-    shared_error,
 )
 from nanoslip.solver.slab import Slab
 
@@ -116,18 +115,12 @@ def test_the_mean_is_that_of_members_with_a_value_and_says_of_how_many():
     assert mean_of(np.array([1.0, 2.0, 4.0, 5.0])).uncertainty == pytest.approx(half, rel=1e-12)
 
 
-def test_what_thirds_of_all_members_share_is_an_error_of_their_mean():
-    """Of 20,000 ensembles: with members that scatter alone it is 0 in expectation before it is held there; what thirds have in
-    common has the standard deviation that its ± states, at 68 % within it where it outweighs chance."""
-    rng = np.random.default_rng(5)
-    alone, common = rng.normal(0.0, 1.0, (20_000, 8, 3)), rng.normal(0.0, 30.0, (20_000, 1, 3))
-    found = shared_error(3.0 + alone + common)
-    # A share of 20,000 has a standard error of 0.33 %; four of them.
-    assert np.mean(np.abs(common.mean(axis=(1, 2))) < found) == pytest.approx(LEVEL, abs=0.014)
-    assert np.mean(shared_error(alone) > 0.0) == pytest.approx(scipy.stats.f.sf(1.0, 2, 14), abs=0.014)
-    first, _, last = np.moveaxis(alone + common, -1, 0)
-    both = mean_of((alone + common).mean(axis=-1), first, last).uncertainty
-    np.testing.assert_allclose(both, np.hypot(mean_of(alone.mean(axis=-1)).uncertainty, shared_error(alone + common)))
+def test_an_error_that_members_share_is_a_part_of_the_mean_s():
+    values = np.array([[1.0, 2.0, 4.0, 5.0]] * 2)
+    alone, both = mean_of(values).uncertainty, mean_of(values, np.array([0.0, 3.0])).uncertainty
+    np.testing.assert_allclose(both, np.hypot(alone, [0.0, 3.0]), rtol=1e-15)
+    target = Ensemble(4, within=1.0)
+    assert (target.within_target(values[0]), target.within_target(values[0], 3.0)) == (True, False)
 
 
 @pytest.mark.parametrize(("there", "members"), [(1, 1), (2, 2), (3, 6), (4, 8), (1, 2), (2, 3), (3, 7), (3, 8)])

@@ -74,11 +74,13 @@ def test_no_number_of_a_result_is_lost(small):
     plan, store, _ = small
     # Of parameters; zero at initial contact; spring_force_amplitude where it means something; for drives over the record.
     known_apart = {"normal_load", "spacing", "presliding_length", "displacement", "spring_force_range"}
-    known_apart |= {f"plateau_{name}" for name in ("first_event", "last_event", "peak")}
+    known_apart |= {f"plateau_{name}" for name in ("first_event", "last_event", "peak", "drift")}
     for task in plan.tasks:
         result = store.read(task.key)
         series = [each for group in all_groups().values() for each in group.series if each.kind == task.kind]
-        assert set(result.scalars) - known_apart <= set(dict(scalars(task.kind)))
+        stated = {key: each.shared for key, each in scalars(task.kind)}
+        known = {*stated, *(f"{key}_shared_error" for key, shared in stated.items() if shared)}
+        assert set(result.scalars) - known_apart <= known
         if task.kind in ("record", "drive"):
             kept = {name for each in series for name in each.columns}
             assert set(result.arrays) - {"binned_force"} <= kept  # what uncertainties are made of
@@ -403,18 +405,21 @@ def test_a_number_is_the_mean_over_members_with_its_error_and_count(four: Four) 
     plan, store, found = four
     case, keys = found.isel(intrinsic_friction=0).squeeze(), plan.case_tasks[plan.cases[0].case_id]
     record, (drive, pulled) = keys["record", ""], (keys["drive", "fast"], case.sel(drive="fast"))
-    for name, key, at, part in (
-        ("plateau_mean", record, case, "plateau"),
-        ("mean_step", record, case, ""),
-        ("static_friction", drive, pulled, ""),
-        ("kinetic_friction", drive, pulled, "kinetic"),
+    for name, key, at in (
+        ("plateau_mean", record, case),
+        ("surface_stiffness", record, case),
+        ("mean_step", record, case),
+        ("static_friction", drive, pulled),
+        ("kinetic_friction", drive, pulled),
     ):
         of = store.read(key).scalars
-        thirds = (f"{part}_first_third", f"{part}_last_third") if part else ()
-        mean = mean_of(*(np.array(of[each]) for each in (name, *thirds)))
+        shared = of.get(f"{name}_shared_error", [0.0])[0]
+        mean = mean_of(np.array(of[name]), shared)
         assert at[name].item() == mean.mean
         assert at[f"{name}_uncertainty"].item() == mean.uncertainty > 0.0
         assert at[f"{name}_members"].item() == mean.members == 4
+        assert (f"{name}_shared_error" in at) == (f"{name}_shared_error" in of)
+        assert at.get(f"{name}_shared_error", 0.0) == shared
     assert case["events"].item() == 200.0
     in_meters = case["mean_step_uncertainty"].item() * plan.manifest.scales.slab_width
     assert case["mean_step_si_uncertainty"].item() == pytest.approx(in_meters, rel=1e-15)

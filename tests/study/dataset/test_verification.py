@@ -295,8 +295,7 @@ def test_a_drive_may_take_another_path_only_where_last_digits_moved(tmp_path):
             arrays = {name: v * (1 + digits) if v.dtype == float else v for name, v in result.arrays.items()}
             if task.kind == "drive":
                 scalars["steps"] = [steps + 1 for steps in result.scalars["steps"]]
-                for name in ("kinetic_friction", "kinetic_first_third", "kinetic_last_third"):
-                    scalars[name] = [kinetic * value for value in scalars[name]]
+                scalars["kinetic_friction"] = [kinetic * value for value in scalars["kinetic_friction"]]
                 force = arrays["friction_force"]
                 arrays["friction_force"] = force * np.where(np.arange(len(force)) == 30, 1.03, 1.0)
             return replace(result, scalars=scalars, arrays=arrays)

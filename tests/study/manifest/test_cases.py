@@ -84,6 +84,7 @@ def test_each_case_is_what_its_parameters_make_alone(tmp_path, text):
 def test_the_names_of_cases_are_what_they_were(tmp_path):
     """They are coordinates of datasets that are there."""
     text = "numerics.n_x = 17\naxes.radius = [50, 60.5]\naxes.spread = [0, 0.1]\nensemble.members = 2"
+    text += "\nlimits.events = 100000\nlimits.presliding = 8"
     assert [case.case_id for case in expand(read(tmp_path, text))] == RECORDED
 
 
