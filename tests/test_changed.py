@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from nanoslip.solver.contact.kernels.path import follow_path
 from tests.changed import EVERYTHING, FILES, chosen, differing, reach
 
 ROOT = Path(__file__).parents[1]
@@ -72,7 +73,7 @@ def test_what_runs_is_what_is_followed(tests: str, environment: dict[str, str], 
 
 def test_a_change_reaches_the_tests_of_what_calls_it_and_no_others() -> None:
     """From a kernel to the slips that it computes, from a command's function to the command; the nearest first."""
-    kernel = chosen({("nanoslip/solver/sliding/kernels/slide.py", "slide_events")})
+    kernel = chosen({(f"{follow_path.__module__.replace('.', '/')}.py", follow_path.__name__)})
     assert "tests/study/commands/test_running.py" in {each.partition("::")[0] for each in kernel}
     assert not [each for each in kernel if each.startswith("tests/study/test_canonical.py")]
     assert kernel[0].startswith("tests/solver/")
