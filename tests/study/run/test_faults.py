@@ -4,6 +4,7 @@ import json
 import math
 import os
 import signal
+import threading
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -14,6 +15,7 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.results import files
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import child as process
 from nanoslip.study.run.campaign import KILLED, blame
@@ -81,6 +83,24 @@ def test_a_task_whose_process_dies_after_its_result_is_kept_is_done_and_not_comp
         tally = farm.run(plan.tasks, journal)
     assert (tally.done, tally.crashed, journal.undone) == (len(plan.tasks), 0, set())
     assert written(tmp_path) == dict.fromkeys((task.key for task in plan.tasks), 1)
+
+
+@pytest.mark.parametrize("hidden", ["results", "results/{}.result"])
+def test_a_folder_or_need_that_a_network_file_system_shows_later_is_waited_for(campaign, tmp_path, monkeypatch, hidden):
+    """A client remembers for half a minute that something was not there."""
+    compliance, record, *_ = make_plan(load_manifest(campaign)).tasks
+    Store(tmp_path).prepare()
+    executor(tmp_path)(compliance)
+    assert record.needs == (compliance.key,)
+    path = tmp_path / hidden.format(compliance.key)
+    elsewhere = path.rename(tmp_path / "elsewhere")
+    monkeypatch.setattr(files, "LOOK", 0.01)
+    with monkeypatch.context() as once:
+        once.setattr(files, "VISIBLE", 0.05)
+        with pytest.raises(FileNotFoundError, match="not there though"):
+            executor(tmp_path)(record)
+    threading.Timer(0.3, elsewhere.rename, [path]).start()
+    assert executor(tmp_path)(record).usable
 
 
 def test_what_a_dead_process_computed_is_tried_again_behind_all_others(tmp_path):
