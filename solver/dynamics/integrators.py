@@ -337,5 +337,6 @@ def _needed(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -
     if settled and (found.outcome.ok or count.regime == "micro_slip"):
         return math.inf
     forgets = found.outcome.ok and count.ringing > 0.0  # friction is known, and the ringing alone is waited for
-    needed, most = (2.0 * count.ringing, FORGETTING) if forgets else (2.0 * motion.end_time, drive.step_limit)
+    needed = 2.0 * max(motion.end_time, count.ringing if forgets else 0.0)
+    most = FORGETTING if forgets else drive.step_limit
     return needed if motion.steps * needed <= most * motion.end_time else math.inf
