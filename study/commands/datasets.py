@@ -18,7 +18,8 @@ from nanoslip.study.dataset.variables import OUTCOMES, means_of
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import of_symbol
-from nanoslip.study.plan.plan import PENDING, Plan
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.task import PENDING
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, counting, note, print_sentences, print_table, whole
 from nanoslip.study.results.store import Store, StoreError

@@ -19,7 +19,6 @@ from nanoslip.study.manifest.parameters import si_line
 from nanoslip.study.manifest.problems import ManifestError, Problem
 from nanoslip.study.manifest.reader import effects
 from nanoslip.study.plan.plan import (
-    PENDING,
     KindCount,
     Plan,
     disk_of_plan,
@@ -30,6 +29,7 @@ from nanoslip.study.plan.plan import (
     shortages,
     span_line,
 )
+from nanoslip.study.plan.task import PENDING
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script

@@ -17,7 +17,8 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
-from nanoslip.study.dataset.file import FORMAT, LostGroupsError, are_texts, carrying, groups_of, tree_of
+from nanoslip.study.dataset.file import FORMAT, LostGroupsError, carrying, groups_of, tree_of, with_texts
+from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.dataset.variables import (
     DRIVE_NAME,
     EVENT_DROP,
@@ -32,7 +33,7 @@ from nanoslip.study.dataset.variables import (
 )
 from nanoslip.study.manifest.cases import value_of
 from nanoslip.study.manifest.parameters import words
-from nanoslip.study.plan.plan import PENDING
+from nanoslip.study.plan.task import PENDING
 
 # Selection of cases, and of their records and trajectories, by values of coordinates: `radius=200`.
 
@@ -199,7 +200,7 @@ class Accessor:
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:
-        self._dataset = dataset
+        self._dataset = with_texts(dataset)
 
     def __repr__(self) -> str:
         return "\n".join(f"{name}: {text}" for name, text in _facts(self._dataset))
@@ -502,6 +503,7 @@ def joined(roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = Fa
 
     sources: names in messages. holes: whether cases of no dataset may be missing, as pending.
     """
+    roots = [with_texts(root) for root in roots]
     _refuse_strangers(roots, sources)
     roots = _numbered(roots)
     dims = list(dict.fromkeys(str(dim) for root in roots for dim in root.dims))

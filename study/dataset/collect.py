@@ -57,8 +57,8 @@ from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, in_fil
 from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
 from nanoslip.study.plan.grids import Front, load_front
 from nanoslip.study.plan.kinds import KINDS, left_out, needed_kinds
-from nanoslip.study.plan.plan import PENDING, CaseTasks, Plan, case_outcome, drive_outcome, flags_of
-from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, Exclusion, TaskResult, without_effect
+from nanoslip.study.plan.plan import CaseTasks, Plan, case_outcome, drive_outcome, flags_of
+from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, PENDING, Exclusion, TaskResult, without_effect
 from nanoslip.study.results import files
 from nanoslip.study.results.store import Store
 

@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.outcome import NanoslipError
+from nanoslip.study.dataset.texts import TEXTS, Table, are_stored, are_texts, as_group, decoded, encoded, table_of
 from nanoslip.study.results.files import NO_FILE, write_to, written_whole
 from nanoslip.study.results.store import StoreError
 
@@ -51,11 +52,6 @@ def _digest(path: Path, length: int) -> str:
             found.update(chunk)
             length -= len(chunk)
     return found.hexdigest()
-
-
-def are_texts(variable: xr.Variable) -> bool:
-    """Whether the values of a variable are texts."""
-    return variable.dtype.kind in "OUT"
 
 
 # The groups of a dataset beside its root: records, event sizes, trajectories, contacts, the inside of the slab, the software.
@@ -109,15 +105,40 @@ def groups_of(root: xr.Dataset) -> Groups:
 
 
 def opened(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
-    """Root and groups of a file; numbers are read when they are used, texts at once. Raises OSError."""
-    found = xr.open_groups(path, engine="netcdf4")
-    for each in found.values():
-        for variable in each.variables.values():
-            if are_texts(variable) and not isinstance(variable, xr.IndexVariable):  # which is read already
-                variable.load()  # xarray cannot transpose characters that it has not read
-    root = found.pop(ROOT)
-    root.set_close(partial(_close_all, [each._close for each in (*found.values(), root) if each._close]))
-    return root, {name.strip("/"): group for name, group in found.items()}
+    """Root and groups of a file; numbers are read when they are used, texts at once. Raises OSError, ValueError, KeyError."""
+    found = {name.strip("/"): group for name, group in xr.open_groups(path, engine="netcdf4").items()}
+    closing = [each._close for each in found.values() if each._close]
+    try:
+        table = table_of(found.pop(TEXTS, None))
+        found = {name: _with_texts(group, table) for name, group in found.items()}
+    except Exception:
+        _close_all(closing)
+        raise
+    root = found.pop("")
+    root.set_close(partial(_close_all, closing))
+    return root, found
+
+
+def _with_texts(found: xr.Dataset, table: Table) -> xr.Dataset:
+    """A root or group with its texts, in memory."""
+    for variable in found.variables.values():
+        if are_texts(variable):
+            variable.load()
+    stored = {name: each for name, each in found.variables.items() if are_stored(each)}
+    again = found.assign({name: decoded(each, table) for name, each in stored.items()})
+    again.encoding = found.encoding
+    return again
+
+
+def with_texts(root: xr.Dataset) -> xr.Dataset:
+    """The dataset, with its texts also where xarray itself has opened the file, which has numbers for them."""
+    if not any(are_stored(each) for each in root.variables.values()):
+        return root
+    source = Path(str(root.encoding.get("source", "")))
+    if not source.is_file():
+        return _with_texts(root, {})
+    with xr.open_dataset(source, group=TEXTS, engine="netcdf4") as group:
+        return _with_texts(root, table_of(group))
 
 
 def _close_all(closing: Sequence[Callable[[], None]]) -> None:
@@ -158,23 +179,34 @@ def write_tree(tree: xr.DataTree, path: Path) -> None:
     netCDF4.set_chunk_cache(0)  # else all chunks of all variables stay in memory until the file is closed
     try:
         with netCDF4.Dataset(path, "w") as opened:
-            for node in tree.subtree:
-                group = node.to_dataset(inherit=False).drop_encoding()
+            for place, group in _stored(tree):
                 variables, attributes = xr.conventions.encode_dataset_coordinates(group)
                 for name, variable in variables.items():
                     variable.encoding |= _encoding(variable, name in group.coords)
                 store: Any = xr.backends.NetCDF4DataStore
-                store(opened.createGroup(node.path)).store(variables, attributes, frozenset(variables), last)
+                store(opened.createGroup(place)).store(variables, attributes, frozenset(variables), last)
             for target, value in values:
                 target[...] = value
     finally:
         netCDF4.set_chunk_cache(*usual)
 
 
+def _stored(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
+    """Place and content of root and groups as the file has them, without encoding; then the texts of the root by name."""
+    root, table = tree.to_dataset(inherit=False).drop_encoding(), Table()
+    held = {_LABEL, *root.data_vars}
+    over = [name for name, each in root.variables.items() if are_texts(each) and each.ndim > (name not in held)]
+    yield ROOT, root.assign({name: encoded(root.variables[name], table) for name in over})
+    yield from (
+        (node.path, node.to_dataset(inherit=False).drop_encoding()) for node in tree.subtree if node.path != ROOT
+    )
+    if over:
+        yield TEXTS, as_group(table)
+
+
 def _encoding(variable: xr.Variable, coordinate: bool) -> dict[str, Any]:
     found: dict[str, Any] = dict(_COMPRESSED) if variable.size >= SMALLEST_COMPRESSED else {}
     if are_texts(variable):
-        # As characters: netCDF 4.10 breaks down where a file with strings in groups is open twice and closed once.
         return found | {"dtype": "S1"}
     # Coordinates have no missing values (CF 2.5.1).
     return found | {"_FillValue": None} if coordinate and variable.dtype.kind == "f" else found
@@ -182,7 +214,7 @@ def _encoding(variable: xr.Variable, coordinate: bool) -> dict[str, Any]:
 
 FILE: Final = "results.nc"
 FORMAT: Final = "nanoslip_format"
-VERSION: Final = 4
+VERSION: Final = 5
 """Attribute of a dataset, and its value: to be raised whenever a variable is added, renamed or given another meaning."""
 MIXED: Final = "mixed_software"
 """Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""

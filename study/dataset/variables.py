@@ -20,6 +20,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
+from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import GRID_ERROR, Quantity, attributes, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import FLAGS, Validity
@@ -29,7 +30,7 @@ from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_paramet
 from nanoslip.study.manifest.parameters import with_symbol
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.kinds import KINDS, MEMBER, column, declared
-from nanoslip.study.plan.task import TaskResult
+from nanoslip.study.plan.task import PENDING, TaskResult
 
 
 def scalars(kind: str) -> list[tuple[str, Quantity]]:
@@ -135,13 +136,14 @@ EVENT_DROP: Final = quantities(EventSizes)["drop"]
 """What `.record` and `.events` have beside the columns of the file."""
 VALIDITY = quantities(Validity)["validity_flags"]
 ADVICE = Quantity("advice", "what to do about validity_flags", "", comment="empty where there is none")
+_ENDINGS: Final = (PENDING, *Ending)
 OUTCOMES = {
     "": (
-        Quantity("outcome", "how the case ended", ""),
+        Quantity("outcome", "how the case ended", "", codes=_ENDINGS),
         Quantity("message", "reason of the outcome", "", comment="with advice"),
     ),
     DRIVE: (
-        Quantity("drive_outcome", "how the dynamic stage ended", ""),
+        Quantity("drive_outcome", "how the dynamic stage ended", "", codes=_ENDINGS),
         Quantity("drive_message", "reason of drive_outcome", "", comment="with advice"),
     ),
 }

@@ -38,8 +38,8 @@ from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.manifest.reader import parse_manifest, sha256_of
 from nanoslip.study.origin import Origin, computing, from_data
-from nanoslip.study.plan.plan import NOTHING_KNOWN, PENDING, Plan, evenly, make_plan
-from nanoslip.study.plan.task import Task
+from nanoslip.study.plan.plan import NOTHING_KNOWN, Plan, evenly, make_plan
+from nanoslip.study.plan.task import PENDING, Task
 from nanoslip.study.results.store import Store, StoreError
 
 # A dataset computed again from itself alone: its manifest -> plan -> tasks -> dataset, and both side by side.

@@ -35,7 +35,7 @@ from nanoslip.study.plan.cost import (
     record_bytes,
 )
 from nanoslip.study.plan.kinds import KINDS, Wanted, compliance_needs, in_stages
-from nanoslip.study.plan.task import Label, Task, TaskResult, short
+from nanoslip.study.plan.task import PENDING, Label, Task, TaskResult, short
 
 Some = TypeVar("Some")
 
@@ -209,8 +209,6 @@ def _label(wanted: Wanted, campaign_case: CampaignCase) -> Label:
 
 # How far a plan is: its tasks by kind, and how its cases and drives ended, from the outcomes of their tasks.
 
-PENDING: Final = "pending"
-"""What stands for the outcome of what is not computed yet."""
 NOTHING_KNOWN: Final = (PENDING, *(ending.value for ending in UNDONE), Ending.NEEDS_FAILED.value)
 """Outcomes that say nothing of a case: pending, failed for want of time or memory or as a process died, or waiting for that."""
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import lru_cache
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from numpy.typing import NDArray
 
@@ -22,6 +22,8 @@ from nanoslip.study.origin import Origins
 
 Label = tuple[tuple[str, ...], tuple[Value | None, ...]]
 """What a task is labelled by, names and values: parameters, the ensemble's member, the drive. What is None is left out."""
+PENDING: Final = "pending"
+"""What stands for the outcome of what is not computed yet."""
 
 
 @dataclass(frozen=True, slots=True)

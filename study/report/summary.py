@@ -21,11 +21,12 @@ from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import scales_of
-from nanoslip.study.dataset.file import are_texts
+from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.figures.points import hyphenated, in_text, in_unit, listed, readable, symbol, unit_of
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, compact, in_si
-from nanoslip.study.plan.plan import PENDING, flag_lines
+from nanoslip.study.plan.plan import flag_lines
+from nanoslip.study.plan.task import PENDING
 from nanoslip.study.report.console import Table
 from nanoslip.study.toml_text import from_toml
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from nanoslip.study.api import concat, open as open_dataset, run
 from nanoslip.study.dataset.access import NotJoinableError
-from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.dataset.file import groups_of, with_texts
 from nanoslip.study.results.store import StoreError
 from tests.study.dataset.campaigns import FULL
 
@@ -53,7 +53,7 @@ def test_xarray_itself_joins_the_scalars_of_both(folders, whole, tmp_path):
     """As `xr.open_mfdataset` does, with its own defaults: it opens every file's root, and combines by coordinates."""
     run(FULL | {"title": "third", "axes": {"intrinsic_friction": [0.5], "radius": [25.0]}}, tmp_path).close()
     parts = [xr.open_dataset(folder / "results.nc") for folder in (folders[1], tmp_path)]
-    joined = xr.combine_by_coords(parts, combine_attrs="override")
+    joined = with_texts(xr.combine_by_coords(parts, combine_attrs="override"))
     assert joined["radius"].values.tolist() == [25.0, 50.0]
     for name in ("plateau_mean", "outcome", "static_friction", "record_id", "case_id"):
         xr.testing.assert_equal(joined[name], whole[name].sel(radius=[25.0, 50.0]))

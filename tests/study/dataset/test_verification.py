@@ -16,6 +16,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.study.dataset import file, verify as verification
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.compare import Verdict
+from nanoslip.study.dataset.texts import NONE
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import computing, here
@@ -128,7 +129,7 @@ def test_a_record_that_is_not_the_cases_is_different(altered, tmp_path):
     def alter(opened: netCDF4.Dataset) -> None:
         names = opened["record/record"][1], "ffffffffffff", ""
         for place, name in zip(((0, 0, 0, 0), (0, 1, 0, 0), (1, 0, 0, 0)), names, strict=True):
-            opened["record_id"][place] = name
+            opened["record_id"][place] = int(str(name), 16) if name else NONE
 
     findings = verified(altered(alter), tmp_path)
     assert verdicts(findings) == [0, 2, 2, 2, 0]
@@ -241,9 +242,9 @@ def test_changed_values_are_different_and_named_with_their_case(altered, tmp_pat
 
 def test_changed_words_and_names_are_different_but_advice_and_last_digits_are_within_tolerance(altered, tmp_path):
     def alter(opened: netCDF4.Dataset) -> None:
-        opened["outcome"][0, 0, 0, 0] = "no_slip"
+        opened["outcome"][0, 0, 0, 0] = opened["outcome"].flag_meanings.split().index("no_slip")
         opened["record/case_id"][1] = "ffffffffffff"
-        opened["message"][1, 0, 0, 0] = "do it otherwise"
+        opened["message"][1, 0, 0, 0] = 0xFFFFFFFFFFFF
         opened["surface_stiffness"][1, 1, 0, 0] = np.nextafter(opened["surface_stiffness"][1, 1, 0, 0], 1.0)
         opened["mean_step"].units = "m"
         opened.slab_width = 2e-3

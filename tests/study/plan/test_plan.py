@@ -15,7 +15,6 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.kinds import KINDS
 from nanoslip.study.plan.plan import (
-    PENDING,
     Plan,
     drive_outcome,
     ended,
@@ -24,7 +23,7 @@ from nanoslip.study.plan.plan import (
     need_of,
     outlook_of,
 )
-from nanoslip.study.plan.task import Task
+from nanoslip.study.plan.task import PENDING, Task
 from tests.conftest import SMALL
 from tests.study.plan.running import planned as plan
 

@@ -1,0 +1,108 @@
+"""Texts of a dataset as whole numbers in its file, as netCDF has no type for them that every program can handle.
+
+Characters get a dimension, about which xarray cannot turn what it has not read; strings of variable length crash netCDF 4.10
+where a file is open twice and closed once. So a text over dimensions is a number in the file:
+
+- a word of a fixed list, as `outcome`, its place in the list: CF's `flag_values` and `flag_meanings`;
+- any other text its name, of 48 bits: a content hash of 12 hexadecimal digits, as `case_id`, its value; another text the first 12
+  digits of its SHA-256, under which the group `texts` has it. Files that are joined keep the meaning of their numbers.
+
+Single texts and labels along one dimension stay characters.
+"""
+
+import hashlib
+import re
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+TEXTS: Final = "texts"
+"""Group of the texts by name; its dimension and coordinate is `name`."""
+_NAME: Final = "name"
+_TEXT: Final = "text"
+_STORED: Final = "stored_as"
+"""Attribute of a variable whose numbers are texts: the way."""
+_WORD: Final = "flag_meanings"
+_HASH: Final = re.compile(r"[0-9a-f]{12}")
+NONE: Final = -1
+"""Name of an empty text."""
+Table = dict[int, str]
+"""Name of a text -> the text."""
+
+
+def are_texts(variable: xr.Variable) -> bool:
+    """Whether the values of a variable are texts."""
+    return variable.dtype.kind in "OUT"
+
+
+def encoded(variable: xr.Variable, table: Table) -> xr.Variable:
+    """Texts as numbers; adds those that are no content hashes to the table."""
+    values = variable.values.ravel().tolist()
+    different = dict.fromkeys(map(str, values))
+    words = str(variable.attrs.get(_WORD, "")).split()
+    if words and different.keys() <= set(words):
+        codes = {text: words.index(text) for text in different}
+        kind: type[np.integer[Any]] = np.int8
+        marks = {_STORED: _WORD}
+    else:
+        codes, kind, marks = {text: _named(text, table) for text in different}, np.int64, {_STORED: _NAME}
+    numbers = np.fromiter((codes[str(text)] for text in values), kind, len(values))
+    return xr.Variable(variable.dims, numbers.reshape(variable.shape), {**variable.attrs, **marks})
+
+
+def _named(text: str, table: Table) -> int:
+    """Name of a text."""
+    if not text or _HASH.fullmatch(text):
+        return int(text, 16) if text else NONE
+    name = int(hashlib.sha256(text.encode()).hexdigest()[:12], 16)
+    while table.setdefault(name, text) != text:  # two texts in 2^48 collide
+        name += 1
+    return name
+
+
+def are_stored(variable: xr.Variable) -> bool:
+    """Whether a variable holds numbers of texts."""
+    return _STORED in variable.attrs and variable.dtype.kind in "iu"
+
+
+def decoded(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable:
+    """Texts from numbers, in memory. Raises ValueError where a number stands for no text."""
+    numbers = variable.values
+    different, places = np.unique(numbers, return_inverse=True)
+    if variable.attrs[_STORED] == _WORD:
+        words = dict(enumerate(str(variable.attrs.get(_WORD, "")).split()))
+        found = [words.get(code) for code in different.tolist()]
+    else:
+        table = {NONE: "", **table}
+        found = [table.get(name, f"{name:012x}") for name in different.tolist()]
+    if None in found:
+        raise ValueError(f"numbers without a meaning in {_WORD}")
+    attributes = {name: each for name, each in variable.attrs.items() if name != _STORED}
+    encoding = {"dtype": "S1", **{name: each for name, each in variable.encoding.items() if name == "source"}}
+    texts = np.array([*found, ""], object)[:-1][places.reshape(numbers.shape)]
+    return xr.Variable(variable.dims, texts, attributes, encoding)
+
+
+def as_group(table: Table) -> xr.Dataset:
+    """The group of a file that has the texts by name; that of no text, too."""
+    table = {NONE: "", **table}
+    names = sorted(table)
+    about = {
+        "long_name": "text of a name",
+        "comment": "of variables with stored_as = name; content hashes are names themselves",
+    }
+    return xr.Dataset(
+        {_TEXT: (_NAME, np.array([table[name] for name in names], object), about)},
+        {_NAME: (_NAME, np.array(names, np.int64), {"long_name": "name of a text"})},
+    )
+
+
+def table_of(group: xr.Dataset | None) -> Table:
+    """The texts of such a group by name. Raises KeyError where it is none."""
+    if group is None:
+        return {}
+    texts: NDArray[Any] = group[_TEXT].values
+    return dict(zip(group[_NAME].values.tolist(), map(str, texts.tolist()), strict=True))
