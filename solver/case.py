@@ -72,7 +72,8 @@ class SlipRule:
         1e-6,
         table="slip",
         meaning="smallest displacement step",
-        comment="in surface node spacings, or in 24 elastic stretches of the contact where that is less",
+        comment="no step to the next event is shorter than event_floor·min(Δx, 24·μ_i·W/K): Δx is the node spacing, K the change "
+        "of the contact's friction force, if all its nodes stick, per displacement of the pin",
         least=1e-14,
         most=1.0,
         note=" (node spacings)",

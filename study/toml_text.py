@@ -57,8 +57,8 @@ def _value(value: Any, where: str) -> str:
         return "true" if value else "false"
     if isinstance(value, str | os.PathLike):
         return _text(os.fspath(value))
-    if isinstance(value, int | float):
-        return repr(value)
+    if isinstance(value, int | float):  # numpy's, too, which write themselves in another way
+        return float.__repr__(value) if isinstance(value, float) else int.__repr__(value)
     if isinstance(value, Mapping):
         inside = (f"{_key(key)} = {_value(each, f'{where}.{key}')}" for key, each in value.items() if each is not None)
         return "{" + ", ".join(inside) + "}"
@@ -69,18 +69,23 @@ def _value(value: Any, where: str) -> str:
     raise TypeError(f"{where} = {value!r}: needs a text, a number, true or false, a list or a table")
 
 
+_TURNING: Final = {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"}
+"""Kinds of letters that turn the direction of those behind them, so that a text reads as another one."""
 ONE_LINE: Final = "to be one line without control characters"
 
 
 def one_line(text: str) -> bool:
-    """Whether a text is without line breaks and other control characters: a terminal obeys them, and a dataset ends at a null."""
-    return not any(unicodedata.category(letter) in ("Cc", "Zl", "Zp") for letter in text)
+    """Whether a text is without line breaks, control characters and marks of direction, which terminals obey."""
+    return not any(
+        unicodedata.category(letter) in ("Cc", "Zl", "Zp") or unicodedata.bidirectional(letter) in _TURNING
+        for letter in text
+    )
 
 
 def shown(value: object) -> str:
     """A value in the notation of TOML or nearly so, at most SHOWN characters."""
     try:
-        text = repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
+        text = float.__repr__(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)
     except (ValueError, RecursionError):  # Python writes no number of more than 4300 digits, and nothing nested deeply
         return quoted(value)
     return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."

@@ -527,9 +527,7 @@ def fit() -> None:
 
 
 @command("judge:export_dataset", CAMPAIGN, OUT)
-@click.option(
-    "--csv", "form", flag_value="csv", help="As CSV: a header, a line of units that begins with #, rows [default]."
-)
+@click.option("--csv", "form", flag_value="csv", help="As CSV: names with units, rows [default].")
 @click.option("--json", "form", flag_value="json", help="As JSON: title, variables with unit and meaning, rows.")
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")

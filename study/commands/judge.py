@@ -80,7 +80,7 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
 def export_dataset(campaign: Path, out: Path | None, form: str | None, table: str | None, output: Path | None) -> None:
     """Write a table of a campaign's cases, events or samples to a file or to standard output."""
     with refusals(ValueError), dataset_of(campaign, out) as found:
-        columns, title = columns_of(found, table), str(found.attrs["title"])
+        columns, title = columns_of(found, table), str(found.attrs.get("title", ""))
     as_asked = form or ("json" if output and output.suffix.lower() == ".json" else "csv")
     text = as_json(columns, title) if as_asked == "json" else as_csv(columns)
     if output is None:

@@ -45,7 +45,7 @@ def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, 
     if picture:
         _draw().format_of(picture)
     with dataset_of(campaign, out) as found:
-        note(found.attrs["title"])
+        note(found.attrs.get("title", "no title"))
         show_case(found, given, picture)
 
 

@@ -77,7 +77,7 @@ def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
         coordinate, values = along.coords[key].variable, np.atleast_1d(np.asarray(wanted))
         if values.dtype.kind == "U" and not are_texts(coordinate):
             values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
-        hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, values))
+        hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, _nearest(coordinate.values, values)))
         if not hits.any():
             given, there = ",".join(map(str, np.ravel(wanted))), _some(along.coords[key].values.ravel().tolist())
             raise KeyError(f"{key} = {given}: no such case; there are {there}")
@@ -86,6 +86,19 @@ def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
     if not len(positions):
         raise KeyError(f"{_words(selection)}: no case is all of that")
     return Places(root, tuple(map(str, along.dims)), positions)
+
+
+NEAR: Final = 1e-9
+"""Share of itself by which a number may differ from that of a coordinate, as 0.3 from 0.1 + 0.2."""
+
+
+def _nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
+    """Wanted values, with the only one of a coordinate that is nearly a number in place of that number."""
+    if there.dtype.kind not in "iuf" or wanted.dtype.kind not in "iuf":
+        return wanted
+    known = np.unique(there)
+    near = [known[np.isclose(known, each, rtol=NEAR, atol=0.0)] for each in wanted]
+    return np.array([found[0] if len(found) == 1 else each for found, each in zip(near, wanted, strict=True)])
 
 
 def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:
@@ -113,7 +126,12 @@ def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Datase
 def id_of(root: xr.Dataset, name: str) -> str:
     """The variable that names the run of each case. Raises ValueError where a dataset has no such group."""
     known = all_groups()[name].id.name
-    if name not in groups_of(root):
+    groups = groups_of(root)
+    if SOFTWARE[0].name not in groups:
+        raise ValueError(
+            f"this dataset was saved without its groups, {name} too: .nanoslip.tree.to_netcdf(path) keeps them"
+        )
+    if name not in groups:
         raise ValueError(f"this dataset has no group {name}: its campaign leaves that out (see [outputs] and stages)")
     if known not in root:
         raise ValueError(f"this dataset has lost {known}: keep it when choosing variables")

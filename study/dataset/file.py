@@ -19,6 +19,7 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.texts import TEXTS, Table, are_stored, are_texts, as_group, decoded, encoded, table_of
 from nanoslip.study.results.files import NO_FILE, write_to, written_whole
 from nanoslip.study.results.store import StoreError
+from nanoslip.study.toml_text import ONE_LINE, one_line
 
 # The last line of a dataset's file: a checksum of all before it. netCDF ignores it; whoever changes the file removes it.
 
@@ -253,11 +254,15 @@ def read(path: Path) -> xr.Dataset:
         if path.stat().st_size <= MOST_CHECKED:
             check(path)
         root, groups = opened(path)
-    except _REFUSALS as error:
+    except (*_REFUSALS, KeyError, ValueError) as error:
         raise StoreError(f"{path}: no dataset ({_reason(error)}); run or collect the campaign first") from None
     if problem := _other_format(root.attrs):
         root.close()
         raise OtherFormatError(f"{path}: {problem}")
+    title = root.attrs.get("title", "")
+    if not (isinstance(title, str) and one_line(title)):
+        root.close()
+        raise StoreError(f"{path}: title: {ONE_LINE}")
     return carrying(root, groups)
 
 

@@ -28,11 +28,13 @@ from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
     DISCRETIZATION_ERROR,
     OUTCOMES,
+    SOFTWARE,
     Group,
     all_groups,
     run_names,
     scalars,
     windows,
+    without_numbers,
 )
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.parameters import NAMED
@@ -45,8 +47,9 @@ from nanoslip.study.results.store import Store, StoreError
 # A dataset computed again from itself alone: its manifest -> plan -> tasks -> dataset, and both side by side.
 #
 # Each case is *bit-identical*, *within tolerance* or *different*. Within tolerance is every number within `ROUNDING` of its
-# variable's scale, the largest magnitude that was recomputed; texts and whole numbers must be the same, but for the advice of a
-# `message`. Two things are chains of decisions, which a last digit may turn: a record, seldom, and a drive over its teeth,
+# variable's scale, the largest magnitude that was recomputed; texts and whole numbers must be the same, but for numbers in a
+# `message`, and the words of messages of other software.
+# Two things are chains of decisions, which a last digit may turn: a record, seldom, and a drive over its teeth,
 # often.
 #
 # - A record took another path where half or more of the case's numbers over it differ. What precedes sliding still has to agree
@@ -72,6 +75,11 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
         changed = "manifest: not what manifest_sha256 is of, or a file that it names is not"
         raise NotVerifiableError(f"{path}: {changed}: changed after it was written")
     manifest = parse_manifest(path, str(facts["manifest"]), beside)
+    if SOFTWARE[0].name not in groups_of(found) or found["case_id"].size != manifest.case_count:
+        size = f"{found['case_id'].size} of {manifest.case_count} cases"
+        raise NotVerifiableError(
+            f"{path}: {size}, groups {', '.join(groups_of(found)) or 'none'}: not as nanoslip wrote it"
+        )
     if manifest.drives and OUTCOMES["drive"][0].name not in found:
         raise NotVerifiableError(f"{path}: {OUTCOMES['drive'][0].name}: missing: needs how its drives ended")
     return make_plan(manifest)
@@ -227,6 +235,7 @@ class Recomputed:
 
     def __init__(self, found: xr.Dataset, again: xr.Dataset) -> None:
         self._found, self._again = found, again
+        self._reworded = bool(other_software(found))
         # A later package may have a newly measured front: its estimates of a grid's error then differ.
         same_front = found.attrs.get(_FRONT) == again.attrs.get(_FRONT)
         self._of_front = set() if same_front else {_FRONT, DISCRETIZATION_ERROR.name}
@@ -315,7 +324,7 @@ class Recomputed:
         found = compared(name, kept[name].values, now[name].values, scale)
         if found.verdict is not Verdict.DIFFERENT:
             return found
-        if name in _ADVICE:
+        if name in _ADVICE and (self._reworded or _alike(kept[name].values, now[name].values)):
             return replace(found, verdict=Verdict.WITHIN)
         elsewhere = parted if name in _of_records() else moved or parted
         if not elsewhere or name in _before_sliding() or now[name].dtype == object:
@@ -327,6 +336,12 @@ class Recomputed:
         errors = [np.nan_to_num(each[error].values, nan=LITTLE * scale / STANDARD_ERRORS) for each in (kept, now)]
         close = deviations(kept[name].values, now[name].values, (errors[0], errors[1])) <= STANDARD_ERRORS
         return replace(found, verdict=Verdict.WITHIN) if np.all(close) else found
+
+
+def _alike(kept: NDArray[Any], again: NDArray[Any]) -> bool:
+    """Whether messages differ in numbers alone."""
+    pairs = zip(map(str, kept.flat), map(str, again.flat), strict=True)
+    return all(without_numbers(one) == without_numbers(other) for one, other in pairs)
 
 
 class _Runs:

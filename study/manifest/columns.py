@@ -42,11 +42,19 @@ DIMENSIONS: Final = ("s", "m", "N")
 """Units of the dimensions by which columns are chosen."""
 
 
+_FORMULA: Final = re.compile(r"[=@\t\r]|[-+](?![\d.]+([eE][-+]?\d+)?$|inf$)")
+"""Beginning of a cell that spreadsheets compute: no number."""
+
+
 def rows_as_csv(rows: Iterable[Iterable[object]]) -> str:
-    """The rows as CSV, the header first."""
+    """The rows as CSV, the header first; a text that a spreadsheet would take for a formula begins with an apostrophe."""
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
+    csv.writer(text, lineterminator="\n").writerows(map(_inert, row) for row in rows)
     return text.getvalue()
+
+
+def _inert(cell: object) -> object:
+    return f"'{cell}" if isinstance(cell, str) and _FORMULA.match(cell) else cell
 
 
 def text_of(path: Path) -> str:

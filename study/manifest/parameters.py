@@ -198,10 +198,20 @@ def plain(key: str, value: Any, stated: Parameter, scales: Scales | None = None)
     if given is None:
         return value
     try:
-        found = quantity(given[1], given[2], unit)
+        found = _converted(given[1], given[2], unit, scales if stated.scale == "force" else None)
         return float(found / Decimal(str(getattr(scales, stated.scale) if scales else 1)))
     except (AttributeError, TypeError, ValueError, ArithmeticError):  # pint's own are among them
         raise InvalidInput(key, value, f'a number, or one with a unit as "{given[1]} {as_written(unit)}"') from None
+
+
+def _converted(number: str, unit: str, into: str, scales: Scales | None) -> Decimal:
+    """A quantity in another unit. scales: for a force, which may be given per depth of the slab, as plane strain has it."""
+    try:
+        return quantity(number, unit, into)
+    except TypeError:  # of another dimension
+        if scales is None:
+            raise
+        return quantity(number, unit, "N/m") * Decimal(str(scales.slab_depth))
 
 
 def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequence[Any]]) -> str:

@@ -20,7 +20,7 @@ from nanoslip.solver.case import Case, Effects
 from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
-from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.outcome import LONGEST_MESSAGE, InvalidInput
 from nanoslip.solver.parameter import MOST_WHOLE, as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
 from nanoslip.study.manifest.checker import (
@@ -388,6 +388,8 @@ class _Reader(NamedFiles):
                 self.refuse(key_shown(key), value, remark=unknown(key, _TOP))
             elif not isinstance(value, kind):
                 self.refuse(key, value, wanted)
+            elif key == "title" and len(value) > LONGEST_MESSAGE:
+                self.refuse(key, value, f"at most {LONGEST_MESSAGE} characters")
             elif key == "title" and not one_line(str(value)):
                 self.refuse(key, value, ONE_LINE)
             else:

@@ -39,13 +39,13 @@ from nanoslip.study.results.store import write_files
 
 
 def as_csv(columns: Sequence[Column]) -> str:
-    """A header of names, a line of units whose first cell begins with `# `, then the rows; unknown numbers are empty.
+    """A header of names with their units, as `time [s]`, then the rows; unknown numbers are empty.
 
     Numbers have all their digits; `true`, `false` and `inf` are words, as in a table of cases.
     """
-    first, *others = (each.units for each in columns)
+    names = [f"{each.name} [{each.units}]" if each.units not in ("", "1") else each.name for each in columns]
     rows = zip(*([_cell(value) for value in each.values] for each in columns), strict=True)
-    return rows_as_csv(itertools.chain(([each.name for each in columns], [f"# {first}", *others]), rows))
+    return rows_as_csv(itertools.chain([names], rows))
 
 
 def as_json(columns: Sequence[Column], title: str) -> str:

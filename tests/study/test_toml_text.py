@@ -32,6 +32,8 @@ def test_values_of_numpy_paths_and_none_are_written():
         "e": {"f": (1, True), "g": None},
     }
     assert tomllib.loads(as_toml(document)) == {"a": [1.5, 2.0], "b": 3, "c": "x.csv", "e": {"f": [1, True]}}
+    lists = {"g": list(np.linspace(0.2, 0.4, 3)), "h": {"i": np.float64(0.1)}, "j": [np.float32(0.5), np.bool_(True)]}
+    assert tomllib.loads(as_toml(lists)) == {"g": [0.2, 0.30000000000000004, 0.4], "h": {"i": 0.1}, "j": [0.5, True]}
     assert math.isinf(tomllib.loads(as_toml({"x": np.inf}))["x"])
 
 

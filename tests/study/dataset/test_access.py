@@ -9,8 +9,9 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.api import open as open_dataset, run
-from nanoslip.study.dataset.access import Column, columns_of, one_case
+from nanoslip.study.dataset.access import Column, columns_of, one_case, places
 from nanoslip.study.dataset.file import LostGroupsError, groups_of
+from nanoslip.study.dataset.verify import NotVerifiableError, rebuilt
 from tests.conftest import ROOT
 from tests.study.dataset.campaigns import FULL
 
@@ -153,6 +154,27 @@ def test_a_dataset_that_has_lost_its_groups_or_never_had_records_says_so(full):
     found = run({"title": "contact", "stages": ["contact"], "numerics": {"n_x": 17}})
     with pytest.raises(ValueError, match="no group record: its campaign leaves that out"):
         found.nanoslip.teeth()
+
+
+def test_a_number_is_found_that_differs_in_its_last_digits(full):
+    """As 0.1 + 0.2 from 0.3; of two values that near it is neither."""
+    moved = full.assign_coords(intrinsic_friction=[0.25 * (1 + 1e-12), 0.5], radius=[50.0, 50.0 * (1 + 1e-12)])
+    assert len(places(moved, "case_id", {"intrinsic_friction": 0.25}).positions) == 2
+    assert len(places(moved, "case_id", {"radius": 50.0}).positions) == 2
+    with pytest.raises(KeyError):
+        places(moved, "case_id", {"radius": 50.0 * (1 - 1e-10)})
+
+
+def test_what_xarray_saved_without_groups_is_refused_for_that_reason(full, tmp_path):
+    full.to_netcdf(tmp_path / "copy.nc")
+    full.isel(radius=[0]).nanoslip.tree.to_netcdf(tmp_path / "part.nc")
+    with open_dataset(tmp_path / "copy.nc") as copy:
+        with pytest.raises(ValueError, match="saved without its groups"):
+            copy.nanoslip.record(**ONE)
+        with pytest.raises(NotVerifiableError, match="4 of 4 cases, groups none"):
+            rebuilt(copy, tmp_path / "copy.nc")
+    with open_dataset(tmp_path / "part.nc") as part, pytest.raises(NotVerifiableError, match="2 of 4 cases"):
+        rebuilt(part, tmp_path / "part.nc")
 
 
 def test_the_examples_of_the_page_run(tmp_path, monkeypatch):

@@ -133,6 +133,7 @@ WRONG = {
     "constants.V_o = 1": ": unknown; did you mean stage_velocity, which belongs in [[drives]] or [drive_axes]?",
     "": "title: missing: needs a text",
     "title = 5": ": needs a text",
+    f'title = "{"x" * 1001}"': ": needs at most 1000 characters",
     'title = "a\\nb"': ": needs to be one line without control characters",
     'title = "\\u202e\\u009b31m"': 'title = "\\u202e\\x9b31m": needs to be one line without control characters',
     "stage = 1": ": unknown; did you mean stages?",

@@ -35,6 +35,11 @@ def read(text: str, **beside: str) -> Manifest:
     return parse_manifest(Path("mine.toml"), text, beside)
 
 
+def test_a_load_per_length_is_that_of_plane_strain_over_the_depth_of_the_slab() -> None:
+    per_length = IN_UNITS.replace('"100 N", 2e-3, "0.3 kN"', '"10 N/mm", "2e4 N/m", "30 kN/m"')
+    assert read(per_length).axes["normal_load"] == pytest.approx([1e-3, 2e-3, 3e-3], rel=1e-15)
+
+
 def test_a_campaign_in_units_is_the_same_tasks_to_the_bit() -> None:
     keys = [{task.key for task in make_plan(read(text)).tasks} for text in (IN_UNITS, IN_NUMBERS)]
     assert keys[0] == keys[1]

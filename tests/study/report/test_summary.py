@@ -310,16 +310,19 @@ COLUMNS = [
 ]
 
 
-def test_csv_has_a_line_of_units_below_its_header_and_is_read_by_pandas_which_skips_it() -> None:
-    header, units, first, *_ = csv.reader(io.StringIO(as_csv(COLUMNS)))
-    assert header == [each.name for each in COLUMNS]
-    assert units == ["# 1", "1", "m s-1", "", ""]
+def test_csv_has_units_in_its_names_and_is_read_by_pandas() -> None:
+    header, first, *_ = csv.reader(io.StringIO(as_csv(COLUMNS)))
+    assert header == ["radius", "events", "stage_velocity [m s-1]", "friction", "message"]
     assert first == ["0.30000000000000004", "9007199254740993", "", "true", ""]
-    found = pd.read_csv(
-        io.StringIO(as_csv(COLUMNS)), skiprows=[1], keep_default_na=False, na_values={"stage_velocity": ""}
-    )
-    for each in COLUMNS:
-        np.testing.assert_array_equal(found[each.name], each.values)
+    found = pd.read_csv(io.StringIO(as_csv(COLUMNS)), keep_default_na=False, na_values={"stage_velocity [m s-1]": ""})
+    for name, each in zip(found, COLUMNS, strict=True):
+        np.testing.assert_array_equal(found[name], each.values)
+
+
+def test_no_cell_of_csv_is_a_formula_and_numbers_stay_numbers() -> None:
+    cells = ["=1+1", "@now", "+cmd", "-x", "-1.5e-3", "-inf", "a=b", ""]
+    rows = [row[0] if row else "" for row in csv.reader(io.StringIO(as_csv([Column("text", "", "", cells)])))]
+    assert rows == ["text", "'=1+1", "'@now", "'+cmd", "'-x", *cells[4:]]
 
 
 def test_json_is_strict_and_says_units_and_meanings() -> None:
