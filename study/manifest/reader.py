@@ -388,7 +388,7 @@ class _Reader(NamedFiles):
                 self.refuse(key_shown(key), value, remark=unknown(key, _TOP))
             elif not isinstance(value, kind):
                 self.refuse(key, value, wanted)
-            elif key == "title" and len(value) > LONGEST_MESSAGE:
+            elif key == "title" and len(str(value)) > LONGEST_MESSAGE:
                 self.refuse(key, value, f"at most {LONGEST_MESSAGE} characters")
             elif key == "title" and not one_line(str(value)):
                 self.refuse(key, value, ONE_LINE)
