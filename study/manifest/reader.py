@@ -312,6 +312,12 @@ KEYS_OF_FILES: Final = frozenset((*_TOP, "name", *itertools.chain(*OTHERS.values
 """Keys that a campaign has beside the parameters of its cases, their ensembles, drives and outputs."""
 
 
+def _need_of_title(title: str) -> str:
+    """What a title needs; empty of a good one."""
+    long = f"at most {LONGEST_MESSAGE} characters" if len(title) > LONGEST_MESSAGE else ""
+    return long or ("" if one_line(title) else ONE_LINE)
+
+
 class _Reader(NamedFiles):
     """Reads one campaign file."""
 
@@ -388,10 +394,8 @@ class _Reader(NamedFiles):
                 self.refuse(key_shown(key), value, remark=unknown(key, _TOP))
             elif not isinstance(value, kind):
                 self.refuse(key, value, wanted)
-            elif key == "title" and len(str(value)) > LONGEST_MESSAGE:
-                self.refuse(key, value, f"at most {LONGEST_MESSAGE} characters")
-            elif key == "title" and not one_line(str(value)):
-                self.refuse(key, value, ONE_LINE)
+            elif key == "title" and (need := _need_of_title(str(value))):
+                self.refuse(key, value, need)
             else:
                 good[key] = value
         if "title" not in document:
