@@ -81,8 +81,11 @@ def test_a_table_of_cases_becomes_axes_read_together(tmp_path):
 
 
 def test_a_title_is_any_text_of_one_line(tmp_path):
-    for title in ("", "μ_i über 日本語", "👩‍🔬 <b>%s</b> {{ 7 }}", "\u202e", "x" * 10_000):
+    for title in ("", "μ_i über 日本語", "👩‍🔬 <b>%s</b> {{ 7 }}", "x" * 1000):
         assert read(tmp_path, f'title = "{title}"').title == title
+    for title in ("\u202e", "x" * 1001):
+        with pytest.raises(ManifestError, match="title"):
+            read(tmp_path, f'title = "{title}"')
 
 
 def test_drives_that_no_stage_computes_are_checked_and_left_out(tmp_path):
@@ -133,7 +136,6 @@ WRONG = {
     "constants.V_o = 1": ": unknown; did you mean stage_velocity, which belongs in [[drives]] or [drive_axes]?",
     "": "title: missing: needs a text",
     "title = 5": ": needs a text",
-    f'title = "{"x" * 1001}"': ": needs at most 1000 characters",
     'title = "a\\nb"': ": needs to be one line without control characters",
     'title = "\\u202e\\u009b31m"': 'title = "\\u202e\\x9b31m": needs to be one line without control characters',
     "stage = 1": ": unknown; did you mean stages?",
