@@ -301,7 +301,7 @@ class Case:
     spacing_events: int | None = parameter(
         None,
         table="limits",
-        meaning="events for which a record goes on to two node spacings",
+        meaning="events up to two node spacings",
         comment="beyond its presliding lengths, if as many events as it has had so far lead there within this number",
         least=1,
         most=MOST_EVENTS,

@@ -127,7 +127,7 @@ def id_of(root: xr.Dataset, name: str) -> str:
     """The variable that names the run of each case. Raises ValueError where a dataset has no such group."""
     known = all_groups()[name].id.name
     groups = groups_of(root)
-    if SOFTWARE[0].name not in groups:
+    if not groups:
         raise ValueError(
             f"this dataset was saved without its groups, {name} too: .nanoslip.tree.to_netcdf(path) keeps them"
         )

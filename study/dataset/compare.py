@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.solver.parameter import GRID_ERROR
+from nanoslip.solver.parameter import GRID_ERROR, SHARED_ERROR
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.access import values_over
@@ -217,7 +217,7 @@ def _names(pair: Pair, kind: str) -> list[str]:
     apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
     apart |= run_names() | {"advice", GRID_ERROR}
     both = [str(name) for name in pair[0].data_vars if name in pair[1].data_vars and name not in apart]
-    told = ("_uncertainty", "members")
+    told = ("_uncertainty", "members", SHARED_ERROR)
     return [name for name in both if (name in driven) == bool(kind) and not name.endswith(told)]
 
 

@@ -105,7 +105,7 @@ def test_records_that_nobody_wants_are_gone_after_the_run(run, campaign, out):
     assert (code, "0 tasks to do" in progress) == (0, True)
     # One slow stage never gets the pin to slip, another so late that its mean force says nothing yet.
     # Each failure is in a row, and once more with its advice.
-    assert [said.count(ending) for ending in ("completed", "no_slip", "no_plateau")] == [7, 2, 2]
+    assert [said.count(ending) for ending in ("completed", "no_slip", "no_plateau")] == [8, 2, 2]
     assert [said.count(f"{ending}: 1 of 8 drives") for ending in ("no_slip", "no_plateau")] == [1, 1]
 
 
@@ -114,7 +114,7 @@ def test_a_task_that_crashes_is_an_outcome_and_exit_code_3_until_it_is_tried_aga
     code, said, errors = run()
     assert (code, "RuntimeError: a defect" in errors) == (3, True)
     assert "6 tasks failed, or needed one that did" in errors  # two records and the two drives of each
-    assert [said.count(word) for word in ("completed", "no_slip", "crashed: 2 of 4 cases")] == [4, 2, 1]
+    assert [said.count(word) for word in ("completed", "no_slip", "crashed: 2 of 4 cases")] == [5, 2, 1]
     first = (out / "results.nc").read_bytes()
     monkeypatch.setattr(executor, "run_task", run_task)
     code, said, errors = run()
@@ -123,7 +123,7 @@ def test_a_task_that_crashes_is_an_outcome_and_exit_code_3_until_it_is_tried_aga
     assert "6 tasks are not tried any more" in ask("status")[1]
     code, said, errors = run("--retry")
     assert (code, "6 tasks left" in errors) == (0, True)
-    assert [said.count(word) for word in ("completed", "no_slip", "crashed")] == [7, 2, 0]
+    assert [said.count(word) for word in ("completed", "no_slip", "crashed")] == [8, 2, 0]
 
 
 def test_what_was_tried_again_with_success_and_dropped_has_not_failed(run, campaign, monkeypatch):
@@ -242,7 +242,7 @@ def test_outcomes_are_counted_as_the_dataset_has_them_refused_cases_among_them(r
     assert ": rows = 5: needs 3 to 4 rows at n_x = 9" in said
     found = json.loads(ask("status", "--json")[1])
     assert (found["finished"], sum(found["cases"].values()), sum(found["drives"].values())) == (True, 16, 32)
-    with xr.open_dataset(out / "results.nc") as data:
+    with nanoslip_here.open(out) as data:
         for key, name in (("cases", "outcome"), ("drives", "drive_outcome")):
             words = data[name].values.ravel().tolist()
             assert found[key] == {word: words.count(word) for word in set(words)}
@@ -266,7 +266,7 @@ def test_what_is_not_finished_is_collected_as_pending_into_a_folder_named_after_
     monkeypatch.chdir(tmp_path)
     code, said, _ = main("collect", campaign)
     assert (code, said.count("pending")) == (0, 8)  # cases times drives
-    with xr.open_dataset("results/small/results.nc") as found:
+    with nanoslip_here.open("results/small/results.nc") as found:
         assert set(found["outcome"].values.ravel()) == {"pending"}
 
 
@@ -286,7 +286,7 @@ def test_a_finished_dataset_is_not_replaced_by_one_of_a_changed_campaign_without
     assert "4 finished cases, collected now 0 of 4" in said
     assert f"nanoslip collect {campaign} --out {finished} --replace writes" in said
     assert ask("collect", "--replace")[0] == 0
-    with xr.open_dataset(finished / "results.nc") as found:
+    with nanoslip_here.open(finished) as found:
         assert set(found["outcome"].values.ravel()) == {"pending"}
 
 

@@ -186,7 +186,7 @@ def test_the_examples_of_the_page_run(tmp_path, monkeypatch):
     names: dict[str, Any] = {}
     for block in blocks:
         exec(block, names)
-    assert len(blocks) == 2
+    assert len(blocks) == 3
     assert len(names["table"]) == 4
     assert set(names["events"]["normal_load"]) == {1e-3, 2e-3}
 
