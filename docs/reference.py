@@ -10,7 +10,7 @@ import nanoslip
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.variables import Described, rows
-from nanoslip.study.manifest.keys import KINDS, OTHERS, Key, keys, other_keys
+from nanoslip.study.manifest.keys import KINDS, Key, keys
 
 Row = tuple[str, ...]
 
@@ -28,18 +28,16 @@ HEAD = ("key", "meaning", "allowed", "default")
 
 def tables_of_keys() -> Iterator[tuple[str, str]]:
     """Name of a table of a campaign -> its keys, as Markdown."""
-    for name in KINDS:
+    for name in filter(None, KINDS):
         yield name, table(HEAD, (_key(key) for key in keys() if key.table == name))
-    body = ((f"`{word}`", meaning, f"`{default}`") for word, default, meaning in other_keys(OTHERS["outputs"]))
-    yield "outputs", table(("key", "in the dataset", "default"), body)
 
 
 def _key(key: Key) -> Row:
     stated = key.stated
     meaning = f"`{key.only}`: {stated.meaning}" if key.only else stated.meaning
     meaning += f" ({stated.symbol})" * bool(stated.symbol) + f"; {stated.comment}" * bool(stated.comment)
-    meaning += f", in {stated.unit}" * (stated.unit != "1")
-    default = key.default if key.default == "none" else f"`{key.default}`"
+    meaning += f" [{stated.unit}]" * (stated.unit not in ("", "1"))
+    default = key.default if key.default in ("none", "needed") else f"`{key.default}` {key.unless}".strip()
     return f"`{key.word}`", meaning, re.sub(r'"\w+"|\btrue\b|\bfalse\b', r"`\g<0>`", key.allowed), default
 
 

@@ -47,9 +47,15 @@ FEWER_STEPS: Final = "raise step_limit, shorten the drive, slow the stage or sof
 class Scales:
     """What the dimensionless numbers stand for: slab width L_x (m), slab depth L_y (m), shear modulus G (Pa)."""
 
-    slab_width: float = parameter(1e-3, table="scales", meaning="slab width L_x", unit="m", least=1e-30, most=1e30)
-    slab_depth: float = parameter(1e-2, table="scales", meaning="slab depth L_y", unit="m", least=1e-30, most=1e30)
-    shear_modulus: float = parameter(1e10, table="scales", meaning="shear modulus G", unit="Pa", least=1e-30, most=1e30)
+    slab_width: float = parameter(
+        1e-3, table="scales", meaning="slab width", symbol="L_x", unit="m", least=1e-30, most=1e30
+    )
+    slab_depth: float = parameter(
+        1e-2, table="scales", meaning="slab depth", symbol="L_y", unit="m", least=1e-30, most=1e30
+    )
+    shear_modulus: float = parameter(
+        1e10, table="scales", meaning="shear modulus", symbol="G", unit="Pa", least=1e-30, most=1e30
+    )
 
     def __post_init__(self) -> None:
         check(self)

@@ -299,7 +299,7 @@ class _Check(NamedTuple):
 
     @classmethod
     def of(cls, item: "dataclasses.Field[Any]") -> Self:
-        kinds = (item.type, *get_args(item.type))
+        kinds = (item.type, *(get_args(item.type) if get_origin(item.type) is not tuple else ()))
         plain = next((plain for plain in _CONVERSIONS if plain in kinds), None)
         return cls(item.name, item.metadata[_PARAMETER_KEY], type(None) in kinds, choices_of(item.type), plain)
 

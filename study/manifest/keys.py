@@ -1,5 +1,6 @@
 """Every key of a campaign that a parameter declares: meaning, unit, allowed values, default and an example."""
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
@@ -9,16 +10,29 @@ from nanoslip.solver.case import PARTS, Case
 from nanoslip.solver.drive import AUTO, INTEGRATORS, Drive, Scales
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, choices_of, declared
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.study.manifest.manifest import About, EnsembleTable, NamedDrive, Outputs, TargetTable
-from nanoslip.study.manifest.parameters import LIMITS, TABLES, UNITS, as_written, compact, with_symbol
+from nanoslip.study.manifest.manifest import (
+    MORE_KEYS,
+    About,
+    CampaignKeys,
+    EnsembleTable,
+    NamedDrive,
+    Outputs,
+    TargetTable,
+)
+from nanoslip.study.manifest.parameters import LIMITS, TABLES, UNITS, as_written, axes, compact, with_symbol
 
 CASES: Final = (Case, Slab, *SCHEMES.values(), *PARTS.values())
 KINDS: Final = {
     **dict.fromkeys(TABLES, CASES),
     "scales": (Scales,),
     "drives": (NamedDrive, Drive, *INTEGRATORS.values()),
+    "ensemble": (EnsembleTable,),
+    "target": (TargetTable,),
+    "outputs": (Outputs,),
+    "about": (About,),
+    "": (CampaignKeys,),
 }
-"""Table of a campaign -> types that declare its keys."""
+"""Table of a campaign -> types that declare its keys; empty: outside of all tables."""
 FAMILIES: Final[Mapping[str, Mapping[str, Any]]] = {"scheme": SCHEMES, "integrator": INTEGRATORS}
 
 
@@ -35,12 +49,15 @@ class Key:
     stated: Parameter
     allowed: str
     default: str
+    """Text of its value; `none` without one, `needed` of a key that has to be given."""
+    unless: str = ""
+    """Condition of the default."""
 
     @property
     def place(self) -> str:
         """Table and word in a campaign."""
-        table = f"[[{self.table}]]" if self.table == "drives" else f"[{self.table}]"
-        return f"{table} {self.word}" + (f", with {self.only}" if self.only else "")
+        table = f"[[{self.table}]] " if self.table == "drives" else f"[{self.table}] " if self.table else ""
+        return f"{table}{self.word}" + (f", with {self.only}" if self.only else "")
 
     @property
     def example(self) -> str:
@@ -48,9 +65,11 @@ class Key:
         if self.stated.columns:
             own = f', or {self.word} = {{file = "afm.csv", x = "um", z = "nm"}}' if self.word == "roughness" else ""
             return f'{self.word} = "mine.csv"{own}'
-        value, unit = self.default.partition(" ")[0], _unit(self)
-        if value == "none" or not unit or value.startswith('"'):
-            return "" if value == "none" else f"{self.word} = {value}"
+        value, unit = self.default, _unit(self)
+        if value in ("none", "needed"):
+            return ""
+        if not unit or value.startswith('"'):
+            return f"{self.word} = {value}"
         scale = 1.0 if self.stated.unit != "1" else getattr(Scales(), self.stated.scale)
         return f'{self.word} = {value}, or {self.word} = "{compact(float(value) * scale, unit)}"'
 
@@ -75,7 +94,7 @@ def text_of(key: Key) -> str:
         "unit": stated.unit,
         "key": key.place,
         "allowed": key.allowed,
-        "default": key.default,
+        "default": f"{key.default} {key.unless}".strip(),
         "example": key.example,
         "comment": stated.comment,
     }
@@ -85,21 +104,10 @@ def text_of(key: Key) -> str:
 def text_of_table(name: str) -> str:
     """A table of a campaign, and what each key means or is without it, line by line; empty without one of this name."""
     name = name.strip("[]")
-    lines = [f"{key.word}: {key.stated.meaning}" for key in keys() if key.table == name]
-    if of := OTHERS.get(name):
-        lines = [str(of.__doc__).partition("\n")[0], *(f"{key} = {text}: {why}" for key, text, why in other_keys(of))]
+    table = "drives" if name == "drive_axes" else name
+    own = (key for key in keys() if (key.word in axes() if table == "axes" else table and key.table == table))
+    lines = [f"{key.word}: {key.stated.meaning}" for key in own]
     return "\n  ".join([f"[{name}]", *lines]) if lines else ""
-
-
-OTHERS: Final = {"ensemble": EnsembleTable, "target": TargetTable, "outputs": Outputs, "about": About}
-"""Table of a campaign without parameters -> type that declares its keys, which its docstring explains line by line."""
-
-
-def other_keys(of: type) -> Iterator[tuple[str, str, str]]:
-    """Word, default and meaning of each key of one of OTHERS."""
-    meanings = dict(line.strip().split(": ", 1) for line in str(of.__doc__).splitlines() if ": " in line)
-    for each in fields(of):
-        yield each.name, "needed" if each.default is MISSING else _text(each.default), meanings[each.name]
 
 
 @cache
@@ -113,22 +121,26 @@ def _keys() -> Iterator[Key]:
         for kind in kinds:
             types, defaults = get_type_hints(kind), {each.name: each.default for each in fields(kind)}
             for name, stated in declared(kind).items():
-                if table in ("scales", "drives") or stated.table == table:
+                if table not in TABLES or stated.table == table:
                     yield _key(kind, name, table, stated, types[name], defaults[name])
+    for (table, word), stated in MORE_KEYS.items():
+        yield Key(word, word, table, "", stated, stated.allowed(word, whole=False), "none")
 
 
 def _key(kind: type, name: str, table: str, stated: Parameter, hint: Any, value: Any) -> Key:
-    word, value = stated.word or name, stated.si if value is MISSING else value
+    word, value = stated.word or name, stated.si if value is MISSING and table in ("scales", "drives") else value
     only = next((member for family in FAMILIES.values() for member, own in family.items() if own is kind), "")
-    default = f'"{AUTO}"' if name == "duration" else _text(value)
+    default, unless = f'"{AUTO}"' if name == "duration" else "needed" if value is MISSING else _text(value), ""
     if only in SCHEMES and default == "none":
-        default = f"{_text(Slab(scheme=only).flat[name])} at n_x = 129"
+        default, unless = _text(Slab(scheme=only).flat[name]), "at n_x = 129"
     if table == "limits":
-        default = f"{LIMITS[name]:g} without any limit" if name in LIMITS else "none"
-    return Key(word, name, table, only, stated, _allowed(name, word, stated, hint), default)
+        default, unless = (f"{LIMITS[name]:g}", "without any limit") if name in LIMITS else ("none", "")
+    return Key(word, name, table, only, stated, _allowed(name, word, stated, hint), default, unless)
 
 
 def _allowed(name: str, word: str, stated: Parameter, hint: Any) -> str:
+    if stated.need and not stated.columns:
+        return stated.need
     words = FAMILIES[name].keys() if name in FAMILIES else choices_of(hint)
     if words:
         return ", ".join(f'"{each}"' for each in words)
@@ -142,8 +154,10 @@ def _allowed(name: str, word: str, stated: Parameter, hint: Any) -> str:
 
 def _text(value: Any) -> str:
     match value:
-        case None | () | float("inf"):
+        case None | () | "" | float("inf"):
             return "none"
+        case tuple():
+            return json.dumps(value)
         case bool():
             return str(value).lower()
         case str():

@@ -1,5 +1,6 @@
 """The content of a campaign file as frozen values, its drives included."""
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Mapping
@@ -20,8 +21,8 @@ from nanoslip.solver.drive import (
 )
 from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
-from nanoslip.solver.parameter import Parameter, check, declared, parameter, require
-from nanoslip.study.manifest.parameters import Value
+from nanoslip.solver.parameter import MOST_WHOLE, Parameter, check, declared, parameter, require
+from nanoslip.study.manifest.parameters import YOUNG, Value
 from nanoslip.study.toml_text import ONE_LINE, one_line, shown
 
 # Who made a campaign and how others may use it: the table [about], for attributes of the dataset. It decides no result.
@@ -29,28 +30,26 @@ from nanoslip.study.toml_text import ONE_LINE, one_line, shown
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """Authors, licence and DOI, for attributes of the dataset.
+    """Authors, licence and DOI, for attributes of the dataset."""
 
-    author: a name, or a list of names
-    orcid: ORCID of each author, as a URL
-    licence: an identifier, as CC-BY-4.0, or a URL
-    doi: DOI of the dataset, as reserved by an archive
-    """
-
-    author: tuple[str, ...] = ()
-    orcid: tuple[str, ...] = ()
-    licence: str = ""
-    doi: str = ""
+    author: tuple[str, ...] = parameter((), meaning="names of the authors", unit="", need="a text, or a list of texts")
+    orcid: tuple[str, ...] = parameter(
+        (), meaning="ORCID of each author, as a URL", unit="", need="a text, or a list of texts"
+    )
+    licence: str = parameter(
+        "", meaning="licence of the dataset", unit="", need="an identifier, as CC-BY-4.0, or a URL"
+    )
+    doi: str = parameter("", meaning="DOI of the dataset, as reserved by an archive", unit="", need="a text")
 
     def __post_init__(self) -> None:
         for name in ("author", "orcid"):
             given: Any = getattr(self, name)
             listed = list(given) if isinstance(given, list | tuple) else [given]
-            require(name, given, all(map(_is_line, listed)), "a text, or a list of texts")
+            require(name, given, all(map(_is_line, listed)), declared(About)[name].need)
             object.__setattr__(self, name, tuple(each.strip() for each in listed))
         for name in ("licence", "doi"):
             given = getattr(self, name)
-            require(name, given, given == "" or _is_line(given), "a text")
+            require(name, given, given == "" or _is_line(given), declared(About)[name].need)
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -182,89 +181,105 @@ OF_CONTACTS = ("approach", "mean_pressure", "maximum_pressure")
 """Those of them that no friction record has: campaigns that slide compute them only with `outputs.tractions`."""
 
 
-def is_share(value: Any) -> bool:
-    """Whether it is a number between 0 and 1, both excluded."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < 1.0
-
-
 def _is_whole(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """Contents of the dataset besides the scalars of each case.
+    """Contents of the dataset besides the scalars of each case."""
 
-    records: friction records, event by event, and slips of each surface node
-    statistics: distributions of event sizes over all members: exponents, cut-offs, goodness of fit, correlations
-    trajectory: motion and forces of each drive, at its `samples`
-    phases: start and end of each macroscopic slip of a drive; default: as `trajectory`
-    fit: Eq. 16-19 fitted to the spring force of each drive (`fitted_…`): most of a short drive's time
-    tractions: pressure and shear after initial contact; default with stage `contact` alone: true
-    tractions_at: list of events after which pressure, shear, slip and gap are kept, from 0 (initial contact) to 1e9
-    subsurface: displacements and stresses of all nodes inside the slab, after those events or initial contact
-    """
-
-    records: bool = True
-    statistics: bool = False
-    trajectory: bool = True
-    phases: bool = True
-    fit: bool = True
-    tractions: bool = False
-    tractions_at: tuple[int, ...] = ()
-    subsurface: bool = False
+    records: bool = parameter(True, meaning="friction records, event by event, and slips of each surface node", unit="")
+    statistics: bool = parameter(
+        False,
+        meaning="distributions of event sizes over all members",
+        unit="",
+        comment="exponents, cut-offs, goodness of fit, correlations",
+    )
+    trajectory: bool = parameter(True, meaning="motion and forces of each drive, at its `samples`", unit="")
+    phases: bool = parameter(
+        True, meaning="start and end of each macroscopic slip of a drive", unit="", comment="default: as `trajectory`"
+    )
+    fit: bool = parameter(
+        True, meaning="Eq. 16-19 fitted to the spring force of each drive", unit="", comment="variables `fitted_…`"
+    )
+    tractions: bool = parameter(
+        False,
+        meaning="pressure and shear after initial contact",
+        unit="",
+        comment="default with stage `contact` alone: true",
+    )
+    tractions_at: tuple[int, ...] = parameter(
+        (),
+        meaning="events after which pressure, shear, slip and gap are kept",
+        unit="",
+        comment="0 is initial contact",
+        need=f"a list of events, increasing from 0 to {MOST_EVENTS:.0e}",
+    )
+    subsurface: bool = parameter(
+        False,
+        meaning="displacements and stresses of all nodes inside the slab",
+        unit="",
+        comment="after those events, or initial contact",
+    )
 
     def __post_init__(self) -> None:
-        for name in field_names(Outputs):
-            value: Any = getattr(self, name)
-            if name == "tractions_at":
-                if not _increasing(value):
-                    raise InvalidInput(name, value, f"a list of events, increasing from 0 to {MOST_EVENTS}")
-                object.__setattr__(self, name, tuple(value))
-            elif not isinstance(value, bool):
-                raise InvalidInput(name, value, "true or false")
+        check(self)
+        require(
+            "tractions_at", self.tractions_at, _increasing(self.tractions_at), declared(Outputs)["tractions_at"].need
+        )
+        object.__setattr__(self, "tractions_at", tuple(self.tractions_at))
 
 
 @dataclass(frozen=True, slots=True)
 class EnsembleTable:
-    """Starts that are computed of every case, and where each is.
+    """Starts that are computed of every case, and where each is."""
 
-    members: independent starts of each case, uniform within a node spacing; 1: the case alone
-    places: positions of members on a rough profile: "drawn" at random, or all at the "given" one
-    """
-
-    members: int = MEMBERS
-    places: Places = "drawn"
+    members: int = parameter(
+        MEMBERS,
+        meaning="independent starts of each case",
+        unit="",
+        comment="uniform within a node spacing; 1: the case alone",
+        least=1,
+        most=MOST_MEMBERS,
+    )
+    places: Places = parameter(
+        "drawn",
+        meaning="positions of members on a rough profile",
+        unit="",
+        comment="drawn at random, or all at the given one",
+    )
 
     def __post_init__(self) -> None:
-        _need_members("members", self.members, 1)
-        if self.places not in get_args(Places):
-            raise InvalidInput("places", self.places, " or ".join(map(shown, get_args(Places))))
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
 class TargetTable:
-    """Required error of the means of some variables, instead of a number of members.
+    """Required error of the means of some variables, instead of a number of members."""
 
-    within: largest relative error of each mean in `of`: twice its ±, and the change by effects left out
-    of: list of variables; default: those of the last stage
-    most: largest number of members
-    """
-
-    within: float
-    of: tuple[str, ...] = ()
-    most: int = MOST
+    within: float = parameter(
+        meaning="largest relative error of each mean in `of`",
+        comment="twice its ±, and the change by effects left out",
+        above=0.0,
+        below=1.0,
+    )
+    of: tuple[str, ...] = parameter(
+        (),
+        meaning="variables whose error is required",
+        unit="",
+        comment="default: those of the last stage",
+        need=f"a list, each one of {', '.join(KNOWABLE)}",
+    )
+    most: int = parameter(MOST, meaning="largest number of members", unit="", least=FEWEST, most=MOST_MEMBERS)
 
     def __post_init__(self) -> None:
-        if not is_share(self.within):
-            raise InvalidInput("within", self.within, "a relative error, 0 < within < 1")
-        _need_members("most", self.most, FEWEST)
+        check(self)
         of: Any = self.of
-        if not isinstance(of, list | tuple):
-            raise InvalidInput("of", of, f"a list, each one of {', '.join(KNOWABLE)}")
+        need = declared(TargetTable)["of"].need
+        require("of", of, isinstance(of, list | tuple), need)
         for name in of:
-            if not isinstance(name, str) or name not in KNOWABLE:
-                raise InvalidInput("of", name, f"a list, each one of {', '.join(KNOWABLE)}")
+            require("of", name, isinstance(name, str) and name in KNOWABLE, need)
         object.__setattr__(self, "of", tuple(of))
 
     def variables(self, last: Stage) -> tuple[str, ...]:
@@ -273,9 +288,56 @@ class TargetTable:
         return self.of or usual.get(last, ("static_friction", "kinetic_friction"))
 
 
-def _need_members(name: str, value: Any, least: int) -> None:
-    if not (_is_whole(value) and least <= value <= MOST_MEMBERS):
-        raise InvalidInput(name, value, f"a whole number from {least} to {MOST_MEMBERS}")
+@dataclass(frozen=True, slots=True)
+class CampaignKeys:
+    """Keys of a campaign file outside of its tables."""
+
+    title: str = parameter(meaning="title of the campaign, in one line", unit="", need="a text")
+    stages: tuple[Stage, ...] = parameter(
+        ("contact", "slip"),
+        meaning="what is computed: initial contact, friction records, drives",
+        unit="",
+        comment="with drives, all three",
+        need=" or ".join(shown(list(STAGES[:count])) for count in range(1, len(STAGES) + 1)),
+    )
+    design: Design = parameter(
+        "product",
+        meaning="how the values of all axes make cases",
+        unit="",
+        comment="every combination, position by position, or points that fill ranges",
+        need='"product", "zip", "sobol" or "latin_hypercube"',
+    )
+    points: int = parameter(64, meaning="cases of a design that fills ranges", unit="", least=1, most=MOST_CASES)
+    design_seed: int = parameter(1, meaning="seed of a design that fills ranges", unit="", least=0, most=MOST_WHOLE)
+    table: str = parameter(
+        "",
+        meaning="CSV file with a line of parameters for each case, instead of [axes]",
+        unit="",
+        need="the path of a CSV file, seen from the campaign file",
+    )
+
+
+YOUNG_MODULUS: Final = dataclasses.replace(
+    declared(Scales)["shear_modulus"],
+    meaning="Young's modulus E of the slab",
+    comment="instead of the shear modulus, G = E/(2(1 + ν))",
+    symbol="E",
+)
+SECONDS: Final = "seconds"
+"""Key of [limits] that limits no case, but how long a task may take."""
+TASK_SECONDS: Final = Parameter(
+    "time after which a task is taken to hang",
+    unit="s",
+    comment="decides no result; without it the estimate of its cost does",
+    least=0.1,
+    below=math.inf,
+    need="a number of seconds from 0.1 on",
+)
+MORE_KEYS: Final[Mapping[tuple[str, str], Parameter]] = {
+    ("scales", YOUNG): YOUNG_MODULUS,
+    ("limits", SECONDS): TASK_SECONDS,
+}
+"""Table and key -> declaration of a key that is no field of the values that its table makes."""
 
 
 @dataclass(frozen=True, slots=True)

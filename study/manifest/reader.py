@@ -8,7 +8,7 @@ import hashlib
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -21,7 +21,7 @@ from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Scales, on
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import LONGEST_MESSAGE, InvalidInput
-from nanoslip.solver.parameter import MOST_WHOLE, as_float, declared, require
+from nanoslip.solver.parameter import as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
 from nanoslip.study.manifest.checker import (
     Checker,
@@ -35,9 +35,13 @@ from nanoslip.study.manifest.manifest import (
     MOST_CASES,
     MOST_DRIVEN,
     OF_CONTACTS,
+    SECONDS,
     STAGES,
+    TASK_SECONDS,
+    YOUNG_MODULUS,
     About,
     CampaignDrive,
+    CampaignKeys,
     Design,
     EnsembleTable,
     Manifest,
@@ -252,13 +256,11 @@ def _document(path: Path, text: str) -> dict[str, Any]:
         raise ManifestError.in_file(path, remark=str(error)) from None
 
 
-_TOP: dict[str, tuple[type | tuple[type, ...], str]] = {
-    "title": (str, "a text"),
-    "stages": (list, "a list of stages"),
-    "design": (str, '"product", "zip", "sobol" or "latin_hypercube"'),
-    "points": (int, "a whole number of cases"),
-    "design_seed": (int, "a whole number"),
-    "table": (str, "the path of a CSV file, seen from the campaign file"),
+TOP_LEVEL: Final[dict[str, tuple[type, str]]] = {
+    **{
+        name: (kind, stated.need or stated.allowed(name, whole=True))
+        for (name, stated), kind in zip(declared(CampaignKeys).items(), (str, list, str, int, int, str), strict=True)
+    },
     "axes": (dict, "a table [axes]"),
     **{name: (dict, f"a table [{name}]") for name in (*TABLES, "scales", "outputs", "ensemble", "target", "about")},
     "drives": (list, "tables [[drives]]"),
@@ -298,17 +300,11 @@ def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...],
 
 SAMPLED: Final = ("sobol", "latin_hypercube")
 """Designs whose cases are points that fill ranges."""
-POINTS: Final = 64
-"""Cases of such a design, where a campaign does not say."""
-SECONDS: Final = "seconds"
-"""Key of [limits] that limits no case, but how long a task may take."""
-LEAST_SECONDS: Final = 0.1
-"""Least time that a task may be given: a task may be over before a shorter one has been looked at."""
 OTHERS: Final = {"limits": (SECONDS,)}
 """Table -> its keys that are no parameters of a case."""
 
 
-KEYS_OF_FILES: Final = frozenset((*_TOP, "name", *itertools.chain(*OTHERS.values())))
+KEYS_OF_FILES: Final = frozenset((*TOP_LEVEL, "name", *itertools.chain(*OTHERS.values())))
 """Keys that a campaign has beside the parameters of its cases, their ensembles, drives and outputs."""
 
 
@@ -372,8 +368,7 @@ class _Reader(NamedFiles):
     def _scales(self, top: dict[str, Any]) -> Scales:
         """The scales. A `young_modulus` stands for the shear modulus, E/(2(1 + ν)) with the campaign's one Poisson's ratio."""
         stated = declared(Scales)
-        young = {YOUNG: replace(stated["shear_modulus"], meaning="Young's modulus")}
-        content = self.in_si("scales", top.get("scales", {}), {**stated, **young})
+        content = self.in_si("scales", top.get("scales", {}), {**stated, YOUNG: YOUNG_MODULUS})
         if YOUNG in content:
             modulus, poisson = content.pop(YOUNG), top.get("constants", {}).get("poisson", Slab().poisson)
             if "shear_modulus" in content or "poisson" in top.get("axes", {}) or "table" in top:
@@ -389,9 +384,9 @@ class _Reader(NamedFiles):
         """The top-level entries of the file that are known and of the right type; the others are refused."""
         good = {}
         for key, value in document.items():
-            kind, wanted = _TOP.get(key, (object, ""))
+            kind, wanted = TOP_LEVEL.get(key, (object, ""))
             if not wanted:
-                self.refuse(key_shown(key), value, remark=unknown(key, _TOP))
+                self.refuse(key_shown(key), value, remark=unknown(key, TOP_LEVEL))
             elif not isinstance(value, kind):
                 self.refuse(key, value, wanted)
             elif key == "title" and (need := _need_of_title(str(value))):
@@ -408,16 +403,15 @@ class _Reader(NamedFiles):
             return None
         top["limits"] = dict(top["limits"])
         seconds = top["limits"].pop(SECONDS)
-        if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not LEAST_SECONDS <= seconds < math.inf:
-            self.refuse(SECONDS, seconds, f"a number of seconds from {LEAST_SECONDS:g} on", table="limits")
+        if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not TASK_SECONDS.holds(seconds):
+            self.refuse(SECONDS, seconds, TASK_SECONDS.need, table="limits")
             return None
         return float(seconds)
 
     def _stages(self, top: dict[str, Any]) -> tuple[Stage, ...]:
         given = top.get("stages", list(STAGES if "drives" in top or AXES in top else STAGES[:2]))
         if not given or given != list(STAGES[: len(given)]):
-            allowed = " or ".join(shown(list(STAGES[:count])) for count in (1, 2, 3))
-            self.refuse("stages", given, f"{allowed}: each stage needs the ones before it")
+            self.refuse("stages", given, f"{TOP_LEVEL['stages'][1]}: each stage needs the ones before it")
             return tuple(STAGES[: max((number for number, each in enumerate(STAGES, 1) if each in given), default=3)])
         if "dynamics" in given and not (top.get("drives") or top.get(AXES)):
             self.refuse("drives", None, f'at least one [[drives]] or [{AXES}], for stage "dynamics"')
@@ -436,7 +430,7 @@ class _Reader(NamedFiles):
         design: Design = top.get("design", "product")
         lengths = {word: len(given) for word, given in axes.items()}
         if design not in ("product", "zip", *SAMPLED):
-            self.refuse("design", design, f'{_TOP["design"][1]}, or a table = "cases.csv" instead')
+            self.refuse("design", design, f'{TOP_LEVEL["design"][1]}, or a table = "cases.csv" instead')
         elif design not in SAMPLED and (idle := {"points", "design_seed"} & top.keys()):
             self.refuse(sorted(idle)[0], need=f"design = {' or '.join(map(shown, SAMPLED))}")
         elif design == "zip" and len(set(lengths.values())) != 1:
@@ -456,10 +450,11 @@ class _Reader(NamedFiles):
 
 def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Columns:
     """Values of all cases: of ranges that they fill evenly, and of lists that they draw from."""
-    count, seed = top.get("points", POINTS), top.get("design_seed", 1)
-    for key, value, least, most in (("points", count, 1, MOST_CASES), ("design_seed", seed, 0, MOST_WHOLE)):
-        if isinstance(value, bool) or not least <= value <= most:
-            checker.refuse(key, value, f"a whole number from {least} to {most}")
+    usual = {item.name: item.default for item in fields(CampaignKeys)}
+    count, seed = (top.get(key, usual[key]) for key in ("points", "design_seed"))
+    for key, value in {"points": count, "design_seed": seed}.items():
+        if isinstance(value, bool) or not declared(CampaignKeys)[key].holds(value):
+            checker.refuse(key, value, TOP_LEVEL[key][1])
             return {}
     if not any(isinstance(given, dict) for given in top.get("axes", {}).values()):
         checker.refuse("design", top["design"], "a range among its axes")
