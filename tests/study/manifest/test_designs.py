@@ -48,7 +48,7 @@ def test_a_range_ends_where_the_scheme_does() -> None:
 
 SOBOL = {
     "axes.radius = 3": r"axes.radius = 3: needs a range, \{from = 20, to = 400, scale = \"log\"\}, or a list",
-    "design_seed = -1\naxes.radius = [1.0]": "design_seed = -1: needs a whole number from 0 to",
+    "design_seed = -1\naxes.radius = [1.0]": "design_seed = -1: needs 0 to",
     "axes.radius = [10, 20]": 'design = "sobol": needs a range among its axes',
     "axes.contacts = {from = 1, to = 5}": "axes.contacts = .*: needs a list of values, as it takes no range",
     "axes.coupling = {from = 0, to = 1}": "needs a list of values, as it takes no range",
@@ -62,8 +62,8 @@ SOBOL = {
     "axes.radus = {from = 1, to = 2}": "axes.radus = .*: unknown; did you mean radius?",
 }
 OTHERS = [
-    ("sobol", 0, AXES, "points = 0: needs a whole number from 1 to 1000000"),
-    ("sobol", 1_000_001, AXES, "points = 1000001: needs a whole number from 1 to 1000000"),
+    ("sobol", 0, AXES, "points = 0: needs 1 to 1000000"),
+    ("sobol", 1_000_001, AXES, "points = 1000001: needs 1 to 1000000"),
     ("latin_hypercube", 4, "", 'design = "latin_hypercube": needs a range among its axes'),
     ("product", 4, "axes.radius = [1.0]", 'points: needs design = "sobol" or "latin_hypercube"'),
     ("product", 4, "axes.radius = {from = 1, to = 2}", 'axes.radius = .* for a range design = "sobol" or "latin_hyp'),

@@ -208,13 +208,13 @@ WRONG = {
     "limits.seconds = 0.09": ": needs a number of seconds from 0.1 on",
     "limits.seconds = inf": ": needs a number of seconds from 0.1 on",
     'stages = ["contact"]\noutputs.statistics = true': '…outputs.statistics = true: needs stage "slip"…',
-    "ensemble.members = true": ": needs a whole number from 1 to 10000",
-    "ensemble.members = 10001": ": needs a whole number from 1 to 10000",
-    "target = {within = 5, of = ['plateau_mean'], most = 9}": "target.within = 5: needs a relative error, 0 < within < 1",
-    "target = {within = 0.1, most = 2}": "target.most = 2: needs a whole number from 3 to 10000",
+    "ensemble.members = true": ": needs a whole number",
+    "ensemble.members = 10001": ": needs 1 to 10000",
+    "target = {within = 5, of = ['plateau_mean'], most = 9}": "target.within = 5: needs 0 < within < 1",
+    "target = {within = 0.1, most = 2}": "target.most = 2: needs 3 to 10000",
     "target.within = 0.1\nensemble.members = 8": "…ensemble.members = 8: needs to be left out beside [target]…",
     "target.of = ['plateau_mean']": "[target]: needs within = 0.01, or another relative error",
-    "ensemble.places = 'any'": 'ensemble.places = "any": needs "drawn" or "given"',
+    "ensemble.places = 'any'": 'ensemble.places = "any": needs one of drawn, given',
     "target = {within = 0.1, of = 'plateau_mean'}": (
         '…target.of = "plateau_mean": needs a list, each one of contact_half_width, …'
     ),
