@@ -7,7 +7,7 @@ OUT ?= results/$(basename $(notdir $(CAMPAIGN)))
 BIN := .venv/bin
 # Most of what is installed is never imported: what is, is compiled to bytecode then.
 INSTALL = PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
-# Sources are read once, not by every process that tests start.
+# Let Python write .pyc files, so that test processes start faster.
 unexport PYTHONDONTWRITEBYTECODE
 # Tests on all cores.
 SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8

@@ -1,4 +1,4 @@
-"""How much plateau, step and events depend on the grid: scheme, surface nodes, support and slip order."""
+"""Sensitivity of plateau, step and events to the grid: scheme, surface nodes, support and slip order."""
 
 from collections.abc import Iterator
 from typing import Any, Final

@@ -324,7 +324,7 @@ class Case:
 
     @property
     def contact_by_convolution(self) -> bool:
-        """Whether initial contact is found without the matrix of the slab's compliance: shear moves no node up or down."""
+        """True if initial contact is found without the compliance matrix: shear moves no node up or down."""
         return self.slab.scheme.endless and not (self.effects.friction and self.effects.coupling)
 
     @classmethod

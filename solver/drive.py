@@ -1,4 +1,4 @@
-"""How the pin is pulled (Eq. 12), and the scales that lead from dimensionless numbers back to SI.
+"""Drive of the pin (Eq. 12), and the scales that lead from dimensionless numbers back to SI.
 
 An integrator is one file of `nanoslip.solver.dynamics`: a frozen type with its settings as fields, registered by its name.
 """
@@ -25,7 +25,7 @@ class Integrator(ABC):
 
     name: ClassVar[str]
     rests: ClassVar[bool] = True
-    """Whether it holds a pin at rest exactly, as a contact without compliance needs."""
+    """True if it holds a pin at rest exactly, as a contact without compliance needs."""
 
     @abstractmethod
     def fit(self, drive: "Drive") -> None:
@@ -45,7 +45,7 @@ FEWER_STEPS: Final = "raise step_limit, shorten the drive, slow the stage or sof
 
 @dataclass(frozen=True, slots=True)
 class Scales:
-    """What the dimensionless numbers stand for: slab width L_x (m), slab depth L_y (m), shear modulus G (Pa)."""
+    """Scales of the dimensionless numbers: slab width L_x (m), slab depth L_y (m), shear modulus G (Pa)."""
 
     slab_width: float = parameter(
         1e-3, table="scales", meaning="slab width", symbol="L_x", unit="m", least=1e-30, most=1e30
@@ -87,7 +87,7 @@ class Scales:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """How the pin is pulled (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time): mass 1.
+    """Drive of the pin (Eq. 12), in units of L_x, G·L_y (stiffness), G·L_x·L_y (force) and √(m/(G·L_y)) (time): mass 1.
 
     damping_ratio: ζ = c/(2√(m·k)). integrator: the settings of one, or its name. samples: evenly spaced output times after t = 0.
     duration: None continues until μ_s and μ_k are determined (`nanoslip.solver.dynamics.duration`). max_slips: ends the drive

@@ -20,7 +20,7 @@ class Effect(Generic[Scene]):
     there: Callable[[Scene], bool]
     without: Callable[[Scene], Scene]
     setting: str
-    """How a campaign leaves it out."""
+    """Setting of a campaign that leaves it out."""
 
 
 def _of_drive(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]:
@@ -31,7 +31,7 @@ def _of_drive(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]
 
 
 def _of_case(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
-    """The same of a part of a case."""
+    """Declare an effect of a part of a case."""
     return Effect(
         key,
         lambda case: getattr(getattr(case, part), key) != off,
@@ -55,7 +55,8 @@ OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
     _of_drive("damping_ratio", 0.0, "damping_ratio = 0", "damping"),
 )
 SPARED: Final = (TEETH, FINE_TEETH)
-"""Those without which a drive costs a fraction: a target leaves out the first whose change it allows. The others save little."""
+"""Effects whose absence makes a drive far cheaper: a target leaves out the first whose change it allows. The others save
+little."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ SEEDS: Final = 2**32
 
 @dataclass(frozen=True, slots=True)
 class Ensemble:
-    """How many starts of a case are computed: `members`, or as many up to `members` as `within` needs.
+    """Number of starts of a case that are computed: `members`, or as many up to `members` as `within` needs.
 
     within: largest relative error (2 ±) of the means of the variables in `of`; members double from FEWEST until it is reached.
     places: positions on a rough profile, `drawn` at random (measured surfaces) or `given`, all the same (designed ones).
@@ -65,7 +65,7 @@ class Ensemble:
         yield self.members
 
     def within_target(self, values: Sequence[float], shared: float = 0.0) -> bool:
-        """Whether the mean over these members meets the target. shared: see `mean_of`."""
+        """True if the mean over these members meets the target. shared: see `mean_of`."""
         if self.within is None:
             return False
         mean = mean_of(np.array(values, float), shared)
@@ -93,7 +93,7 @@ class Chance(NamedTuple):
 
 
 def chance_of(case: Case, number: int, *further: float) -> Chance:
-    """Where a member comes down, in spacings from its case's start.
+    """Place where a member comes down, in spacings from its case's start.
 
     Drawn by load, size of the pin and nodes, on which every result depends, and by further numbers: independent from one contact
     to another.
@@ -123,7 +123,8 @@ ALONE: Final = Ensemble()
 
 
 def needed(members: int) -> float:
-    """Of how many of so many members there has to be a value, a text or an end to speak of all: half, and FEWEST of as many."""
+    """Smallest number of members that must have a value before a mean is reported: half, and at least FEWEST (or all, if
+    fewer)."""
     return max(min(FEWEST, members), members / 2.0)
 
 

@@ -71,17 +71,17 @@ class LoadPath:
 
     @property
     def cyclic(self) -> bool:
-        """Whether it ends in cycles."""
+        """True if it ends in cycles."""
         return bool(self.amplitude or self.stroke)
 
     @property
     def presliding(self) -> bool:
-        """Whether its ways are in presliding lengths."""
+        """True if its displacements are in presliding lengths."""
         return bool(self.amplitude or self.slid)
 
     @property
     def loads_change(self) -> bool:
-        """Whether the load leaves the case's."""
+        """True if the load changes from the case's load."""
         return any(load != 1.0 for load in self.loads) or any(load != 1.0 for _, load in self.legs)
 
     def points(self, normal_load: float, presliding_length: float) -> Iterator[Point]:

@@ -1,4 +1,4 @@
-"""How a computation ended: an `Outcome` with advice where physics or numerics fail, an exception where the input is wrong.
+"""Outcomes of computations: an `Outcome` with advice if physics or numerics fail, an exception if the input is wrong.
 
 A case that cannot be computed is data, not a crash. Exceptions are for input without meaning (`InvalidInput`) and matrices
 without an inverse (`SingularOperator`). Both name the offending value and what is needed.
@@ -52,7 +52,7 @@ class Ending(StrEnum):
     NEEDS_FAILED = "needs_failed"
     """Something this computation needs ended badly."""
     NOT_NEEDED = "not_needed"
-    """What was computed before knows enough without this: nothing failed, and there is nothing."""
+    """No computation needed: earlier results suffice. Nothing failed, and there are no values."""
     OUT_OF_MEMORY = "out_of_memory"
     """The machine had no memory left: nothing is known of the case, another machine may compute it."""
     TIMED_OUT = "timed_out"
@@ -84,7 +84,7 @@ _CUT = " ... "
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a computation ended, with advice.
+    """Ending of a computation, with advice.
 
     `message` is one printable line of at most LONGEST_MESSAGE letters: the offending value, then the advice. It is empty after
     success; a completed result with missing numbers has one, too.
@@ -109,7 +109,7 @@ class Outcome:
         return self.ending in _USABLE
 
     def adding(self, more: str) -> "Outcome":
-        """The same with more in its message."""
+        """Outcome with a longer message."""
         return Outcome(self.ending, "; ".join(filter(None, (self.message, more))))
 
 
@@ -133,7 +133,7 @@ class SolverError(NanoslipError):
 
     @property
     def outcome(self) -> Outcome:
-        """The same news as a value."""
+        """Equivalent outcome, as a value."""
         return Outcome(self.ending, str(self))
 
 
@@ -149,7 +149,7 @@ def quoted(value: object) -> str:
 ABSENT: Final = ...
 """Value of an argument in a message that shows none."""
 Need = str | Callable[[str], str]
-"""What is allowed: a text, or a function from the key's name to it, as bounds are."""
+"""Allowed values: a text, or a function from the key's name to it, as bounds are."""
 
 
 class InvalidInput(SolverError, ValueError):
@@ -164,11 +164,11 @@ class InvalidInput(SolverError, ValueError):
 
     @property
     def need(self) -> str:
-        """What is allowed."""
+        """Allowed values, in words."""
         return self._need if isinstance(self._need, str) else self._need(self.key)
 
     def named(self, names: Mapping[str, str]) -> "InvalidInput":
-        """The same with other names for some keys."""
+        """Error with other names for some keys."""
         beside = {names.get(key, key): value for key, value in self.beside.items()}
         return InvalidInput(names.get(self.key, self.key), self.value, self._need, beside)
 

@@ -26,8 +26,8 @@ from nanoslip.solver.outcome import InvalidInput, Need
 GRID_ERROR: Final = "discretization_error"
 """Name of the variable that holds the relative error of the slab's grid, which no ± contains."""
 SCALED: Final = ("", "normal_load", "contact_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
-"""What a number may be scaled with: nothing, the load W of all contacts or of one, or μ_i (it becomes a share of it), or the
-case's unit (it becomes SI)."""
+"""Scales of a number: none, the load W of all contacts or of one, μ_i (the number becomes a share of it), or the case's
+unit (the number becomes SI)."""
 PLUS_MINUS: Final = (
     "at 68 %, Student's t over independent starts, and the shared error where there is one; "
     "NaN of one member, of members with the same events, and where a member has no value"
@@ -48,20 +48,20 @@ class Quantity:
 
     name: str
     long_name: str
-    """What it is, short enough for the label of an axis, and its unit where that has no SI symbol."""
+    """Name short enough for the label of an axis, with its unit if that has no SI symbol."""
     units: str = "1"
     per: str = ""
     """One of SCALED."""
     ensemble: bool = False
-    """Whether its mean over the members of an ensemble has an uncertainty, and a count of the members that have a value."""
+    """True if its mean over the members of an ensemble has an uncertainty and a count of the members with a value."""
     shared: Literal["", "plateau", "nodes"] = ""
-    """What the members' error has in common beside their scatter: length of the record, or whole nodes; empty for nothing."""
+    """Part of the error that all members share beside their scatter: length of the record, or whole nodes; empty if none."""
     of_grid: bool = False
-    """Whether the error of the slab's grid is an error of it."""
+    """True if the error of the slab's grid affects it."""
     comment: str = ""
     """All there is to say of it, in sentences."""
     symbol: str = ""
-    """What it is called in equations."""
+    """Symbol in equations."""
     flags: tuple[str, ...] = ()
     """Names of its bits 1, 2, 4, …, empty of one that is not used: a whole number, 0 where there is none, not NaN."""
     codes: tuple[str, ...] = ()
@@ -71,7 +71,7 @@ class Quantity:
     along: str = ""
     """Sample dimension of a column of values; empty for one number of a case."""
     coordinate: bool = False
-    """Whether a column says where the others are: at which displacement, time or place."""
+    """True if a column gives the displacement, time or place of the other columns."""
     dtype: DTypeLike = np.float64
     """Type of a column's values while they are gathered."""
     si: "Quantity | None" = None
@@ -187,16 +187,16 @@ class Parameter:
     """Declaration of a parameter. Bounds hold for numbers; None is allowed where the field's type has it."""
 
     meaning: str
-    """What it is, short enough for the label of an axis."""
+    """Name short enough for the label of an axis."""
     table: str = ""
     """Table of a campaign file that takes it; empty where none does."""
     word: str = ""
-    """Its key there, where that is not the field's name."""
+    """Key in a campaign file, if that is not the field's name."""
     unit: str = "1"
     comment: str = ""
     """All there is to say of it, in sentences."""
     symbol: str = ""
-    """What it is called in equations."""
+    """Symbol in equations."""
     least: float = -math.inf
     most: float = math.inf
     above: float = -math.inf
@@ -204,7 +204,7 @@ class Parameter:
     also: tuple[float, ...] = ()
     """Numbers allowed beside those in bounds."""
     need: str = ""
-    """What is allowed, where the bounds alone do not say it."""
+    """Allowed values, if the bounds alone do not state them."""
     note: str = ""
     """Remark after the bounds, in messages."""
     columns: tuple[str, ...] = ()
@@ -212,15 +212,15 @@ class Parameter:
     scale: str = ""
     """The scale (a method or property of `Scales`) that its value in SI is a multiple of."""
     si: Any = None
-    """Of a drive: its default in SI, where that is not the field's own."""
+    """Default of a drive in SI, if that is not the field's own."""
 
     def holds(self, number: float) -> bool:
-        """Whether a number is in bounds."""
+        """True if a number is in bounds."""
         inside = self.least <= number <= self.most and self.above < number < self.below
         return inside or number in self.also
 
     def allowed(self, name: str, whole: bool) -> str:
-        """What is allowed, in words."""
+        """Allowed values, in words."""
         if self.need:
             return self.need
         if whole:
@@ -243,7 +243,7 @@ def parameter(default: Any = MISSING, *, meaning: str, **declared: Any) -> Any:
 
 
 _declared: dict[type, Mapping[str, Parameter]] = {}
-"""What `declared` has found: it is asked for every case of a campaign."""
+"""Cache of `declared`, which is called for every case of a campaign."""
 
 
 def declared(kind: type) -> Mapping[str, Parameter]:
@@ -287,12 +287,12 @@ _NOTHING = object()
 
 
 class _Check(NamedTuple):
-    """How a value of one field is checked."""
+    """Check of a value of one field."""
 
     name: str
     stated: Parameter
     optional: bool
-    """Whether None is allowed."""
+    """True if None is allowed."""
     choices: tuple[str, ...]
     plain: Any
     """The declared type, where that is one that values are converted to."""
@@ -322,7 +322,7 @@ class _Check(NamedTuple):
 
 
 _checks: dict[type, tuple[tuple[_Check, ...], Callable[[Any], Any], list[Any]]] = {}
-"""What `check` does with the fields of a type: how each is checked, what it holds, and what of each was accepted last."""
+"""Cache of `check` by type: the check of each field, the reader of all values, and the values accepted last."""
 
 
 def choices_of(kind: Any) -> tuple[str, ...]:

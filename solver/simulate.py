@@ -40,7 +40,7 @@ class DriveResult(Viewed):
 
     @property
     def outcome(self) -> Outcome:
-        """How the drive ended, or why it has no coefficients."""
+        """Outcome of the drive, or the reason why it has no coefficients."""
         return self.coefficients.outcome
 
     def to_xarray(self, scales: Scales | None = None, pin_mass: float = 0.5) -> "xr.Dataset":

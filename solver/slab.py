@@ -27,23 +27,23 @@ class Scheme(ABC):
 
     name: ClassVar[str]
     reciprocal: ClassVar[bool] = True
-    """Whether its operator is an elastic body's: symmetric, positive definite."""
+    """True if its operator is that of an elastic body: symmetric, positive definite."""
     endless: ClassVar[bool] = False
-    """Whether the surface goes on beyond its end nodes: no sides."""
+    """True if the surface continues beyond its end nodes: no sides."""
     bottomless: ClassVar[bool] = False
-    """Whether nothing is below: a contact is as wide as on a half-plane."""
+    """True if the body has no bottom: a contact is as wide as on a half-plane."""
     incompressible: ClassVar[bool] = False
-    """Whether it takes ν = 0.5."""
+    """True if it accepts ν = 0.5."""
     equal_widths: ClassVar[bool] = False
-    """Whether the end nodes have as much surface as all others."""
+    """True if the end nodes have as much surface as all others."""
     continuum: ClassVar[bool] = True
-    """Whether it is an elastic body, of which G and ν say all."""
+    """True if it is an elastic body that G and ν describe completely."""
     sizes: ClassVar[str] = f"2^N + 1 with N from 2 to {MOST_LEVELS}: 5, 9, 17, 33, 65, 129 … {MOST_NODES}"
     """Which n_x it takes, in words."""
 
     @classmethod
     def takes(cls, n_x: int) -> bool:
-        """Whether it takes so many surface nodes."""
+        """True if it accepts this number of surface nodes."""
         return 2 <= levels_of(n_x) <= MOST_LEVELS
 
     @abstractmethod
@@ -55,7 +55,7 @@ class Scheme(ABC):
         """The surface compliance, (2n, 2n), in 1/G per unit depth. Raises SingularOperator or InvalidInput."""
 
     def resolves(self, slab: "Slab", half_width: float) -> bool:
-        """Whether its nodes give way under a contact so wide, in L_x, as the slab's surface does."""
+        """True if its nodes deform under a contact of this half-width (in L_x) as the slab's surface does."""
         return True
 
     @property
@@ -64,7 +64,7 @@ class Scheme(ABC):
         return None
 
     def held_sideways(self, slab: "Slab") -> bool:
-        """Whether something keeps the slab from following the drag for ever."""
+        """True if a boundary keeps the slab from following the drag for ever."""
         return True
 
     def __str__(self) -> str:

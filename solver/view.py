@@ -38,11 +38,11 @@ class Curve(NamedTuple):
     y: NDArray[Any]
     name: str = ""
     style: str = "-"
-    """As matplotlib writes styles of lines."""
+    """Line style of matplotlib."""
 
 
 class Picture(NamedTuple):
-    """What `plot` draws."""
+    """Contents of a plot for `plot`."""
 
     x_label: str
     y_label: str
@@ -59,7 +59,7 @@ class OneLine:
         return f"{type(self).__name__}({', '.join(self._facts())})"
 
     def _facts(self) -> Iterable[str]:
-        """What the line says."""
+        """Parts of the line."""
         raise NotImplementedError
 
 
@@ -145,7 +145,7 @@ def drawn(picture: Picture, axes: "Axes | None") -> "Axes":
 
 
 def in_words(outcome: Outcome) -> str:
-    """How a computation ended, and the advice."""
+    """Outcome of a computation in words, with advice."""
     return f"{outcome.ending}: {outcome.message}" if outcome.message else str(outcome.ending)
 
 

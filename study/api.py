@@ -48,10 +48,10 @@ Campaign = Place | Mapping[str, Any]
 Source = Place | xr.Dataset
 """A dataset, its path, or the folder it is in."""
 Accessor = accessor.Accessor
-"""What `.nanoslip` of a dataset is; importing it makes xarray know it."""
+"""Accessor `.nanoslip` of a dataset; importing it registers it with xarray."""
 
 DICT = Path("campaign")
-"""What messages call a campaign that is no file. Files that it names are looked for in the working folder."""
+"""Name in messages of a campaign that is no file. Files that it names are searched in the working folder."""
 
 
 Numbers = Mapping[str, tuple[float, float]]
@@ -60,21 +60,21 @@ Fixed = Mapping[str, Any]
 
 
 class Computing(TypedDict, total=False):
-    """How `run` and `fit` compute, beside where."""
+    """Options of `run` and `fit` for computing, beside the place."""
 
     progress: bool | None
     jobs: int
 
 
 class Options(Computing, total=False):
-    """What `run` computes again."""
+    """Options of `run` for computing again."""
 
     recompute_foreign: bool
     retry: bool
 
 
 class FitOptions(Computing, total=False):
-    """What `fit` computes at most."""
+    """Limits of `fit`'s computations."""
 
     points: int
 

@@ -1,4 +1,4 @@
-"""What a command or a task notes on standard error while it works."""
+"""Notices of a command or a task on standard error while it works."""
 
 import shutil
 import sys

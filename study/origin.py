@@ -28,7 +28,7 @@ from nanoslip.study.provenance import UNKNOWN
 
 BLAS_LIBRARIES: Final = (*provenance.LIBRARIES, "mpi4py")
 _DECIDING: Final = ("sse", "ssse", "avx", "fma", "amx", "asimd", "sve", "vsx")
-"""How the features of a processor begin that can change a last bit: kernels and libraries choose their code by them."""
+"""Prefixes of processor features that can change a last bit: kernels and libraries choose their code by them."""
 
 NUMBA: Final = (
     *("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX", "NUMBA_DISABLE_JIT"),
@@ -89,7 +89,7 @@ def _blas() -> Iterator[str]:
 
 
 def _mpi() -> str:
-    """Of the library that this process has loaded and several ranks use; nothing is loaded for it."""
+    """Version of the MPI library that this process has loaded and several ranks use; loads none."""
     mpi: Any = sys.modules.get("mpi4py.MPI")
     if mpi is None or mpi.Is_finalized() or mpi.COMM_WORLD.Get_size() == 1:
         return ""
@@ -119,7 +119,8 @@ class Origin:
 
     nanoslip_version: str = UNKNOWN
     source_hash: str = UNKNOWN
-    """Of the contents of the files that decide results (16 hexadecimal digits): comments count, names and folders do not."""
+    """Hash of the contents of the files that decide results (16 hexadecimal digits): comments count, names and folders do
+    not."""
     source_commit: str = UNKNOWN
     """The commit, "+modified" where the files that decide results differ from it."""
     python_version: str = UNKNOWN
@@ -152,7 +153,7 @@ class Origin:
         return content_hash(list(self.deciding), length=8)
 
     def alike(self, other: "Origin") -> bool:
-        """Whether both compute the same; unknown origins equal none."""
+        """True if both compute the same; unknown origins equal none."""
         return UNKNOWN not in self.deciding and self.deciding == other.deciding
 
     @property
@@ -161,7 +162,7 @@ class Origin:
         return f"{self.blas}, on {self.processor_features}"
 
     def same_bits(self, other: "Origin") -> bool:
-        """Whether both compute the same to the last bit."""
+        """True if both compute the same to the last bit."""
         return self.alike(other) and self.arithmetic == other.arithmetic
 
     def __str__(self) -> str:
@@ -180,7 +181,7 @@ NOBODY: Final = Origin()
 
 @lru_cache(maxsize=1)
 def here() -> Origin:
-    """The software that runs here; what it does arithmetic with is unknown until it computes (`computing`).
+    """Version of this program; BLAS and CPU features are known only after the first computation (`computing`).
 
     Asks git, which is a process of its own: to be called before MPI starts. The root of a run does, and the others `adopt` it.
     """
@@ -213,13 +214,13 @@ def software() -> Origin:
 
 @lru_cache(maxsize=1)
 def computing() -> Origin:
-    """The same, as it computes here."""
+    """Version of this program with the BLAS and CPU features that it computes with."""
     return replace(here(), **arithmetic())
 
 
 @lru_cache(maxsize=1)
 def arithmetic() -> dict[str, str]:
-    """What arithmetic is done with here: the BLAS of numpy and scipy, loaded for it, and the processor's features."""
+    """Software and hardware of arithmetic: the BLAS of numpy and scipy, which is loaded, and the processor's features."""
     import_module("scipy.linalg")  # else the task that happens to come first would decide which libraries are there
     return {"blas": blas(), "processor_features": features()}
 
@@ -238,7 +239,7 @@ def all_sources_hash() -> str:
 
 
 def _folders(package: str) -> list[str]:
-    """Where a package is: git follows no links."""
+    """Folders of a package: git follows no links."""
     return [os.path.realpath(folder) for folder in _found_as(package).submodule_search_locations or ()]
 
 
@@ -275,7 +276,7 @@ def _origin(*values: str) -> Origin:
 
 
 def foreign(origins: Origins, home: Origin) -> bool:
-    """Whether other software than `home` had a hand in a result."""
+    """True if other software than `home` contributed to a result."""
     return not origins or not all(origin.alike(home) for origin in origins)
 
 
@@ -287,7 +288,7 @@ def foreign_among(results: Mapping[str, Origins]) -> dict[str, Origins]:
 
 
 def census(results: Iterable[Origins]) -> Counter[Origin]:
-    """How many of these results stem from which software; a result of several counts for each."""
+    """Count results by the software that made them; a result made by several counts for each."""
     return Counter(origin for origins in results for origin in (origins or (NOBODY,)))
 
 

@@ -1,4 +1,4 @@
-"""Where a result comes from: the software that made it. No clock, host or rank."""
+"""Provenance of a result: the software that made it. No clock, host or rank."""
 
 import json
 import os

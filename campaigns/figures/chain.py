@@ -126,7 +126,7 @@ def _draw_law(axes: Axes, found: xr.Dataset, size: str, color: str) -> None:
 
 
 def _fits(found: xr.Dataset, size: str) -> bool:
-    """Whether a size has a power law that its goodness of fit does not refuse."""
+    """True if the goodness of fit does not refuse the power law of a size."""
     return bool(found[f"{size}_goodness"] >= SIGNIFICANT and np.isfinite(found[f"{size}_exponent"]))
 
 
@@ -212,7 +212,7 @@ Floats = NDArray[np.float64]
 LAGS: Final = np.array([1, 2, 3, 5, 7, 10, 20, 30, 50, 100, 200, 300])
 """Events apart."""
 PARTS: Final = 32
-"""Of a node spacing, in which medians are taken."""
+"""Number of parts of a node spacing in which medians are taken."""
 PAIRS: Final = {
     "slips_correlation": ("slips", "slips", "slips and slips"),
     "drop_correlation": ("drop", "drop", "drop and drop"),
@@ -313,7 +313,7 @@ def draw_of_nodes(dataset: xr.Dataset) -> Figure:
 
 
 def claims_of_nodes(dataset: xr.Dataset) -> Iterator[Claim]:
-    """How much of the contact's slip lies in its front half."""
+    """Report the share of the contact's slip that lies in its front half."""
     for number, name in names(dataset).items():
         run = Accessor(dataset).record(case=number)
         x, slips = run["record_node_x"].values, run["record_node_slips"].values

@@ -49,7 +49,7 @@ class Scored:
 
     @property
     def reproduced(self) -> int:
-        """How many numbers lie within `NEAR`."""
+        """Count of numbers within `NEAR`."""
         return sum(miss <= NEAR for miss in self.misses)
 
     @property
@@ -101,7 +101,7 @@ def _over_starts(values: Floats) -> tuple[Floats, Floats]:
 
 
 def independent_numbers(dataset: xr.Dataset) -> tuple[float, float]:
-    """How many independent numbers all of `NUMBERS` are worth: over combinations, and over the starts of one."""
+    """Numbers of independent values that `NUMBERS` are worth: over combinations, and over the starts of one."""
     values = np.stack([of_starts(dataset, name, friction) for _, name, friction, _ in NUMBERS], axis=-1)
     means, variances = _over_starts(np.moveaxis(values, -1, -2))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -169,7 +169,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
 
 
 def _independence(dataset: xr.Dataset) -> Claim:
-    """How many independent numbers those of the paper are worth."""
+    """Report the number of independent values in the paper's numbers."""
     over_choices, over_starts = independent_numbers(dataset)
     words = "n²/Σr² of the numbers' rank correlations r, over combinations"
     remark = f"over starts of one combination {over_starts:.2g}"

@@ -82,7 +82,7 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
 
 
 def verdict(dataset: xr.Dataset) -> str:
-    """Whether the peak's excess over the plateau falls, how sure that is, and how far away a smooth record would be."""
+    """State if the peak's excess over the plateau falls, with which confidence, and at which size a record would be smooth."""
     excess = law(dataset, EXCESS)
     sure = excess.confidence_of_fall()
     if sure < SURE:

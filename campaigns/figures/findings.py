@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Starts:
-    """What each start of one intrinsic friction coefficient yields, over W; (m,) each, without starts that have no μ_s."""
+    """Results of each start at one intrinsic friction coefficient, over W; (m,) each, without starts that have no μ_s."""
 
     intrinsic_friction: float
     static: Floats
@@ -130,7 +130,7 @@ def _roughness(dataset: xr.Dataset, group: Starts) -> Floats:
 
 
 def draw_static(dataset: xr.Dataset) -> Figure:
-    """How μ_s and μ_k are distributed over starts, as shares of μ_i."""
+    """Draw the distribution of μ_s and μ_k over starts, as shares of μ_i."""
     groups = all_starts(dataset)
     with column() as figure:
         axes = figure.add_subplot()

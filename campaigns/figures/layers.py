@@ -19,7 +19,7 @@ from nanoslip.study.figures.points import typeset
 from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 HALF_WIDTH: Final = 0.2
-"""Of every contact without friction, in L_x."""
+"""Half-width of every contact without friction, in L_x."""
 RATIOS: Final = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Heights of the layer over the contact's half-width."""
 POISSON: Final = {"strip": (0.0, 0.2, 0.3, 0.4, 0.45, 0.49, 0.5), "galerkin": (0.0, 0.2, 0.3)}
@@ -43,7 +43,7 @@ def rows() -> Iterator[tuple[str, float, float, float]]:
 
 
 def _radius(poisson: float, height: float) -> float:
-    """Of the pin whose contact without friction has the half-width asked for; to four digits."""
+    """Radius of the pin whose contact without friction has this half-width; to four digits."""
     slab, way = Slab(513, height, poisson, scheme="strip"), Effects(friction=False)
     compliance = surface_compliance(slab)
 
@@ -92,7 +92,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
-    """How far plateaus and stiffness depend on ν and height, and where a grid agrees."""
+    """Report the range of plateaus and stiffness over ν and height, and where a grid agrees."""
     plateau = {poisson: value(of_scheme(dataset, "strip", poisson), "plateau_ratio") for poisson in POISSON["strip"]}
     for poisson, (values, errors) in plateau.items():
         remark = f"± at most {np.max(errors):.1g}"

@@ -19,7 +19,7 @@ class Stated:
     doubt: float
     """Half a unit of the last digit, or how exactly its words are meant."""
     text: str = ""
-    """As the paper writes it, where that is not the number alone."""
+    """Text in the paper, if it is not the number alone."""
 
     def __str__(self) -> str:
         return f"{self.text or f'{self.value:g}'} (§{self.section})"
@@ -59,7 +59,7 @@ def compared(
 
 
 def _verdict(stated: Stated, found: NDArray[np.float64]) -> str:
-    """Whether a number lies within the range of starts, else how far from their mean."""
+    """State if a number lies within the range of starts, else its distance from their mean."""
     if not len(found):
         return ""
     if found.min() - stated.doubt <= stated.value <= found.max() + stated.doubt:

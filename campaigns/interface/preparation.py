@@ -22,7 +22,7 @@ def of_way(dataset: xr.Dataset, way: str, spread: float, name: str) -> tuple[Any
 
 
 def exponent(contacts: Any, values: Any, errors: Any) -> tuple[float, float]:
-    """Of a power law through the values, each weighed by its relative ±, and its own ±."""
+    """Fit the exponent of a power law, each value weighted by its relative ±, with its own ±."""
     x, y, weight = np.log(contacts), np.log(values), (values / errors) ** 2
     x0, y0 = (weight @ x) / weight.sum(), (weight @ y) / weight.sum()
     square = weight @ (x - x0) ** 2

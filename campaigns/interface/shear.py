@@ -12,7 +12,7 @@ from nanoslip.study.figures.points import typeset
 from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, CampaignFigure, Claim, column
 
 LINES: Final = ("-", "--")
-"""Of the spreads."""
+"""Line styles of the spreads."""
 
 
 def over_mean_of_ends(dataset: xr.Dataset) -> xr.DataArray:
@@ -23,7 +23,7 @@ def over_mean_of_ends(dataset: xr.Dataset) -> xr.DataArray:
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """What the plateau is above the mean of a slip's ends, and the excess: over residual shear, then over the contacts."""
+    """Draw the plateau less the mean of a slip's ends, and the excess: over residual shear, then over the contacts."""
     found, above = dataset.squeeze(), over_mean_of_ends(dataset)
     most = {"contacts": found["contacts"].values[-1]}
     with column(3.0, PAGE) as figure:

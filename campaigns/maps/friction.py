@@ -39,7 +39,7 @@ def draw_share(dataset: xr.Dataset, name: str, label: str) -> Figure:
 
 
 def draw_drive(dataset: xr.Dataset) -> Figure:
-    """What the paper's drive does over load and μ_i, a panel for each height and radius."""
+    """Draw the regimes of the paper's drive over load and μ_i, a panel for each height and radius."""
     with column(6.0, PAGE) as figure:
         for axes, here in _panels(figure, dataset):
             load, friction = LOADS * dataset["normal_load"], dataset["intrinsic_friction"]

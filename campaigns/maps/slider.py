@@ -106,7 +106,7 @@ def draw_regimes(dataset: xr.Dataset) -> Figure:
 
 
 def claims_of_regimes(dataset: xr.Dataset) -> Iterator[Claim]:
-    """How many drives do what for each number of contacts."""
+    """Count the drives of each regime for each number of contacts."""
     regime = dataset["regime"].squeeze()
     for contacts, load in zip(regime["contacts"].values, load_of(dataset), strict=True):
         yield Claim(f"N = {contacts}, W = {load:g} N", "", counted(regime.sel(contacts=contacts)), "")

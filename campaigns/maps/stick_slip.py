@@ -49,7 +49,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
-    """How many drives do what for each damping ratio and mass, and how often V_c tells stick-slip from sliding."""
+    """Count the drives of each regime for each damping ratio and mass, and the cases in which V_c predicts stick-slip."""
     regime = dataset["regime"].squeeze()
     foretold = (dataset["stage_velocity"] < critical_velocity(dataset)).broadcast_like(regime)
     right = (regime == "stick_slip") == foretold

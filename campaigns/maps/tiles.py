@@ -55,6 +55,6 @@ def regime_legend(figure: Figure) -> None:
 
 
 def counted(regime: xr.DataArray) -> str:
-    """How many drives there are of each regime, in words."""
+    """Numbers of drives of each regime, in words."""
     found = {name: int((regime == name).sum()) for name in REGIMES}
     return ", ".join(f"{count} {hyphenated(name)}" for name, count in found.items() if count)

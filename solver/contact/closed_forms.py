@@ -88,7 +88,7 @@ class SlidingContact:
 
     @property
     def centroid(self) -> float:
-        """Of the pressure, from the pin's middle."""
+        """Centroid of the pressure, from the pin's middle."""
         return self.centre - self.half_width * self.skew / (self.power + 1)
 
     def pressure(self, x: Floats) -> Floats:

@@ -49,9 +49,9 @@ GUARD = 3
 ONE_SPOT = 0.75
 """Share of the nodes from the first to the last one in contact that touch where a rough pin does so in one spot."""
 SINKING = 0.1
-"""Of W/G: how far a rough pin may sink, besides what its profile falls, before the next window is set up."""
+"""Largest sinking of a rough pin before the next window is set up, in W/G, besides the fall of its profile."""
 NOT_SEEN = 2.0
-"""How much nearer to the pin nodes beyond a window may come than those at its ends, which are watched."""
+"""Factor by which nodes beyond a window may come nearer to the pin than the nodes at its ends, which are watched."""
 
 
 def around(followed: Nodes) -> slice:
@@ -87,7 +87,7 @@ def left_behind(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) ->
 
 
 def following(case: Case, compliance: Compliance, state: ContactState, nodes: int) -> ContactState:
-    """The same contact on a grid that has gone on by so many nodes: those it comes upon move as the forces say."""
+    """Shift the contact to a grid that has advanced by `nodes` nodes; new nodes move as the forces require."""
     contact, forces = np.roll(state.contact, -nodes), np.roll(state.nodal_force, -nodes, axis=1)
     uv = compliance.displacements(forces)
     uv[1] += state.approach
@@ -132,7 +132,7 @@ def good_until(case: Case, state: KernelState) -> tuple[float, float, float]:
 
 
 def _reach(case: Case) -> tuple[float, float]:
-    """How far a rough pin may move with one window, less than its margin, and how much nearer it may come."""
+    """Travel of a rough pin that one window allows (less than its margin), and the largest approach to nodes beyond."""
     farther = (margin(case.slab.n_x) - GUARD) * case.slab.spacing
     return farther, pin_of(case).fall_within(farther) + SINKING * case.normal_load
 
@@ -178,7 +178,7 @@ def _pivoted_first(
 
 
 def in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same with every row padded to begin at a cache line: a row that straddles them takes a third longer to add."""
+    """Pad every row of a matrix to begin at a cache line: adding a row that straddles lines takes a third longer."""
     entries = len(square)
     stride = -(-entries // LINE) * LINE
     room = np.zeros(entries * stride + LINE)
@@ -231,7 +231,7 @@ class CompiledContact:
     state: KernelState
     constants: KernelConstants
     first_node: int
-    """Of the surface, which the grid's first is."""
+    """Number of the grid's first node on the surface."""
 
 
 def compiled_contact(
@@ -308,7 +308,8 @@ def _set_up(
 
 
 _set_up_before = lru_cache(maxsize=KEPT)(_set_up)
-"""The same of few nodes: sliding begins with the contact that was found, and cases of a campaign have the same ones again."""
+"""`_set_up` with a cache, for few nodes: sliding begins with the contact found before, and cases of a campaign share
+contacts."""
 
 
 def answer_violations(compiled: CompiledContact) -> Stop:
@@ -389,7 +390,7 @@ def state_of(compiled: CompiledContact, outcome: Outcome) -> ContactState:
 
 
 def beyond_window(compiled: CompiledContact, state: ContactState) -> bool:
-    """Whether a node beyond the window lies inside the pin, so that a wider window is needed."""
+    """True if a node beyond the window lies inside the pin, so that a wider window is needed."""
     gap = state.gap.copy()
     gap[compiled.window] = 0.0
     return bool(gap.min() < -compiled.constants.tolerance_gap)

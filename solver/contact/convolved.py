@@ -85,7 +85,7 @@ FIRST, LAST = 1e-2, 1e-14
 """Precision of heights, over what the load displaces a node that bears it alone: of the first round, times the nodes, each of
 which bears the less the more they are; and of the contact found."""
 FINER = 0.5
-"""By how much precision gets finer with every round that finds wrong nodes."""
+"""Factor by which the precision is refined in every round that finds wrong nodes."""
 MOST_ROUNDS = 200
 """Rounds after which no contact set is looked for any more. Some 25 do for pins smooth or rough; nodes that move sideways on
 flanks of 45°, the steepest that mean something, 104 at ν = -1 and 43 at 0."""

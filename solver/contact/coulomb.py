@@ -43,16 +43,16 @@ class CoulombContact:
     compliance: Compliance
     contact: NDArray[np.bool_]
     sliding: Vector
-    """σ of a sliding node, 0 of a sticking or free one."""
+    """Direction σ of a sliding node; 0 for a sticking or free one."""
     u: Vector
     normal_load: float
     displacement: float = 0.0
     first_node: int = 0
-    """Of the surface, which the grid's first is."""
+    """Number of the grid's first node on the surface."""
     direction: Direction = FORWARD
     """The way that pin and load go on."""
     x: Vector = field(init=False)
-    """Of every node, from the pin's lowest point at δ_p = 0."""
+    """Position of every node, from the pin's lowest point at δ_p = 0."""
     node_friction: Vector = field(init=False)
     """μ_i of every node."""
     v: Vector = field(init=False)
@@ -60,7 +60,7 @@ class CoulombContact:
     """(2, n): f_x and f_z."""
     approach: float = field(init=False)
     node_slips: NDArray[np.int64] = field(init=False)
-    """How often each node began to slide."""
+    """Number of times that each node began to slide."""
     load_work: float = 0.0
     """Work of the load."""
     gone: float = 0.0
@@ -68,7 +68,7 @@ class CoulombContact:
     stalled: int = 0
     """Steps since the path last made PROGRESS."""
     mark: float = -np.inf
-    """Its length at that time."""
+    """Length of the path when it last made PROGRESS."""
 
     def __post_init__(self) -> None:
         self.node_slips = np.zeros(len(self.contact), np.int64)

@@ -56,21 +56,21 @@ class ContactSystem:
         self._rows = self._columns = np.empty((0, len(self._entries) + 1))
         self._products = np.empty((0, 0))
         self.answers: Dense | None = None
-        """What to multiply right sides by, where it is kept: [heights of its entries; -W] to forces, approach and [u; w]."""
+        """Matrix that maps right sides to results, if kept: [heights of its entries; -W] to forces, approach and [u; w]."""
 
     def keep(self) -> "ContactSystem":
-        """The same with answers to all right sides: worth while for a set that is met again and again."""
+        """Store the results for all right sides, which pays off for a set that recurs often."""
         solved = self._solved(np.eye(len(self._with_load)))
         everywhere = self._compliance.entries(np.arange(2 * len(self._base)), self._entries)
         self.answers = np.hstack((solved, solved[:, :-1] @ everywhere.T))
         return self
 
     def is_of(self, contact: Nodes) -> bool:
-        """Whether the system was factorized for just this set."""
+        """True if the system was factorized for exactly this set."""
         return np.array_equal(contact, self._base)
 
     def is_near(self, contact: Nodes) -> bool:
-        """Whether a set (n,) differs so little that a border is worth while."""
+        """True if a set (n,) differs so little that a bordered update pays off."""
         changes, nodes = np.count_nonzero(contact ^ self._base), np.count_nonzero(self._base)
         return bool(changes == 0 or (nodes > FEW and changes <= NEAR * nodes))
 
@@ -194,9 +194,9 @@ class Exchanged(NamedTuple):
 
     contact: Nodes
     all_at_once: bool
-    """Whether every wrong node changed sides."""
+    """True if every wrong node changed sides."""
     again: bool
-    """Whether one node at a time led back to a set that it had left before."""
+    """True if exchanging one node at a time led back to an earlier set."""
 
 
 class Exchange:
@@ -208,7 +208,7 @@ class Exchange:
         self._left: set[bytes] = set()
 
     def exchanged(self, contact: Nodes, wrong: Nodes) -> Exchanged:
-        """What follows a contact, (n,), some nodes of which are wrong, (n,)."""
+        """Exchange wrong nodes (n,) of a contact (n,) for the next round."""
         count = int(wrong.sum())
         if count < self._fewest:
             self._fewest, self._patience = count, PATIENCE
@@ -299,7 +299,7 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
 
 
 def rounding_at_rest(case: Case, found: NormalContact) -> float:
-    """By how much nodes at rest may move from round to round, in L_x."""
+    """Rounding error: distance that nodes at rest may move from round to round, in L_x."""
     xi = (surface_from_pin(case) + found.u)[found.contact]
     return RESTING * case.normal_load + pin_of(case).rounding(xi)
 

@@ -35,7 +35,7 @@ class Pin:
 
     @property
     def rough(self) -> bool:
-        """Whether its height is more than a parabola's."""
+        """True if its height is not only a parabola."""
         return len(self.knots) > 1
 
     def height(self, xi: Vector) -> Vector:
@@ -43,7 +43,7 @@ class Pin:
         return np.where(np.abs(xi) <= self.half_width, self.face(xi), np.inf)
 
     def face(self, xi: Vector) -> Vector:
-        """The same as if the pin had no edges."""
+        """Height of the pin as if it had no edges."""
         return np.asarray(self.curvature * xi**2 / 2 + np.interp(xi, self.knots, self.rises))
 
     def lowest_within(self, xi: Vector, distance: float) -> Vector:

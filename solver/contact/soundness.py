@@ -1,4 +1,4 @@
-"""Whether a contact that was found means something: why kernels stopped, the pin's slope, and what double precision can resolve.
+"""Decide if a contact that was found is meaningful: why kernels stopped, the pin's slope, and the limit of double precision.
 
 Only under a small slope is shear the force along the slab, and pressure the force across it.
 """
@@ -79,7 +79,7 @@ OUTCOME_OF_STOP = {
 }
 """Outcome of every stop at which a run ends."""
 OUTCOME_OF_ENDING = {outcome.ending: outcome for outcome in OUTCOME_OF_STOP.values()}
-"""The same by ending, for solvers that are not compiled."""
+"""Outcome of each ending, for solvers that are not compiled."""
 
 
 def advised(case: Case, outcome: Outcome) -> Outcome:

@@ -52,7 +52,7 @@ class ContactState(Viewed):
     )
     slips: int = quantity("node slips of initial contact", "initial_slips")
     first_node: int = 0
-    """Of the surface, which the first of these is: above 0 where the pin has left nodes behind, on a surface without ends."""
+    """Number of the grid's first node on the surface: above 0 if the pin has left nodes behind, on a surface without ends."""
 
     @property
     def normal_force(self) -> float:

@@ -16,7 +16,7 @@ from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.view import Labels, in_words
 
 PERIODS: Final = 2.0
-"""Of its own motion that a pin has to slide before its mean friction is that of steady sliding."""
+"""Oscillation periods that a pin has to slide before its mean friction is that of steady sliding."""
 BLOCKS: Final = 32
 """Equal parts of the steady friction force: its mean is that of theirs, and four at a time they show whether it changes."""
 LEAST_SHARE: Final = 0.25
@@ -123,7 +123,7 @@ def _first_slip(record: FrictionRecord, static: NDArray[np.float64]) -> tuple[fl
 
 
 def _beyond(record: FrictionRecord, coefficient: float) -> float:
-    """By how much a driving force is above all forces of the record, F/W, by inertia and damper; NaN of none."""
+    """Driving force by which a start exceeds all forces of the record, F/W, through inertia and damper; NaN without a force."""
     above = coefficient - record.highest_force / record.normal_load
     return max(above, 0.0) if math.isfinite(coefficient) else math.nan
 
@@ -155,11 +155,11 @@ def truncation(bins: NDArray[np.float64]) -> int:
 
 
 _PLACES: Final = (np.arange(8) - 3.5) / 8.0
-"""Of eight equal parts of a stretch, in its lengths from its middle."""
+"""Middles of eight equal parts of a stretch, from the stretch's middle, in its lengths."""
 
 
 def unsteadiness(blocks: NDArray[np.float64], latest: bool) -> str:
-    """What is wrong with calling 32 block means steady, as the end of a sentence; empty if nothing is.
+    """Reason why 32 block means are not steady, as the end of a sentence; empty if they are.
 
     latest: the truncation is as late as it may be, so that scatter does not excuse a change.
     """

@@ -12,7 +12,7 @@ from nanoslip.solver.drive import Drive
 CYCLES: Final = 4
 """Cycles of stick-slip, or periods of a pin that slides, after the first slip: twice the periods that μ_k needs at the least."""
 DOUBLINGS: Final = 5
-"""How often a drive is pulled twice as long before its numbers are given up."""
+"""Number of times that a drive's duration is doubled before its numbers are given up."""
 FORGETTING: Final = 500_000
 """Segments of a drive that goes on for its amplitude alone: 20 ms, about what the fit of Eq. 16-19 takes."""
 

@@ -107,7 +107,7 @@ def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
 
 
 def mean(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
-    """The same F̃ everywhere, from the first position on: the plateau's mean.
+    """Friction limit F̃ that equals the plateau's mean everywhere, from the first position on.
 
     No static excess is made up: with surface compliance the contact is an elastic, perfectly plastic element.
     Raises NoPlateauError where the record has no plateau.

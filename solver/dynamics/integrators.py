@@ -75,7 +75,7 @@ LEAST_TRAVEL: Final = 1e-2
 
 
 def disproportion(drive: Drive, surface_stiffness: float, friction_force: float) -> str:
-    """What of a drive is out of all proportion, and how a drive is given in SI; empty where nothing is.
+    """Name the inputs of a drive that are out of proportion, and explain how a drive is given in SI; empty if none is.
 
     surface_stiffness: K in G·L_y; friction_force: of the plateau, in G·L_x·L_y. A stage at rest is in proportion.
     """
@@ -106,7 +106,7 @@ class Method(Integrator):
 
 
 def _outcome_of_segments(run: Run, motion: Motion, step_limit: int) -> Outcome:
-    """How a run of segments ended: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
+    """Outcome of a run of segments: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
     if run.reached >= motion.duration or slipped_enough(run, motion):
         return COMPLETED
     if run.steps < step_limit:
@@ -115,12 +115,12 @@ def _outcome_of_segments(run: Run, motion: Motion, step_limit: int) -> Outcome:
 
 
 def part_reached(run: Run, motion: Motion) -> str:
-    """How far a run got, in words without a unit: who reads them gave the drive's duration in seconds."""
+    """Part of the duration that a run reached, in words without a unit: the reader gave the duration in seconds."""
     return f"{100.0 * run.reached / motion.duration:.4g} % of the duration"
 
 
 def slipped_enough(run: Run, motion: Motion) -> bool:
-    """Whether as many macroscopic slips have ended as the drive was to last."""
+    """True if the number of macroscopic slips that ends the drive has been reached."""
     return int(np.count_nonzero(np.isfinite(run.slips[:, 3]))) >= motion.most_slips
 
 

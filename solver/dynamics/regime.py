@@ -1,4 +1,4 @@
-"""Whether a driven pin sticks, slides or does both in turn, from the macroscopic slips of its drive.
+"""Regime of a driven pin (stick, sliding or stick-slip), from the macroscopic slips of its drive.
 
 The final motion counts: many drives re-stick once or twice while the first slip decays, then slide (§3.3). An unfinished slip is
 sliding if it has lasted longer than every cycle before it. With a stiff spring the pin may follow in micro slips: then the spring
@@ -25,12 +25,12 @@ Regime = Literal["sticks", "stick_slip", "slides", "micro_slip"]
 slip, but a pin that keeps up with the stage all the same."""
 REGIMES: Final[tuple[Regime, ...]] = get_args(Regime)
 RISING: Final = 0.1
-"""What is left of the loading ramp, of the spring force's range in the second half, from which on it is not an amplitude."""
+"""Largest rise left by the loading ramp, as a share of the spring force's range in the second half, with a valid amplitude."""
 
 
 @dataclass(frozen=True, slots=True)
 class StickSlipCount:
-    """How often and how long the pin of one drive stuck. If the run ended early, all but the counts are None or NaN.
+    """Number and duration of the sticks of a drive's pin. If the run ended early, all but the counts are None or NaN.
 
     spring_force_amplitude: in G·L_x·L_y. stick_slip_period: mean time between starts of slips in the second half of the time;
         NaN of a pin that slides or sticks. unsettled: why both are missing although slips repeat, with advice; else empty.
@@ -127,7 +127,7 @@ def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_], ri
 
 
 def _ramp_left(result: DynamicsResult, drive: Drive, slips: int) -> float:
-    """By how much the spring force still rises in the second half: nothing once the ramp is over.
+    """Rise of the spring force that remains in the second half: zero once the ramp is over.
 
     Before any slip the friction force shows it. A pin that its damper drags stretches the spring within c/k.
     """

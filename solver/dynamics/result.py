@@ -96,10 +96,10 @@ class DynamicsResult(OneLine):
     presliding_length: float = quantity("stretch of the contact before sliding", "", "m", per="length")
     """Mean steady friction over K."""
     end_time: float = quantity("time at which the drive ended", "", "s", per="time")
-    """Its duration, or where its last slip ended."""
+    """Duration of the drive, or the time when its last slip ended."""
     steps: int = quantity("segments or time steps of the integrator")
     outcome: Outcome
-    """How the run ended."""
+    """Outcome of the run."""
 
     def _facts(self) -> Iterator[str]:
         yield f"{len(self.time)} samples to t = {self.end_time:.4g}"

@@ -78,10 +78,9 @@ class Oscillator:
         return math.nan
 
     def _stop_after(self, time: float) -> float:
-        """When the falling velocity is 0, by Newton's steps from where it bends, or from a start beyond that.
+        """Find the time when the falling velocity is 0, by Newton's method from its inflection point or a later start.
 
-        From there on it is bent towards its minimum, and before that away from its maximum: to either side no step passes the
-        zero, and all but those next to a minimum that hardly stops the pin double the digits.
+        Newton's method converges monotonically from there, and quadratically unless the velocity only just reaches zero.
         """
         last = 0.0
         for _ in range(_MOST_STEPS):

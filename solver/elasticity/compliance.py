@@ -35,7 +35,7 @@ class Compliance(OneLine, ABC):
 
     @property
     def lasting(self) -> bool:
-        """Whether derived results may be cached with it: it is immutable."""
+        """True if derived results may be cached with it: it is immutable."""
         return True
 
     @abstractmethod
@@ -56,7 +56,7 @@ class Compliance(OneLine, ABC):
 
     @abstractmethod
     def uncoupled(self) -> "Compliance":
-        """The same without coupling (Goodman's approximation): normal forces cause no u, and tangential forces no w."""
+        """Drop the coupling (Goodman's approximation): normal forces cause no u, and tangential forces no w."""
 
     @property
     def x(self) -> Vector:

@@ -93,7 +93,7 @@ class Eliminated(NamedTuple):
     """Remainder of a front after elimination of its first fields."""
 
     stiffness: Dense
-    """Of the other fields."""
+    """Stiffness of the other fields."""
     follows: Dense
     """Displacements of the surface per displacement of these."""
     bears: Dense
@@ -101,7 +101,7 @@ class Eliminated(NamedTuple):
     grown: tuple[Dense, Dense]
     """Two factors, whose product is added to the surface's compliance."""
     reciprocal_condition: float
-    """Of the stiffness of what was eliminated."""
+    """Reciprocal condition number of the stiffness that was eliminated."""
 
 
 def eliminated(stiffness: Dense, count: int, follows: Dense, bears: Dense) -> Eliminated:
@@ -122,7 +122,7 @@ def eliminated(stiffness: Dense, count: int, follows: Dense, bears: Dense) -> El
 
 
 def definitely_eliminated(stiffness: Dense, count: int, follows: Dense) -> Eliminated:
-    """The same of a front that is symmetric and positive definite, with half the arithmetic: K = L Lᵀ, and L⁻¹ is enough."""
+    """Eliminate a symmetric, positive definite front with half the arithmetic: K = L Lᵀ, and L⁻¹ is enough."""
     norm = _norm(stiffness[:count, :count])
     root, info = scipy.linalg.lapack.dpotrf(stiffness[:count, :count], lower=1)
     reciprocal_condition = _checked(0.0 if info else scipy.linalg.lapack.dpocon(root, norm, uplo="L")[0])
@@ -175,7 +175,7 @@ class _Piece(NamedTuple):
     surface: slice
     """Numbers of surface fields, those inside the piece among them."""
     left: Eliminated
-    """Of its border: the stiffness is added to that among these fields; fields outside the piece follow nothing."""
+    """Elimination of its border: the stiffness is added to that among these fields; fields outside the piece follow nothing."""
     reciprocal_condition: float
     """The least of all cuts so far."""
 
@@ -186,7 +186,7 @@ class _Front(NamedTuple):
     cut: Indices
     border: Indices
     place: Indices
-    """Of every field of the slab; `size` of those that are not among them."""
+    """Place in the front of every field of the slab; `size` for fields that are not in the front."""
 
     @property
     def size(self) -> int:
@@ -204,13 +204,13 @@ class _Slab:
     places: Dense
     """x and z of each field, (fields, 2)."""
     number: Indices
-    """Of surface fields from left to right, -1 elsewhere; (fields,)."""
+    """Number of each surface field from left to right, -1 for other fields; (fields,)."""
     compliance: Dense
-    """Of a symmetric stiffness on and above the diagonal."""
+    """Entries of a symmetric stiffness on and above the diagonal."""
 
     @property
     def symmetric(self) -> bool:
-        """Whether the stiffness is symmetric and positive definite."""
+        """True if the stiffness is symmetric and positive definite."""
         return self.columns is self.rows
 
     def eliminated(self, inside: Indices) -> _Piece:
@@ -247,7 +247,7 @@ class _Slab:
         return _Front(cut, border, place)
 
     def _of_surface(self, surface: slice, front: _Front, pieces: list[tuple[_Piece, Dense]]) -> Dense:
-        """What a piece's surface follows of a front, (surface, size): of the pieces on either side what theirs does."""
+        """Response of a piece's surface to a front, (surface, size), from the responses of the pieces on either side."""
         follows = np.zeros((surface.stop - surface.start, front.size))
         for piece, of_border in pieces:
             within = slice(piece.surface.start - surface.start, piece.surface.stop - surface.start)
@@ -393,7 +393,7 @@ def condensed(k: Stiffness) -> Dense:
 
 
 def _inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: bool) -> Dense:
-    """As `surface_inverse`; where that may have lost digits, it is found a second time. Raises SingularOperator.
+    """Compute `surface_inverse`, a second time if the first may have lost digits. Raises SingularOperator.
 
     Multiplied by a number that is no power of two, each stiffness is rounded otherwise, those that are alike alike: what changes
     in the compliance is not known.

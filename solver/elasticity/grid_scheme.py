@@ -18,7 +18,7 @@ class GridScheme(Scheme):
     """A scheme that discretizes the whole slab by rows of nodes."""
 
     columns: ClassVar[bool] = False
-    """Whether a slab taller than a few widths is condensed as a column (see schemes.column)."""
+    """True if a slab taller than a few widths is condensed as a column (see schemes.column)."""
 
     @abstractmethod
     def grid(self, slab: Slab) -> Grid:

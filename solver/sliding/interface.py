@@ -73,7 +73,7 @@ class Portion:
     """The longest of them."""
     half_width: float
     validity_flags: int
-    """Those that any of them has."""
+    """Flags that any contact has."""
     end_nodes: int
     initial_slips: int
     events: int
@@ -84,7 +84,7 @@ class Portion:
     """Drops of force, added."""
     lost: int
     ending: int
-    """Of the first that is lost: its place in `Ending`; `outcome` says why."""
+    """Position in `Ending` of the first lost contact's ending; `outcome` gives the reason."""
     outcome: Outcome = COMPLETED
 
 

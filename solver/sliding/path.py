@@ -65,7 +65,7 @@ class Path(Viewed):
     cycles: int
     """Whole cycles, of two legs each, with which it ends."""
     validity_flags: int
-    """Of all legs (see `Flag`)."""
+    """Flags of all legs (see `Flag`)."""
     outcome: Outcome
 
     def curve(self) -> tuple[Vector, Vector]:

@@ -21,7 +21,7 @@ from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, lab
 RUN_IN: Final = 1.5
 """Presliding lengths after which initial contact is forgotten: measured by tests.verification.run_in."""
 FEWEST_EVENTS: Final = 8
-"""Of a steady part: fewer say nothing of a mean over a sawtooth."""
+"""Fewest events of a steady part: fewer do not determine the mean of a sawtooth."""
 PRESSED: Final = 0.2
 """Shared error of records shorter than two node spacings, in standard deviations of a start: measured by
 tests.verification.coverage. A pin just pressed down is not a pin that has slid."""
@@ -64,7 +64,7 @@ class Plateau(Viewed):
     outcome: Outcome = COMPLETED
 
     PREFIX: ClassVar[str] = "plateau_"
-    """What its numbers get in front in a dataset."""
+    """Prefix of its numbers in a dataset."""
 
     def _facts(self) -> Iterator[str]:
         if self.outcome.ok:

@@ -127,7 +127,7 @@ def _distances(sizes: Sizes, firsts: NDArray[np.int64], exponents: Vector) -> Ve
 
 
 def _discrete_distances(values: Vector, firsts: NDArray[np.int64], exponents: Vector) -> Vector:
-    """The same of whole numbers: the distributions are compared at each number that occurs, and just below it."""
+    """Distances for whole numbers: the distributions are compared at each number that occurs, and just below it."""
     numbers, starts = np.unique(values, return_index=True)
     places = np.searchsorted(numbers, values[firsts])
     found = np.empty(len(firsts))
@@ -175,7 +175,7 @@ def goodness_of_fit(sizes: Sizes, law: PowerLaw, draws: int = DRAWS) -> float:
 
 
 def _drawn(sizes: Sizes, law: PowerLaw, rng: np.random.Generator) -> Sizes:
-    """As many sizes, of the law from its cut-off on."""
+    """Draw the same number of sizes, following the law from its cut-off on."""
     total = len(sizes.values)
     below = sizes.values[: total - law.tail]
     tail = int(rng.binomial(total, law.tail / total)) if len(below) else total

@@ -15,7 +15,7 @@ from nanoslip.solver.parameter import Quantity, quantities, quantity
 from nanoslip.solver.view import Curve, Picture, Viewed, in_words
 
 EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
-"""What can trigger an event: ("slip", "release", "touch"); `FrictionRecord.kind` holds the position in this tuple."""
+"""Triggers of an event: ("slip", "release", "touch"); `FrictionRecord.kind` holds the position in this tuple."""
 
 
 def event(meaning: str, name: str, **more: Any) -> Any:
@@ -109,7 +109,7 @@ class FrictionRecord(Viewed):
         comment="friction force over load",
     )
     outcome: Outcome
-    """How the run ended."""
+    """Outcome of the run."""
 
     @property
     def highest_force(self) -> float:
@@ -119,7 +119,7 @@ class FrictionRecord(Viewed):
 
     @property
     def presliding_lengths(self) -> float:
-        """Its length in presliding lengths; infinite without friction."""
+        """Length of the record in presliding lengths; infinite without friction."""
         return self.final_displacement / self.presliding_length if self.presliding_length > 0.0 else math.inf
 
     def _facts(self) -> Iterator[str]:
@@ -193,4 +193,4 @@ def off_the_slab(case: Case) -> float:
 
 
 OFF_THE_SLAB = 2.0
-"""The same of a slab."""
+"""Displacement δ_p in L_x at which a pin has certainly left a slab with ends."""

@@ -1,4 +1,4 @@
-"""How event sizes are distributed: histograms, power laws, correlations of successive events."""
+"""Distributions of event sizes: histograms, power laws, correlations of successive events."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -167,9 +167,9 @@ class SizeDistribution(OneLine):
     mean: float
     largest: float
     exponent: float
-    """τ of the density x^-τ from the cut-off on; NaN at the bounds of what is looked for, EXPONENTS."""
+    """Exponent τ of the density x^-τ from the cut-off on; NaN at the bounds of the search, EXPONENTS."""
     exponent_uncertainty: float
-    """Its ±, by the jackknife over members; NaN of one member, and where the others have no power law without one of them."""
+    """Uncertainty ± of the exponent, by the jackknife over members; NaN for one member, or if a subset has no power law."""
     exponent_members: int
     """Members that have sizes; there is an exponent where they are enough."""
     cutoff: float
@@ -177,7 +177,7 @@ class SizeDistribution(OneLine):
     tail: int
     """Sizes from the cut-off on."""
     distance: float
-    """Of Kolmogorov and Smirnov, between sizes and power law from the cut-off on."""
+    """Kolmogorov-Smirnov distance between sizes and power law from the cut-off on."""
     goodness: float
     """Share of samples of the power law that are further from their fit: below 0.1 it is no power law."""
 
@@ -246,7 +246,7 @@ _NUMBERS: Final = (
     *("exponent", "exponent_uncertainty", "exponent_members"),
     *("cutoff", "tail", "goodness"),
 )
-"""What a result has of a SizeDistribution."""
+"""Fields of a SizeDistribution that a result holds."""
 
 
 def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:

@@ -64,7 +64,7 @@ class Way(NamedTuple):
     """δ_p at its end, or the load where the pin rests; NaN where the limits of a case end it."""
 
     def end(self, case: Case, stiffness: float) -> float:
-        """Where it ends. stiffness: of the contact before it slides."""
+        """Displacement (or load) at the end of the leg. stiffness: of the contact before it slides."""
         return farthest(case, stiffness) if math.isnan(self.until) else self.until
 
 
@@ -89,7 +89,7 @@ class SlippedNodes:
     slips: NDArray[np.int64]
 
     def of_grid(self, first: int, nodes: int) -> NDArray[np.int64]:
-        """Those of a grid whose first node is `first`, (nodes,), to be added to."""
+        """Slip counts of a grid whose first node is `first`, (nodes,), to be added to."""
         left, right = max(self.first - first, 0), max(first + nodes - self.first - len(self.slips), 0)
         self.first -= left
         self.slips = np.pad(self.slips, (left, right))
@@ -107,7 +107,7 @@ def first_of(events: Events, count: int) -> Events:
 
 
 def grown(events: Events) -> Events:
-    """The same events with room for twice as many."""
+    """Copy events into arrays with room for twice as many."""
     grown = empty_events(2 * len(events.displacement))
     for name in events._fields:
         old = getattr(events, name)
@@ -393,7 +393,7 @@ class _Run:
     dissipated: float = 0.0
     """Energy lost since the last event."""
     slipped: SlippedNodes = field(init=False)
-    """How often each node began to slide in an event of the record; and in its last row, (n,)."""
+    """Number of times that each node began to slide in an event of the record; in the last row, (n,)."""
     last_slips: NDArray[np.int64] = field(init=False)
 
     def __post_init__(self) -> None:

@@ -188,7 +188,7 @@ class Slider:
     statistics: EventStatistics
     record: FrictionRecord
     bound: float
-    """Its force is nowhere higher, in G·L_x·L_y."""
+    """Upper bound of its force, in G·L_x·L_y."""
     lost: int
 
 
@@ -256,7 +256,7 @@ def interface(case: Case, compliance: Compliance, places: Ensemble = ALONE) -> S
 
 
 def collective(record: FrictionRecord, plateau: Plateau, bound: float | None = None, lost: int = 0) -> Collective:
-    """The same of a record. bound: of its highest force, in G·L_x·L_y, where it is not exact."""
+    """Collective friction of a record. bound: of its highest force, in G·L_x·L_y, if it is not exact."""
     steady = plateau.mean * record.normal_load
     highest = record.highest_force
     unseen = 0.0 if bound is None else max(bound - highest, 0.0)

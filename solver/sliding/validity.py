@@ -47,13 +47,13 @@ MISSED = 0.5
 """Share of the slope of a pin's roughness that nodes may miss. Plateaus were within 2.5 % of those at n_x = 1025 below it, and
 4 to 10 % too low at 0.8 to 1: random knots every 0.002 L_x and waves of 0.05 L_x, strip, R = 200, n_x from 65 on."""
 MISSING = "within 2.5 % where nodes miss at most 50 %, 4 to 10 % too low at 80 % or more"
-"""The same in words."""
+"""MISSED in words."""
 FELT = 0.02
 """Slope of the roughness, over a/R at the contact's edge, from which it is felt: plateaus noticed it at 0.07, not at 0.007."""
 
 
 class Flag(Enum):
-    """One way in which a contact means little: the bit `mask`, its name, meaning and advice.
+    """Validity flag: a limit beyond which a contact is doubtful. It has the bit `mask`, a name, meaning and advice.
 
     Only older datasets have the bits 64 and 256. `near_ends`, `outgrown` and `whole_slab` are degrees of one thing: a contact has
     the last that applies.
@@ -71,7 +71,7 @@ class Flag(Enum):
     )
     outgrown = (
         4,
-        "contact at an end of the surface, where the grid ends and not the contact",
+        "contact reaches the end of the surface and is cut off there",
         "lower normal_load, radius (half_width of a punch) or the record's limits",
     )
     whole_slab = (
@@ -91,7 +91,7 @@ class Flag(Enum):
     )
     unresolved_slab = (
         128,
-        "a grid above poisson 0.38, whose nodes deform together: friction too high, by 2 % at 0.39, 5 % at 0.42, 13 % at 0.45, "
+        "grid scheme with poisson > 0.38: volumetric locking makes friction too high, by 2 % at 0.39, 5 % at 0.42, 13 % at 0.45, "
         "30 % at 0.49; or a film on a biquadratic grid with wider cells than the contact",
         "use the scheme strip, right up to poisson 0.5",
     )
@@ -137,12 +137,12 @@ class Validity:
 
 
 def contact_validity(case: Case, start: ContactState) -> Validity:
-    """The same of initial contact alone."""
+    """Validity of initial contact alone."""
     return Validity(mask_of(contact_flags(case, start)), contact_half_width(start))
 
 
 def record_validity(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Validity:
-    """The same of a friction record from `start` to `end`."""
+    """Validity of a friction record from `start` to `end`."""
     return Validity(mask_of(record_flags(case, start, record, end)), contact_half_width(start))
 
 
@@ -157,7 +157,7 @@ class _Seen(NamedTuple):
     margin: float
     """From the contact's edge to the nearer end of the surface, in L_x; 0 or less with a node at that end in contact."""
     travel: float
-    """How far the pin moved, in L_x."""
+    """Distance that the pin moved, in L_x."""
 
 
 def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
@@ -248,7 +248,7 @@ def flags_in(mask: int) -> Flags:
 
 
 def advice_on(flags: Iterable[Flag]) -> str:
-    """What to do about flags, in one line; empty without any."""
+    """Advice on flags, in one line; empty without flags."""
     return "; ".join(f"{flag.name}: {flag.advice}" for flag in flags)
 
 
@@ -277,7 +277,7 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
 
 
 def _place(case: Case, seen: _Seen) -> Flag | None:
-    """How near the contact came to the ends of the surface; a half-plane's are those of its grid alone."""
+    """Flag of a contact too near to the ends of the surface; for a half-plane these are the ends of its grid."""
     if seen.most == case.slab.n_x:
         return Flag.whole_slab
     if seen.margin <= 0.0:
@@ -306,7 +306,8 @@ def lawfulness(
 def _creates_energy(
     case: Case, start: ContactState, record: FrictionRecord, end: ContactState, load_work: float
 ) -> bool:
-    """Whether events created more energy than rounding explains: the rounding error of load times displacement in each event."""
+    """True if events created more energy than rounding explains: the rounding error of load times displacement in each
+    event."""
     created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
     steps = np.abs(np.diff(record.displacement, prepend=start.displacement))
     before = np.concatenate(([record.initial_force], record.force_after))[:-1]

@@ -57,7 +57,7 @@ class Scenes(NamedTuple):
     manifest: Manifest
     cases: tuple[CampaignCase, ...]
     drives: Drives
-    """Of every case."""
+    """Drives of every case."""
     ensemble: Ensemble
     variables: tuple[str, ...]
     of_cases: tuple[Effect[Case], ...] = OF_CASES
@@ -81,7 +81,7 @@ class Change:
     change: float = math.nan
     uncertainty: float = math.nan
     problem: str = ""
-    """How a computation failed."""
+    """Reason of a computation's failure."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,7 +208,7 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> Compute
 
 
 def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -> Change:
-    """Of a number of two results with the same members."""
+    """Change of a number between two results with the same members."""
     key = next(key for key, each in declared(KINDS[whole.kind]).items() if each.name == variable)
     values = np.array([each.scalars.get(key, [math.nan] * len(whole.scalars[key])) for each in (without, whole)], float)
     difference, mean = mean_of(values[0] - values[1]), abs(float(mean_of(values[1]).mean)) or math.nan

@@ -68,7 +68,7 @@ class Setup:
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How far each knob is turned."""
+    """Extent of a measurement: sizes, starts, time steps and repetitions."""
 
     sizes: tuple[int, ...]
     """n_x of the operators, increasing."""
@@ -81,11 +81,11 @@ class Effort:
     event_floors: tuple[float, ...]
     """In node spacings; the smallest is the reference."""
     time_steps: tuple[float, ...]
-    """Of RK4, in s."""
+    """Time steps of RK4, in s."""
     half_widths: tuple[float, float, int]
     """Narrowest and widest contact on each operator, a/L_x, and how many there are."""
     repeats: int
-    """Of a short timing; the shortest counts."""
+    """Repetitions of a short timing; the shortest counts."""
 
 
 POINT: Final = "frictionless"
@@ -158,7 +158,7 @@ class Diagram:
 
     title: str
     reference: str
-    """What the errors are held against."""
+    """Reference of the errors."""
     series: str
     """Column whose values tell curves of a diagram apart."""
     shown: tuple[str, ...]
@@ -166,7 +166,7 @@ class Diagram:
     error: str
     """Column of the error in the diagram."""
     rivals: bool
-    """Whether rows of different series compete: where they do not answer the same question each has its own front."""
+    """True if rows of different series compete; series that answer different questions have a front each."""
     rows: tuple[Row, ...]
 
     @property
@@ -201,10 +201,11 @@ class Diagram:
 Vector = NDArray[np.float64]
 
 DISPLACEMENT: Final = 3e-4
-"""Of the record whose time counts as the cost of using an operator, in L_x."""
+"""Displacement of the record whose time counts as the cost of using an operator, in L_x."""
 OF_OPERATORS: Final = ("normal_compliance", "tangential_compliance", "stiffness", "approach", "half_width", "pressure")
-"""What the error of an operator is the largest of: energies of an elliptic pressure and of an elliptic shear, lateral stiffness K
-of the stuck contact, and approach, half-width (from the second moment) and largest pressure of frictionless contact."""
+"""Quantities whose largest error is the error of an operator: energies of an elliptic pressure and of an elliptic shear,
+lateral stiffness K of the stuck contact, and approach, half-width (from the second moment) and largest pressure of
+frictionless contact."""
 COUPLING: Final = "coupling"
 GRADINGS: Final[tuple[dict[str, int], ...]] = (
     {"coarsest_row": 5},
@@ -217,11 +218,12 @@ GRADINGS: Final[tuple[dict[str, int], ...]] = (
 )
 """Gradings of the Galerkin scheme that are tried besides its own."""
 REFERENCE: Final[dict[str, Any]] = {"scheme": "galerkin", "coarsest_row": 129, "rows_per_level": 4}
-"""How the reference is discretized; its n_x is the effort's."""
+"""Discretization of the reference; its n_x is the effort's."""
 
 
 def discretizations(slab: Slab, size: int) -> Iterator[Slab]:
-    """The same body at one n_x: a surface without ends in its one way, a slab by every scheme of grids and grading."""
+    """Discretize a body in all ways at one n_x: a surface without ends in its one way, a slab by every grid scheme and
+    grading."""
     if slab.scheme.endless:
         yield replace(slab, n_x=size)
         return
@@ -247,9 +249,9 @@ class Tried:
 
     slab: Slab
     seconds: float
-    """Of the compliance."""
+    """Time to compute the compliance, in s."""
     record_seconds: float
-    """Of sliding the reference displacement on it."""
+    """Time to slide the reference displacement on it, in s."""
     values: Mapping[float, Mapping[str, float]]
 
 
@@ -381,7 +383,7 @@ def _words(slab: Slab, doubt: float) -> str:
 
 
 def _knobs(slab: Slab) -> dict[str, Value]:
-    """How a slab is discretized; numbers that its scheme does not have are NaN, words empty."""
+    """Settings that discretize a slab; numbers that its scheme does not have are NaN, words empty."""
     kinds: tuple[Any, ...] = tuple(SCHEMES.values())
     words = {item.name for kind in kinds for item in fields(kind) if choices_of(item.type)}
     nothing = {name: "" if name in words else math.nan for name in settings(slab)}
@@ -608,7 +610,7 @@ class Measurement:
     front: tuple[Measured, ...]
     """Every discretization of every slab of the setup under each of these contacts."""
     remark: str
-    """What could not be measured, and why; empty if nothing."""
+    """Reason why a value could not be measured; empty if none."""
 
 
 def measure(setup: Setup, effort: Effort) -> Measurement:

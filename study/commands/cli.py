@@ -309,7 +309,7 @@ def submit() -> None:
 # Showing results: look.py and draw.py.
 
 FORMATS: Final = ("pdf", "svg", "png")
-"""Of pictures; nanoslip.study.figures.shared knows how to write them."""
+"""Formats of pictures; nanoslip.study.figures.shared writes them."""
 RESULTS: Final = Path("results")
 
 

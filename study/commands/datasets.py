@@ -60,13 +60,14 @@ def print_written(manifest: Manifest, store: Store) -> bool:
 
 
 def _pending(dataset: xr.Dataset) -> int:
-    """How many cases and drives have no outcome yet."""
+    """Number of cases and drives without an outcome."""
     endings = [dataset[ending.name] for ending, _ in OUTCOMES.values() if ending.name in dataset]
     return sum(int((each == PENDING).sum()) for each in endings)
 
 
 def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
-    """What a dataset that is there has more of than the one that would replace it: nothing where that lacks nothing.
+    """List the values that an existing dataset has and its replacement would lack; empty if the existing one is no more
+    complete.
 
     One that cannot be read is no loss, unless another nanoslip reads it.
     """
@@ -132,7 +133,7 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
 
 
 def is_of(dataset: xr.Dataset, manifest: Manifest) -> bool:
-    """Whether a dataset belongs to the campaign file in its present form."""
+    """True if a dataset belongs to the campaign file in its present form."""
     return bool(dataset.attrs.get("manifest_sha256") == manifest.sha256)
 
 

@@ -144,7 +144,7 @@ def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: 
 
 
 def pin_under(found: Surface, slab_width: float) -> Pin:
-    """Its roughness on a flat pin; slab_width: in m."""
+    """Flat pin with the roughness of a surface; slab_width: in m."""
     return Pin(0.0, math.inf, found.x / slab_width, found.height / slab_width)
 
 

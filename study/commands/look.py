@@ -194,7 +194,7 @@ def _of_grid(case: Case, front: Front, slides: bool) -> str:
 
 
 def _of_roughness(case: Case, slides: bool) -> str:
-    """What nodes miss of the pin's roughness, by how much that changes plateaus, and what resolves it; empty of a smooth pin."""
+    """Report the roughness that nodes miss, its effect on plateaus, and the grid that resolves it; empty for a smooth pin."""
     pin = pin_of(case)
     slope, missed = pin.roughness_slopes(case.slab.spacing)
     if not slope:

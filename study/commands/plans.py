@@ -95,7 +95,7 @@ class Standing:
     foreign: Mapping[str, Origins]
     """Finished results of other software."""
     measured: Measured
-    """What tasks took: seconds left of `kinds` are scaled by it."""
+    """Measured times of tasks, which scale the seconds left of `kinds`."""
     outcomes: Mapping[str, Outcome]
     """Key of each task that has ended -> how."""
 

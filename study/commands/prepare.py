@@ -102,7 +102,7 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
 
 
 def _counted(campaign: Path, plan: Plan) -> str:
-    """How many cases, drives of each case and tasks a campaign has."""
+    """Report the number of cases, drives of each case and tasks of a campaign."""
     cases = len(plan.cases), "case", sum(not case.outcome.ok for case in plan.cases)
     drives = len(plan.manifest.drives), "drive", sum(drive.drive is None for drive in plan.manifest.drives)
     said = []
@@ -150,7 +150,7 @@ def _in_si(plan: Plan) -> str:
 
 
 def _cases(plan: Plan) -> Iterator[str]:
-    """How many cases and drives there are, and how many of them are refused."""
+    """Report the number of cases and drives, and how many of them are refused."""
     manifest, ensemble = plan.manifest, plan.manifest.ensemble
     likely = str(ensemble.members) if ensemble.within is None else f"{ensemble.likely} to {ensemble.members}"
     of_members = f" of {likely} members" if ensemble.members > 1 else ""
@@ -171,7 +171,7 @@ _CELLS: Final[Mapping[str, Callable[[KindCount], str]]] = {
     "finished": lambda count: str(count.finished),
     "all": lambda count: str(count.all),
 }
-"""What tables tell of a kind of task."""
+"""Columns of tables that describe a kind of task."""
 
 
 def _kinds(found: plans.Standing, columns: Iterable[str]) -> Table:

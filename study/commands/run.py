@@ -29,7 +29,7 @@ class Order:
 
     @property
     def into(self) -> Path:
-        """Where results go."""
+        """Folder of the results."""
         return self.shard.folder(self.out) if self.shard else self.out
 
 

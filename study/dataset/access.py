@@ -66,7 +66,7 @@ class Places:
 
 
 def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
-    """Where a variable has the coordinates that are selected. Raises KeyError where no case is like that."""
+    """Positions where a variable has the selected coordinates. Raises KeyError if no case has them."""
     along = root[name]
     chosen = xr.DataArray(np.ones(along.shape, np.bool_), dims=along.dims)
     for key, wanted in selection.items():

@@ -67,20 +67,20 @@ from nanoslip.study.results.store import Store
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where each case and each drive lies: the axes that are dimensions, and a position along them."""
+    """Layout of cases and drives in a dataset: the axes that are dimensions, and a position along them."""
 
     axes: dict[str, tuple[Value, ...]]
-    """Of the cases."""
+    """Axes of the cases."""
     order: tuple[str, ...]
-    """The same in the campaign's order: the last one varies fastest from case to case."""
+    """Names of the axes in the campaign's order: the last one varies fastest from case to case."""
     drive_axes: dict[str, tuple[Value, ...]]
-    """Of the drives, which follow those of the cases."""
+    """Axes of the drives, which follow those of the cases."""
     drive_position: Mapping[str, tuple[int, ...]]
     """Label of a drive -> position."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of a variable over the cases."""
+        """Shape of a variable over the cases."""
         return tuple(len(values) for values in self.axes.values())
 
     @property
@@ -227,7 +227,7 @@ class Table:
         """Name -> whether it lies over the drives too."""
         self._quantities: dict[str, Quantity] = {}
         self._values: dict[str, NDArray[Any]] = {}
-        """By name, the drives of a case one behind the other."""
+        """Values by name; the drives of a case follow each other."""
         self._waiting: dict[str, list[_Row]] = {kind: [] for kind in KINDS}
         self._as_one = np.zeros(math.prod(layout.shape), bool)
         """(cases,) Whether the records of all members have the same events: one start, of which no mean has a ±."""
@@ -402,17 +402,17 @@ class Finished:
         self._unsound: set[str] = set()
         failed = {key: attempt.outcome for key, attempt in store.failures().items()}
         self._lost = plan.outcomes(store.outcomes(), failed) if failed else {}
-        """How the others failed."""
+        """Outcomes of all other tasks that failed."""
 
     def results(self, keys: CaseTasks) -> Results:
-        """Those of a case, its compliance apart. keys: of its tasks."""
+        """Results of a case without its compliance. keys: of its tasks."""
         sound = {task: key for task, key in keys.items() if key in self._known and key not in self._unsound}
         found = {task: self._store.find(key) for task, key in sound.items() if task[0] != "compliance"}
         self._unsound.update(keys[task] for task, result in found.items() if result is None)  # damaged since
         return {task: result for task, result in found.items() if result is not None}
 
     def outcomes(self, keys: CaseTasks, results: Results) -> dict[str, Outcome]:
-        """How the tasks of a case ended."""
+        """Outcomes of the tasks of a case."""
         ended = {key: self._lost[key] for key in keys.values() if key in self._lost and key not in self._known}
         compliances = (key for (kind, _), key in keys.items() if kind == "compliance")
         ended |= {key: self._known[key].outcome for key in compliances if key in self._known}
@@ -501,7 +501,7 @@ def made_of(manifest: Manifest, store: Store) -> str:
 
 
 def is_made_of(path: Path, store: Store, expected: str) -> bool:
-    """Whether the file is the one that was last written, of just these results. Its bytes are checked when it is opened."""
+    """True if the file is the last one written, from exactly these results. Its bytes are checked when it is opened."""
     try:
         said = json.loads(files.content(store.folder / NOTE))
         return bool(said == _state_of(path, expected))

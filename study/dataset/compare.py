@@ -36,7 +36,7 @@ from nanoslip.study.toml_text import from_toml, shown
 
 
 class Verdict(IntEnum):
-    """How a recomputed value compares with the one that was kept; the worst of several is their largest."""
+    """Result of comparing a recomputed value with the stored one; the worst of several is their largest."""
 
     IDENTICAL = 0
     WITHIN = 1
@@ -47,14 +47,14 @@ class Verdict(IntEnum):
 
 
 def same_bits(one: NDArray[Any], other: NDArray[Any]) -> Any:
-    """Where two arrays of one shape have the same bits; NaN is NaN, whatever its payload, but -0.0 is not 0.0."""
+    """Compare the bits of two arrays of one shape, element by element. All NaN are equal, but -0.0 is not 0.0."""
     if not (real(one) and real(other)):
         return one == other
     return (np.isnan(one) & np.isnan(other)) | ((one == other) & (np.signbit(one) == np.signbit(other)))
 
 
 def identical(one: NDArray[Any], other: NDArray[Any]) -> bool:
-    """Whether two arrays have one shape and the same bits."""
+    """True if two arrays have one shape and the same bits."""
     return one.shape == other.shape and bool(np.all(same_bits(one, other)))
 
 
@@ -80,14 +80,14 @@ def deviations(one: Any, other: Any, errors: tuple[Any, Any]) -> Any:
 
 
 def real(values: NDArray[Any]) -> bool:
-    """Whether values are floats."""
+    """True if values are floats."""
     return bool(np.issubdtype(values.dtype, np.floating))
 
 
 # The cases that two datasets share: those with the same values of every parameter that varies in either.
 
 KINDS: Final = ("", "drive")
-"""What rows are of: cases, or cases with a drive."""
+"""Kinds of rows: cases, or cases with a drive."""
 Pair = tuple[xr.Dataset, xr.Dataset]
 """Two datasets."""
 
@@ -101,9 +101,9 @@ class Matched:
     """Rows of two datasets side by side."""
 
     labels: tuple[dict[str, Value], ...]
-    """Of each shared row: its values of the parameters that tell the rows of either apart."""
+    """Values of the parameters that distinguish the rows of either dataset, for each shared row."""
     rows: tuple[tuple[int, int], ...]
-    """Of each shared row: its place in the first and in the second dataset."""
+    """Positions in the first and in the second dataset, for each shared row."""
     only: tuple[tuple[dict[str, Value], ...], tuple[dict[str, Value], ...]]
     """Labels of the rows that the first, and the second, has alone."""
     pending: int
@@ -136,7 +136,7 @@ def ending_of(root: xr.Dataset, kind: str) -> xr.DataArray:
 
 
 def _varies(root: xr.Dataset, name: str, kind: str) -> bool:
-    """Whether a parameter of cases or drives has several values."""
+    """True if a parameter of cases or drives has several values."""
     return len(values(root, name)) > 1 and _along(root, name, kind)
 
 
@@ -184,7 +184,7 @@ class Observed:
     name: str
     values: tuple[Any, Any]
     verdict: Verdict | None
-    """None where they differ, and how uncertain one of them is, is not known; of an ensemble a missing number and most words."""
+    """None if they differ and an uncertainty is unknown; for ensembles also if a number is missing or most words differ."""
     apart: float
     """Difference in combined standard deviations; infinite where one is missing or a word, NaN where these are not known."""
 
@@ -253,7 +253,7 @@ def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[
 
 
 def _by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
-    """Whether what cannot be subtracted may differ for the choice of members (NaN: one case) alone."""
+    """True if values that cannot be subtracted may differ only through the choice of members (NaN: a single case)."""
     if all(map(math.isnan, members)):
         return False
     if not all(isinstance(value, str) for value in both):

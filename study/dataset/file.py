@@ -46,7 +46,7 @@ def seal_of(path: Path) -> str | None:
 
 
 def _digest(path: Path, length: int) -> str:
-    """Of the first bytes of a file."""
+    """Checksum of the first bytes of a file."""
     found = hashlib.sha256()
     with path.open("rb") as file:
         while length > 0 and (chunk := file.read(min(_CHUNK, length))):
@@ -224,7 +224,7 @@ MOST_CHECKED: Final = 2**30
 """Bytes of a file that are checked when it is opened, in about a second; `nanoslip verify` checks any."""
 
 _REFUSALS: Final = (OSError, RuntimeError)
-"""What netCDF raises where bytes are missing or wrong, or the disk is full."""
+"""Errors that netCDF raises if bytes are missing or wrong, or the disk is full."""
 
 
 class OtherFormatError(StoreError):
@@ -288,7 +288,7 @@ def check(path: Path) -> None:
 
 @contextmanager
 def reading(path: Path) -> Iterator[xr.Dataset]:
-    """The same for a `with`, in which values that the file has lost or that were damaged are a StoreError, too."""
+    """Open a dataset in a `with`; values found lost or damaged inside raise StoreError, too."""
     with read(path) as found:
         try:
             yield found

@@ -34,7 +34,7 @@ Table = dict[int, str]
 
 
 def are_texts(variable: xr.Variable) -> bool:
-    """Whether the values of a variable are texts."""
+    """True if the values of a variable are texts."""
     return variable.dtype.kind in "OUT"
 
 

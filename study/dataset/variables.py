@@ -66,7 +66,7 @@ class Group:
 
     @property
     def driven(self) -> bool:
-        """Whether its instances belong to cases and drives."""
+        """True if its instances belong to cases and drives."""
         return DRIVE in self.kinds
 
     @property
@@ -131,9 +131,9 @@ DISCRETIZATION_ERROR = Quantity(
     "no such discretization of such a slab, no contact as narrow or as wide, where the pin is rough or a flat punch (its "
     "pressure is singular), and with a half_plane or the support frictionless (a point's, which gives way without limit)",
 )
-"""Of a case, from the measured front."""
+"""Discretization error of a case, from the measured front."""
 EVENT_DROP: Final = quantities(EventSizes)["drop"]
-"""What `.record` and `.events` have beside the columns of the file."""
+"""Column that `.record` and `.events` have beside the columns of the file."""
 VALIDITY = quantities(Validity)["validity_flags"]
 ADVICE = Quantity("advice", "what to do about validity_flags", "", comment="empty where there is none")
 _ENDINGS: Final = (PENDING, *Ending)
@@ -159,7 +159,7 @@ COMPUTED_BY = {
     "": Quantity("computed_by", "software that computed the case", "", comment=_BY_NAME),
     DRIVE: Quantity("drive_computed_by", "software of the dynamic stage", "", comment=_BY_NAME),
 }
-"""As `OUTCOMES`: the variables that say which software a result stems from, its inputs' included."""
+"""Variables, arranged as in `OUTCOMES`, that name the software of a result and of its inputs."""
 
 SOFTWARE: Final = (
     Quantity("software", "name of the software", "", comment="hash of its description"),
@@ -194,7 +194,7 @@ def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, f
 # Every variable that a dataset can have, from the declarations: rows, and one variable in full.
 
 CASES = "cases"
-"""What stands for the dimensions that the cases lie along."""
+"""Placeholder for the dimensions of the cases."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,14 +203,14 @@ class Described:
 
     name: str
     group: str
-    """What it is part of."""
+    """Group that it belongs to."""
     dims: str
-    """What it lies along; `cases` are the dimensions of the cases."""
+    """Dimensions; `cases` are the dimensions of the cases."""
     units: str
     meaning: str
     """Short enough for the label of an axis."""
     symbol: str
-    """What it is called in equations; empty where it has no name there."""
+    """Symbol in equations; empty if it has none."""
     uncertainty: str
     """The variable that says how uncertain this one is; empty where none does."""
     comment: str
@@ -272,7 +272,7 @@ def text_of(variable: Described) -> str:
 
 
 def _all(beside: bool = False) -> Iterator[Described]:
-    """Those of all groups. beside: with the ± and the counts of members that stand beside means."""
+    """Variables of all groups. beside: with ± and member counts, which stand beside means."""
     ending, message = OUTCOMES[""]
     own = (CASE_ID, ending, message, COMPUTED_BY[""], DISCRETIZATION_ERROR, ADVICE, MEMBERS)
     yield from _of("the case", CASES, own)
@@ -298,7 +298,7 @@ def _all(beside: bool = False) -> Iterator[Described]:
 _GROUPS = {"contact": "initial contact", "record": "the friction record", DRIVE: "the drive"}
 """Kind of task -> what its variables are about."""
 _GROUP = "group "
-"""What the titles of groups beside the root begin with."""
+"""Beginning of the titles of groups beside the root."""
 
 
 def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Described]:
@@ -310,8 +310,8 @@ def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Descr
 
 # Of how many members the numbers of a dataset are, as not all members of an ensemble have each.
 
-UNKNOWN: Final = "± ?: not known of one start, of starts that do not differ, or where some have no value"
-EXPLAINED: Final = "behind a mean: as many members have this number, the others have none"
+UNKNOWN: Final = "± ?: unknown (a single start, identical starts, or starts without a value)"
+EXPLAINED: Final = "(k of n): mean over the k members that have a value"
 
 
 def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.Variable, ...]:
@@ -339,12 +339,12 @@ def ends_of(counts: xr.DataArray) -> str:
 
 
 def are_means(dataset: xr.Dataset) -> bool:
-    """Whether numbers are means over several members."""
+    """True if numbers are means over several members."""
     return MEMBERS.name in dataset and bool((dataset[MEMBERS.name] > 1.0).any())
 
 
 def means_of(dataset: xr.Dataset) -> str:
-    """What numbers are means over, what ± is, and what stands where fewer members have one or ± is not known."""
+    """Explain means over members, ±, and the remarks for missing members or an unknown ±."""
     names = list(map(str, dataset.data_vars))
     counts = filter(None, (members_of(dataset, name) for name in names))
     stated = {name: dataset[f"{name}_uncertainty"] for name in names if f"{name}_uncertainty" in dataset}
@@ -355,7 +355,7 @@ def means_of(dataset: xr.Dataset) -> str:
     if not all(bool(each.all()) for each in known):
         parts.append(UNKNOWN)
     if any(bool(((having > 0) & (having < used)).any()) for having, used in counts):
-        parts.append(f"(k of n) {EXPLAINED}")
+        parts.append(EXPLAINED)
     return "; ".join(parts)
 
 
@@ -378,7 +378,7 @@ def counted(values: Sequence[Any]) -> str:
 
 
 def is_counted(text: str) -> bool:
-    """Whether a text begins with a number of members."""
+    """True if a text begins with a number of members."""
     return _COUNT.match(text) is not None
 
 
@@ -489,7 +489,7 @@ class Runs:
         return self._names.setdefault(keys, name)
 
     def _held(self, result: TaskResult) -> bool:
-        """Whether a result has the columns of the group, and not its scalars alone."""
+        """True if a result has the columns of the group, and not its scalars alone."""
         mine = (each for each in self.group.series if each.kind == result.kind)
         return any(each.columns.keys() <= _values_of(result, each).keys() for each in mine)
 

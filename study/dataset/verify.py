@@ -101,7 +101,7 @@ def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
 
 
 def failed(plan: Plan, found: xr.Dataset) -> int:
-    """How many cases have no result as an attempt at one has failed: time, memory, a process that died."""
+    """Number of cases whose computation failed: out of time, out of memory, crashed."""
     without = (_endings(found, "") == PENDING) & (found[OUTCOMES[""][0].name] != PENDING)
     return int((without & found["case_id"].isin([case.case_id for case in plan.cases])).sum())
 
@@ -166,14 +166,14 @@ _Values = Mapping[str, xr.Variable]
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """How one variable differs."""
+    """Difference of one variable between two datasets."""
 
     name: str
     verdict: Verdict
     size: float
     """Largest difference over the variable's scale; infinite for what cannot be subtracted."""
     words: str = ""
-    """What it is, where a number says nothing."""
+    """Description of the difference, if a number cannot express it."""
 
     def __str__(self) -> str:
         return f"{self.name}: {self.words}" if self.words else f"{self.name} by {self.size:.2g} of its scale"
@@ -253,13 +253,13 @@ class Recomputed:
 
     @property
     def comparable(self) -> bool:
-        """Whether the cases lie in the same places."""
+        """True if the cases have the same positions."""
         both = set(self._found.variables) & set(self._again.variables)
         lying = all(self._found[name].dims == self._again[name].dims for name in both)
         return lying and identical(self._found["case_id"].values, self._again["case_id"].values)
 
     def shared(self) -> list[Difference]:
-        """How each attribute, coordinate and variable without a case of its own compares; identical ones too."""
+        """Compare each attribute, coordinate and variable without a case of its own; identical ones are listed, too."""
         found, again = flattened(self._found), flattened(self._again)
         names = sorted({*found, *again})
         missing = [_odd(name, "is missing") for name in names if name not in found]
@@ -274,7 +274,7 @@ class Recomputed:
         return [*missing, *strange, *words, *self._attributes(), *values]
 
     def _for_all(self, name: str) -> bool:
-        """Whether a variable belongs to no case, and is not in a group: runs are compared with their case."""
+        """True if a variable belongs to no case and is not in a group: runs are compared with their case."""
         return "/" not in name and (name in self._again.coords or not set(self._again[name].dims) & self._along)
 
     def _attributes(self) -> list[Difference]:
@@ -383,7 +383,7 @@ class _Runs:
 
 
 def _half(votes: Iterable[bool]) -> bool:
-    """Whether half or more are in favour, of one or more."""
+    """True if there are votes and at least half are in favour."""
     counted = list(votes)
     return bool(counted) and 2 * sum(counted) >= len(counted)
 
@@ -416,7 +416,7 @@ def _words(found: xr.DataArray) -> dict[str, str]:
 
 
 def place_of(found: xr.Dataset, case_id: str) -> dict[str, int]:
-    """Where a case lies, by dimension; nowhere where it is not."""
+    """Position of a case by dimension; empty if it is not there."""
     ids = found["case_id"]
     places = np.argwhere(ids.values == case_id)
     return dict(zip(map(str, ids.dims), map(int, places[0]), strict=True)) if len(places) else {}

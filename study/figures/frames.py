@@ -61,7 +61,7 @@ class Moments:
     record: FrictionRecord
     """Up to the last of the events."""
     outcome: Outcome
-    """How the last of them went; not all events asked for are there where it is not ok, or the record ends before."""
+    """Outcome of the last frame; if it is not ok, or the record ends early, some requested events are missing."""
 
 
 def events_of(text: str) -> tuple[int, ...]:
@@ -206,7 +206,7 @@ FILMS: Final[dict[str, Any]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
 """Suffix of a film -> what writes it."""
 FRAMES_PER_SECOND: Final = 5
 RESOLUTION: Final = 120
-"""Of films, in dots per inch."""
+"""Resolution of films, in dots per inch."""
 
 
 def frames(case: Case, events: str | Iterable[int], path: str | os.PathLike[str]) -> Moments:

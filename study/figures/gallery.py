@@ -16,7 +16,7 @@ from nanoslip.study.results.store import StoreError
 from nanoslip.study.shipped import campaigns
 
 SCRIPTS = "FIGURES"
-"""What a script calls the tuple of its figures."""
+"""Name of the tuple of figures in a script."""
 
 
 @cache

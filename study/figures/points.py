@@ -37,7 +37,7 @@ def symbol(name: str) -> str:
 
 
 def label(name: str, over: str = "") -> str:
-    """A variable, or its ratio to another, on an axis: meaning, symbol and unit; behind a ratio what the first is measured in."""
+    """Axis label of a variable or its ratio to another: meaning, symbol, unit; for a ratio, the unit of the numerator."""
     found = description_of(name)
     meaning, comma, measure = found.meaning.partition(", in ")
     sign = f" {found.symbol}" if found.symbol not in meaning else ""
@@ -120,24 +120,24 @@ class Points:
     axes: Mapping[str, NDArray[Any]]
     """The coordinates in which cases differ."""
     flagged: NDArray[np.bool_]
-    """Whether a validity flag says to take it with care."""
+    """True if a validity flag advises caution."""
     members: NDArray[np.int64]
-    """How many members of an ensemble each mean is of; -1 of what is no mean."""
+    """Number of members of an ensemble in each mean; -1 if the value is no mean."""
     lacking: NDArray[np.bool_]
-    """Whether a mean is of fewer members than its ensemble has, as the others have no value."""
+    """True if a mean is over fewer members than its ensemble has, as the others have no value."""
     zipped: tuple[str, ...]
     """The coordinates that vary together, as their campaign says."""
     stated: bool
-    """Whether numbers of this sort have an uncertainty, known or not."""
+    """True if numbers of this sort have an uncertainty, known or not."""
 
     @property
     def text(self) -> bool:
-        """Whether the values are texts."""
+        """True if the values are texts."""
         return self.values.dtype.kind == "O"
 
     @property
     def there(self) -> NDArray[np.bool_]:
-        """Where there is a value."""
+        """Mask of the points that have a value."""
         return np.asarray(self.values != "") if self.text else np.isfinite(self.values)
 
     @property

@@ -69,13 +69,13 @@ COLUMN: Final = 3.35
 PAGE: Final = 7.0
 """Width of both columns, in inches (178 mm)."""
 WIDTH: Final = 4.0
-"""Of a figure on a page of a dataset, in inches."""
+"""Width of a figure on a page of a dataset, in inches."""
 COLORS: Final = ("#004580", "#d64a30", "#1e6d00", "#e0ab2c", "#4a0d55", "#969696")
-"""Of lines, in their order; told apart in grey too, by steps of 10 or more of their lightness L*."""
+"""Colors of lines, in their order; distinct in grey, too, by steps of 10 or more of their lightness L*."""
 MARKERS: Final = ("o", "s", "^", "D", "v", "P")
 DASHES: Final = ("-", "--", "-.", ":", (0, (8, 2)), (0, (8, 2, 1, 2, 1, 2)))
 REGIME_COLORS: Final[dict[str, str]] = dict(zip(REGIMES, (COLORS[5], COLORS[1], COLORS[0], COLORS[3]), strict=True))
-"""What a driven pin does, in every figure."""
+"""Color of each regime of a driven pin, in every figure."""
 
 LOOK: Final[dict[Any, Any]] = {
     "font.size": 8.0,
@@ -193,7 +193,7 @@ class CampaignFigure:
     caption: str
     draw: Callable[[xr.Dataset], Figure]
     claims: Callable[[xr.Dataset], Iterable[Claim]]
-    """What stands below it; the remarks hold for the campaign as its file is."""
+    """Claims below the figure; the remarks hold for the campaign as its file is."""
     header: tuple[str, ...] = HEADER
     campaign: str = ""
     """Name of the campaign, as `nanoslip campaigns` lists it; known to who finds the script."""
@@ -212,7 +212,7 @@ class View:
     name: str
     """Stem of a file's name."""
     caption: str
-    """What is to be seen, for readers and in place of the picture."""
+    """Description of the picture's content, for readers and as its alternative text."""
     draw: Callable[..., Figure]
     """`make` as of `column`."""
     columns: Callable[[], Columns]

@@ -68,9 +68,9 @@ class Roles:
     hue: str = ""
     panels: tuple[str, ...] = ()
     held: Mapping[str, Any] = field(default_factory=dict)
-    """Those with too many values for panels, at the value that is shown."""
+    """Coordinates with too many values for panels, at the value that is shown."""
     mapped: bool = False
-    """Whether tiles are drawn: words, or many values of the hue, would make too many lines."""
+    """True if tiles are drawn: words, or many values of the hue, would make too many lines."""
 
 
 def counts_of(points: Points) -> dict[str, int]:
@@ -94,7 +94,7 @@ def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]
 
 
 def scattered(points: Points) -> bool:
-    """Whether the cases fill so little of the product of their coordinates that there are no lines to draw."""
+    """True if the cases fill so little of the product of their coordinates that there are no lines to draw."""
     counts = counts_of(points)
     return len(counts) > 1 and len(points.values) < FILLED * math.prod(counts.values())
 
@@ -150,7 +150,7 @@ _TICKS: Final = 6
 
 
 def is_logarithmic(values: NDArray[Any]) -> bool:
-    """Whether numbers are positive, span at least the ratio `SPAN`, and lie more evenly in their logarithm."""
+    """True if numbers are positive, span at least the ratio `SPAN`, and lie more evenly in their logarithm."""
     numbers = np.unique(values[np.isfinite(values)])
     if len(numbers) < 2 or numbers[0] <= 0.0 or numbers[-1] < SPAN * numbers[0]:
         return False
@@ -158,13 +158,13 @@ def is_logarithmic(values: NDArray[Any]) -> bool:
 
 
 def begins_with_zero(values: NDArray[Any]) -> bool:
-    """Whether numbers are a 0 and positive ones of which the smallest would lie on it, were the scale linear."""
+    """True if numbers are a 0 and positive ones, the smallest of which would coincide with it on a linear scale."""
     numbers = np.unique(values[np.isfinite(values)])
     return len(numbers) > 2 and numbers[0] == 0.0 and bool(numbers[-1] > CLOSE * numbers[1])
 
 
 def places_of(points: Points, name: str, chosen: Points) -> NDArray[Any]:
-    """Where some of the points lie along a coordinate."""
+    """Positions of some of the points along a coordinate."""
     values = chosen.axes[name]
     if values.dtype.kind not in "Ob":
         return values
@@ -208,7 +208,7 @@ SHORTEST: Final = 0.2
 MOST_COLUMNS: Final = 3
 """Panels side by side."""
 LETTERS_UPWARDS: Final = 32
-"""Of a line that stands upright beside a figure."""
+"""Most letters of an upright line beside a figure."""
 LEGEND: Final = 0.35
 """Height of a legend, in inches."""
 
@@ -222,7 +222,7 @@ def panels_of(points: Points, roles: Roles) -> tuple[list[dict[str, Any]], int]:
 
 
 def columns_for(count: int) -> int:
-    """How many of so many panels of one sort stand side by side."""
+    """Number of panels side by side, for this number of panels of one sort."""
     return 1 if count == 1 else 2 if count <= 4 else MOST_COLUMNS
 
 
@@ -313,7 +313,7 @@ def _draw_series(
 
 
 def far_below(points: Points, series: Points) -> NDArray[np.bool_]:
-    """Whether an error bar would stretch a logarithmic axis so far that nothing else is visible.
+    """True if an error bar would stretch a logarithmic axis so far that nothing else is visible.
 
     points: all along that axis; series: the points to test.
     """
@@ -372,7 +372,7 @@ MOST_SIGNS: Final = 2500
 
 
 def is_crowded(points: Points, roles: Roles) -> bool:
-    """Whether tiles are too many for signs on them: those to be taken with care are hatched then, those without a value white."""
+    """True if there are too many tiles for signs on them: doubtful tiles are hatched then, those without a value white."""
     counts = counts_of(points)
     return counts[roles.x] * counts[roles.hue] > MOST_SIGNS
 
@@ -440,7 +440,7 @@ def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
 
 
 def differs(points: Points) -> bool:
-    """Whether a figure has something to show: two values that are not the same but for rounding."""
+    """True if a figure shows a difference: two values that differ by more than rounding."""
     values = points.values[points.there] if points.axes else points.values[:0]
     if points.text or not len(values):
         return len(set(values.tolist())) > 1
@@ -478,7 +478,7 @@ def _care(points: Points) -> str:
 
 
 def _where(points: Points) -> str:
-    """Of which cases a value is that all of them share that have any."""
+    """Describe the cases that share a value, if all cases with a value do."""
     known, count = int(points.there.sum()), len(points.values)
     if count == 1:
         return ""
@@ -504,7 +504,7 @@ OBSERVED: Final = (
 )
 """Variable of a record or a drive, and what divides it where that varies; first what a campaign asks for on purpose."""
 PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
-"""What a contact at rest is asked for."""
+"""Variables drawn for a contact at rest."""
 
 
 def answers(dataset: xr.Dataset) -> Iterator[View | str]:
@@ -579,7 +579,7 @@ def _marks(points: Points) -> str:
 
 
 def _members(points: Points) -> str:
-    """How many means are of fewer members than there are, where there are any."""
+    """Report the number of means over fewer members than the ensemble has; empty if none."""
     lacking = points.lacking & points.there
     if not lacking.any():
         return ""

@@ -24,7 +24,7 @@ from nanoslip.study.figures.sweep import answers
 # Runs of a dataset (records, trajectories, contacts) as views: of many a few, spread over all axes.
 
 HEIGHT: Final = 2.3
-"""Of a figure without its legend, in inches."""
+"""Height of a figure without its legend, in inches."""
 LINE: Final = 0.15
 """Height of a line of a legend, in inches."""
 LONG: Final = 30
@@ -40,7 +40,7 @@ class Need:
     variable: str
     least: float
     otherwise: str
-    """What is said of runs without: `they have no events`."""
+    """Remark on runs without it: `they have no events`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +51,7 @@ class Run:
     label: dict[str, Any]
     """The coordinates in which its case differs from the others."""
     selection: dict[str, Any]
-    """What singles it out for the accessor."""
+    """Selection for the accessor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +60,9 @@ class Family:
 
     name: str
     title: str
-    """Of their section of a page."""
+    """Title of their section of a page."""
     group: str
-    """Of the dataset."""
+    """Group of the dataset."""
     caption: str
     columns: Callable[[xr.Dataset, Run], Columns]
     """The numbers of one run that are drawn."""
@@ -73,9 +73,9 @@ class Family:
     need: Need | None = None
     """Without which a figure would be empty."""
     of_all: bool = False
-    """Whether a run is of all members of an ensemble, not of the first."""
+    """True if a run comprises all members of an ensemble, not only the first."""
     together: bool = True
-    """Whether several share a figure, else each has its own."""
+    """True if several runs share a figure, else each has its own."""
     height: float = HEIGHT
 
 
@@ -164,7 +164,7 @@ def _drawn(family: Family, numbers: Callable[[Run], Columns], runs: Sequence[Run
 # Views of contacts: pressure and shear of the surface nodes, with the closed form of a half-plane.
 
 _BESIDE: Final = 0.25
-"""How far beside the contact a figure reaches, as a share of its width."""
+"""Margin of a figure beside the contact, as a share of the contact's width."""
 
 
 def contact_columns(dataset: xr.Dataset, run: Run) -> Columns:
@@ -271,7 +271,7 @@ DRIVES: Final = Family(
 # Views of events: how the sizes of the events of each case are distributed.
 
 FITTED: Final = ("exponent", "exponent_uncertainty", "goodness")
-"""Of the power law of slips, in the table of a figure."""
+"""Fitted numbers of the power law of slips, in the table of a figure."""
 
 
 def size_columns(dataset: xr.Dataset, run: Run) -> Columns:

@@ -35,11 +35,11 @@ Compute = Callable[[Plan], Store]
 Ends = tuple[Any, Any]
 
 TABLE: Final = "points of the fit"
-"""What messages call the table of the points."""
+"""Name of the table of the points in messages."""
 DECADE: Final = 10.0
 """Ratio of the ends of a range from which it is searched in logarithms, where a campaign does not say."""
 LARGEST: Final = 1e100
-"""Of measured numbers: their squares, and those of their ratios, are floats."""
+"""Largest measured number: its square, and those of its ratios, are floats."""
 _DESIGN: Final = ("design", "points", "design_seed", "table", "axes")
 DRIVE: Final = "drive"
 """Word that chooses one drive of several by its name."""
@@ -50,11 +50,11 @@ class Question:
     """Which parameters of a campaign agree with numbers."""
 
     manifest: Manifest
-    """Of the campaign itself."""
+    """Manifest of the campaign itself."""
     document: Mapping[str, Any]
-    """Of the campaign without axes: its constants and drives."""
+    """Document of the campaign without axes: its constants and drives."""
     ranges: tuple[Range, ...]
-    """Of the parameters that vary, named by their words in a manifest."""
+    """Ranges of the parameters that vary, named by their words in a manifest."""
     targets: tuple[Target, ...]
 
     def plans(self, x: Floats) -> list[Plan]:
@@ -196,7 +196,7 @@ def question_of(
 
 
 def _by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[str, Any]:
-    """What is given by words or symbols, by words. Raises ManifestError where it is given twice."""
+    """Map values given by words or symbols to words. Raises ManifestError if one is given twice."""
     found = {of_symbol(key, stated): value for key, value in given.items()}
     if len(found) < len(given):
         raise ManifestError.of(", ".join(given), need="each parameter once, by its name or its symbol")

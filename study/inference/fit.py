@@ -80,7 +80,7 @@ LEVELS: Final = (0.68, 0.95)
 CLOUD: Final = 2**14
 """Points at which the surrogate is looked at."""
 ENOUGH: Final = 400
-"""Of them in the set that agrees, or the cloud is drawn together around it."""
+"""Fewest points of the cloud in the agreeing set, below which the cloud is contracted around it."""
 ZOOMS: Final = 8
 MOST: Final = 256
 """Computed points, unless said otherwise."""
@@ -178,7 +178,7 @@ class Fit:
 
     @property
     def reached(self) -> bool:
-        """Whether any point agrees at 95 %."""
+        """True if any point agrees at 95 %."""
         return bool(self.cloud[1].min() <= self.limit(LEVELS[-1]))
 
     @cached_property
@@ -277,7 +277,7 @@ def _separate(x: Floats) -> NDArray[np.int_]:
 
 
 def sentences(found: Fit) -> Iterator[str]:
-    """What agrees, or how near the numbers come; and what cannot be told apart."""
+    """Report the points that agree, or the closest ones; and the parameters that cannot be distinguished."""
     targets, ranges = found.targets, found.ranges
     means, errors = (each[0] for each in found.predict(found.best[None]))
     there = zip(targets, means.tolist(), errors.tolist(), strict=True)

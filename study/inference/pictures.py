@@ -91,7 +91,7 @@ FINE: Final = 48
 BEHIND: Final = 96
 """Points that a panel of two parameters tries for the others: the one that agrees best counts."""
 _SHADES: Final = ("#0b5394", "#9fc5e8")
-"""Of the sets at 68 and 95 %."""
+"""Shades of the sets at 68 and 95 %."""
 
 
 def contours(found: Fit) -> Figure:
@@ -139,7 +139,7 @@ def _draw_pair(axes: Any, found: Fit, first: int, second: int) -> None:
 
 
 def _along(found: Fit) -> Figure:
-    """Of one parameter: each number over it, the measured one as a band, and the parameter's interval."""
+    """Draw a fit of one parameter: each number over it, the measured one as a band, and the parameter's interval."""
     grid = np.linspace(0.0, 1.0, 4 * FINE)[:, None]
     means, errors = found.predict(grid)
     x = found.ranges[0].at(grid[:, 0])

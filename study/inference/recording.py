@@ -16,7 +16,7 @@ from nanoslip.study.manifest.columns import Column, Columns, OneWay, one_way, re
 
 Floats = NDArray[np.float64]
 FEWEST_POINTS: Final = 16
-"""Of a trace."""
+"""Fewest points of a trace."""
 NOISE: Final = 10.0
 """Standard deviations of noise by which a force, or its means, falls in a slip: a million values of noise are that far apart."""
 SMALLEST, LARGEST = 1e-50, 1e50
@@ -69,7 +69,7 @@ class Trace:
     over: str
     """`time` or `displacement`."""
     unit: str = "N"
-    """Of the force; 1 for a friction coefficient."""
+    """Unit of the force; 1 for a friction coefficient."""
     load: Floats | None = None
     """Measured normal load in N (n,)."""
     source: Source | None = None

@@ -28,7 +28,7 @@ class Axis:
 
     name: str
     levels: tuple[Any, ...]
-    """Its values, each as likely; none where it fills a range."""
+    """Values of a discrete axis, equally likely; empty for a range."""
     low: float = 0.0
     high: float = 0.0
     """Ends of the range, of logarithms where they lie more evenly."""
@@ -36,7 +36,7 @@ class Axis:
 
     @property
     def worded(self) -> bool:
-        """Whether its values are no numbers, so that each is as far from any other."""
+        """True if its values are no numbers, so that all are equally far apart."""
         return self.low == self.high
 
     def places(self, values: NDArray[Any]) -> Floats:
@@ -74,9 +74,10 @@ LEAST_PREDICTED: Final = 0.8
 PATHS: Final = 96
 """Functions, or tables, that intervals are taken from."""
 SETS: Final = 8
-"""Of points that integrals over ranges are taken at, each for as many of the functions: so their errors are in the spread."""
+"""Number of point sets for integrals over ranges. Each set serves an equal share of the functions, so that the spread
+includes the sets' errors."""
 POINTS: Final = 2**10
-"""Of a set (scipy.stats.sobol_indices), times the number of axes and two."""
+"""Number of points in a set (scipy.stats.sobol_indices), times the number of axes and two."""
 ENDS: Final = (2.5, 97.5)
 """Percentiles of an interval."""
 SEED: Final = 1
@@ -89,9 +90,9 @@ class Sensitivity:
     of: str
     axes: tuple[str, ...]
     first: Floats
-    """Of each axis alone (first-order indices)."""
+    """First-order indices: each axis alone."""
     total: Floats
-    """Of each axis with all that it does together with others (total indices)."""
+    """Total indices: each axis with all its interactions."""
     noise: float
     """Share of the variance of the numbers that is that of their ±, which is not in the indices; NaN where no ± is known."""
     scatter: float
@@ -103,7 +104,7 @@ class Sensitivity:
     holes: int
     """Cases without the number, or with a flag."""
     complete: bool
-    """Whether the cases are a complete product of axes."""
+    """True if the cases are a complete product of axes."""
     unknown: str = ""
     """Why indices are not known: they are NaN then."""
 
@@ -253,7 +254,7 @@ def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST) -> Sensitivity:
 
 
 def caution(found: Sensitivity) -> str:
-    """How sure the indices are, in sentences; or why they are not known."""
+    """State the certainty of the indices, in sentences, or why they are unknown."""
     points = f"{found.known} of {found.known + found.holes} points" if found.holes else f"all {found.known} points"
     if found.unknown:
         return f"What {found.of} depends on is not known from {points}: {found.unknown}."

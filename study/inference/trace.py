@@ -401,19 +401,19 @@ def _slips(force: Floats, drop: float) -> list[_Slip]:
 
 
 def _turned(at: Floats, slips: Sequence[_Slip]) -> bool:
-    """Whether the force falls more slowly than it rises, which no stick-slip does: its slip is the shorter part."""
+    """True if the force falls more slowly than it rises. In stick-slip the slip is the shorter part."""
     falls = sum(at[slip.trough] - at[slip.peak] for slip in slips[:-1])
     rises = sum(at[after.peak] - at[slip.trough] for slip, after in pairwise(slips))
     return bool(falls > 1.5 * rises)
 
 
 def _beginnings(slips: Sequence[_Slip]) -> list[int]:
-    """Where the force begins to rise towards each slip."""
+    """Positions where the force begins to rise towards each slip."""
     return [0, *(slip.trough for slip in slips[:-1])] if slips else []
 
 
 def _rate(at: Floats, force: Floats, low: int, high: int) -> float:
-    """By how much the force rises, in the middle of its way up from one sample to another; at first a stage may be at rest."""
+    """Rate of the force in the middle of its rise between two samples; at the beginning a stage may be at rest."""
     if low == 0:
         smooth = np.maximum.accumulate(force[:high])
         low = min(int(np.searchsorted(smooth, 0.9 * force[0] + 0.1 * force[high])), high - 1)
@@ -422,7 +422,7 @@ def _rate(at: Floats, force: Floats, low: int, high: int) -> float:
 
 
 def _ramp(at: Floats, force: Floats) -> list[float]:
-    """By how much the force rises before steady sliding; none of a trace that begins there."""
+    """Rate of the force's rise before steady sliding; empty if the trace begins there."""
     most = float(np.median(force))
     top = int(np.argmax(force >= 0.9 * most))
     return [_rate(at, force, 0, top)] if force[0] < 0.5 * most and top > FEWEST else []
@@ -571,7 +571,7 @@ def _steady(at: Floats, force: Floats, unit: str) -> tuple[Measured, float, floa
 
 
 def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dict[str, Measured]:
-    """How steeply the force rises while the pin sticks: over displacement, which a time and a velocity give, else over time."""
+    """Slope of the force while the pin sticks: over displacement (given by time and velocity), else over time."""
     far = trace.over == "displacement" or math.isfinite(velocity)
     over, per = ("m", velocity if trace.over == "time" else 1.0) if far else ("s", 1.0)
     force = "N " if trace.unit == "N" or math.isfinite(load) else ""

@@ -36,7 +36,7 @@ class Labels(NamedTuple):
     """Parameters that label the points of a campaign."""
 
     names: tuple[str, ...]
-    """Of the axes."""
+    """Names of the axes."""
     standard: dict[str, Value]
     """The standard parameters that are no axes: the same for all cases."""
 
@@ -67,7 +67,7 @@ class CampaignCase:
 
     @property
     def point(self) -> str:
-        """Its labels as text in the words of a manifest: `radius = 200.0, events = 5`."""
+        """Labels as text in the words of a manifest: `radius = 200.0, events = 5`."""
         return in_words(self.parameters)
 
 

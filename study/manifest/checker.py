@@ -310,7 +310,8 @@ class Checker:
 
 
 def _quick(name: str) -> Callable[[Any], Case | None] | None:
-    """What makes a case with a value of a case's own parameter; None for other parameters, and of a value that is refused.
+    """Function that makes a case with a value of a case's own parameter. None for other parameters; it returns None for a
+    refused value.
 
     A table has millions of values.
     """

@@ -25,13 +25,13 @@ _SEPARATORS: Final = (
     ("commas", re.compile(r"\s*,\s*"), False),
     ("spaces", re.compile(r"\s+"), True),
 )
-"""What may stand between numbers, and whether a comma within a number is its decimal point then."""
+"""Separators of numbers, with True if a comma within a number is then its decimal point."""
 _SPACES: Final = len(_SEPARATORS) - 1
 _NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ed][-+]?\d+)?", re.IGNORECASE)
 """A finite number; D begins the exponent of a double in Fortran."""
 _COMMENT: Final = ("#", "%")
 _IN_HEADERS: Final = tuple(map(re.compile, (r"\s{2,}|\t", r"(?<=[\])])\s*[,;]?\s*(?=\S)", r"[,;]\s*", r"\s+(?![\[(])")))
-"""What may stand between names above numbers that something else separates."""
+"""Separators of names above numbers that are separated differently."""
 _SECTION: Final = re.compile(r"^\[[^\]]*\]\s+(?=[^\[\s])")
 _IN_BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
 _UNIT_BEHIND: Final = re.compile(r"(.+?)(?:\s+in\s+|\s*/\s*|[_,\s]+)([^\W\d]+)")

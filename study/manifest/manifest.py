@@ -84,7 +84,7 @@ class NamedDrive:
     stage_travel: float | None = parameter(
         None, meaning="distance that the stage moves", unit="m", least=1e-30, most=1e30
     )
-    """Where the duration was given so; `in_si` has that in s."""
+    """Stage travel, if the duration was given by it; `in_si` has the duration in s."""
     in_si: Drive = field(default_factory=lambda: Drive.of(si_defaults()))
     """The drive with its values in SI. The ranges of its parameters are the same as in the solver's units."""
 
@@ -111,7 +111,7 @@ class NamedDrive:
         return own | self.in_si.flat
 
     def dimensionless(self, scales: Scales) -> Drive:
-        """The same drive in the solver's units. Raises InvalidInput where a value is out of range in them."""
+        """Drive in the solver's units. Raises InvalidInput if a value is out of range in them."""
         length = lasting({PERIODS: self.duration_periods, TRAVEL: self.stage_travel})
         return self.in_si.scaled(scales, self.pin_mass, length)
 
@@ -121,9 +121,9 @@ class CampaignDrive:
     """A drive of a campaign: a table [[drives]] at one point of the drive axes."""
 
     name: str
-    """Of its table."""
+    """Name of its table."""
     point: Mapping[str, Value]
-    """Its value on each drive axis; empty without axes."""
+    """Values on the drive axes; empty without axes."""
     settings: Mapping[str, Value | None]
     """Every entry of its table but the name, as given where there is no drive; None for what it does not use."""
     drive: NamedDrive | None
@@ -140,7 +140,7 @@ class CampaignDrive:
 
     @property
     def label(self) -> str:
-        """Its name and the values in which it differs from the campaign's other drives, in one line."""
+        """Name and the values in which it differs from the campaign's other drives, in one line."""
         return " ".join([self.name, *(f"{name}={value}" for name, value in self.point.items())])
 
 
@@ -154,11 +154,11 @@ Design = Literal["product", "zip", "table", "sobol", "latin_hypercube"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
 MEMBERS = 8
-"""Of an ensemble, where a campaign does not say."""
+"""Default number of members of an ensemble."""
 MOST = 96
-"""Of one that gets members until it knows enough, where a campaign does not say."""
+"""Default limit of members for an ensemble that grows until its target is met."""
 MOST_CASES: Final = 10**6
-"""Of a campaign; as many drives of a case. A plan of a million takes 1.2 GB."""
+"""Most cases of a campaign, and most drives of a case. A plan of a million takes 1.2 GB."""
 MOST_DRIVEN: Final = 4 * MOST_CASES
 """Cases times drives: a plan of so many takes 4 GB."""
 KNOWABLE: dict[str, Stage] = {
@@ -178,7 +178,7 @@ KNOWABLE: dict[str, Stage] = {
 }
 """Variable of the dataset that an ensemble can be asked to know -> the stage that yields it."""
 OF_CONTACTS = ("approach", "mean_pressure", "maximum_pressure")
-"""Those of them that no friction record has: campaigns that slide compute them only with `outputs.tractions`."""
+"""Variables that no friction record has: campaigns that slide compute them only with `outputs.tractions`."""
 
 
 def _is_whole(value: Any) -> bool:
@@ -283,7 +283,7 @@ class TargetTable:
         object.__setattr__(self, "of", tuple(of))
 
     def variables(self, last: Stage) -> tuple[str, ...]:
-        """Those to be known, where this is the last stage."""
+        """Variables of the target, if this is the last stage."""
         usual = {"contact": ("contact_half_width",), "slip": ("plateau_mean",)}
         return self.of or usual.get(last, ("static_friction", "kinetic_friction"))
 
@@ -365,7 +365,7 @@ class Manifest:
     """Table by table, each at every point of the drive axes, the last axis fastest."""
     outputs: Outputs
     ensemble: Ensemble = ALONE
-    """How many starts of every case are computed."""
+    """Number of starts of every case."""
     drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     """Parameter of a drive -> its values."""
     about: About = field(default_factory=About)
@@ -380,7 +380,7 @@ class Manifest:
 
     @property
     def case_count(self) -> int:
-        """How many cases there are."""
+        """Number of cases."""
         lengths = [len(values) for values in self.axes.values()]
         return math.prod(lengths) if self.design == "product" else min(lengths, default=0)
 
@@ -391,7 +391,7 @@ class Manifest:
 
 
 def _increasing(value: Any) -> bool:
-    """Whether it is a list of whole numbers from 0 to the most events of a record, each larger than the one before it."""
+    """True for a list of increasing whole numbers from 0 to the most events of a record."""
     if not isinstance(value, list | tuple) or not all(map(_is_whole, value)):
         return False
     return all(before < after for before, after in itertools.pairwise([-1, *value, MOST_EVENTS + 1]))

@@ -65,7 +65,7 @@ class FileName(str):
 
 
 SMOOTH: Final = "none"
-"""What stands on an axis of files for a pin without roughness."""
+"""Word on an axis of files for a pin without roughness."""
 BETWEEN: Final = "\f"
 """Between the texts of the files of an axis, where they are one text."""
 

@@ -21,7 +21,7 @@ MOST_LINES = 100
 
 
 class Place(NamedTuple):
-    """Where something stands: a file, and a table or a line of it."""
+    """Place in an input: a file, and a table or a line of it."""
 
     file: str = ""
     part: str | int = ""
@@ -41,9 +41,9 @@ class Problem:
     key: str
     value: object = ABSENT
     need: str = ""
-    """What is allowed."""
+    """Allowed values."""
     remark: str = ""
-    """What is wrong, where the value alone does not show it: the key is unknown, or belongs elsewhere."""
+    """Problem, if the value alone does not show it: the key is unknown, or belongs elsewhere."""
 
     def __str__(self) -> str:
         missing = self.value is None
@@ -71,7 +71,7 @@ class ManifestError(NanoslipError):
         return cls([Problem(Place(path_shown(path), "" if line is None else line), "", ABSENT, need, remark)])
 
     def without_places(self) -> "ManifestError":
-        """The same of keys that were given without a file and without tables."""
+        """Error without the places of its problems, for keys that were given without a file and without tables."""
         return ManifestError(replace(each, place=Place()) for each in self.problems)
 
     def __str__(self) -> str:
@@ -116,7 +116,7 @@ def unknown(word: str, allowed: Collection[str]) -> str:
 
 
 def meant_by(word: str, allowed: Collection[str]) -> str:
-    """The same of a word that somebody may have meant; empty for any other text."""
+    """Remark on a word that somebody may have meant; empty for any other text."""
     if table := table_of(word):
         return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
     of_drives = parameters_of_a_drive()

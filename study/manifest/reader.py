@@ -88,7 +88,7 @@ class _Table(NamedTuple):
     where: str
     name: str
     entries: dict[str, Any]
-    """Those that are right by themselves, and the settings of integrators, which are not tried alone."""
+    """Entries that are valid alone, and the settings of integrators, which are checked last."""
 
 
 def read_drives(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Drives:
@@ -133,7 +133,7 @@ def _tables(checker: Checker, top: Mapping[str, Any], axes: Mapping[str, Any]) -
 
 
 def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
-    # Whether a time step is right depends on the rest: integrators are tried last, with all that is right by itself.
+    # Valid time steps depend on other keys, so integrators are checked last, with every valid key.
     last = {key: content[key] for key in (INTEGRATORS.word, *INTEGRATORS.settings()) if key in content}
     alone = {key: value for key, value in content.items() if key not in last}
     good = checker.checked(where, alone, NamedDrive.of, ("name", *drive_parameters()), name="-")
@@ -223,7 +223,7 @@ def load_manifest(path: Path) -> Manifest:
 
 
 def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest:
-    """The same from texts, without reading any file. Raises ManifestError with all problems.
+    """Parse a manifest from texts, without reading any file. Raises ManifestError with all problems.
 
     path: name of the campaign file for messages. beside: texts of the files that it names, by the keys that name them
     (nanoslip.study.manifest.parameters.NAMED).
@@ -496,7 +496,7 @@ def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[
 
 
 def _needed_range(name: str, low: Any, high: Any, scale: Any) -> str:
-    """What is needed where the range of a parameter is wrong; empty if it is right."""
+    """Allowed values of a parameter's range if it is wrong; empty if it is right."""
     if isinstance(Case.of({}).flat[name], bool | int | str):
         return "a list of values, as it takes no range"
     other = {"scheme": "strip"} if name in LIMITED_BY_SCHEME else {}  # each case is tried with its own scheme later

@@ -20,7 +20,7 @@ Detrend = Literal["none", "mean", "line", "parabola"]
 
 @dataclass(frozen=True, slots=True)
 class NamedSurface:
-    """How a campaign names a measured profile: `roughness = {file = "afm.csv", x = "nm", z = "nm", detrend = "line"}`.
+    """Measured profile named by a campaign: `roughness = {file = "afm.csv", x = "nm", z = "nm", detrend = "line"}`.
 
     x, z: units of positions and heights; empty for those of the header, or m if it has none. detrend: polynomial removed from
     the heights, fitted by least squares.

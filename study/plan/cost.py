@@ -29,17 +29,17 @@ from nanoslip.study.plan.task import Task, case_of, drive_of
 # Rates: seconds on one core.
 
 TASK: Final = 1e-3
-"""Of any task: hand out, read, write, and look for a contact."""
+"""Time of any task: to hand out, read, write, and look for a contact."""
 NODE: Final = 2e-5
-"""Of a slab's grid, whose stiffness is assembled and condensed."""
+"""Time to assemble and condense a node of a slab's grid."""
 SOLVE: Final = 1e-9
-"""Of the cube of the unknowns of a dense solution."""
+"""Time of a dense solution over the cube of its unknowns."""
 SLIP: Final = 1e-9
-"""Of an entry of the row that a slip of a node adds to the state."""
+"""Time per entry of the row that a node's slip adds to the state."""
 STATISTICS: Final = 0.7
-"""Of the distributions of event sizes of a member: fits of drawn samples."""
+"""Time to fit the distributions of a member's event sizes to drawn samples."""
 STEP: Final = 6e-8
-"""Of a drive: a tooth passed, a time step, a sample."""
+"""Time of a step of a drive: a tooth passed, a time step, a sample."""
 
 
 # How far a pin goes and how many nodes it has under it.
@@ -51,7 +51,8 @@ STEP: Final = 6e-8
 EVENTS = 6.0
 """Events in a presliding length for each node in contact, at residual_shear 0."""
 NODE_STIFFNESS = 3.0
-"""Of a surface node against its neighbours at rest, in G: about that of an elastic half-plane under a load one spacing wide."""
+"""Stiffness of a surface node against its neighbours at rest, in G: about that of an elastic half-plane under a load one
+spacing wide."""
 
 
 @lru_cache(maxsize=256)  # asked for time and memory
@@ -66,7 +67,7 @@ class Sizes(NamedTuple):
     hertz_nodes: float
     """Surface nodes under the pin on a half-plane, or on the springs of a chain: what pressing the pin down begins with."""
     nodes: float
-    """The same: fewer on a bonded layer that is thinner than the contact."""
+    """Surface nodes in contact: fewer than `hertz_nodes` on a bonded layer that is thinner than the contact."""
     stiffness: float
     """dF/dδ_p with all nodes stuck, in G·L_y."""
     step: float
@@ -76,7 +77,7 @@ class Sizes(NamedTuple):
     most: float
     """Events that a record may have."""
     events: float
-    """Those that fit into its displacement, or that the pin finds on its slab."""
+    """Events that fit into its displacement, or that the pin meets on its slab."""
 
 
 @of_the_last  # asked for time, memory and disk space
@@ -236,7 +237,7 @@ def contact_bytes(case: Case) -> float:
 
 
 def sliding_bytes(case: Case) -> float:
-    """The same while sliding on from initial contact, without the record itself."""
+    """Memory while sliding on from initial contact, without the record itself."""
     wide = 2.0 * case.slab.n_x
     entries = max(
         _touch_entries(case), _tableau_entries(case) if case.effects.pin_translation else sizes_of(case).nodes

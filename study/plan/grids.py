@@ -92,7 +92,7 @@ def _about_as_wide(contacts: tuple[float, ...], half_width: float) -> frozenset[
 
 
 def alike(one: float, other: float) -> bool:
-    """Whether the half-widths of two contacts differ by at most a quarter."""
+    """True if the half-widths of two contacts differ by at most a quarter."""
     return abs(math.log(one / other)) <= ALIKE
 
 
@@ -112,7 +112,7 @@ def _body(slab: Slab) -> tuple[object, ...]:
 
 
 def discretized(slab: Slab, discretization: Mapping[str, Any]) -> Slab:
-    """The same physical slab with another discretization, its other settings by default. Raises InvalidInput."""
+    """Change the discretization of a slab, its other settings by default. Raises InvalidInput."""
     return Slab.of({**physics(slab), **discretization})
 
 

@@ -42,11 +42,11 @@ class Part(NamedTuple):
 
     type: type
     prefix: str = ""
-    """What its fields' names get in front in results and, where they have no name of their own, in datasets."""
+    """Prefix of its fields in results and, for fields without a name of their own, in datasets."""
     whole: bool = False
-    """Whether numbers that are no quantities are held too, as another task reads them."""
+    """True if results hold numbers that are no quantities, too, because another task reads them."""
     wanted: Callable[[Manifest], bool] = lambda _: True
-    """Whether a campaign asks for it; the value of a part that it does not ask for is None."""
+    """True if a campaign requests it; an unrequested part is None."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ class Wanted(NamedTuple):
     drive: str = ""
     """Label of its drive, where it has one."""
     part: bool = False
-    """Whether it is a part of another task of the case, which has its result in it."""
+    """True if it is a part of another task of the case, whose result contains it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,14 +77,14 @@ class Kind:
 
     name: str
     needed: Callable[[Manifest], bool]
-    """Whether a campaign needs such tasks at all."""
+    """True if a campaign needs such tasks at all."""
     tasks: Callable[[Case, Manifest], tuple[Wanted, ...]]
-    """Those of one case, needed ones first; the last one of a drive is the case's own."""
+    """Tasks of one case, needed ones first; the last one of a drive is the case's own."""
     parts: tuple[Part, ...] = ()
     """In the order of a dataset's variables."""
     ragged: tuple[Ragged, ...] = ()
     all_members: bool = False
-    """Whether results hold the columns of all members, as other tasks read them; else the arrays of the first one."""
+    """True if results hold the columns of all members, which other tasks read; else the arrays of the first one."""
 
 
 MEMBER: Final = "member"
@@ -111,12 +111,12 @@ def left_out(kind: Kind, manifest: Manifest) -> frozenset[str]:
 
 
 def several(manifest: Manifest) -> bool:
-    """Whether cases have members whose values a dataset holds beside their means."""
+    """True if cases have members whose values a dataset holds beside their means."""
     return manifest.ensemble.members > 1
 
 
 def output(name: str) -> Callable[[Manifest], bool]:
-    """Whether a campaign asks for this of its outputs."""
+    """Predicate: True if a campaign requests this of its outputs."""
     return lambda manifest: bool(getattr(manifest.outputs, name))
 
 
@@ -464,7 +464,7 @@ KINDS: Final = {kind.name: kind for kind in (COMPLIANCE, CONTACT, CONTACTS, RECO
 
 
 class Layout(NamedTuple):
-    """What results of a kind can hold."""
+    """Possible contents of the results of a kind."""
 
     names: frozenset[str]
     parts: tuple[frozenset[str], ...]
@@ -487,7 +487,7 @@ def layout_of(kind: Kind) -> Layout:
 
 
 def is_whole(result: TaskResult) -> bool:
-    """Whether a result holds what its kind declares: names, a number of each member, columns of one length."""
+    """True if a result holds all that its kind declares: names, a number of each member, columns of one length."""
     if result.kind not in KINDS:
         return False
     layout = layout_of(KINDS[result.kind])

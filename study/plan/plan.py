@@ -210,11 +210,11 @@ def _label(wanted: Wanted, campaign_case: CampaignCase) -> Label:
 # How far a plan is: its tasks by kind, and how its cases and drives ended, from the outcomes of their tasks.
 
 NOTHING_KNOWN: Final = (PENDING, *(ending.value for ending in UNDONE), Ending.NEEDS_FAILED.value)
-"""Outcomes that say nothing of a case: pending, failed for want of time or memory or as a process died, or waiting for that."""
+"""Outcomes of the machine, not of the physics: pending, out of time, out of memory, crashed, or waiting for such a task."""
 
 
 def after(kind: str, outcome: Outcome | None, found: Outcome | None) -> Outcome | None:
-    """How a case ended with one task more, which is of this kind.
+    """Combine the outcome of a case with the outcome of one more task, of this kind.
 
     outcome: how it ended up to there. found: how the task did. None: not yet.
     """
@@ -226,12 +226,12 @@ def after(kind: str, outcome: Outcome | None, found: Outcome | None) -> Outcome 
 
 
 def as_its_case(found: Outcome | None) -> bool:
-    """Whether a drive ended as its case did, given how its task has."""
+    """True if a drive ended as its case did, given the outcome of its task."""
     return found is not None and found.ending is Ending.NEEDS_FAILED
 
 
 def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> Outcome | None:
-    """How a case ended up to its friction record: the first failure, else what is missing; None while unfinished.
+    """Outcome of a case up to its friction record: the first failure, else the missing numbers; None while unfinished.
 
     outcomes: key of each finished task -> how it ended.
     """
@@ -245,7 +245,7 @@ def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]
 def drive_outcome(
     plan: Plan, case: CampaignCase, drive: CampaignDrive, outcomes: Mapping[str, Outcome]
 ) -> Outcome | None:
-    """How a drive ended: as its case where that leaves nothing to be driven over, or by itself; None while unfinished."""
+    """Outcome of a drive: that of its case if there is no record to be driven over, else its own; None while unfinished."""
     if case.case is None or drive.drive is None:
         return case.outcome if case.case is None else drive.outcome
     found = outcomes.get(plan.case_tasks[case.case_id].get(("drive", drive.label), ""))
@@ -261,7 +261,7 @@ def advised(outcome: Outcome, drive: CampaignDrive) -> Outcome:
 
 
 def ended(plan: Plan, outcomes: Mapping[str, Outcome]) -> tuple[Counter[str], Counter[str]]:
-    """How many cases, and how many drives, ended how: ending or `pending` -> count.
+    """Count cases, and drives, by outcome: ending or `pending` -> count.
 
     outcomes: key of each finished task -> how it ended.
     """
@@ -284,9 +284,9 @@ class KindCount:
     given_up: int
     core_seconds_left: float
     memory_bytes: float
-    """Of the largest one."""
+    """Memory of the largest task."""
     disk_bytes: float
-    """Of all of them."""
+    """Disk space of all tasks."""
 
 
 def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[Task]) -> dict[str, KindCount]:
@@ -401,7 +401,8 @@ def out_of_reach(plan: Plan) -> list[str]:
 
 
 def _too_short(plan: Plan) -> list[str]:
-    """Of plateaus the least is taken, which holds to spreads of 3. Without a duration a drive lasts while its stage moves."""
+    """List drives that are too short to slide. The smallest plateau counts, which holds to spreads of 3. Without a duration
+    a drive lasts while its stage moves."""
     manifest = plan.manifest
     drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]
     cases = [(number, each.case) for number, each in enumerate(plan.cases) if each.case is not None]
@@ -484,7 +485,7 @@ def _up(value: float) -> float:
 
 
 def _damper(drive: NamedDrive) -> float:
-    """Its force on a pin at rest, in N."""
+    """Force of the damper on a pin at rest, in N."""
     values = drive.in_si
     return 2.0 * values.damping_ratio * math.sqrt(drive.pin_mass * values.spring_stiffness) * values.stage_velocity
 

@@ -21,9 +21,9 @@ from nanoslip.study.manifest.parameters import Value, by_name, words
 from nanoslip.study.origin import Origins
 
 Label = tuple[tuple[str, ...], tuple[Value | None, ...]]
-"""What a task is labelled by, names and values: parameters, the ensemble's member, the drive. What is None is left out."""
+"""Label of a task, names and values: parameters, the ensemble's member, the drive. None is left out."""
 PENDING: Final = "pending"
-"""What stands for the outcome of what is not computed yet."""
+"""Word for the outcome of tasks that are not computed yet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,27 +38,27 @@ class Task:
     case: Case | None = None
     """The physics point; None for a compliance."""
     drive: Drive | None = None
-    """How the pin is pulled; drive tasks only."""
+    """Drive of the pin; drive tasks only."""
     events: tuple[int, ...] = ()
     """Events after which the contact is looked at; states tasks only."""
     contacts: tuple[int, int] = (0, 0)
     """First contact of an interface, and the first beyond; contacts tasks only."""
     subsurface: bool = False
-    """Whether the inside of the slab is looked at too; states tasks only."""
+    """True if the inside of the slab is computed, too; states tasks only."""
     scalars_only: bool = False
-    """Whether the result's arrays are left out."""
+    """True if the result's arrays are left out."""
     fitted: bool = True
-    """Whether the closed form is fitted to the motion; drive tasks only."""
+    """True if the closed form is fitted to the motion; drive tasks only."""
     intermediate: bool = False
-    """Whether the result is wanted by other tasks only, not by the campaign."""
+    """True if only other tasks need the result, not the campaign."""
     ensemble: Ensemble = ALONE
-    """How many starts of the case are computed."""
+    """Number of starts of the case."""
     shared: bool = field(default=False, compare=False)
-    """Whether other tasks read the result."""
+    """True if other tasks read the result."""
     needs: tuple[str, ...] = ()
     """Keys of the tasks whose results this one reads."""
     free: bool = field(default=False, compare=False)
-    """Whether it only reads off another task's result."""
+    """True if it only copies from another task's result."""
     cost: float = 0.0
     """Estimated seconds on one core."""
     memory: float = field(default=0.0, compare=False)
@@ -68,7 +68,7 @@ class Task:
     limit: float = field(default=math.inf, compare=False)
     """Seconds after which it is taken to hang."""
     names: tuple[str, ...] = field(default=(), compare=False)
-    """Of its label, and `values`."""
+    """Names of its label and of `values`."""
     values: tuple[Value | None, ...] = field(default=(), compare=False)
 
     def planned(
@@ -81,7 +81,7 @@ class Task:
 
     @property
     def passing(self) -> bool:
-        """Whether its result is dropped once all that need it are computed. A compliance is kept, for cases to come."""
+        """True if its result is dropped once all that need it are computed. A compliance is kept, for cases to come."""
         return self.intermediate and self.kind != "compliance"
 
     @property
@@ -109,11 +109,11 @@ class TaskResult:
     kind: str
     outcome: Outcome
     scalars: Mapping[str, Sequence[float | int]] = field(default_factory=dict)
-    """Of each member one, by the name that its kind's parts give them (see nanoslip.study.plan.kinds)."""
+    """Scalars of each member, by the name that the parts of its kind give them (see nanoslip.study.plan.kinds)."""
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
-    """By name likewise: of the first member, or of all of them one behind the other (`Kind.all_members`)."""
+    """Arrays by the same names: of the first member, or of all members one after the other (`Kind.all_members`)."""
     members: tuple[Outcome, ...] = ()
-    """How each member ended; empty where all ended as the task did."""
+    """Outcome of each member; empty if all ended as the task did."""
     origins: Origins = ()
     """The software that computed it and what it was computed from; empty where nobody knows."""
 
@@ -164,7 +164,7 @@ OF_ALL = (
         lambda case: case.interface.contacts == 1,
     ),
 )
-"""What no result depends on."""
+"""Parameters that no result depends on."""
 OF_CONTACT = (
     *OF_ALL,
     Exclusion((*STOP_CONDITIONS, "spacing_events"), "initial contact comes before any limit"),
@@ -189,13 +189,13 @@ OF_CONTACT = (
         _drags_nothing,
     ),
 )
-"""What initial contact does not depend on."""
+"""Parameters that initial contact does not depend on."""
 OF_RECORD = (
     *OF_ALL,
     Exclusion(("path",), "a record goes in one direction at one load"),
     Exclusion(("max_displacement", "max_spacings"), "both are in the key as the nearer of them, `farthest`"),
 )
-"""What a friction record does not depend on."""
+"""Parameters that a friction record does not depend on."""
 
 
 def without_effect(case: Case, exclusions: tuple[Exclusion, ...] = OF_ALL) -> frozenset[str]:
@@ -284,6 +284,6 @@ def case_of(task: Task) -> Case:
 
 
 def drive_of(task: Task) -> Drive:
-    """How the pin is pulled in a drive task."""
+    """Drive of the pin in a drive task."""
     assert task.drive is not None
     return task.drive

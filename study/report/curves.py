@@ -39,7 +39,7 @@ def curves(case: xr.Dataset) -> Iterator[Curve]:
 
 
 def _has(case: xr.Dataset, group: str, sample: str) -> bool:
-    """Whether a case has a run of its own in a group, with values along a sample dimension."""
+    """True if a case has a run of its own in a group, with values along a sample dimension."""
     name = f"{group}_id"
     own = name in case and not case[name].dims and bool(case[name].item())
     return own and sample in groups_of(case)[group].dims

@@ -236,7 +236,7 @@ FILE: Final = "report.html"
 LONG: Final = 40
 """Letters of an outcome that a line has room for."""
 _THINNED: Final = ("records", "drives")
-"""What the names of figures begin with whose lines are thinned."""
+"""Prefixes of the names of figures whose lines are thinned."""
 _ELSEWHERE: Final = ("title", "manifest", *(f"manifest_{key}" for key in NAMED))
 """Attributes that the page shows above, or that are too long to be shown."""
 

@@ -78,7 +78,7 @@ _SAID_APART: Final = {
     "computed_by",
     "drive_computed_by",
 }
-"""What is no number of the case, or is said in its line."""
+"""Variables that are no numbers of the case, or appear in its line."""
 
 
 def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
@@ -191,7 +191,7 @@ def each_case(dataset: xr.Dataset, of: xr.DataArray, most: int) -> list[xr.Datas
 
 
 def _waiting(dataset: xr.Dataset, of: xr.DataArray) -> NDArray[np.bool_]:
-    """Whether cases, with their drives, are still to be computed, in the order of a variable; (n,)."""
+    """True for cases that, with their drives, are still to be computed, in the order of a variable; (n,)."""
     found = xr.zeros_like(of, dtype=np.bool_)
     for ending, _ in variables.OUTCOMES.values():
         if ending.name in dataset:
@@ -248,7 +248,7 @@ def main_numbers(dataset: xr.Dataset) -> list[str]:
 
 
 def _missed(dataset: xr.Dataset) -> xr.DataArray:
-    """Whether a requested number is missing: of [target], or μ_s of a drive with `max_slips`."""
+    """True if a requested number is missing: of [target], or μ_s of a drive with `max_slips`."""
     names = _target(dataset)[1]
     if not names and {"max_slips", "static_friction"} <= set(dataset.variables):
         return dataset["static_friction"].isnull() | dataset["max_slips"].isnull()
@@ -333,7 +333,7 @@ def _reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str]
 
 
 def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """How many cases, then drives ended how, and whether they failed: failures first, the most frequent first."""
+    """Numbers of cases, then drives by ending, each with True if it is a failure: failures first, the most frequent first."""
     found = [
         (f"{count} {kind or 'case'}{'s' if count > 1 else ''}: {word.replace('_', ' ')}", word != COMPLETED)
         for kind, (ending, _) in variables.OUTCOMES.items()
@@ -377,7 +377,7 @@ def holes(dataset: xr.Dataset) -> list[str]:
 
 
 def _where(dataset: xr.Dataset, of: xr.DataArray, numbers: Sequence[int], what: str = "cases") -> str:
-    """How many of a variable's cases or drives these are, and the first of them."""
+    """Report the number of a variable's cases or drives, and the first of them."""
     place = _place(dataset, of, numbers[0])
     return f"{len(numbers)} of {of.size} {what}" + (f", first {place}" if place else "")
 
@@ -410,7 +410,7 @@ def words(label: dict[str, Value]) -> str:
 
 
 def _name(parameter: str) -> str:
-    """What a parameter is called in equations, else in a campaign file."""
+    """Symbol of a parameter, else its name in a campaign file."""
     return SYMBOLS.get(parameter, parameter)
 
 
@@ -462,7 +462,7 @@ def _cell(values: xr.Dataset, name: str) -> str:
 
 
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:
-    """How a case and its drive ended: the first bad outcome, the case's flags in brackets, advice on that outcome."""
+    """Outcome of a case and its drive: the first bad outcome, the case's flags in brackets, advice on that outcome."""
     ending, message = COMPLETED, ""
     for found, why in (("outcome", "message"), ("drive_outcome", "drive_message")):
         if found in values and (values[found] != COMPLETED or values[why] != ""):

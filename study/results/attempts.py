@@ -23,14 +23,14 @@ class Attempt:
     """One attempt at a task that failed."""
 
     task: str
-    """Its key."""
+    """Key of the task."""
     label: str
     ending: str
     message: str
     final: bool
-    """Whether that run did not try again."""
+    """True if that run did not try again."""
     passing: bool
-    """Whether the machine was at fault, not the task: the next run tries again."""
+    """True if the machine was at fault, not the task: the next run tries again."""
     solver: str
     """Name of what failed (nanoslip.study.origin.Origin.solver)."""
     where: str
@@ -46,7 +46,7 @@ class Attempt:
 
     @property
     def given_up(self) -> bool:
-        """Whether no further run tries it by itself."""
+        """True if no further run tries it by itself."""
         return self.final and not self.passing
 
 
@@ -129,9 +129,9 @@ class Run:
     """A name that no other has: at random."""
     begun: str
     processes: int
-    """How many computed, one thread each."""
+    """Number of computing processes, one thread each."""
     unit: str = "process"
-    """What they are: ranks, processes."""
+    """Name of a process: rank, process."""
     user: str = ""
     command: str = ""
     nanoslip: str = ""
@@ -140,7 +140,7 @@ class Run:
     """Name of what decides results (nanoslip.study.origin.Origin.solver)."""
     source_commit: str = ""
     host: str = ""
-    """Where the first process was."""
+    """Host of the first process."""
     hosts: dict[str, int] = field(default_factory=dict)
     """Host -> how many processes there have ended a task; known when the run has ended."""
     launcher: str = ""
@@ -148,11 +148,11 @@ class Run:
     """The MPI library and its version; empty without one."""
     slurm_job: str = ""
     threads: int = 1
-    """Of each process."""
+    """Threads of each process."""
     processor: str = ""
     """Model of the first process's."""
     features: str = ""
-    """Of that processor, those that can change a last bit."""
+    """Features of that processor that can change a last bit."""
     blas: str = ""
     """Version, and the kernel that it has chosen for that processor."""
     python: str = ""
@@ -166,7 +166,7 @@ class Run:
     """Tasks that failed, or needed one that did."""
     wall_seconds: float = 0.0
     core_seconds: float = 0.0
-    """Of all processes together, in tasks."""
+    """Time of all processes together, in tasks."""
     kinds: dict[str, list[float]] = field(default_factory=dict)
     """Kind of task -> of those with a result: number, seconds predicted, seconds measured."""
     exit_code: int = 0

@@ -43,14 +43,14 @@ class OtherFormatError(CorruptResultError):
 
 FORMAT: Final = 1
 MARK: Final = b"nslip %d\n" % FORMAT
-"""How every entry begins."""
+"""Beginning of every entry."""
 _ANY_MARK: Final = re.compile(rb"nslip (\d+)\n")
 ALIGNED: Final = 64
 """Bytes: numbers of any type lie in memory as kernels want them."""
 _HEAD: Final = struct.Struct("<8s20sIIQI")
 """Mark, key, length of what it says of itself, of its table, of table and arrays; checksum of table and arrays."""
 _CHECKSUM: Final = struct.Struct("<I")
-"""Of the head and what the result says of itself."""
+"""Checksum of the head and of the result's description."""
 LEAST: Final = _HEAD.size + _CHECKSUM.size
 
 
@@ -72,9 +72,9 @@ class Head(NamedTuple):
     numbers: int
     """Bytes of table and arrays."""
     checksum: int
-    """Of the numbers."""
+    """Checksum of the numbers."""
     seal: int
-    """Of the head itself, and so of all that the result says."""
+    """Checksum of the head itself, and so of all that describes the result."""
     length: int
     """Bytes of the whole entry."""
 
@@ -127,7 +127,7 @@ def read_head(file: BinaryIO) -> Head:
 
 
 def _ours_but_for_its_mark(begin: bytes, file: BinaryIO) -> bool:
-    """Whether only the format number of a head is damaged: all other bytes agree with the checksum."""
+    """True if only the format number of a head is damaged: all other bytes agree with the checksum."""
     if len(begin) < LEAST:
         return False
     meta_length = _HEAD.unpack_from(begin)[2]
@@ -180,7 +180,7 @@ def _meta(text: bytes) -> Meta:
 
 
 def _fortran(array: NDArray[Any]) -> bool:
-    """Whether its columns lie in one piece, not its rows: sums that BLAS makes of it depend on that."""
+    """True if an array is contiguous by columns, not rows: BLAS may round its sums differently."""
     return array.flags.f_contiguous and not array.flags.c_contiguous
 
 
@@ -210,13 +210,13 @@ NO_RESULT: Final = (ValueError, LookupError, TypeError, AttributeError, Arithmet
 
 ENDING: Final = ".result"
 AGAIN: Final = "; a run computes it again where it is needed"
-"""What follows of a damaged result."""
+"""Consequence of a damaged result, for messages."""
 MAPPED: Final = 1 << 20
 """Bytes of numbers from which a file is mapped into memory instead of read: the ranks of a node hold one copy."""
 
 
 def path_of(folder: Path, key: str) -> Path:
-    """Where the file of a result is."""
+    """Path of a result's file."""
     return folder / f"{key}{ENDING}"
 
 
@@ -288,7 +288,7 @@ SYNC: Final = 1.0
 _PIECE: Final = 1 << 20
 """Bytes that are read at once."""
 _NAME: Final = re.compile(rf"[0-9]{{6,12}}-[0-9a-f]{{{2 * RANDOM}}}{re.escape(LOGS)}")
-"""As `later` makes it: other files that end so are somebody else's."""
+"""Names made by `later`: other files with this ending belong to somebody else."""
 
 
 class Opened:
@@ -350,7 +350,7 @@ def later(folder: Path, name: str) -> Path:
 
 
 def is_name(name: str) -> bool:
-    """Whether a log is called so."""
+    """True if this is the name of a log."""
     return _NAME.fullmatch(name) is not None
 
 
@@ -365,7 +365,7 @@ class Place(NamedTuple):
     head: Head
     path: Path
     begin: int
-    """Of the entry, in bytes from the beginning of the file."""
+    """Start of the entry, in bytes from the beginning of the file."""
 
 
 class Fault(NamedTuple):
@@ -412,7 +412,7 @@ def _no_torn_end(error: CorruptResultError, end: int | None) -> CorruptResultErr
 
 
 def _next(file: BinaryIO, begin: int) -> int | None:
-    """Where the next entry begins, at or behind a place; None where there is none."""
+    """Start of the next entry, at or after a position; None if there is none."""
     file.seek(begin)
     while piece := file.read(_PIECE):
         at = piece.find(MARK)
@@ -466,7 +466,7 @@ class Logs:
                 self._look_into(path)
 
     def find(self, key: str) -> Place | None:
-        """Where the result of a task is; None where it is in no log."""
+        """Position of a task's result; None if no log holds it."""
         if key not in self.places:
             self.look()
         return self.places.get(key)
@@ -540,14 +540,14 @@ class Logs:
         return faults
 
     def _enter(self, place: Place) -> None:
-        """Of two results of one task the later log counts: it was computed again."""
+        """Enter a result. Of two results of one task the later log counts, as it was computed again."""
         known = self.places.get(place.head.key)
         if known is None or known.path <= place.path:
             self.places[place.head.key] = place
 
 
 def _scanned(path: Path, begin: int, whole: bool) -> Iterator[Place | Fault]:
-    """As `scan`, with the name of a log that is refused."""
+    """Yield the items of `scan`, with the name of a log that is refused."""
     try:
         yield from scan(path, begin, whole)
     except OtherFormatError as error:

@@ -36,7 +36,7 @@ def opened(path: Path, flags: int = os.O_RDONLY) -> int:
 
 
 def is_no_file(path: Path) -> bool:
-    """Whether something else stands in the place of a file: a link, a folder, a pipe or device that never ends."""
+    """True if a path is not a regular file: a link, a folder, a pipe or device that never ends."""
     with suppress(OSError):
         return not stat.S_ISREG(os.lstat(path).st_mode)
     return False
@@ -93,7 +93,7 @@ ABANDONED = 86_400.0
 """Seconds after which another host's scratch file is taken for a killed run's."""
 _SCRATCH = ".scratch"
 _SCRATCH_NAME = re.compile(rf"\..+\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]+{re.escape(_SCRATCH)}")
-"""As `scratch_beside` makes it: host and process of its writer. Other files that end so are somebody else's."""
+"""Names made by `scratch_beside`: host and process of the writer. Other files with this ending belong to somebody else."""
 RANDOM: Final = 8
 """Bytes of a name that nobody else draws."""
 
@@ -155,7 +155,7 @@ def clear_away(folder: Path) -> None:
 
 
 def _writer_lives(scratch: Path, host: str, process: str) -> bool:
-    """Whether the process that writes this scratch file may still be at it."""
+    """True if the process that writes this scratch file may still be running."""
     if host != _host():
         try:
             return time.time() - scratch.stat().st_mtime < ABANDONED
@@ -165,7 +165,7 @@ def _writer_lives(scratch: Path, host: str, process: str) -> bool:
 
 
 def lives(process: int) -> bool:
-    """Whether a process of this machine has not ended."""
+    """True if a process of this machine has not ended."""
     try:
         os.kill(process, 0)
     except (ProcessLookupError, OverflowError):
@@ -176,7 +176,7 @@ def lives(process: int) -> bool:
 
 
 def _is_zombie(process: int) -> bool:
-    """Whether a process is a zombie (exited, not yet reaped): containers often have no init that reaps."""
+    """True if a process is a zombie (exited, not yet reaped): containers often have no init that reaps."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text()
     except OSError:

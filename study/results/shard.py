@@ -19,7 +19,7 @@ class Shard:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """`3/10` as a part. Raises ValueError."""
+        """Read a part such as `3/10`. Raises ValueError."""
         found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
         number, of = map(int, found.groups()) if found else (0, 0)
         if not 1 <= number <= of:
@@ -27,7 +27,7 @@ class Shard:
         return cls(number, of)
 
     def folder(self, out: Path) -> Path:
-        """Where its results are, below a campaign's folder."""
+        """Folder of its results, below a campaign's folder."""
         digits = max(2, len(str(self.of)))
         return out / FOLDER / f"{self.number:0{digits}d}-of-{self.of:0{digits}d}"
 

@@ -121,12 +121,12 @@ class Store:
 
     @_refused()
     def _heads(self) -> dict[str, Head]:
-        """Of all sound results; one in a file of its own counts more than one in a log. Raises StoreError."""
+        """Heads of all sound results; a file of its own takes precedence over a log. Raises StoreError."""
         self._logs.look()
         return {**{key: place.head for key, place in self._logs.places.items()}, **self._own_heads()}
 
     def _own_heads(self) -> dict[str, Head]:
-        """Of the results that are files of their own. Raises OtherFormatError."""
+        """Heads of the results that are files of their own. Raises OtherFormatError."""
         found = {}
         for path in sorted(self.folder.glob(f"*{entry.ENDING}")):
             if not _KEY.fullmatch(path.stem):
@@ -213,9 +213,9 @@ class Store:
 # a minute by the clock of its file system (the run was killed). A suspended run stops when it wakes and another has the lease.
 #
 # No lock is needed. A lease appears by a hard link to a complete file, which only one run can make; without hard links by a
-# file that only one can create, empty for a moment. The heir of a stale lease
-# is such a link too, under a name that belongs to that lease alone, and is renamed into its place. Files are opened before
-# they are examined: network file systems cache times and contents for a minute, but not of newly opened files.
+# file that only one can create, empty for a moment. To take over a stale lease, a run links its own file under a name derived
+# from that lease, then renames it over the lease. Files are opened before they are examined: network file systems cache times
+# and contents for a minute, but not of newly opened files.
 
 FILE: Final = "running.json"
 FRESH: Final = 60.0
@@ -311,7 +311,7 @@ class Lease:
         return found
 
     def _linked(self, scratch: Path, path: Path) -> bool:
-        """Whether our file has this name now; after a lost reply of the network the reported error may be wrong."""
+        """True if our file now has this name; after a lost reply of the network the reported error may be wrong."""
         with suppress(FileExistsError):
             try:
                 os.link(scratch, path)
@@ -363,7 +363,8 @@ def _opened(path: Path) -> _Found | None:
 
 
 def _ended(found: _Found, clock: Path) -> bool:
-    """Whether the run that holds a lease has ended; waits until this is certain. clock: a file of ours, for its times."""
+    """True if the run that holds a lease has ended; waits until this is certain. clock: a file of this run, for the
+    server's time."""
     owner = _owner(found)
     here = owner.get("host") == socket.gethostname() and owner.get("machine") == _machine()
     if here and not lives(owner["process"]):
@@ -423,8 +424,7 @@ _BUSY: Final = f"{{path}}: a run is at work there, {_WHO}; wait until it has end
 _WAITING: Final = f"{{path}}: a run was at work there, {_WHO}; it is silent, and counts as ended in {{seconds:.0f}} s"
 _LOST: Final = f"{{path}}: another run has taken over, {_WHO}, while this one was silent: this one stops"
 _GONE: Final = (
-    "{path}: gone: another run has taken over while this one was silent, and ended, or somebody has removed it: "
-    "this one stops; run again to continue"
+    "{path}: lock file missing (taken over by a run that has ended, or deleted): this run stops; run again to continue"
 )
 
 
@@ -468,7 +468,7 @@ def _move(shard: Path, out: Path) -> None:
 
 
 def _place(path: Path, results: Path) -> Path:
-    """Where a file comes to: results of a shard count more than what was there, all else takes no place of another."""
+    """Choose the target of an imported file: results of a shard replace existing ones, other files replace none."""
     if is_name(path.name):
         return later(results, path.name)
     place = results / path.name

@@ -26,7 +26,7 @@ class SiteError(NanoslipError):
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """How jobs are submitted at one place: what changes from cluster to cluster, and nothing of any campaign."""
+    """Settings that submit jobs at one site: all that differs between clusters, and nothing of any campaign."""
 
     template: str = TEMPLATE
     """Name of the template's file beside the settings; the one that comes with nanoslip where none is there."""
@@ -38,7 +38,7 @@ class Site:
     partition: str = ""
     account: str = ""
     mpi: str = "pmi2"
-    """What `srun --mpi` is given: pmi2 for MPICH and its kin, pmix for Open MPI."""
+    """Value of `srun --mpi`: pmi2 for MPICH and its kin, pmix for Open MPI."""
     warning: int = WARNING
     """Seconds before the limit at which the ranks are signalled to stop; tasks that take longer are started again."""
     restarts: int = 50
@@ -46,7 +46,7 @@ class Site:
     deaths: int = 5
     """Likewise where one of its ranks was killed."""
     command: str = "nanoslip"
-    """What the ranks execute."""
+    """Command that the ranks execute."""
     options: tuple[str, ...] = ()
     """Further options of sbatch, each a line of the script."""
     setup: tuple[str, ...] = ()

@@ -91,7 +91,7 @@ class ShortageError(NanoslipError, MemoryError):
 # Tasks that were running when a whole run was killed: the next run computes them last. After a second time they have failed.
 
 KILLED: Final = (
-    "all processes of its run ended while it was computed: a defect or too little memory, its own or another task's"
+    "the whole run was killed while this task was computed: a bug or too little memory, in this task or another"
 )
 
 
@@ -119,7 +119,7 @@ class Rest:
 
     plan: Plan
     store: Store
-    """Of its results: a shard's is a folder in the campaign's."""
+    """Store of its results: a shard's is a folder in the campaign's."""
     out: Path
     """The campaign's folder."""
     left: Left
@@ -207,7 +207,7 @@ def compute_plan(
 
 
 def _check_whole(tally: Tally, lease: Lease) -> None:
-    """Raise UnfinishedError where a run was broken off, StoreError where another one would fare no better."""
+    """Raise UnfinishedError if a run was interrupted, StoreError if running again would fail in the same way."""
     lost = lease.look()
     if tally.halt:
         raise StoreError(f"{tally.halt}; what is finished is kept: run again to continue")

@@ -36,7 +36,7 @@ NO_TASK: Final = 70
 _DIE_WITH_PARENT: Final = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
 _VICTIM: Final = "500"
-"""Where the kernel has no memory left, it ends this process before the one that hands out (0 is usual, 1000 the most)."""
+"""Value of oom_score_adj: out of memory, the kernel kills this process before its parent (0 is usual, 1000 the most)."""
 
 
 def main(descriptor: int, last_words: int) -> None:
@@ -130,7 +130,7 @@ class ChildProcess:
 
     def __init__(self, program: Program, number: int) -> None:
         self.ready = False
-        """Whether it can compute; `seconds` is how long it has been starting until then, and at its task from then on."""
+        """True if it can compute. `seconds` counts its start until then, and its task from then on."""
         ours, theirs = socket.socketpair()
         self._last_words = tempfile.TemporaryFile()  # noqa: SIM115  closed with the child
         with theirs:
@@ -212,7 +212,7 @@ class ChildProcess:
         return self._last_words.read(_MOST_WORDS).decode(errors="replace").partition("\nExtension modules:")[0]
 
     def out_of_memory(self) -> bool:
-        """Whether the kernel has ended a process for want of memory since this one was started."""
+        """True if the kernel has killed a process for lack of memory since this one was started."""
         return deaths_for_memory() > self._deaths
 
     def _send(self, message: object) -> None:
@@ -221,7 +221,7 @@ class ChildProcess:
 
 
 def deaths_for_memory() -> int:
-    """How many processes this machine has ended so far for want of memory; 0 where it does not say."""
+    """Number of processes that this machine has killed so far for lack of memory; 0 if it does not report them."""
     with suppress(OSError):
         for line in Path("/proc/vmstat").read_text("ascii").splitlines():
             if line.startswith("oom_kill "):
@@ -259,7 +259,7 @@ class Agent:
 
     @property
     def busy(self) -> bool:
-        """Whether it computes a task."""
+        """True if it computes a task."""
         return self._begun is not None
 
     @property
@@ -323,7 +323,7 @@ class Agent:
             self._begun = None
 
     def _ended(self, task: Work) -> Done | None:
-        """How a task has ended; None while it has not."""
+        """Outcome of a task; None until it has ended."""
         child = self._child
         assert child is not None
         try:
@@ -381,10 +381,10 @@ def _death(child: ChildProcess, code: int | None) -> Outcome:
             Ending.OUT_OF_MEMORY, "its process was ended as no memory was left: start fewer ranks on a machine"
         )
     how = (
-        "cut its connection"
+        "closed its connection"
         if code is None
         else f"died of signal {-code}"
         if code < 0
         else f"ended with exit code {code}"
     )
-    return Outcome(Ending.CRASHED, f"its process {how}: a defect, or somebody killed it")
+    return Outcome(Ending.CRASHED, f"its process {how}: a bug, or it was killed")

@@ -1,4 +1,4 @@
-"""How a task is computed: the only bridge into the solver.
+"""Compute a task: the only bridge into the solver.
 
 A task computes all members of its case; the solver's values become the scalars and arrays of a result here, and back.
 """
@@ -116,7 +116,7 @@ class Computed:
 
     members: tuple[Member, ...] = ()
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
-    """Those that are in no part."""
+    """Arrays that are in no part."""
 
 
 def computed_members(
@@ -149,7 +149,7 @@ def computed_members(
 
 
 def _reaches_target(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
-    """Whether these members determine all observables of an ensemble's target that are numbers of this kind."""
+    """True if these members meet an ensemble's target for all its observables that are numbers of this kind."""
     return all(ensemble.within_target(*each) for each in _targeted(kind, ensemble, members))
 
 
@@ -242,7 +242,7 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
 
 @lru_cache(maxsize=64)
 def _held(part: Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
-    """Of each number of a part that results hold: its field, its name in them, and the words that it stands for."""
+    """List the numbers of a part that results hold: field, name in results, and the words that it encodes."""
     described = quantities(part.type, part.prefix)
     named = [(item.name, f"{part.prefix}{item.name}") for item in fields(part.type)]
     held = ((name, key, described.get(key)) for name, key in named if part.whole or key in described)
@@ -250,7 +250,7 @@ def _held(part: Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
 
 
 def _coded(value: Any, words: tuple[str, ...]) -> Any:
-    """Of a text its position among the words, NaN of none; a number as it is."""
+    """Encode a text as its position among the words, None as NaN; a number stays."""
     return value if not words else math.nan if value is None else words.index(value)
 
 

@@ -53,7 +53,7 @@ class TaskQueue:
 
     def __init__(self, tasks: Sequence[Work]) -> None:
         self.tasks = {task.key: task for task in tasks}
-        """By key: those in the queue, and those that were taken and are not finished."""
+        """Tasks by key: those in the queue, and those that were taken and are not finished."""
         self.aside = 0
         """Number of tasks that were taken and set aside, now and for good."""
         self._places = {key: place for place, key in enumerate(self.tasks)}
@@ -152,12 +152,12 @@ class Measured:
 # The state of a run: queued tasks, outcomes of finished ones, and measured seconds of each kind of task.
 
 Execute = Callable[[Any], Outcome]
-"""What computes a task and returns how it ended; its result is in the store then."""
+"""Function that computes a task and returns its outcome; its result is in the store then."""
 Report = Callable[[Any, Outcome, float], None]
 """Callback: called with a task that has ended, how, and the seconds that it took."""
 
 ATTEMPTS: Final = 2
-"""How often a task is begun whose process dies: what killed it may have been no fault of its own."""
+"""Number of attempts at a task whose process dies: the cause may not be the task itself."""
 
 
 LONGEST_TRACE: Final = 10_000
@@ -180,12 +180,12 @@ class Done:
     trace: str = ""
     """Traceback where it crashed."""
     again: bool = False
-    """Of a failure: whether it may end differently if it is tried again."""
+    """True for a failure that may end differently if it is tried again."""
     passing: bool = False
-    """Of a failure: whether the machine is at fault, so that it may end differently in another run. Its process may be harmed (no
-    file descriptor left, for example): another one goes on."""
+    """True for a failure of the machine, which may end differently in another run. Its process may be harmed (no file
+    descriptor left, for example): another one continues."""
     died: bool = False
-    """Of a failure: whether its process ended with it, perhaps when its result was kept already."""
+    """True for a failure that ended its process, perhaps after its result was kept."""
     halt: str = ""
     """Why the result could not be kept. After another such one, and no result in between, no task can be finished any more."""
 
@@ -291,7 +291,7 @@ class Ledger:
 
     @property
     def unfinished(self) -> bool:
-        """Whether a task is being computed or can be."""
+        """True if a task is being computed or can be."""
         return self._away + self.queue.ready > 0
 
     def take(self, most: int, room: float, at_least_one: bool) -> list[tuple[Work, float]]:
@@ -347,7 +347,7 @@ class Ledger:
             self._watch.ended(task, done.outcome, done.seconds)
 
     def _refuses(self, done: Done) -> bool:
-        """Whether a result that could not be kept is the task's own fault: others are kept; else no more can be."""
+        """Decide if the task is at fault for a result that could not be kept: others are kept; else no more can be."""
         again, kept = done.key in self._refused, self._kept
         self._refused.add(done.key)
         self._kept = False
@@ -419,7 +419,7 @@ class Dispatcher:
 
     @property
     def busy(self) -> bool:
-        """Whether any rank has a task that it has not reported."""
+        """True if any rank has a task that it has not reported."""
         return any(self._doing)
 
     def hand_out(self) -> None:

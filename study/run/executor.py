@@ -1,4 +1,4 @@
-"""How a process computes one task of a campaign: inputs from the store, result into it; and before all, the kernels."""
+"""Compute one task of a campaign in a process: inputs from the store, result into it; and before all, the kernels."""
 
 import errno
 from collections.abc import Callable, Collection, Mapping
@@ -29,7 +29,7 @@ _NUMERICS: Final = (
     "scipy.sparse.linalg",
     "scipy.special",
 )
-"""What the solver computes with and loads when it does. On a crowded file system that takes longer than many a task."""
+"""Modules that the solver loads when it computes. On a crowded file system that takes longer than many a task."""
 
 INPUTS: Final = 4
 """Results that are kept at hand: tasks that follow each other mostly need the same slab, or are drives of one record."""
@@ -80,7 +80,7 @@ def _read(store: Store, key: str) -> TaskResult:
 
 
 NOT_THERE: Final = "not there though another process has made it"
-"""Of a folder or result that a network file system does not show in time."""
+"""Message for a folder or result that a network file system does not show in time."""
 
 
 def drop_intermediates(plan: Plan, store: Store) -> None:
@@ -98,9 +98,9 @@ class Left:
     """Remaining tasks of a campaign."""
 
     tasks: tuple[Task, ...]
-    """Those that a run tries: what has failed comes last."""
+    """Tasks that a run tries: failed ones come last."""
     given_up: tuple[Task, ...]
-    """Those that failed for good, and those that need one of them."""
+    """Tasks that failed for good, and those that need one of them."""
 
 
 def left(plan: Plan, failures: Mapping[str, Attempt], finished: Collection[str], retry: bool = False) -> Left:

@@ -59,7 +59,7 @@ class Farm(ABC):
 
     root = True
     unit = "processes"
-    """What they are called."""
+    """Name of its processes."""
 
     def __init__(self, size: int, here: int, interruption: Interruption) -> None:
         """here: how many of them are on this machine."""
@@ -253,7 +253,7 @@ class MPIFarm(Farm):
         return self._agent.give_back()
 
     def news(self) -> list[News]:
-        """What has arrived from other ranks and from this one's child; waits a little where nothing has."""
+        """Receive messages from other ranks and from this one's child; wait a little if there are none."""
         done = self._agent.arrived()
         found: list[News] = [(0, done, ())] if done else []
         for rank, message in self._received():

@@ -118,7 +118,7 @@ class Program:
 
 
 def computing(out: Path) -> Program:
-    """What computes the tasks of a campaign, with the results in this folder, wherever a task leads its process."""
+    """Program that computes the tasks of a campaign in its processes, with the results in this folder."""
     return Program("nanoslip.study.run.executor", "executor", out.absolute())
 
 

@@ -119,7 +119,7 @@ class WarmUp:
     tasks: tuple[Task, ...]
     """Miniatures of those that a run computes."""
     alone: bool = False
-    """Whether it neither reports that it compiles nor starts a second process."""
+    """True if it neither reports that it compiles nor starts a second process."""
     key: str = "warm_up"
     needs: tuple[str, ...] = ()
     kind: str = "warm_up"

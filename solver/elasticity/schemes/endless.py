@@ -69,7 +69,7 @@ class Convolution:
         return np.array([along + sideways[:, 1], self.w(f_z) - sideways[:, 0]])
 
     def uncoupled(self) -> "Convolution":
-        """The same where normal forces cause no u, and tangential forces no w."""
+        """Drop the coupling: normal forces cause no u, and tangential forces no w."""
         return Convolution(self.along_x, self.along_z, np.zeros_like(self.across))
 
     def forces_about(self, w: Vector) -> Vector:

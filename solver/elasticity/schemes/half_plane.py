@@ -63,5 +63,5 @@ def _require_depth(slab: Slab) -> None:
 
 
 BEYOND_THE_END = 0.78
-"""By how much the forces of n nodes reach further than the nodes, in spacings: 0.66 to 0.7794, the most at ν = 1/2 and n = 5,
-found from the least D at which the matrix is positive definite."""
+"""Distance that the forces of n nodes reach beyond the nodes, in spacings: 0.66 to 0.7794, the largest at ν = 1/2 and n =
+5. Found from the least D at which the matrix is positive definite."""

@@ -89,9 +89,10 @@ def _gauss(height: float, farthest: float) -> tuple[Vector, Vector]:
 AT_ONCE = 200_000
 """Waves times nodes that are held at once: a megabyte or two."""
 LAST = 18.0
-"""ξ where exp(-2ξ) is machine epsilon."""
+"""Largest ξ of the integral: exp(-2ξ) is machine epsilon there."""
 POINTS, PANELS, TURN = 16, 18, 8.0
-"""Of Gauss's rule in a panel; panels, a unit of ξ long, as the zeros of D are at 0.74i or farther (ν = 1/2) and the error in one
-is as small as (0.5/(0.74 + 0.9))^(2·16) of its values; and radians of a wave in a panel, whose error is smaller still."""
+"""Points of Gauss's rule in a panel; number of panels, a unit of ξ long; largest phase in a panel, in radians. The zeros of
+D are at 0.74i or farther (ν = 1/2): the error in a panel is as small as (0.5/(0.74 + 0.9))^(2·16) of its values, that of
+the phase smaller still."""
 REACH = 42.0
 """Distance in heights where nothing is left: the slowest decay is exp(-0.739 x/H), at ν = 1/2 (cos b = b for the zero of D)."""
