@@ -64,7 +64,7 @@ def _named(text: str, table: Table) -> int:
 
 
 def are_stored(variable: xr.Variable) -> bool:
-    """Whether a variable holds numbers of texts."""
+    """True if a variable holds numbers of texts."""
     return _STORED in variable.attrs and variable.dtype.kind in "iu"
 
 

@@ -339,7 +339,7 @@ class Recomputed:
 
 
 def _alike(kept: NDArray[Any], again: NDArray[Any]) -> bool:
-    """Whether messages differ in numbers alone."""
+    """True if messages differ in numbers alone."""
     pairs = zip(map(str, kept.flat), map(str, again.flat), strict=True)
     return all(without_numbers(one) == without_numbers(other) for one, other in pairs)
 

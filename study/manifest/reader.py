@@ -309,7 +309,7 @@ KEYS_OF_FILES: Final = frozenset((*TOP_LEVEL, "name", *itertools.chain(*OTHERS.v
 
 
 def _need_of_title(title: str) -> str:
-    """What a title needs; empty of a good one."""
+    """Allowed titles; empty for a valid title."""
     long = f"at most {LONGEST_MESSAGE} characters" if len(title) > LONGEST_MESSAGE else ""
     return long or ("" if one_line(title) else ONE_LINE)
 
