@@ -11,12 +11,11 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve
+from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve_violations
 from nanoslip.solver.contact.kernels.state import (
     FORWARD,
     RESIDUAL_LIMIT,
     Direction,
-    EventKind,
     KernelConstants,
     KernelPin,
     KernelState,
@@ -28,10 +27,9 @@ from nanoslip.solver.contact.kernels.state import (
     new_scalars,
     respond,
 )
-from nanoslip.solver.contact.normal import FEW, KEPT
 from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.elasticity.compliance import Compliance
+from nanoslip.solver.elasticity.compliance import FEW, KEPT, Compliance
 from nanoslip.solver.outcome import Outcome, SingularOperator
 
 # The window of surface nodes that the kernels follow: the contact and a margin. Slips cost what the window is wide.
@@ -56,7 +54,7 @@ NOT_SEEN = 2.0
 
 def around(followed: Nodes) -> slice:
     """The window of nodes (n,) to follow, with its margin."""
-    nodes, more = np.flatnonzero(followed), margin(len(followed))
+    nodes, more = followed.nonzero()[0], margin(len(followed))
     return slice(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
 
 
@@ -76,7 +74,7 @@ def inner_nodes(case: Case, window: slice, contact: Nodes, pin_rate: float | Non
 def left_behind(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) -> int:
     """Nodes at its left end that the grid of a surface without ends gives up, to go on as far to its right, so that what is
     followed keeps its margin; 0 while it has it, below 0 to go on to the left. followed, contact: (n,)."""
-    nodes, more = np.flatnonzero(contact if followed.all() else followed), margin(len(contact))
+    nodes, more = (contact if followed.all() else followed).nonzero()[0], margin(len(contact))
     off = int(nodes[0] + nodes[-1] + 1 - len(contact))  # twice the distance from the grid's middle
     near = (
         (int(nodes[-1]) + more >= len(contact) and pin_rate != -1.0)
@@ -314,7 +312,7 @@ contacts."""
 
 def answer_violations(compiled: CompiledContact) -> Stop:
     """The cascade that begins with the worst violation."""
-    return resolve(compiled.state, compiled.constants, EventKind.NOTHING, -1)
+    return resolve_violations(compiled.state, compiled.constants)
 
 
 def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
-from nanoslip.solver.elasticity.compliance import Compliance
+from nanoslip.solver.elasticity.compliance import FEW, KEPT, Compliance
 from nanoslip.solver.outcome import SingularOperator, TooFarApart
 
 # The linear system of a contact set: forces and approach from the heights of its nodes and the load.
@@ -27,11 +27,6 @@ Indices = NDArray[np.int64]
 
 NEAR = 0.25
 """Share of a set's nodes that may change before its system is factorized anew: the border would take as long."""
-FEW = 129
-"""A set of so many nodes is factorized anew at every change: that takes no longer than a border."""
-KEPT = 32
-"""Sets of few nodes whose systems and tableaus are kept: members of a case, and other cases, have the same ones again. They take
-at most 50 MB."""
 
 
 class ContactSystem:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.last import of_the_last
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.slab import surface_x
@@ -132,6 +133,7 @@ def contact_summary(state: ContactState) -> ContactSummary:
     return ContactSummary(int(state.contact.sum()), mean, float(state.pressure.max()), state.friction_force)
 
 
+@of_the_last  # asked for a record's flags and for its numbers
 def contact_width(state: ContactState) -> float:
     """The width of the surface in contact, in L_x, without the gaps in it.
 
@@ -142,7 +144,7 @@ def contact_width(state: ContactState) -> float:
     for turned in (slice(None), slice(None, None, -1)):
         contact = state.contact[turned]
         squared = np.concatenate(([0.0], state.pressure[turned] ** 2))
-        last = np.flatnonzero(contact[:-1] & ~contact[1:])
+        last = (contact[:-1] & ~contact[1:]).nonzero()[0]
         fall = squared[last] - squared[last + 1]
         beyond = np.divide(squared[last + 1], fall, out=np.full(len(last), 0.5), where=fall > 0.0)
         spacings += float(np.minimum(beyond, 1.0).sum())

@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import Final
 
 import numpy as np
 import scipy
@@ -112,8 +113,10 @@ class SurfaceCompliance(Compliance):
 
     def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
         n, found = self.slab.n_x, np.zeros(forces.size)
-        for along in np.flatnonzero(forces.any(axis=1)):  # only what is loaded, and what moves, is read
-            nodes = np.flatnonzero(forces[along])
+        for along in (0, 1):
+            nodes = forces[along].nonzero()[0]
+            if not len(nodes):  # only what is loaded, and what moves, is read
+                continue
             loaded, first = slice(nodes[0], nodes[-1] + 1), along * n
             moved = slice(None) if coupled else slice(first, first + n)
             found[moved] += self.matrix[moved, first : first + n][:, loaded] @ forces[along, loaded]
@@ -156,14 +159,30 @@ class EndlessCompliance(Compliance):
         return EndlessCompliance(self.convolution.uncoupled(), self.slab)
 
 
+FEW: Final = 129
+"""A set of so many nodes is factorized anew at every change: that takes no longer than a border."""
+KEPT: Final = 32
+"""Sets of few nodes whose systems and tableaus are kept: members of a case, and other cases, have the same ones again. They take
+at most 50 MB."""
+
+
 def stiffness_of_node(compliance: Compliance, contact: NDArray[np.bool_]) -> float:
     """Change of K by one node more at either end of the contact, pressures held (bordered inverse), in G·L_y; 0 without room."""
-    nodes = np.flatnonzero(contact)
+    few = compliance.slab.n_x <= FEW and compliance.lasting
+    return (_stiffness_of_node_before if few else _stiffness_of_node)(compliance, contact.tobytes())
+
+
+def _stiffness_of_node(compliance: Compliance, in_contact: bytes) -> float:
+    contact = np.frombuffer(in_contact, np.bool_)
+    nodes = contact.nonzero()[0]
     added = np.array([node for node in (nodes[0] - 1, nodes[-1] + 1) if 0 <= node < len(contact)], dtype=np.intp)
     beside = compliance.entries(nodes, added)
     found = np.linalg.solve(compliance.entries(nodes, nodes), np.column_stack((np.ones(len(nodes)), beside)))
     left = compliance.entries(added, added).diagonal() - np.einsum("ij,ij->j", beside, found[:, 1:])
     return float(np.mean((1.0 - beside.T @ found[:, 0]) ** 2 / left)) if len(added) else 0.0
+
+
+_stiffness_of_node_before = lru_cache(maxsize=KEPT)(_stiffness_of_node)
 
 
 @lru_cache(maxsize=4)  # asked for every contact, and few campaigns have more grids at a time

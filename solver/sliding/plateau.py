@@ -142,7 +142,9 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     start, end = float(steady.edges[0]), float(steady.edges[-1])
     mean, std = _moments(steady)
     half = max(whole // 2, 0) * record.spacing if whole > 1 else 0.5 * (end - start)
-    early, late = (float(steady.block_means(*ends, 1)[0]) for ends in ((start, start + half), (end - half, end)))
+    whole_until = steady.integral(np.array((start, start + half, end - half, end)))
+    early = float(whole_until[1] - whole_until[0]) * (1.0 / (start + half - start))
+    late = float(whole_until[3] - whole_until[2]) * (1.0 / (end - (end - half)))
     return Plateau(
         start=start,
         end=end,

@@ -91,8 +91,9 @@ class SlippedNodes:
     def of_grid(self, first: int, nodes: int) -> NDArray[np.int64]:
         """Slip counts of a grid whose first node is `first`, (nodes,), to be added to."""
         left, right = max(self.first - first, 0), max(first + nodes - self.first - len(self.slips), 0)
-        self.first -= left
-        self.slips = np.pad(self.slips, (left, right))
+        if left or right:
+            self.first -= left
+            self.slips = np.pad(self.slips, (left, right))
         return self.slips[first - self.first :][:nodes]
 
 
@@ -287,7 +288,7 @@ def slide_with_constant_pressures(case: Case, start: ContactState, compliance: C
 
     Raises SingularOperator where the tangential compliance of the contact cannot be inverted.
     """
-    nodes = np.flatnonzero(start.contact)
+    nodes = start.contact.nonzero()[0]
     state, constants = _tangential_state(case, compliance, start, nodes, way.direction), slip_constants(case)
     stiffness, slips = float(state.rate.sum()) * way.direction.pin_rate, np.zeros(len(nodes), np.int64)
     most, end_at = case.max_events or MOST_EVENTS, way.end(case, stiffness)

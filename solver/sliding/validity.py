@@ -191,7 +191,7 @@ def contact_flags(case: Case, state: ContactState) -> Flags:
     if not state.outcome.ok:
         return ()
     size = int(state.contact.sum())
-    margin = _margin(case, np.flatnonzero(state.contact))
+    margin = _margin(case, state.contact.nonzero()[0])
     seen = _Seen(size, size, contact_half_width(state), margin, 0.0)
     return _judged(case, seen, _guess(case))
 
@@ -206,9 +206,9 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
         return ()
     first = int(start.contact.sum())
     fewest, most = (int(extreme(initial=first)) for extreme in (record.contact_size.min, record.contact_size.max))
-    nodes = np.flatnonzero(start.contact | end.contact)
+    nodes = (start.contact | end.contact).nonzero()[0]
     if not case.slab.scheme.endless:
-        nodes = np.concatenate((nodes, np.flatnonzero(record.node_slips), record.node))
+        nodes = np.concatenate((nodes, record.node_slips.nonzero()[0], record.node))
     travel = abs(record.final_displacement - start.displacement)
     half_width = contact_half_width(start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)

@@ -396,6 +396,12 @@ def _change_contact(state: KernelState, constants: KernelConstants, kind: EventK
 
 
 @compiled(entry=True)
+def resolve_violations(state: KernelState, constants: KernelConstants) -> Stop:
+    """The cascade that begins with the worst violation, for Python: to look at the type of a kind takes longer than this."""
+    return resolve(state, constants, EventKind.NOTHING, -1)
+
+
+@compiled()
 def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
     """The cascade: answer the trigger (or NOTHING, -1), then the worst violation until none is left: tension, shear, penetration.
 

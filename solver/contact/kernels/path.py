@@ -40,10 +40,12 @@ class Events(NamedTuple):
     load: Floats
 
 
+_KINDS = [get_args(get_args(column)[1])[0] for column in Events.__annotations__.values()]
+
+
 def empty_events(capacity: int) -> Events:
     """Columns for so many events, not filled."""
-    kinds = (get_args(get_args(column)[1])[0] for column in Events.__annotations__.values())
-    return Events(*(np.empty(capacity, kind) for kind in kinds))
+    return Events(*[np.empty(capacity, kind) for kind in _KINDS])
 
 
 @compiled(inline="always")
