@@ -32,9 +32,9 @@ LARGEST_FRICTION = 1e12
 WIDEST_SPREAD = 100.0
 """The largest spread of lognormal μ_i, over their mean: beyond it nearly all of the mean is in nodes that no surface has."""
 MOST_CONTACTS = 10**6
-"""Contacts that an interface may be asked to have: the same contacts at other starts say no more."""
+"""Largest number of contacts of an interface: more contacts only repeat the same ones at other starts."""
 MOST_EVENTS = 10**9
-"""Events that a record may be asked to hold: more would not fit any memory."""
+"""Largest number of events of a record: more would not fit any memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,7 +329,7 @@ class Case:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
-        """The case with these parameters, those of its parts beside its own; defaults for the rest. Raises InvalidInput."""
+        """Build the case from parameters of its own and of its parts; defaults for the rest. Raises InvalidInput."""
         parts: dict[str, Any] = {"slab": Slab.of(parameters)}
         parts |= {part: kind(**_of(kind, parameters)) for part, kind in PARTS.items()}
         return cls(**_of(cls, parameters), **parts)

@@ -17,7 +17,7 @@ from nanoslip.solver.parameter import MOST_WHOLE, Family, Parameter, as_float, c
 ProfileShape = Literal["sawtooth", "coarse", "linear", "mean"]
 
 MOST_SAMPLES = 10**7
-"""Output times that a drive may be asked to hold."""
+"""Largest number of output times of a drive."""
 
 
 class Integrator(ABC):
@@ -154,7 +154,7 @@ class Drive:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
-        """The drive with these parameters, those of its integrator beside its own. Raises InvalidInput."""
+        """Build the drive from parameters of its own and of its integrator. Raises InvalidInput."""
         own = {name: parameters[name] for name in declared(cls) if name in parameters}
         return cls(**{**own, "integrator": INTEGRATORS.member(parameters, "exact")})
 
@@ -201,7 +201,8 @@ _FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
 
 
 def _in_range(key: str, given: float, value: float, stated: Parameter, own: float, note: str) -> float:
-    """`value`, which is `given` in other units. Raises InvalidInput in those of the key where it is out of the range stated.
+    """Check `value`, which is `given` in other units. Raises InvalidInput in the units of the key if it is out of the range
+    stated.
 
     own: the unit of `value` in that of the key.
     """
@@ -215,9 +216,9 @@ def _in_range(key: str, given: float, value: float, stated: Parameter, own: floa
 PERIODS: Final = "duration_periods"
 TRAVEL: Final = "stage_travel"
 AUTO: Final = "auto"
-"""The duration of a drive that goes on until its numbers are known, as campaigns have it."""
+"""Word in campaigns for a drive that lasts until its numbers are determined."""
 DURATIONS: Final = ("duration", PERIODS, TRAVEL)
-"""The ways to say how long a drive lasts."""
+"""Keys that give the duration of a drive."""
 
 
 def lasting(parameters: Mapping[str, Any]) -> tuple[str, float] | None:

@@ -14,7 +14,7 @@ Scene = TypeVar("Scene", Case, Drive)
 
 @dataclass(frozen=True)  # a generic type with slots cannot be made
 class Effect(Generic[Scene]):
-    """Something that a case or a drive can have: whether one has it, and the same one without."""
+    """Effect that a case or a drive can have: a test for it, and the same scene without it."""
 
     name: str
     there: Callable[[Scene], bool]

@@ -22,7 +22,7 @@ Places = Literal["drawn", "given"]
 LEVEL: Final = math.erf(math.sqrt(0.5))
 """Probability of an interval of one standard error of a normal distribution: 68.27 %."""
 FEWEST: Final = 3
-"""Members, or parts of a stretch, that a mean needs, where there are as many: two may agree by chance."""
+"""Fewest members, or parts of a stretch, for a mean, if there are enough: two may agree by chance."""
 SEEDS: Final = 2**32
 """Difference between the seeds of successive members; large, so that seeds of an axis do not coincide with them."""
 
@@ -73,7 +73,7 @@ class Ensemble:
 
     @property
     def likely(self) -> int:
-        """Number of members known before the run: the smallest possible one with a target."""
+        """Number of members planned before the run: the smallest possible one with a target."""
         return self.members if self.within is None else min(FEWEST, self.members)
 
     def for_observables(self, names: Collection[str]) -> "Ensemble":
@@ -173,5 +173,5 @@ def jackknife(without: Sequence[float]) -> float:
 
 
 def student(members: Any) -> Any:
-    """Half-width of the interval of probability LEVEL, in standard errors of the mean over so many members."""
+    """Half-width of the interval of probability LEVEL, in standard errors of the mean over this number of members."""
     return scipy.special.stdtrit(np.maximum(np.asarray(members, float) - 1.0, 1.0), 0.5 + 0.5 * LEVEL)

@@ -12,7 +12,7 @@ Point = tuple[float, float]
 FARTHEST = 1e6
 """Longest way in presliding lengths or L_x, and largest load over W: no slab is as large."""
 LEAST_LOAD = 1e-6
-"""Smallest load over W: forces are known to 1e-12 of the larger load of a leg."""
+"""Smallest load over W: forces are accurate to 1e-12 of the larger load of a leg."""
 
 
 @dataclass(frozen=True, slots=True)

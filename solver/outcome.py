@@ -14,7 +14,7 @@ class Ending(StrEnum):
     """Why a computation stopped. `COMPLETED` is the only good one of what was begun."""
 
     COMPLETED = "completed"
-    """A limit that the case asked for (events, displacement, duration) was reached."""
+    """A requested limit of the case (events, displacement, duration) was reached."""
     INVALID = "invalid"
     """The input means nothing: a value out of range or a combination that excludes itself."""
     SINGULAR_OPERATOR = "singular_operator"
@@ -36,7 +36,7 @@ class Ending(StrEnum):
     STEEP_PIN = "steep_pin"
     """The pin is too steep where it touches: what lies along and across the slab is no longer shear and pressure."""
     ROUNDING = "rounding"
-    """The numbers of this case are so far apart that rounding decides the result."""
+    """Rounding decides the result, as the numbers of this case differ by too many orders of magnitude."""
     NO_EVENT = "no_event"
     """No further event exists: the contact sticks however far the pin moves."""
     NO_PLATEAU = "no_plateau"
@@ -46,7 +46,7 @@ class Ending(StrEnum):
     STEP_LIMIT = "step_limit"
     """An integrator needed more steps than the limit allows."""
     UNSTABLE_STEP = "unstable_step"
-    """The time step asked for is beyond the integrator's stability limit."""
+    """The requested time step is beyond the integrator's stability limit."""
     REVERSED = "reversed"
     """The driven pin slipped back although it was not to (`reverse_motion` of its drive)."""
     NEEDS_FAILED = "needs_failed"
@@ -54,7 +54,7 @@ class Ending(StrEnum):
     NOT_NEEDED = "not_needed"
     """No computation needed: earlier results suffice. Nothing failed, and there are no values."""
     OUT_OF_MEMORY = "out_of_memory"
-    """The machine had no memory left: nothing is known of the case, another machine may compute it."""
+    """The machine ran out of memory: another machine may compute the case."""
     TIMED_OUT = "timed_out"
     """The computation did not end in the time that it was given: it hangs, or is much more work than estimated."""
     CRASHED = "crashed"
@@ -105,7 +105,7 @@ class Outcome:
 
     @property
     def usable(self) -> bool:
-        """True when all computed numbers are valid, though some may be missing: the outcome says which."""
+        """True if all computed numbers are valid, though some may be missing: the outcome names them."""
         return self.ending in _USABLE
 
     def adding(self, more: str) -> "Outcome":
@@ -115,7 +115,7 @@ class Outcome:
 
 _USABLE = frozenset({Ending.COMPLETED, Ending.NO_PLATEAU, Ending.NO_SLIP})
 UNDONE = {Ending.CRASHED: "crashed", Ending.TIMED_OUT: "took too long", Ending.OUT_OF_MEMORY: "ran out of memory"}
-"""Endings that say nothing of the case and leave no result, in words."""
+"""Endings without information about the case and without a result, in words."""
 COMPLETED = Outcome(Ending.COMPLETED)
 
 SHOWN = 60

@@ -44,7 +44,7 @@ _KEY: Final = "quantity"
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A variable of a dataset: a result's number in the solver's units, scaled as `per` says."""
+    """Variable of a dataset: a result's number in the solver's units, scaled by the unit in `per`."""
 
     name: str
     long_name: str
@@ -59,7 +59,7 @@ class Quantity:
     of_grid: bool = False
     """True if the error of the slab's grid affects it."""
     comment: str = ""
-    """All there is to say of it, in sentences."""
+    """Full explanation, in sentences."""
     symbol: str = ""
     """Symbol in equations."""
     flags: tuple[str, ...] = ()
@@ -98,7 +98,7 @@ class Quantity:
 
     @property
     def beside(self) -> "tuple[Quantity, ...]":
-        """The variables that stand beside it: its ± and that count."""
+        """Companion variables: its ± and the count of members with a value."""
         if not self.ensemble:
             return ()
         half = f"± of {self.long_name}"
@@ -194,7 +194,7 @@ class Parameter:
     """Key in a campaign file, if that is not the field's name."""
     unit: str = "1"
     comment: str = ""
-    """All there is to say of it, in sentences."""
+    """Full explanation, in sentences."""
     symbol: str = ""
     """Symbol in equations."""
     least: float = -math.inf
@@ -256,7 +256,7 @@ def declared(kind: type) -> Mapping[str, Parameter]:
 
 @lru_cache(maxsize=64)
 def settings_of(*kinds: type) -> Mapping[str, tuple[Any, ...]]:
-    """Parameter of any of these types -> those that have it: what the members of a family can be given."""
+    """Parameter of any of these types -> the types that have it: the settings of a family's members."""
     names = dict.fromkeys(name for kind in kinds for name in declared(kind))
     return MappingProxyType({name: tuple(kind for kind in kinds if name in declared(kind)) for name in names})
 
@@ -410,12 +410,12 @@ class Family(dict[str, type[T]]):
         self.word = word
 
     def register(self, kind: _Kind) -> _Kind:
-        """A decorator that registers a settings type: from then on values, manifests and documentation know it."""
+        """Decorator that registers a settings type for values, manifests and documentation."""
         self[kind.name] = kind  # type: ignore[attr-defined]
         return kind
 
     def named(self, name: object) -> type[T]:
-        """The settings type of this name. Raises InvalidInput where nobody registered it."""
+        """Settings type of this name. Raises InvalidInput if none is registered."""
         if isinstance(name, str) and name in self:
             return self[name]
         raise InvalidInput(self.word, name, f"one of {', '.join(self)}")
@@ -442,5 +442,5 @@ class Family(dict[str, type[T]]):
         return kind(**given)
 
     def flat(self, member: Any) -> dict[str, Any]:
-        """The choice and every setting of all members, by parameter; None for those of others."""
+        """Choice and settings of all members, by parameter; None for settings of the other members."""
         return {self.word: member.name} | {name: getattr(member, name, None) for name in self.settings()}

@@ -63,7 +63,7 @@ class DriveResult(Viewed):
         return {"normal_load": 1.0 / self.record.normal_load}
 
     def _picture(self) -> Picture:
-        """Forces over time, with static and kinetic friction where they are known."""
+        """Plot of forces over time, with static and kinetic friction if known."""
         picture, end = self.motion.picture(self.record.normal_load), self.motion.end_time
         levels = {"μ_s": self.coefficients.static_friction, "μ_k": self.coefficients.kinetic_friction}
         known = {name: level for name, level in levels.items() if math.isfinite(level)}
@@ -92,7 +92,7 @@ def friction_path(case: Case, compliance: Compliance | None = None) -> Path:
 
 
 def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None) -> DriveResult:
-    """The pin of `case` pulled as `drive` says over its friction record (computed if not at hand).
+    """Pull the pin of `case` by `drive` over its friction record, which is computed if missing.
 
     Raises NoPlateauError if the record has no steady part to continue. Warns of a drive out of all proportion to the contact, for
     example with values in SI; `Drive.from_si` takes those.

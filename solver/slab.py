@@ -122,7 +122,7 @@ class Slab:
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
-        """The slab with these parameters, those of its scheme beside its own. Raises InvalidInput."""
+        """Build the slab from parameters of its own and of its scheme. Raises InvalidInput."""
         own = {name: parameters[name] for name in declared(cls) if name in parameters}
         return cls(**{**own, "scheme": SCHEMES.member(parameters, "galerkin")})
 
@@ -152,7 +152,7 @@ def surface_x(n_x: int, first_node: int = 0, nodes: int | None = None) -> NDArra
 
 
 PHYSICS = ("aspect_ratio", "poisson", "support")
-"""Fields of a slab that say what it is; all others, its scheme's too, say how it is discretized."""
+"""Fields of a slab that are physical; all others, its scheme's too, set its discretization."""
 
 
 LIMITED_BY_SCHEME = ("n_x", "poisson")

@@ -20,7 +20,7 @@ Labelled = tuple[Quantity, Any]
 """A number or a column of a result with its declaration."""
 
 OWN_UNITS: Final = {"length": "L_x", "stiffness": "G·L_y", "time": "√(m/(G·L_y))", "velocity": "L_x·√(G·L_y/m)"}
-"""`Quantity.per` -> the unit of a number that nobody scales."""
+"""Unit of an unscaled number, by `Quantity.per`."""
 
 ROUNDING = 1e-9
 """Largest difference that is taken for rounding, as a share of a number's scale.
@@ -110,7 +110,7 @@ def labelled(value: object, prefix: str = "") -> Iterator[Labelled]:
 
 
 def as_dataset(numbers: Iterable[Labelled], factors: Mapping[str, float], outcome: Outcome | None) -> "xr.Dataset":
-    """Numbers and columns as variables; those that say where the others are become coordinates.
+    """Convert numbers and columns to variables; columns that locate the others become coordinates.
 
     factors: `Quantity.per` -> factor of a number; without one it stays in the solver's units and is labelled so.
     outcome: stands in the attributes.

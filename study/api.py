@@ -214,7 +214,7 @@ def _computing(stack: ExitStack, out: Place | None, jobs: int, comm: Any) -> tup
 
 
 def _warn(level: int, text: str) -> None:
-    """Warn whoever has called `run`. level: number of frames from there to here."""
+    """Warn the caller of `run`. level: number of frames from there to here."""
     warnings.warn(text, RuntimeWarning, stacklevel=level)
 
 
@@ -264,7 +264,7 @@ def _manifest(campaign: Campaign) -> Manifest:
 
 
 def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
-    """This process, or so many children of it; it is not entered: Ctrl-C stays Python's, and results are whole files."""
+    """Farm of this process, or of `jobs` children. It is not entered: Ctrl-C stays Python's, and results are whole files."""
     if jobs == 1:
         return SerialFarm(program.load)
     if jobs < 1:
@@ -279,7 +279,7 @@ def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
 def _shown(
     progress: bool | None, tasks: Sequence[Task], processes: int, measured: Measured
 ) -> AbstractContextManager[Report]:
-    """Progress where it is asked for, or somebody watches."""
+    """Show progress if requested, or if standard error is a terminal."""
     errors = console(stderr=True)
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
     if watched if progress is None else progress:

@@ -9,6 +9,6 @@ WRONG_INPUT: Final = 2
 FAILURES: Final = 3
 """Complete but for tasks that failed."""
 INTERRUPTED: Final = 99
-"""Stopped before all was done: a batch script can tell it from an error and run it again."""
+"""Exit code if stopped before all was done: a batch script can distinguish it from an error and run again."""
 ABORTED: Final = 130
 """Ended by Ctrl-C."""

@@ -34,11 +34,11 @@ NUMBA: Final = (
     *("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX", "NUMBA_DISABLE_JIT"),
     *("NUMBA_OPT", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE"),
 )
-"""Variables of the environment by which numba makes other code of the same source."""
+"""Environment variables that change the code that numba makes of the same source."""
 
 
 def this_machine() -> dict[str, Any]:
-    """Processor and loaded libraries, as a journal has them; the BLAS is known after numpy is imported."""
+    """Processor and loaded libraries, for a journal; the BLAS is known after numpy is imported."""
     return {
         "host": socket.gethostname(),
         "processor": model(),
@@ -51,12 +51,12 @@ def this_machine() -> dict[str, Any]:
 
 
 def model() -> str:
-    """The processor's model, as Linux says it; elsewhere no more than the architecture."""
+    """Model of the processor, from Linux; elsewhere the architecture only."""
     return _processor(("model name",)) or platform.machine()
 
 
 def features() -> str:
-    """The processor's deciding features, as Linux says them, elsewhere the architecture; and the environment's for numba."""
+    """Features of the processor that change bits, from Linux, elsewhere the architecture; and numba's environment variables."""
     words = _processor(("flags", "features")).split()
     own = sorted(word for word in words if word.startswith(_DECIDING)) or [platform.machine()]
     return " ".join((*own, *(f"{name}={os.environ[name]}" for name in NUMBA if os.environ.get(name))))
@@ -97,7 +97,7 @@ def _mpi() -> str:
 
 
 def user() -> str:
-    """Name of whoever runs this process; its number where that has no name."""
+    """Name of the user of this process; the user's number if there is no name."""
     with suppress(OSError, ImportError, KeyError):
         import pwd  # noqa: PLC0415  not everywhere
 
@@ -115,7 +115,7 @@ _DECIDED_BY: Final = ("source_hash", "numpy_version", "scipy_version", "numba_ve
 
 @dataclass(frozen=True, slots=True, order=True)
 class Origin:
-    """One state of the software. Results of two origins that are `alike` can be told apart by nothing that computes."""
+    """State of the software. Results of two origins that are `alike` do not differ in any software that computes."""
 
     nanoslip_version: str = UNKNOWN
     source_hash: str = UNKNOWN
@@ -176,7 +176,7 @@ Origins = tuple[Origin, ...]
 """All software that a result stems from, its inputs' included: sorted, each once."""
 
 NOBODY: Final = Origin()
-"""Whoever computed a result that does not say."""
+"""Origin of a result without a description of its software."""
 
 
 @lru_cache(maxsize=1)
@@ -203,7 +203,7 @@ def _found() -> Origin:
 
 
 def software() -> Origin:
-    """The software that this process would load now; git is not asked."""
+    """Software that this process would load now; does not run git."""
     return Origin(
         nanoslip_version=provenance.version(),
         source_hash=source_hash(source_files()),
@@ -293,7 +293,7 @@ def census(results: Iterable[Origins]) -> Counter[Origin]:
 
 
 def mixture(counts: Mapping[Origin, int]) -> str:
-    """All origins with their counts in one line, where they do not all compute the same bits; else empty."""
+    """List all origins with their counts in one line, if their bits differ; else empty."""
     first = next(iter(counts), NOBODY)
     if all(origin == first or origin.same_bits(first) for origin in counts):
         return ""

@@ -27,5 +27,5 @@ def starters() -> dict[str, Path]:
 
 
 def campaign_file(given: Path) -> Path:
-    """The campaign file that a path or a name stands for: a file that exists comes before a campaign of that name."""
+    """Campaign file by path or name: an existing file takes precedence over a campaign of that name."""
     return given if given.exists() else campaigns().get(given.as_posix(), given)

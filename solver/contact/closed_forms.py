@@ -23,7 +23,7 @@ class HertzContact:
 
 
 def winkler_half_width(normal_load: float, radius: float, bed_stiffness: float) -> float:
-    """Half-width of a parabola's contact on springs of so much stiffness per length, in L_x: W = 2 k a³/(3 R)."""
+    """Half-width of a parabola's contact on springs of this stiffness per length, in L_x: W = 2 k a³/(3 R)."""
     return math.cbrt(1.5 * normal_load * radius / bed_stiffness)
 
 

@@ -43,7 +43,7 @@ Vector = NDArray[np.float64]
 Nodes = NDArray[np.bool_]
 
 GUARD = 3
-"""A touch this near to the window's end asks for a wider window."""
+"""Distance to the window's end, in nodes, within which a touch requires a wider window."""
 ONE_SPOT = 0.75
 """Share of the nodes from the first to the last one in contact that touch where a rough pin does so in one spot."""
 SINKING = 0.1
@@ -59,7 +59,7 @@ def around(followed: Nodes) -> slice:
 
 
 def inner_nodes(case: Case, window: slice, contact: Nodes, pin_rate: float | None) -> tuple[int, int]:
-    """First and last node of a window, numbered from its start, that can touch without another window being asked for.
+    """First and last node of a window, numbered from its start, that can touch without a new window.
 
     contact: of the window. On a surface without ends the grid goes on beyond, the way that the pin moves (`Scalars.pin_rate`,
     None at initial contact; to both sides where it rests), unless the contact is as wide.

@@ -21,7 +21,7 @@ from nanoslip.solver.elasticity.schemes.endless import Convolution
 Vector = NDArray[np.float64]
 
 MOST_STEPS = 200
-"""Steps after which rounding is all that is left; as many as 83 were seen in one contact."""
+"""Largest number of steps; beyond it only rounding is left. Up to 83 steps were seen in one contact."""
 
 
 class Pressed(NamedTuple):

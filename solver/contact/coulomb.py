@@ -75,8 +75,8 @@ class CoulombContact:
         self.go_on(0)
 
     def go_on(self, nodes: int) -> None:
-        """Give up so many nodes at the left end of the grid, none of them in contact, for as many beyond the right one; below 0
-        the other way round."""
+        """Move the grid by `nodes` nodes to the right, dropping nodes at its left end, none of them in contact; to the left
+        if negative."""
         self.contact = np.roll(self.contact, -nodes)
         self.sliding, self.u = np.roll(self.sliding, -nodes), np.roll(self.u, -nodes)
         self.node_slips = np.roll(self.node_slips, -nodes)

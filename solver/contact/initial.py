@@ -63,11 +63,11 @@ CAUSED_BY_ROUNDING = (
     Ending.SINGULAR_OPERATOR,
     Ending.STEEP_PIN,
 )
-"""Endings that heights known too coarsely can cause."""
+"""Endings that rounded heights can cause."""
 
 
 def initial_contact(case: Case, compliance: Compliance) -> ContactState:
-    """Press the pin into the slab at δ_p = 0 as `case.initial_contact` says, until constraints I-III hold.
+    """Press the pin into the slab at δ_p = 0 by `case.initial_contact`, until constraints I-III hold.
 
     Never raises for physics: a state that was not reached carries the reason as its outcome, and the last iterate.
     """
@@ -95,7 +95,7 @@ def checked(case: Case, compliance: Compliance, state: ContactState) -> ContactS
 
 
 def _touch(case: Case, compliance: Compliance) -> ContactState:
-    """Initial contact by the way that the case asks for."""
+    """Find initial contact by the case's method."""
     if not (case.effects.friction and case.effects.coupling):
         return _touch_without_shear(case, compliance)
     if case.slip_rule.residual_shear == 1.0:
@@ -104,7 +104,7 @@ def _touch(case: Case, compliance: Compliance) -> ContactState:
 
 
 def _touch_without_shear(case: Case, compliance: Compliance) -> ContactState:
-    """Nothing holds the surface, or nothing moves it sideways: the normal problem is all there is."""
+    """Solve the normal problem alone: nothing holds the surface, or nothing moves it sideways."""
     if isinstance(compliance, EndlessCompliance):
         found = convolved_contact(case, compliance.convolution)
     else:

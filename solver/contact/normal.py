@@ -112,7 +112,7 @@ class ContactSystem:
         return found
 
     def _border(self, changed: Indices, come: Nodes, answer: Vector, right: Vector) -> Vector:
-        """Forces on added entries, and corrections for removed ones, by their rows of the border so far."""
+        """Forces on added entries, and corrections for removed ones, by the current border's rows."""
         self._extend(changed[self._places[changed] < 0])
         at = self._places[changed]
         corner = -self._products[at[:, None], at]

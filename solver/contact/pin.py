@@ -63,7 +63,8 @@ class Pin:
         return min(steepest * distance, float(np.ptp(self.rises)))
 
     def roughness_slopes(self, spacing: float) -> tuple[float, float]:
-        """Root mean square slopes of the roughness: all of it, and of what nodes so far apart miss, which see straight lines."""
+        """Root mean square slopes of the roughness: of all of it, and of the part that nodes at this spacing miss by
+        interpolating linearly."""
         if not self.rough:
             return 0.0, 0.0
         left = np.floor(self.knots / spacing)  # nothing is missed between nodes without a knot

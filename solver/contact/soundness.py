@@ -30,8 +30,8 @@ NOT_FINITE = Outcome(
 )
 
 PILLAR = 100.0
-"""Height over width above which a slab sways by so much under the pin that it bends away from under it: of 64 contacts of 300 to
-10000 widths half were steep or slipped without end, and all the same ones of 10 widths were computed."""
+"""Ratio of height to width above which a slab sways under the pin so far that it bends away from under it. Of 64 contacts
+of 300 to 10000 widths half were steep or slipped without end; all the same ones of 10 widths were computed."""
 _OF_PILLARS = (Ending.STEEP_PIN, Ending.SLIP_UNBOUNDED, Ending.CONTACT_NOT_CONVERGED, Ending.OVERSHOT)
 
 NEARLY_INCOMPRESSIBLE = 0.49
@@ -161,8 +161,8 @@ def soundness(
 
 
 def _steepest(case: Case, xi: Vector, outermost: float) -> float:
-    """The largest |slope| of the pin under a contact whose nodes are at ξ: at each of them, and of all between the outermost two.
-    A wall between two nodes is none that any of them stands on, and the pin drags it over them all the same."""
+    """Largest |slope| of the pin under a contact whose nodes are at ξ: at each node, and at each height between the
+    outermost two. No node stands on a wall between two nodes, yet the pin drags it over them."""
     pin = pin_of(case)
     if not pin.rough or not len(xi):  # a smooth pin is steepest at the outermost
         return pin.curvature * outermost

@@ -1,1 +1,1 @@
-"""The pin behind a spring, pulled over its friction record (§2.2, §3.3): motion, static and kinetic friction."""
+"""Motion of the pin pulled by a spring over its friction record (§2.2, §3.3), static and kinetic friction."""

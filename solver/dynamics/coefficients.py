@@ -18,7 +18,7 @@ from nanoslip.solver.view import Labels, in_words
 PERIODS: Final = 2.0
 """Oscillation periods that a pin has to slide before its mean friction is that of steady sliding."""
 BLOCKS: Final = 32
-"""Equal parts of the steady friction force: its mean is that of theirs, and four at a time they show whether it changes."""
+"""Number of equal parts of the steady friction force. Their mean is its mean; groups of four show whether it changes."""
 LEAST_SHARE: Final = 0.25
 """Share of the binned force that truncation always keeps."""
 LARGEST_CHANGE: Final = 0.01

@@ -33,7 +33,7 @@ def expected_duration(drive: Drive, peak: float, mean: float, surface_stiffness:
 
 
 def lag_time(drive: Drive) -> float:
-    """c/k: an overdamped pin that slides lags behind the stage by what it lags at last within this time."""
+    """Relaxation time c/k: within it an overdamped sliding pin reaches its final lag behind the stage."""
     return 2.0 * drive.damping_ratio / math.sqrt(drive.spring_stiffness)
 
 

@@ -95,7 +95,7 @@ def linear(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
 
 
 def coarse(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
-    """F̃ of the sawtooth with grouped teeth, at most 64 in a node spacing, of the same mean and maximum.
+    """Group the teeth of the sawtooth F̃, at most 64 in a node spacing, keeping mean and maximum.
 
     A pin stops at a maximum of the limit, and its work follows from the mean. Teeth much shorter than the drop of force over k
     matter through these two only. Raises NoPlateauError without a plateau.
@@ -123,7 +123,7 @@ SHAPES: dict[ProfileShape, Callable[[FrictionRecord, Plateau], FrictionLimit]] =
     "coarse": coarse,
     "mean": mean,
 }
-"""F̃ by the name that a `Drive` asks for as `profile`."""
+"""Shape of F̃ by the word in `profile` of a `Drive`."""
 
 
 def taken_together(teeth: Teeth, stays: int, shortest: float) -> tuple[Teeth, int]:

@@ -25,7 +25,7 @@ from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 
 LARGEST: Final = 1e-4
-"""Rounding allowed, over the steady friction force and over the mean width of a tooth: what a plateau knows of itself."""
+"""Largest rounding error, over the steady friction force and over the mean width of a tooth: the precision of a plateau."""
 _DIGIT: Final = float(np.finfo(float).eps)
 
 
@@ -69,7 +69,7 @@ def _refused(message: str, noise: float) -> Outcome:
 # L_x a stage moves as far as contact and spring stretch before the pin slides, and beyond; in m it moves a millionth of that.
 
 STIFFEST: Final = 1e3
-"""Stiffness of the spring over that of the contact. Beyond it the spring gives way by a thousandth of what the contact does."""
+"""Stiffness of the spring over that of the contact. Beyond it the spring yields a thousandth of the contact's displacement."""
 LEAST_TRAVEL: Final = 1e-2
 """Travel of the stage over what stretches contact and spring until the pin slides. Below it the pin feels 1 % of friction."""
 
@@ -185,7 +185,7 @@ class RK4(Method):
         require("time_step", step, allowed, "0 < time_step ≤ duration with rk4")
 
     def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
-        """Integrate in steps of at most `time_step`, as many as fill the duration evenly; refused if more than `step_limit`.
+        """Integrate in equal steps of at most `time_step` that fill the duration; refused if more than `step_limit`.
 
         A step that makes free vibrations of the stuck pin grow is refused with the outcome `UNSTABLE_STEP`. Unless the pin
         may move back, the run ends where F would be -F̃.
@@ -325,10 +325,11 @@ def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[Dy
 
 
 def _needed(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> float:
-    """The duration that a drive without one needs; inf if no longer one tells more than this motion of it.
+    """Duration that a drive without one needs; infinite if a longer one gives no more information about this motion.
 
-    That has its numbers, was not to go on, slips too little for any, or would meet the step limit. A pin that its damper drags
-    has its friction long before its spring force has settled. The ringing of the start is waited for where that is cheap.
+    It is infinite if the motion has its numbers, was not to be extended, slips too little for any, or would meet the step limit. A
+    pin that its damper drags has its friction long before its spring force has settled. The ringing of the start is awaited if
+    that is cheap.
     """
     if not motion.outcome.ok or ended_by(motion, drive) == "max_slips" or drive.stage_velocity == 0.0:
         return math.inf

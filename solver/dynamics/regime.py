@@ -21,8 +21,8 @@ from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by
 from nanoslip.solver.parameter import quantity
 
 Regime = Literal["sticks", "stick_slip", "slides", "micro_slip"]
-"""No macroscopic slip; slips that end in stick; a last slip that goes on, longer than any cycle before it; no macroscopic
-slip, but a pin that keeps up with the stage all the same."""
+"""Regimes: no macroscopic slip; slips that end in stick; a last slip that continues longer than any earlier cycle; and no
+macroscopic slip, but a pin that keeps up with the stage."""
 REGIMES: Final[tuple[Regime, ...]] = get_args(Regime)
 RISING: Final = 0.1
 """Largest rise left by the loading ramp, as a share of the spring force's range in the second half, with a valid amplitude."""

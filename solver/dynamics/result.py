@@ -17,12 +17,12 @@ BINS: Final = 256
 
 
 def sample(meaning: str, name: str, units: str = "1", **more: Any) -> Any:
-    """A field that is a column over the output times. name: behind `sample_`."""
+    """Declare a column over the output times. name: the part after `sample_`."""
     return quantity(meaning, f"sample_{name}", units, along="sample", **more)
 
 
 def slip_phase(meaning: str, name: str, units: str = "1", **more: Any) -> Any:
-    """A field that is a column over the macroscopic slips. name: behind `slip_phase_`."""
+    """Declare a column over the macroscopic slips. name: the part after `slip_phase_`."""
     return quantity(meaning, f"slip_phase_{name}", units, along="slip_phase", **more)
 
 
@@ -84,7 +84,7 @@ class DynamicsResult(OneLine):
         per="velocity",
         comment="velocity of a stuck pin dragged by the stage; also without surface compliance that of the compliant contact",
     )
-    """kV/(k + K), also of a rigid contact, which sticks at rest: K then only tells slip from stick."""
+    """Velocity kV/(k + K). A rigid contact sticks at rest, but uses it, too: K then only distinguishes slip from stick."""
     settling_time: float = quantity(
         "settling time of the motion",
         "",

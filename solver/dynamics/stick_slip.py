@@ -197,7 +197,7 @@ _MOST_TRIALS: Final = 60
 """Steps of the least squares from one start; some fifteen are enough."""
 _UNKNOWNS: Final = 3
 _STARTS: Final = (0.0, 0.5, 1.0)
-"""Static friction of later slips at the starts: kinetic friction plus so much of what the last slip had beyond it."""
+"""Start values of the static friction of later slips: kinetic friction plus this share of the last slip's excess over it."""
 _FOUND: Final = 1e-6
 """Relative change of misfit and coefficients at which a search ends."""
 

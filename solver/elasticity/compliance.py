@@ -160,10 +160,10 @@ class EndlessCompliance(Compliance):
 
 
 FEW: Final = 129
-"""A set of so many nodes is factorized anew at every change: that takes no longer than a border."""
+"""Largest set of nodes that is factorized anew at every change: that takes no longer than a bordered update."""
 KEPT: Final = 32
-"""Sets of few nodes whose systems and tableaus are kept: members of a case, and other cases, have the same ones again. They take
-at most 50 MB."""
+"""Number of sets of few nodes whose systems and tableaus are cached, as members and other cases meet the same ones. At most
+50 MB."""
 
 
 def stiffness_of_node(compliance: Compliance, contact: NDArray[np.bool_]) -> float:

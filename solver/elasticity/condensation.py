@@ -162,7 +162,7 @@ def _checked(reciprocal_condition: float) -> float:
 # its surface grows by a product of low rank for every cut, from the smallest pieces up to the slab.
 
 SMALLEST = 160
-"""A piece of at most so many fields is eliminated at once: below, more time goes into calls than into arithmetic."""
+"""Largest number of fields of a piece that is eliminated at once: below, calls take longer than arithmetic."""
 ROWS_AT_ONCE = 64
 """Rows of a product, or of the compliance, that are added at once: they stay in the cache."""
 
@@ -177,11 +177,11 @@ class _Piece(NamedTuple):
     left: Eliminated
     """Elimination of its border: the stiffness is added to that among these fields; fields outside the piece follow nothing."""
     reciprocal_condition: float
-    """The least of all cuts so far."""
+    """Smallest value of all cuts so far."""
 
 
 class _Front(NamedTuple):
-    """Fields of a cut, and behind them those beyond the piece that it meets."""
+    """Fields of a cut, followed by the fields beyond the piece that it meets."""
 
     cut: Indices
     border: Indices

@@ -21,7 +21,7 @@ PIECES: Final = 2**14
 BATCHES: Final = 16
 """Batches of the contacts of an interface, at the most."""
 SMALLEST: Final = 16
-"""Contacts of a batch, at the least, where there are as many."""
+"""Fewest contacts of a batch, if there are enough."""
 
 Counts = NDArray[np.int32]
 
@@ -108,6 +108,7 @@ def contact_of(case: Case, number: int, share: float = 1.0, places: Ensemble = A
 
 
 def batches(contacts: int) -> list[tuple[int, int]]:
-    """First contact of each batch, and the first beyond it: by their number alone, so that sums have the same order."""
+    """First contact of each batch, and the first beyond it. Only the number of contacts counts, so that sums keep their
+    order."""
     size = max(math.ceil(contacts / BATCHES), SMALLEST)
     return [(first, min(first + size, contacts)) for first in range(0, contacts, size)]

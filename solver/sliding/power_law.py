@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 Vector = NDArray[np.float64]
 
 LEAST_TAIL = 50
-"""Sizes above a cut-off at least: below, an exponent is not known to better than a sixth of what it is above 1."""
+"""Fewest sizes above a cut-off: below it, the error of an exponent exceeds a sixth of its distance from 1."""
 CANDIDATES = 40
 """Cut-offs that are tried: evenly spaced in the logarithm of how many sizes lie above."""
 PLACES = (4096, 512)
-"""Places at most where two distributions are compared: of continuous sizes evenly spaced in their number, so that a distance is
-known to 1/4096; of whole ones evenly spaced in the logarithm of their number."""
+"""Largest number of points at which two distributions are compared. Continuous sizes: evenly spaced in their number, so
+that a distance is accurate to 1/4096; whole numbers: evenly spaced in the logarithm of their number."""
 EXPONENTS = (1.0 + 1e-6, 30.0)
 """Exponents that are looked for; outside there is no power law to speak of."""
 SIGNIFICANT = 0.1
@@ -70,7 +70,8 @@ def fitted_power_law(sizes: Sizes) -> PowerLaw | None:
 
 
 def discrete_exponents(means: Vector, cutoffs: Vector) -> Vector:
-    """τ at which ln ζ(τ, k_min) falls as fast as the mean of ln(k/k_min) says; Newton's method on its convex logarithm."""
+    """Solve for τ at which ln ζ(τ, k_min) falls as fast as the mean of ln(k/k_min), by Newton's method on the convex
+    logarithm."""
     exponents = np.minimum(1.0 + 1.0 / (means + np.log(cutoffs / (cutoffs - 0.5))), EXPONENTS[1])
     for _ in range(20):
         slope, curvature = _log_zeta_slopes(exponents, cutoffs)
@@ -143,7 +144,8 @@ def _discrete_distances(values: Vector, firsts: NDArray[np.int64], exponents: Ve
 
 
 def _places(count: int) -> NDArray[np.int64]:
-    """Places among so many distinct numbers: all of few, else denser among the smaller ones, which are the more frequent."""
+    """Positions for a comparison among this number of distinct numbers: all if few, else denser among the smaller, more
+    frequent ones."""
     if count <= PLACES[1]:
         return np.arange(count)
     return np.asarray(np.unique(np.geomspace(1.0, count, PLACES[1]).astype(np.int64)) - 1)
@@ -155,7 +157,7 @@ def exponent_in_range(exponent: float) -> float:
 
 
 DRAWS = 100
-"""Samples that are drawn: a share of 0.1 is then known to 0.03."""
+"""Number of samples drawn: a share of 0.1 then has an error of 0.03."""
 
 
 def goodness_of_fit(sizes: Sizes, law: PowerLaw, draws: int = DRAWS) -> float:
@@ -185,7 +187,7 @@ def _drawn(sizes: Sizes, law: PowerLaw, rng: np.random.Generator) -> Sizes:
 
 
 def power_law_sizes(rng: np.random.Generator, count: int, exponent: float, cutoff: float, discrete: bool) -> Vector:
-    """So many sizes of a power law, by inversion of its cumulative distribution."""
+    """Draw sizes of a power law, by inversion of its cumulative distribution."""
     uniform = 1.0 - rng.random(count)  # above 0
     if not discrete:
         # A law as flat as 1/x has sizes beyond all numbers.

@@ -19,12 +19,12 @@ EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not Event
 
 
 def event(meaning: str, name: str, **more: Any) -> Any:
-    """A field that is a column of events: `column: NDArray[...] = event(...)`. name: behind `event_`."""
+    """Declare a column of events: `column: NDArray[...] = event(...)`. name: the part after `event_`."""
     return quantity(meaning, f"event_{name}", along="event", **more)
 
 
 def at_node(meaning: str, name: str, **more: Any) -> Any:
-    """A field that is a column over the surface nodes, of a record as a whole. name: behind `record_node_`."""
+    """Declare a column over the surface nodes, of a record as a whole. name: the part after `record_node_`."""
     return quantity(meaning, f"record_node_{name}", along="record_node", **more)
 
 
@@ -70,7 +70,7 @@ class FrictionRecord(Viewed):
     """Each counted once. They need not be neighbours, as shear reaches far through the slab."""
     dissipated: NDArray[np.float64] = event("energy lost in the event, in W·L_x", "dissipated", per="normal_load")
     node_x: NDArray[np.float64] = at_node("position of the surface node, in L_x", "x", symbol="x/L_x", coordinate=True)
-    """(n_x,), as is the next; of a surface without ends as many more as the pin has come upon."""
+    """Positions (n_x,), as is the next; a surface without ends has one more for each new node that the pin has reached."""
     node_slips: NDArray[np.int64] = at_node("slips of the surface node in all events", "slips", dtype=np.int64)
     normal_load: float
     """W."""
@@ -143,7 +143,7 @@ EVENT_TYPES = {name: column.dtype for name, column in quantities(FrictionRecord)
 """Column of events -> type of its values."""
 
 FORCE_ROUNDING: Final = 1e-12
-"""Share of the load to which friction forces are known."""
+"""Relative rounding error of friction forces, over the load."""
 
 
 def drops(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -176,7 +176,7 @@ SPACINGS: Final = 2
 
 
 def extended(case: Case, stiffness: float, events: int | float) -> float:
-    """δ_p in L_x at which a record ends that has had so many events up to its limits of length.
+    """Displacement δ_p in L_x at which a record with this number of events ends by its limits of length.
 
     Two presliding lengths more than SPACINGS: run-in, and the last event before the end.
     """

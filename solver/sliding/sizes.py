@@ -30,8 +30,8 @@ from nanoslip.solver.view import Curve, OneLine, Picture, Viewed, with_error
 Vector = NDArray[np.float64]
 
 ROUNDING = 1e-10
-"""Force over the load, and energy over the square of the load, below which a difference is rounding: 1e-12 of the load is what
-one node's force is known to."""
+"""Force over the load, and energy over the square of the load, below which a difference is rounding: one node's force is
+accurate to 1e-12 of the load."""
 ALIKE = 1e-9
 """Share of the largest size below which sizes do not differ for their ranks; a thousand times what rounding was seen to do."""
 FEWEST = 10
@@ -100,7 +100,7 @@ def sizes_of_columns(
     normal_load: float,
     beyond: float,
 ) -> EventSizes:
-    """The sizes of a record's events as its columns (e,) say: displacement in L_x, fall of F/W, energy lost in W·L_x."""
+    """Compute the sizes of a record's events from its columns (e,): displacement in L_x, fall of F/W, energy lost in W·L_x."""
     chosen = displacement >= beyond
     step = np.diff(displacement, append=math.nan)
     return EventSizes(
@@ -113,7 +113,7 @@ def sizes_of_columns(
 
 
 def pooled(parts: list[EventSizes]) -> EventSizes:
-    """The events of several records, such as the members of an ensemble, one record behind the other."""
+    """Join the events of several records, such as the members of an ensemble, one record after the other."""
     return EventSizes(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in DISCRETE})
 
 
@@ -209,7 +209,7 @@ def size_distribution(*members: Values, discrete: bool, draws: int = DRAWS) -> S
 
 
 def _together(members: Sequence[Values], discrete: bool) -> tuple[list[NDArray[np.float64]], Sizes]:
-    """The sizes of each member that has some, and those of all together: none where too few have some."""
+    """Sizes of each member with sizes, and of all together; empty if too few members have sizes."""
     each = [values for sizes in members if len(values := sorted_sizes(sizes, discrete).values)]
     enough = len(each) >= needed(len(members))
     return each, sorted_sizes(np.concatenate([np.empty(0), *(each if enough else ())]), discrete)
@@ -277,7 +277,7 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
 
 
 def _with_its_error(name: str, meaning: str, more: dict[str, Any]) -> list[tuple[str, Any, Field[Any]]]:
-    """A field, and behind one whose dataset states a ± the two numbers that stand beside it there."""
+    """Declare a field and, if its dataset states a ±, the two numbers that accompany it."""
     beside = ("_uncertainty", "_members") if more.get("ensemble") else ()
     return [(name, Any, quantity(meaning, **more)), *((name + end, Any, field()) for end in beside)]
 
@@ -318,7 +318,7 @@ EventDistributions: Any = make_dataclass(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SizeBins:
-    """The sizes of all members in bins of equal ratio, one size behind the other; bins without any are left out."""
+    """Sizes of all members in bins of equal ratio, one size after the other; empty bins are left out."""
 
     bin_of: NDArray[np.int8] = quantity(
         "size that is distributed", "", along="bin", codes=tuple(SIZES), dtype=np.int8, coordinate=True

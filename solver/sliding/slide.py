@@ -1,4 +1,4 @@
-"""A case slid from initial contact to the end of its record, in the way that its rules ask for."""
+"""Slide a case from initial contact to the end of its record, by its rules."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -98,7 +98,7 @@ class SlippedNodes:
 
 
 def first_room(most: int) -> Events:
-    """Columns to begin with in a run of at most so many events."""
+    """Allocate the first columns of a run of at most `most` events."""
     return empty_events(min(most, FIRST_CAPACITY))
 
 
@@ -159,7 +159,8 @@ def record_of(
 # Slide with the whole contact: nodes slip, are released and touch as the pin moves over them (residual_shear below 1).
 
 RESUMABLE = 10_000
-"""Events after which a run starts afresh from its own state: a run in pieces of so many events has the bits of one in one."""
+"""Number of events after which a run restarts from its own state: a run in pieces of that length has the same bits as one
+run."""
 LASTING = 100
 """Events that a rough pin's windows have to last on average to be worth their setting up, else the whole surface is followed."""
 AT_FIRST = 8
@@ -309,7 +310,7 @@ def slide_with_constant_pressures(case: Case, start: ContactState, compliance: C
 def _tangential_end(
     case: Case, compliance: Compliance, start: ContactState, state: TangentialState, outcome: Outcome
 ) -> ContactState:
-    """The contact as it is now; its normal fields are those of initial contact."""
+    """Build the current contact; its normal fields are those of initial contact."""
     force = start.nodal_force.copy()
     force[0, state.nodes] = state.shear
     u = compliance.displacements(force, case.effects.coupling)[0]
@@ -351,7 +352,7 @@ def _tangential_state(
 # Slide with classical Coulomb friction, residual_shear 1: forces are continuous, roles of nodes change.
 
 CREATED_ON_THE_WAY = 1e-4
-"""Energy that an event may create at residual_shear 1, in W²/G: it is an integral over steps there, not known to rounding."""
+"""Energy that an event may create at residual_shear 1, in W²/G: it is an integral over steps there, not exact to rounding."""
 
 
 def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Compliance, way: Way) -> Run:
@@ -529,7 +530,7 @@ def _no_record(case: Case, start: ContactState, end: ContactState) -> Run:
 
 
 def _method(case: Case) -> Callable[[Case, ContactState, Compliance, Way], Run]:
-    """The one of the three ways to slide that a case asks for."""
+    """Select one of the three ways to slide, by the case."""
     if not case.effects.pin_translation:
         return slide_with_constant_pressures
     return slide_with_coulomb_friction if case.slip_rule.residual_shear == 1.0 else slide_full_contact

@@ -44,7 +44,7 @@ def shares(case: Case, compliance: Compliance) -> NDArray[np.float64]:
 
 
 def _carried(case: Case, compliance: Compliance, compressed: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N,) What contacts carry that are pressed down by so many times one depth, over their mean: it is found from that."""
+    """Relative forces (N,) on contacts pressed to multiples of one depth, over their mean; the depth follows from them."""
     alone = replace(contact_of(case, 0), effects=Effects(friction=False), slip_rule=SlipRule())
     loads = case.normal_load * 2.0 ** np.arange(-20.0, 8.0)
     loads = loads[loads <= 1.0]

@@ -112,7 +112,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
 
 
 def shared_by_nodes(stiffness: NDArray[np.float64], step: float) -> float:
-    """The part of the ± of a mean K that its starts do not show: with it, ± is at least that of one start with one node more."""
+    """Part of the ± of a mean K that its starts do not show: with it, ± is at least the ± of one start with one node more."""
     count = len(stiffness)
     if count < 2:
         return math.nan

@@ -29,8 +29,8 @@ CREATED = 1e-6
 """Energy that events may create, as a share of the pin's work and of what others lose: a touch pays back what a coarse event
 floor overshot."""
 FEWEST_NODES = 12
-"""Nodes in contact below which pressure, shear and events are those of single nodes. A spacing, to which nodes say where a
-contact ends, is then more than a sixth of its half-width."""
+"""Fewest nodes in contact for a continuum: below, pressure, shear and events are those of single nodes. The contact's end,
+resolved to a spacing, is then uncertain by more than a sixth of its half-width."""
 NEAR = 0.45
 """Distance of the contact's edge from the slab's end, in half-widths, below which the end counts: there the free side raises
 a pressed parabola's largest pressure by a tenth (6 % at 0.75, 19 % at 0.15), on a slab as tall as wide or taller. Plateaus
@@ -175,7 +175,7 @@ def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
 
 
 def _fewest_nodes(case: Case, half_width: float, displacement: float) -> int:
-    """The fewest nodes to be expected in a contact of this half-width that the pin drags so far.
+    """Fewest nodes expected in a contact of this half-width that the pin drags over this displacement.
 
     Nodes up to `EDGE` beyond the edges are in contact. How many, depends on where the pin is between two nodes: its start counts,
     or any place where it moves by half a spacing or more.

@@ -92,7 +92,7 @@ class Influence:
     setting: str
     variable: str
     changes: tuple[Change, ...]
-    """Known ones of the cases, the smallest first; or one that is unknown."""
+    """Known changes of the cases, the smallest first; or an unknown one."""
     seconds: float
     """Core seconds of contact, record and drives without the effect, over those with everything."""
     problems: tuple[str, ...]
@@ -109,7 +109,7 @@ class Influence:
 
 
 def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, members: int | None = None) -> Scenes:
-    """So many of these cases, evenly spread from the first to the last, and as many of their campaign's drives.
+    """Select `count` of these cases, evenly spread from the first to the last, and as many of their campaign's drives.
 
     members: None for those of the campaign, at most MEMBERS; MEMBERS where it has one alone. Raises ManifestError.
     """

@@ -154,13 +154,13 @@ Row = Mapping[str, Value]
 
 @dataclass(frozen=True, slots=True)
 class Diagram:
-    """Rows of one knob or several; every row has the same columns."""
+    """Table of results over one setting or several; every row has the same columns."""
 
     title: str
     reference: str
     """Reference of the errors."""
     series: str
-    """Column whose values tell curves of a diagram apart."""
+    """Column whose values distinguish curves of a diagram."""
     shown: tuple[str, ...]
     """Columns of its table; an uncertainty is shown with its value."""
     error: str
@@ -236,7 +236,7 @@ def discretizations(slab: Slab, size: int) -> Iterator[Slab]:
 
 
 def reference_slab(slab: Slab, size: int) -> Slab:
-    """The finest discretization of the same body, its rows no coarser than the surface allows."""
+    """Discretize the same body as finely as possible, its rows no coarser than the surface allows."""
     if slab.scheme.endless:
         return replace(slab, n_x=size)
     coarsest = min(size, REFERENCE["coarsest_row"])
@@ -281,14 +281,14 @@ def measure_elastic_operator(setup: Setup, effort: Effort) -> tuple[Diagram, tup
 def _reference(
     slab: Slab, effort: Effort, widths: tuple[float, ...]
 ) -> tuple[dict[float, dict[str, float]], dict[float, float]]:
-    """Half-width of the contact -> the finest observables, and how far those of a surface half as fine are from them."""
+    """Half-width of the contact -> the finest observables, and their distance from those of a surface half as fine."""
     sizes = (effort.reference_size, (effort.reference_size + 1) // 2)
     fine, coarse = (observables_on(surface_compliance(reference_slab(slab, size)), widths) for size in sizes)
     return fine, {width: _worst(relative_errors(coarse[width], fine[width])) for width in widths}
 
 
 def _every(setup: Setup, slab: Slab, effort: Effort) -> Iterator[Tried]:
-    """Every discretization once: on some slabs and sizes different words mean the same grid."""
+    """Yield every discretization once: on some slabs and sizes different words mean the same grid."""
     for each in dict.fromkeys(each for size in effort.sizes for each in discretizations(slab, size)):
         yield from _try(setup, each, effort)
 

@@ -387,7 +387,7 @@ def profile() -> None:
 
 
 def traced(described: Declared) -> Declared:
-    """The options that say how a measured trace is read."""
+    """Add the options for reading a measured trace."""
     options = (
         click.option("--time", metavar="UNIT", help="Unit of time [default: that of the header, or s]"),
         click.option(

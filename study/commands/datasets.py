@@ -1,4 +1,4 @@
-"""Datasets behind commands: a campaign's own, written and printed; one that is named; one case of it."""
+"""Datasets for commands: a campaign's own, written and printed; a named dataset; one case of a dataset."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress

@@ -218,7 +218,7 @@ def drawn(lines: Sequence[Curve], picture: Path) -> bytes:
 
 
 def write(files: Mapping[Path, bytes]) -> None:
-    """Write files, and say where. Raises StoreError."""
+    """Write files and print their paths. Raises StoreError."""
     write_files(files)
     for path in files:
         note(whole(f"written: {path}"))

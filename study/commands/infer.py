@@ -1,4 +1,4 @@
-"""Commands that infer: which parameters matter (sensitivity), which agree with numbers (fit), what a force tells (trace)."""
+"""Commands that infer: parameters that matter (sensitivity), that agree with numbers (fit), and numbers of a force (trace)."""
 
 import json
 import re
@@ -92,7 +92,8 @@ def fit_campaign(
     picture: Path,
     as_json: bool,
 ) -> None:
-    """Compute points until it is known which parameters agree with the numbers, print these, and draw them. Ends the process."""
+    """Compute points until the parameters that agree with the numbers are determined, print these, and draw them. Ends the
+    process."""
     form, into = format_of(picture), folder(campaign, out)
     targets, fixed = read_numbers(numbers)
     targets += read_trace_numbers(trace, {target.name for target in targets}) if trace else []
@@ -145,7 +146,7 @@ def read_numbers(given: Sequence[str]) -> tuple[list[Target], dict[str, Any]]:
 
 
 OF_TRACES: Final = {"static_friction": "mu_s", "kinetic_friction": "mu_k"}
-"""Numbers of a trace that are fitted, and how they are typed. Period and amplitude are those of one spring, mass and velocity."""
+"""Numbers of a trace that are fitted, and their keys. Period and amplitude belong to one spring, mass and velocity."""
 
 
 def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:

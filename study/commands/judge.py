@@ -39,7 +39,7 @@ from nanoslip.study.run.progress import open_progress
 
 
 def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
-    """Write and print the dataset of a campaign's results; replace: also that of one with more of them."""
+    """Write and print the dataset of a campaign's results. replace: overwrite a dataset with more results, too."""
     into = folder(campaign, out)
     write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
     if shards := folders(into):
@@ -205,7 +205,7 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
 
 
 _SAID: Final = {"pending": "pending, skipped", "failed": "failed, skipped", "not_in_sample": "not in the sample"}
-"""Cases that were not recomputed, and what is said of them where there are any.
+"""Words for cases that were not recomputed, printed if there are any.
 
 Failed are those for want of time or memory, or as a process died: nobody knows whether they would again."""
 
@@ -227,7 +227,7 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
 
 
 def _print_findings(findings: list[Finding]) -> None:
-    """Print a line for each case that is not bit-identical, those that differ first."""
+    """Print a line for each case that is not bit-identical, different ones first."""
     for verdict, style in ((Verdict.DIFFERENT, FAILED), (Verdict.WITHIN, "")):
         found = [f"{verdict}: {each.label}: {each.remark}" for each in findings if each.verdict is verdict]
         print_sentences(found[:MOST_ROWS], style)

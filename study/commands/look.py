@@ -248,7 +248,7 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
 
 
 def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
-    """The parameters that tell a case from the dataset's others; the standard ones always."""
+    """Parameters that distinguish a case from the dataset's others; the standard ones always."""
     names = [str(name) for name, each in case.coords.items() if not each.dims and name not in _NAMES]
     told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
     if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius

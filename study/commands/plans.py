@@ -85,7 +85,7 @@ class Standing:
     """Folder of the results."""
     plan: Plan
     stores: tuple[Store, ...]
-    """The campaign's own, and those of shards that are not merged."""
+    """Stores of the campaign itself, and of shards that are not merged."""
     kinds: Mapping[str, KindCount]
     """Kind of task -> count and costs, in the order of stages."""
     remaining: tuple[Task, ...]

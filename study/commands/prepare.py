@@ -307,7 +307,7 @@ def _status_data(found: plans.Standing) -> dict[str, Any]:
 
 _COMPLETED: Final = Ending.COMPLETED.value
 _UNHURT: Final = (PENDING, Ending.NOT_NEEDED.value)
-"""Beside it what asks for nothing."""
+"""Outcomes that require no action, beside success."""
 
 
 # `nanoslip submit`: the batch scripts that run a campaign under Slurm, as one MPI job or as an array of small jobs.

@@ -70,7 +70,7 @@ def sentence(flag: Flag) -> str:
 
 
 class Reading(NamedTuple):
-    """Options of the command line that tell how a trace is read; texts with units."""
+    """Options of the command line for reading a trace; texts with units."""
 
     time: str | None
     displacement: str | None
@@ -209,7 +209,7 @@ def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
 
 
 def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr.Dataset | None = None) -> bytes:
-    """The trace with the closed form that fits it, and a computed drive whose first slip is at the same time; below, a cycle."""
+    """Draw the trace with its closed form, and a computed drive whose first slip is at the same time; below, a cycle."""
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     label = "F/W" if trace.unit == "1" or math.isfinite(load) else "force (N)"
     middle = found.cycles[len(found.cycles) // 2] if found.cycles else None

@@ -13,7 +13,7 @@ from nanoslip.study.exit_codes import ABORTED, WRONG_INPUT
 from nanoslip.study.run.launch import LAST_WORDS, launcher_rank, processes_started
 
 _CONSOLE: Final = "nanoslip.study.report.console"
-"""Imported where there is something to say: help needs no terminal's width."""
+"""Module imported only for printing: help needs no terminal's width."""
 
 
 class Refusal(click.ClickException):
@@ -42,7 +42,7 @@ def _print(error: click.ClickException) -> None:
 
 
 def aborted() -> int:
-    """Say that Ctrl-C has ended the command, and the exit code for it; one of several ranks ends by the signal itself.
+    """Report that Ctrl-C has ended the command, and return its exit code; one of several ranks ends by the signal itself.
 
     Launchers then end the others, which may wait in MPI for this one; after an exit code they do not.
     """

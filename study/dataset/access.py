@@ -89,7 +89,7 @@ def places(root: xr.Dataset, name: str, selection: Selection) -> Places:
 
 
 NEAR: Final = 1e-9
-"""Share of itself by which a number may differ from that of a coordinate, as 0.3 from 0.1 + 0.2."""
+"""Relative difference by which a number may differ from a coordinate, as 0.3 from 0.1 + 0.2."""
 
 
 def _nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
@@ -309,7 +309,7 @@ class Accessor:
         return _with(over.assign_coords(event=("event", wanted, run["event"].attrs)), case)
 
     def _joined(self, name: str, sample: str, selection: Selection) -> xr.Dataset:
-        """The runs of a group one behind the other, with the parameters that vary and the number within a run as coordinates."""
+        """Concatenate the runs of a group, with the parameters that vary and the number within a run as coordinates."""
         found = places(self._dataset, id_of(self._dataset, name), selection)
         ids = found.values(id_of(self._dataset, name))
         here = np.array([isinstance(each, str) and each != "" for each in ids], np.bool_)
@@ -429,7 +429,8 @@ def _column(values: xr.DataArray, over: xr.DataArray) -> Column:
 
 
 def values_over(values: xr.DataArray, over: xr.DataArray) -> list[Any]:
-    """The values of a variable at each place of another one of its dataset, which lies along all its dimensions; in order."""
+    """Values of a variable at each position of another variable of its dataset, which lies along all its dimensions; in
+    order."""
     laid = values.variable.set_dims(dict(over.sizes))  # type: ignore[no-untyped-call]  # without eighty coordinates
     found: list[Any] = laid.values.ravel().tolist()
     return found
@@ -445,7 +446,7 @@ class NotJoinableError(NanoslipError, ValueError):
 
 
 def added_axes(dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequence[str]) -> list[str]:
-    """Parameters that each dataset has one value of, as few as tell the cases of all datasets apart beside their dimensions."""
+    """Parameters with one value in each dataset, as few as distinguish the cases of all datasets beside their dimensions."""
     single = [name for name in parameters() if all(name in root.coords and not root[name].dims for root in roots)]
     candidates = [name for name in single if name not in dims and len(_values(name, roots)) > 1]
     for count in range(len(candidates)):
@@ -507,7 +508,7 @@ def _union(name: str, roots: Sequence[xr.Dataset]) -> list[Any]:
 
 
 def _values(name: str, roots: Sequence[xr.Dataset]) -> set[Any]:
-    """The different values of a variable that each dataset has one of; None stands for none."""
+    """Distinct values of a variable that each dataset has one value of; None for a missing one."""
     return {root[name].item() if name in root.variables else None for root in roots}
 
 
@@ -607,7 +608,7 @@ def _software(parts: Sequence[xr.Dataset]) -> xr.Dataset:
 
 
 def _behind(parts: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Datasets whose variables lie along one dimension each, one behind the other along all of them."""
+    """Concatenate datasets whose variables lie along one dimension each, along all of these dimensions."""
     found = {
         name: xr.Variable(each.dims, np.concatenate([part[name].values for part in parts]), each.attrs)
         for name, each in parts[0].variables.items()

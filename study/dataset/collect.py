@@ -173,7 +173,7 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
 
 
 def _values(case: CampaignCase, names: Sequence[str], exclusions: tuple[Exclusion, ...]) -> tuple[Any, ...]:
-    """Parameters of a case, as its campaign asks for them; None where one changes no result."""
+    """Requested parameters of a case; None for a parameter that changes no result."""
     if case.case is None:
         return tuple(map(case.parameters.get, names))
     named = {name: value for name, value in case.parameters.items() if isinstance(value, FileName)}
@@ -182,7 +182,7 @@ def _values(case: CampaignCase, names: Sequence[str], exclusions: tuple[Exclusio
 
 
 def _at(places: NDArray[np.intp], values: Sequence[Any]) -> NDArray[Any]:
-    """Values at their places, where None stands for a missing one."""
+    """Arrange values at their places; None is a missing value."""
     given = array_of(values)
     found = np.empty(len(values), np.int64 if given.dtype == np.bool_ else given.dtype)
     found[places] = given
@@ -201,7 +201,7 @@ PIECE: Final = 4096
 """Results whose numbers are entered together."""
 
 Results = Mapping[tuple[str, str], TaskResult]
-"""Kind of task and label of its drive ("" without one) -> its result, of those that are finished."""
+"""Finished results by kind of task and label of the drive ("" without one)."""
 
 
 class _Row(NamedTuple):
@@ -308,7 +308,7 @@ class Table:
         return place * self._drives + self._drive_place[drive] if driven else place
 
     def _enter_waiting(self, kind: str) -> None:
-        """Set the scalars of the results that wait, those with the same names and as many members together."""
+        """Set the scalars of the waiting results, results with the same names and number of members together."""
         alike: dict[tuple[object, ...], list[_Row]] = {}
         for row in self._waiting[kind]:
             alike.setdefault((len(next(iter(row.scalars.values()))), *row.scalars), []).append(row)
@@ -348,7 +348,7 @@ class Table:
 
 
 def _word(quantity: Quantity, numbers: Sequence[float]) -> str:
-    """The word that most members' numbers stand for; how many, where not all do. None of too few members."""
+    """Most frequent word of the members' numbers, with its count if not all agree. None if too few members have one."""
     known = [quantity.words[int(each)] for each in numbers if not math.isnan(each)]
     return counted(known) if len(known) >= needed(len(numbers)) else ""
 
@@ -485,7 +485,7 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
 # Whether a dataset's file is up to date with the results on disk. If so, they need not be collected again.
 
 NOTE: Final = "dataset.json"
-"""File among the results that says what the dataset beside them was made of."""
+"""File among the results that records the inputs of the dataset beside them."""
 
 
 def made_of(manifest: Manifest, store: Store) -> str:

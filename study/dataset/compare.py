@@ -111,7 +111,7 @@ class Matched:
 
 
 def matched(pair: Pair, kind: str) -> Matched:
-    """The rows of cases ("") or drives that both datasets have. Raises NotComparableError where rows cannot be told apart."""
+    """Match the rows of cases ("") or drives that both datasets have. Raises NotComparableError if rows are ambiguous."""
     names = [name for name in (*parameters(), DRIVE_NAME.name) if any(_varies(root, name, kind) for root in pair)]
     here, there = (_places(root, kind, names) for root in pair)
     endings = [values_over(ending_of(root, kind), ending_of(root, kind)) for root in pair]
@@ -164,7 +164,7 @@ def _missing(value: object) -> bool:
 STANDARD_DEVIATIONS: Final = 2.0
 """Combined ones by which two numbers may differ and still agree."""
 TELLING: Final = 4
-"""Members of each ensemble from which on it tells that all of one say another word than all of the other.
+"""Members of each ensemble from which on two different words of the two ensembles are a difference.
 
 Were both words as likely in both, four and four members would be apart like that 2 times in 70: less often than two numbers
 are by `STANDARD_DEVIATIONS`.
@@ -186,7 +186,7 @@ class Observed:
     verdict: Verdict | None
     """None if they differ and an uncertainty is unknown; for ensembles also if a number is missing or most words differ."""
     apart: float
-    """Difference in combined standard deviations; infinite where one is missing or a word, NaN where these are not known."""
+    """Difference in combined standard deviations; infinite if a value is missing or a word, NaN if these are unknown."""
 
 
 def observed(pair: Pair, kind: str, found: Matched) -> Iterator[Observed]:

@@ -29,7 +29,7 @@ _CHUNK: Final = 2**20
 
 
 def seal(path: Path) -> None:
-    """Write the line behind a file."""
+    """Append the checksum line to a file."""
     digest = _digest(path, path.stat().st_size)
     write_to(path, [f"\nsha256 {digest}\n".encode("ascii")], os.O_APPEND)
 
@@ -218,7 +218,7 @@ FORMAT: Final = "nanoslip_format"
 VERSION: Final = 5
 """Attribute of a dataset, and its value: to be raised whenever a variable is added, renamed or given another meaning."""
 MIXED: Final = "mixed_software"
-"""Attribute of a dataset whose results are not all by the same software: names all of it, with counts."""
+"""Attribute of a dataset with results of several software versions: names all of them, with counts."""
 
 MOST_CHECKED: Final = 2**30
 """Bytes of a file that are checked when it is opened, in about a second; `nanoslip verify` checks any."""

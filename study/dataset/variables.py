@@ -147,7 +147,7 @@ OUTCOMES = {
         Quantity("drive_message", "reason of drive_outcome", "", comment="with advice"),
     ),
 }
-"""Kind of task ("": all before the drives) -> the variables that say how it ended."""
+"""Variables of the ending, by kind of task ("": all before the drives)."""
 
 MEMBERS: Final = Quantity(
     "members", "members computed", comment="independent starts of the case: means are over those that have a value"
@@ -212,7 +212,7 @@ class Described:
     symbol: str
     """Symbol in equations; empty if it has none."""
     uncertainty: str
-    """The variable that says how uncertain this one is; empty where none does."""
+    """Variable with the uncertainty of this one; empty if there is none."""
     comment: str
     values: tuple[str, ...]
     """Names of its bits, meanings of its numbers from 0 on, or the texts that it can hold; empty where it is any number."""
@@ -327,7 +327,7 @@ def of_drives() -> set[str]:
 
 
 def fewer(case: xr.Dataset, name: str) -> str:
-    """Behind a number of one case, where fewer members have it than were computed: ` (5 of 8)`."""
+    """Remark after a number of one case that fewer members have than were computed: ` (5 of 8)`."""
     counts = [each.values.item() for each in members_of(case, name)]
     return f" ({counts[0]:.0f} of {counts[1]:.0f})" if counts and 0 < counts[0] < counts[1] else ""
 
@@ -364,7 +364,7 @@ def means_of(dataset: xr.Dataset) -> str:
 # Texts of an ensemble: what all members say, else how many say what; and the same in few letters, for tables.
 
 LONGEST: Final = 30
-"""Characters of a counted text in a table; of a longer one the most frequent text is told, and how many say something else."""
+"""Characters of a counted text in a table; of a longer one the most frequent text is shown, with the count of others."""
 _PARTS: Final = re.compile(r"; (?=\d+ )")
 _COUNT: Final = re.compile(r"\d+ ")
 
@@ -389,7 +389,7 @@ def _parts(text: str) -> list[tuple[int, str]]:
 
 
 def commonest(text: str) -> tuple[str, float]:
-    """The text that most members have, and their share of those that have any; all of it of a text that is not counted."""
+    """Most frequent text of the members, and its share of the members with a text; 1 for a text that is not counted."""
     parts = _parts(text)
     return (parts[0][1], parts[0][0] / sum(number for number, _ in parts)) if parts else (text, 1.0)
 
@@ -427,10 +427,11 @@ HELD: Final = 1 << 23
 
 
 class Samples:
-    """Values along a sample dimension, one run behind the other: however many there are, few of them in memory."""
+    """Values along a sample dimension, one run after the other; few of them are in memory at a time."""
 
     def __init__(self, folder: Path | None) -> None:
-        """folder: where many lie until nobody has them any more, without a name; None for the system's own."""
+        """folder: of the temporary file of many values, which has no name and vanishes when closed; None for the system's
+        own."""
         self._folder = folder
         self._runs: list[NDArray[Any]] = []
         self._held = 0

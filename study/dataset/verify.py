@@ -86,7 +86,7 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
 
 
 def other_software(found: xr.Dataset) -> str:
-    """Who computed the dataset, and who recomputes it, where they may not make the same bits; else empty."""
+    """Software that computed the dataset, and that recomputes it, if their bits may differ; else empty."""
     (origin,), home = from_data([found.attrs]), computing()
     if not origin.alike(home):
         return f"computed by {origin}; recomputed by {home}"
@@ -107,7 +107,7 @@ def failed(plan: Plan, found: xr.Dataset) -> int:
 
 
 def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCase, ...]:
-    """So many of the cases, evenly spread from the first to the last: the same ones every time; None: all."""
+    """Select `count` of the cases, evenly spread from the first to the last, always the same ones. None: all."""
     return tuple(cases if count is None else evenly(cases, count))
 
 
@@ -156,7 +156,7 @@ def _as_pending(found: xr.Dataset) -> xr.Dataset:
 STANDARD_ERRORS: Final = 5.0
 """Combined standard errors by which two means over records that took different paths may differ."""
 LITTLE: Final = 1e-2
-"""Share of its scale by which a number may differ that took another path and does not know its uncertainty."""
+"""Relative difference allowed, over its scale, for a number computed by another method without known uncertainty."""
 _NOT_COMPARED: Final = "not compared"
 _SOFTWARE: Final = {quantity.name for quantity in COMPUTED_BY.values()}
 _ADVICE: Final = {message.name for _, message in OUTCOMES.values()}

@@ -228,7 +228,7 @@ def frames(case: Case, events: str | Iterable[int], path: str | os.PathLike[str]
 
 
 def _suffix(path: Path, count: int) -> str:
-    """The format of a file with so many pictures. Raises InvalidInput where there is none, or nothing here writes it."""
+    """Format of a file with this number of pictures. Raises InvalidInput if there is none, or no writer for it."""
     suffix = format_of(path, (*FORMATS, *FILMS))
     if suffix in FILMS and not FILMS[suffix].isAvailable():
         raise InvalidInput(f"{path}: needs the program ffmpeg, which is not found here; install it, or take .gif")

@@ -44,7 +44,7 @@ def figures_of(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
 
 
 def _executed(script: Path) -> dict[str, Any]:
-    """Names that a script defines. It imports its neighbours privately, as other folders may have files of the same names."""
+    """Names that a script defines. Its imports of neighbours are private, as other folders may have files of the same names."""
     neighbours = {path.stem for path in script.parent.glob("*.py")}
     others = {name: sys.modules.pop(name) for name in neighbours & sys.modules.keys()}
     sys.path.insert(0, str(script.parent))

@@ -114,7 +114,7 @@ class Points:
     values: NDArray[Any]
     """Numbers, NaN where there is none; or texts, empty where there is none."""
     errors: Floats
-    """Uncertainties of the numbers; NaN where none is known."""
+    """Uncertainties of the numbers; NaN if unknown."""
     shared: Floats
     """The part of them that all members share; 0 where none is stated."""
     axes: Mapping[str, NDArray[Any]]
@@ -126,7 +126,7 @@ class Points:
     lacking: NDArray[np.bool_]
     """True if a mean is over fewer members than its ensemble has, as the others have no value."""
     zipped: tuple[str, ...]
-    """The coordinates that vary together, as their campaign says."""
+    """Coordinates that vary together by the campaign's definition."""
     stated: bool
     """True if numbers of this sort have an uncertainty, known or not."""
 
@@ -142,7 +142,7 @@ class Points:
 
     @property
     def unflagged(self) -> Floats:
-        """The numbers, NaN where a flag says to take it with care."""
+        """Numbers, with NaN for flagged ones."""
         return np.where(self.flagged, np.nan, self.values.astype(float))
 
     @property
@@ -231,7 +231,7 @@ def varying(found: Places) -> dict[str, NDArray[Any]]:
 
 
 def listed(root: xr.Dataset) -> list[str]:
-    """The coordinates along a list of cases that its author lists, in a table or as axes; all parameters where nobody says."""
+    """Coordinates along a list of cases that its author lists, in a table or as axes; all parameters if none is listed."""
     along = [str(name) for name, each in root.coords.items() if each.dims == (_CASE,)]
     table = str(root.attrs.get("manifest_table", ""))
     first, *_ = table.splitlines() or [""]

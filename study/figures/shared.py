@@ -107,7 +107,7 @@ FORMATS: Final = tuple(_FORMATS)
 
 
 def format_of(path: Path, allowed: Sequence[str] = FORMATS) -> str:
-    """The format that the ending of a file's name asks for, in small or large letters. Raises InvalidInput."""
+    """Format by the ending of a file's name, in small or large letters. Raises InvalidInput."""
     form = path.suffix.removeprefix(".").lower()
     if form not in allowed:
         raise InvalidInput(f"{path}: needs a name that ends in {', '.join(f'.{each}' for each in allowed)}")
@@ -139,7 +139,7 @@ def styled(sheet: str = "") -> Iterator[None]:
 
 
 def resized(figure: Figure, size: Sequence[float] = ()) -> Figure:
-    """A figure in so many inches; without a size in those that the user has set, if any."""
+    """Resize a figure to this size in inches; without a size to the user's settings, if any."""
     theirs = mpl.rcParams["figure.figsize"]
     if size or theirs != mpl.rcParamsDefault["figure.figsize"]:
         figure.set_size_inches(*(size or theirs))
@@ -196,7 +196,7 @@ class CampaignFigure:
     """Claims below the figure; the remarks hold for the campaign as its file is."""
     header: tuple[str, ...] = HEADER
     campaign: str = ""
-    """Name of the campaign, as `nanoslip campaigns` lists it; known to who finds the script."""
+    """Name of the campaign, as `nanoslip campaigns` lists it; set when the script is found."""
 
 
 Floats = NDArray[np.float64]
@@ -207,7 +207,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """One figure of a dataset, drawn when asked for."""
+    """Figure of a dataset, drawn on request."""
 
     name: str
     """Stem of a file's name."""
@@ -239,7 +239,8 @@ def csv_of(columns: Columns) -> str:
 
 
 def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
-    """Positions of at most `most` places, rising: each axis is divided into parts, as many as values if possible, shown alike.
+    """Positions of at most `most` places, rising. Each axis is divided into parts, as many as values if possible, with
+    equal shares.
 
     places: their coordinates; without any, along one axis in their order. A place costs 2^m for each place already taken that
     shares m parts with it, so single axes and pairs are balanced; of equals the nearest to its parts' middles is taken.

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 # Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
 
 MOST_HUES: Final = 6
-"""Lines in one panel that are told apart by colour; more values make a map."""
+"""Most lines in one panel that colours distinguish; more values make a map."""
 MOST_PANELS: Final = 9
 FILLED: Final = 0.5
 """Share of a full product from which a design counts as one; sparser ones are scattered."""
@@ -80,7 +80,7 @@ def counts_of(points: Points) -> dict[str, int]:
 
 
 def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
-    """Points whose zipped coordinates are one, and its name; as they are, and "", where no single one tells the cases apart.
+    """Merge zipped coordinates to one, and return its name; unchanged, and "", if no single one distinguishes the cases.
 
     chosen: coordinates of which one is taken before others.
     """
@@ -100,7 +100,7 @@ def scattered(points: Points) -> bool:
 
 
 def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
-    """Roles of all coordinates in which the cases differ: at least one. x, hue: those that are chosen already.
+    """Assign roles to all coordinates in which the cases differ: at least one. x, hue: chosen already.
 
     Raises ValueError where one is chosen twice, or the only one as hue.
     """
@@ -144,7 +144,7 @@ def held_at(points: Points, values: Mapping[str, Any]) -> Points:
 SPAN: Final = 8.0
 """Ratio of the largest to the smallest number from which a scale is logarithmic."""
 CLOSE: Final = 30.0
-"""Ratio of the largest to the smallest positive number from which that one could not be told from a 0 on a linear scale."""
+"""Ratio of the largest to the smallest positive number above which the smallest is not visible beside a 0 on a linear scale."""
 _TICKS: Final = 6
 """Values of a coordinate up to which each has its tick."""
 
@@ -227,7 +227,7 @@ def columns_for(count: int) -> int:
 
 
 def grid_of(figure: Figure, count: int, columns: int, **shared: Any) -> list[Any]:
-    """So many panels in rows of so many; a larger figure where there are several."""
+    """Arrange `count` panels in rows of `columns`; several rows enlarge the figure."""
     rows = math.ceil(count / columns)
     figure.set_size_inches(WIDTH if columns < 3 else 1.5 * WIDTH, 2.5 if rows == 1 else 0.6 + 1.8 * rows)
     found = figure.subplots(rows, columns, squeeze=False, **shared).ravel().tolist()
@@ -448,7 +448,7 @@ def differs(points: Points) -> bool:
 
 
 def in_words(found: Sequence[Points]) -> Iterator[str]:
-    """A sentence for each of several numbers that do not differ, and one that names all those that no case has."""
+    """Sentences on numbers that do not differ, one each, and one sentence that names all numbers that no case has."""
     for points in found:
         if points.there.any():
             yield f"{sentence(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
@@ -502,7 +502,8 @@ OBSERVED: Final = (
     ("mean_step", ""),
     ("contact_half_width", ""),
 )
-"""Variable of a record or a drive, and what divides it where that varies; first what a campaign asks for on purpose."""
+"""Variables of records and drives with their divisors, if these vary; first the variables that a campaign requests on
+purpose."""
 PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
 """Variables drawn for a contact at rest."""
 

@@ -30,7 +30,7 @@ LINE: Final = 0.15
 LONG: Final = 30
 """Characters of a name from which it has a line of its own."""
 MOST_RUNS: Final = len(COLORS)
-"""Runs that are drawn; of more, so many that are spread over all axes."""
+"""Most runs that are drawn; more are thinned, spread over all axes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View | str]:
 
 
 def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int64]:
-    """Which points of a line to draw, so that it looks the same: the lowest and the highest in each bin of x, and the ends.
+    """Select points of a line that keep its look: the lowest and the highest in each bin of x, and the ends.
 
     x: (n,), rising. Returns rising indices; all where there are few.
     """

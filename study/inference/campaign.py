@@ -37,7 +37,7 @@ Ends = tuple[Any, Any]
 TABLE: Final = "points of the fit"
 """Name of the table of the points in messages."""
 DECADE: Final = 10.0
-"""Ratio of the ends of a range from which it is searched in logarithms, where a campaign does not say."""
+"""Ratio of the ends of a range above which it is searched in logarithms by default."""
 LARGEST: Final = 1e100
 """Largest measured number: its square, and those of its ratios, are floats."""
 _DESIGN: Final = ("design", "points", "design_seed", "table", "axes")
@@ -65,7 +65,7 @@ class Question:
         return self._plans(np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]))
 
     def answer(self, compute: Compute, out: Path, most: int, why: Callable[[xr.Dataset], list[str]]) -> Fit:
-        """The parameters that agree, from at most so many computed points; the campaign's own that are finished are used.
+        """Find the parameters that agree, from at most `most` computed points; finished points of the campaign are used.
 
         out: folder of the campaign's results. why: what ended the cases of a dataset, and what helps. Raises what `compute`
         does, TooFewError.
@@ -208,7 +208,7 @@ def _word(name: str) -> str:
 
 
 def together(plans: Sequence[Plan]) -> Plan:
-    """All tasks of some plans as one; its cases are those of the first."""
+    """Join the tasks of several plans into one; its cases are those of the first."""
     tasks = {task.key: task for plan in plans for task in plan.distinct}
     return replace(plans[0], distinct=tuple(in_stages(tasks.values())))
 

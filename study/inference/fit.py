@@ -83,15 +83,15 @@ ENOUGH: Final = 400
 """Fewest points of the cloud in the agreeing set, below which the cloud is contracted around it."""
 ZOOMS: Final = 8
 MOST: Final = 256
-"""Computed points, unless said otherwise."""
+"""Default number of computed points."""
 PRECISE: Final = 0.3
-"""Error of the surrogate over that of a number from which it widens the set by less than 5 % (0.3²/2)."""
+"""Error of the surrogate over the error of a number, below which it widens the set by less than 5 % (0.3²/2)."""
 SETTLED: Final = 0.05
 """Share of the set that further points have changed, up to which it is settled."""
 WIDE: Final = 0.9
 """Share of a range from which a parameter is not determined."""
 TIED: Final = 0.8
-"""Rank correlation of two parameters over the set from which they cannot be told apart."""
+"""Rank correlation of two parameters over the set, above which they cannot be distinguished."""
 LONG: Final = 0.15
 """Share of both ranges over which they are tied then, at least."""
 
@@ -133,7 +133,8 @@ class Fit:
 
     @cached_property
     def noise(self) -> Floats:
-        """Standard deviation (targets,) of a measured number beside the surrogate's error: its ±, scatter, and that of one start.
+        """Standard deviation (targets,) of a measured number beside the surrogate's error: its ±, scatter, and the ± of one
+        start.
 
         That of starts is the same share of the number at all points, as friction is proportional to μ_i.
         """
@@ -228,7 +229,7 @@ class Fit:
         return [each.name for each, span in zip(self.ranges, spans, strict=True) if span > WIDE]
 
     def tied(self) -> Iterator[tuple[Range, Range, Floats]]:
-        """Pairs of parameters that cannot be told apart, and their values (2, 2) at both ends of the set at 95 %."""
+        """Pairs of parameters that cannot be distinguished, and their values (2, 2) at both ends of the set at 95 %."""
         inside = self.islands[0][0] if self.islands else np.empty((0, len(self.ranges)))
         if len(inside) < FEW:
             return

@@ -74,7 +74,7 @@ def view_of(found: Sensitivity) -> View:
 
 
 def _on_page(dataset: xr.Dataset) -> Iterator[View | str]:
-    """Bars of each number that a page shows it of, or why they are not known; none with fewer than three axes."""
+    """Bars for each number on the page, or why they are unknown; none with fewer than three axes."""
     names = next((group for group in NUMBERS if group[0] in dataset), ())
     for name in names:
         if name in dataset and len(points_of(dataset, name).axes) >= FEWEST_AXES:

@@ -88,7 +88,7 @@ class Trace:
         return replace(self, force=self.force - offset - drift * (self.at - self.at[0]))
 
     def averaged(self, width: int) -> "Trace":
-        """Means of so many neighbouring samples each."""
+        """Average neighbouring samples in groups of `width`."""
         kept = len(self.at) // width * width
         at, force = (values[:kept].reshape(-1, width).mean(axis=1) for values in (self.at, self.force))
         return replace(self, at=at, force=force)
@@ -123,7 +123,7 @@ class Trace:
 
 
 class Given(NamedTuple):
-    """Units of the columns as a user gives them, and names or numbers of the columns; empty for those of the header."""
+    """Units of the columns from the user, and names or numbers of the columns; empty for those of the header."""
 
     time: str = ""
     displacement: str = ""
@@ -169,7 +169,7 @@ def _scale_of_force(column: Column, given: str) -> tuple[float, str]:
 
 
 def _role(column: Column) -> str:
-    """Role of a column by its unit and name; empty if these do not tell."""
+    """Role of a column by its unit and name; empty if these do not determine it."""
     by_name = next((role for role, words in _ROLES.items() if words.search(column.name)), "")
     if column.dimension == "N":
         return "load" if by_name == "load" else "force"
@@ -177,7 +177,7 @@ def _role(column: Column) -> str:
 
 
 def _chosen(source: Columns, given: Given) -> list[int]:
-    """Places of time or displacement, force and perhaps load. Raises InvalidInput if names do not tell."""
+    """Positions of time or displacement, force and perhaps load. Raises InvalidInput if names do not determine them."""
     if given.columns:
         return [source.named(each) for each in given.columns]
     roles = [_role(each) for each in source.columns]
@@ -223,7 +223,7 @@ def outliers(force: Floats) -> NDArray[np.bool_]:
 
 
 LEAST_DROP: Final = 0.1
-"""Share of the largest drop of force below which another is none of the same kind: a ringing pin, or noise."""
+"""Share of the largest drop of force, below which a drop is no slip but ringing of the pin, or noise."""
 
 
 def two_way(force: Floats) -> bool:

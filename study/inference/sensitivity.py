@@ -47,7 +47,7 @@ class Axis:
         return np.asarray((found[:, None] - self.low) / (self.high - self.low))
 
     def drawn(self, shares: Floats) -> Floats:
-        """The places (n, k) of values that are so far through their distribution, shares (n,) in [0, 1)."""
+        """Positions (n, k) of values at these quantiles of its distribution, shares (n,) in [0, 1)."""
         if not self.levels:
             return shares[:, None]
         return np.asarray(self.places(np.array(self.levels))[(shares * len(self.levels)).astype(int)])
@@ -94,7 +94,7 @@ class Sensitivity:
     total: Floats
     """Total indices: each axis with all its interactions."""
     noise: float
-    """Share of the variance of the numbers that is that of their ±, which is not in the indices; NaN where no ± is known."""
+    """Share of the numbers' variance that is due to their ± and not in the indices; NaN if no ± is known."""
     scatter: float
     """Share that follows no smooth dependence, nor is in the indices; 0 of a complete table, which has it in the total ones."""
     predictivity: float
@@ -106,7 +106,7 @@ class Sensitivity:
     complete: bool
     """True if the cases are a complete product of axes."""
     unknown: str = ""
-    """Why indices are not known: they are NaN then."""
+    """Reason why indices are unknown: they are NaN then."""
 
 
 def indices(

@@ -40,7 +40,7 @@ KERNELS: Final = (
 MOST_LEARNT: Final = 256
 """Values from which lengths and scatter are found: time grows as the cube. All values are regressed on."""
 MOST: Final = 2048
-"""Values that are regressed on: twice as many take eight times as long."""
+"""Most values in the regression: twice as many take eight times as long."""
 FEWEST: Final = 8
 LENGTHS: Final = (0.02, 50.0)
 """Bounds of the lengths, in widths of the parameter's range: from the spacing of a fine design to a straight line."""
@@ -101,7 +101,7 @@ class Surrogate:
         return self.mean + self.scale * means, self.scale * np.sqrt(np.maximum(variances, 0.0))
 
     def paths(self, count: int, seed: int) -> Callable[[Floats], Floats]:
-        """So many functions drawn from those that agree with the values: called with points (m, d) it gives (count, m).
+        """Draw `count` functions that agree with the values: called with points (m, d) they give (count, m).
 
         A function without values is a sum of random cosines, whose miss at the values is then regressed on (Wilson et al. 2020).
         """
@@ -131,7 +131,7 @@ class Surrogate:
 
 
 def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST) -> Surrogate:
-    """Regress values y (n,) at points x (n, d) in the unit cube; errors: the ± of each, NaN where it is not known.
+    """Regress values y (n,) at points x (n, d) in the unit cube. errors: the ± of each, NaN if unknown.
 
     Values that are NaN do not count; of more than `most` so many, spread evenly. Raises TooFewError.
     """

@@ -32,15 +32,15 @@ from nanoslip.study.inference.recording import (
 )
 
 RESOLVED: Final = 8
-"""Samples of half an oscillation, from which on the shape of a slip tells the damping."""
+"""Samples of half an oscillation, above which the shape of a slip determines the damping."""
 MOST_CYCLES: Final = 64
-"""That are fitted, evenly chosen: more tell little."""
+"""Most cycles that are fitted, evenly chosen: more add little."""
 FASTER: Final = 1e3
-"""Times that a slip's own frequency may be above or below what its length says."""
+"""Factor by which a slip's own frequency may differ from the estimate by its duration."""
 
 
 class Measured(NamedTuple):
-    """A number of a trace: its mean over so many cycles, and its ± (NaN if it is unknown)."""
+    """Number of a trace: its mean over this number of cycles, and its ± (NaN if unknown)."""
 
     value: float
     uncertainty: float
@@ -49,7 +49,7 @@ class Measured(NamedTuple):
 
 
 class Flag(NamedTuple):
-    """A fact that a reader of the numbers has to know, by name, and the numbers that belong to it."""
+    """Fact that a reader of the numbers should know, by name, and the numbers that it concerns."""
 
     name: str
     facts: dict[str, float | str]
@@ -112,7 +112,7 @@ class _Slip(NamedTuple):
 
 
 class _Look(NamedTuple):
-    """The means of so many neighbouring samples each, their noise, the fall of force that is a slip, and the slips."""
+    """Averages of neighbouring samples, their noise, the fall of force that counts as a slip, and the slips."""
 
     width: int
     trace: Trace
@@ -279,7 +279,7 @@ def _within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Floats, uni
 
 
 class _Fitted(NamedTuple):
-    """Cycles of the chosen slips with the damping of all; the same with a damping of their own; and how many do not fit."""
+    """Cycles of the chosen slips with one common damping; the same with a damping each; and the number that do not fit."""
 
     cycles: list[Cycle]
     free: list[Cycle]
@@ -351,7 +351,7 @@ def _of_samples(at: Floats, force: Floats, slips: Sequence[_Slip], unit: str, ov
 def _sliding(
     at: Floats, force: Floats, first: int, pull: _Pull, trace: Trace, flags: list[Flag]
 ) -> dict[str, Measured]:
-    """μ_k of steady sliding from a sample on; and the flag that says so, or why there is none."""
+    """Kinetic friction μ_k of steady sliding from a sample on, with its flag, or the reason why there is none."""
     value, start, share = _steady(at[first:], force[first:], pull.unit)
     if math.isfinite(share):
         flags.append(Flag("unsteady", {"share": share}))
@@ -429,7 +429,7 @@ def _ramp(at: Floats, force: Floats) -> list[float]:
 
 
 def _cycle(at: Floats, force: Floats, slips: Sequence[_Slip], number: int, rate: float, damping: float | None) -> Cycle:
-    """The closed form that fits a slip best, from the middle of the rise before it to that of the one behind it.
+    """Fit the closed form to a slip, from the middle of the rise before it to the middle of the rise after it.
 
     rate: at which the force rises. damping: ζ; None to fit it, and noise may find it below 0.
     """

@@ -29,7 +29,7 @@ from nanoslip.study.manifest.reader import KEYS_OF_FILES, refuse_with_stages
 Point = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""
 Heard = Callable[[int], None]
-"""Callback: called with the number done so far, of a long loop."""
+"""Callback: called with the number of finished steps of a long loop."""
 
 
 class Labels(NamedTuple):
@@ -38,7 +38,7 @@ class Labels(NamedTuple):
     names: tuple[str, ...]
     """Names of the axes."""
     standard: dict[str, Value]
-    """The standard parameters that are no axes: the same for all cases."""
+    """Standard parameters that are no axes: equal for all cases."""
 
     def parameters(self, point: Point) -> dict[str, Value]:
         """The labels of a case by name: the standard ones first."""

@@ -205,7 +205,7 @@ class Checker:
         return Place(str(self.path), table)
 
     def refuse(self, key: str, value: object = ABSENT, need: str = "", remark: str = "", table: str = "") -> None:
-        """Add a problem: key, refused value, and what is needed or known of it."""
+        """Add a problem: key, refused value, and the need or remark."""
         self.problems.append(Problem(self.place(table), key, value, need, remark))
 
     def words_of_table(self, table: str, content: dict[str, Any], others: Collection[str] = ()) -> Columns:
@@ -242,7 +242,7 @@ class Checker:
                     self.refuse(word, need="one place", remark="is an axis too", table=table)
 
     def plain(self, columns: Columns, scales: Scales) -> Columns:
-        """The columns with the numbers that values with units stand for; those that stand for none are refused."""
+        """Columns with numbers in place of values with units; invalid ones are refused."""
         stated = parameters_of_a_case()
         return {
             word: [each for each in map(partial(self._plain, stated[words()[word]], scales), given) if each]
@@ -257,7 +257,7 @@ class Checker:
             return None
 
     def in_si(self, where: str, content: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
-        """The entries of a table in SI, with the numbers in the units of their keys; those that stand for none are refused."""
+        """Entries of a table in SI, with numbers in the units of their keys; invalid ones are refused."""
         given = {key: Given(self.place(where), key, value) for key, value in content.items()}
         found = {key: self._plain(known[key], None, each) if key in known else each for key, each in given.items()}
         return {key: each.value for key, each in found.items() if each}

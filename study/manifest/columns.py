@@ -37,7 +37,7 @@ _IN_BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
 _UNIT_BEHIND: Final = re.compile(r"(.+?)(?:\s+in\s+|\s*/\s*|[_,\s]+)([^\W\d]+)")
 _UNIT: Final = re.compile(r"[A-Za-zµμ]{1,15}")
 _LOOKED_AT: Final = 10_000
-"""Lines that tell what separates numbers."""
+"""Number of lines from which the separator of numbers is determined."""
 DIMENSIONS: Final = ("s", "m", "N")
 """Units of the dimensions by which columns are chosen."""
 

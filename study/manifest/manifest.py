@@ -160,7 +160,7 @@ MOST = 96
 MOST_CASES: Final = 10**6
 """Most cases of a campaign, and most drives of a case. A plan of a million takes 1.2 GB."""
 MOST_DRIVEN: Final = 4 * MOST_CASES
-"""Cases times drives: a plan of so many takes 4 GB."""
+"""Largest number of cases times drives: a plan of that size takes 4 GB."""
 KNOWABLE: dict[str, Stage] = {
     "contact_half_width": "contact",
     "approach": "contact",
@@ -176,7 +176,7 @@ KNOWABLE: dict[str, Stage] = {
     "stick_slip_period": "dynamics",
     "spring_force_amplitude": "dynamics",
 }
-"""Variable of the dataset that an ensemble can be asked to know -> the stage that yields it."""
+"""Stage that yields each variable that an ensemble can target."""
 OF_CONTACTS = ("approach", "mean_pressure", "maximum_pressure")
 """Variables that no friction record has: campaigns that slide compute them only with `outputs.tractions`."""
 
@@ -386,7 +386,7 @@ class Manifest:
 
     @property
     def fixed(self) -> dict[str, Value]:
-        """The parameters that the tables give, by field name: the same for all cases."""
+        """Parameters from the tables, by field name: equal for all cases."""
         return {name: value for table in self.tables.values() for name, value in table.items()}
 
 

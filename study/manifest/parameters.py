@@ -24,7 +24,7 @@ STANDARD: Final = ("intrinsic_friction", "radius", "aspect_ratio", "n_x")
 
 
 def words() -> dict[str, str]:
-    """Word of a manifest -> name of the parameter that it sets: `events` sets `max_events`; most are the same."""
+    """Name of the parameter that each word of a manifest sets: `events` sets `max_events`; most are equal."""
     return {stated.word or name: name for name, stated in parameters_of_a_case().items()}
 
 
@@ -97,7 +97,7 @@ def in_words(parameters: Mapping[str, object]) -> str:
 
 
 def settings() -> tuple[str, ...]:
-    """Names of the parameters of a slab's discretization, those of all schemes included."""
+    """Names of the parameters of a slab's discretization, with those of all schemes."""
     return (*(name for name in declared(Slab) if name not in PHYSICS), *SCHEMES.settings())
 
 
@@ -136,7 +136,7 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
 
 
 class Alike:
-    """Cases with the same parameters but a few, given by name. What they have in common is checked and kept once.
+    """Cases that differ in a few named parameters only. All others are checked and kept once.
 
     A campaign has millions of cases and few slabs, slip rules, ...: all cases share the parts that are the same.
     """
@@ -182,7 +182,7 @@ class Alike:
 UNITS: Final = {"slab_width": "m", "force": "N"}
 """Scale of a case's parameter, as a field or property of `Scales` -> its unit."""
 YOUNG: Final = "young_modulus"
-"""Key of [scales] that stands for `shear_modulus`, with the campaign's Poisson's ratio."""
+"""Key of [scales] that replaces `shear_modulus`, with the campaign's Poisson's ratio."""
 _QUANTITY: Final = re.compile(
     r"\s*((?>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?))\s*([A-Za-zµμ][-A-Za-zµμ0-9/*·^ ]{0,40})"
 )

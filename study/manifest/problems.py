@@ -35,7 +35,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Something wrong in a campaign: a key, its value, what is needed or what is known of it."""
+    """Problem in a campaign: a key, its value, and the need or remark."""
 
     place: Place
     key: str
@@ -116,7 +116,7 @@ def unknown(word: str, allowed: Collection[str]) -> str:
 
 
 def meant_by(word: str, allowed: Collection[str]) -> str:
-    """Remark on a word that somebody may have meant; empty for any other text."""
+    """Remark on a misplaced or misspelt word; empty for any other text."""
     if table := table_of(word):
         return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
     of_drives = parameters_of_a_drive()

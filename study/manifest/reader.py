@@ -147,7 +147,7 @@ def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
 
 
 def _axes(checker: Checker, content: Mapping[str, Any]) -> dict[str, tuple[Value, ...]]:
-    """The axes that are known, with the values that are right by themselves, in their declared type."""
+    """Known axes with their valid values, in their declared type."""
     lists = checker.lists(AXES, content, drive_parameters())
     found = {key: tuple(dict.fromkeys(_values(checker, key, values))) for key, values in lists}
     return {key: values for key, values in found.items() if values}
@@ -171,7 +171,7 @@ def _values(checker: Checker, key: str, values: list[Any]) -> Iterator[Value]:
 
 
 def _typed(key: str, value: Any) -> Value:
-    """A value of a drive by itself, in its declared type. Raises InvalidInput."""
+    """Convert a single value of a drive to its declared type. Raises InvalidInput."""
     require(key, value, value != AUTO, "a number on an axis")
     if key == INTEGRATORS.word:
         return str(INTEGRATORS.named(value).name)
@@ -232,7 +232,7 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
 
 
 def sha256_of(text: str, files: Mapping[str, str]) -> str:
-    """SHA-256 of the text of a campaign file and of those of its files in `HASHED`, one after the other."""
+    """Hash (SHA-256) of the text of a campaign file, followed by the texts of its files in `HASHED`."""
     return hashlib.sha256("".join([text, *(files[key] for key in HASHED if key in files)]).encode()).hexdigest()
 
 
@@ -366,7 +366,8 @@ class _Reader(NamedFiles):
             self.refuse(f"{cases} cases with {drives} drives each", need=f"at most {MOST_DRIVEN} drives in all")
 
     def _scales(self, top: dict[str, Any]) -> Scales:
-        """The scales. A `young_modulus` stands for the shear modulus, E/(2(1 + ν)) with the campaign's one Poisson's ratio."""
+        """Read the scales. A `young_modulus` replaces the shear modulus, E/(2(1 + ν)) with the campaign's one Poisson's
+        ratio."""
         stated = declared(Scales)
         content = self.in_si("scales", top.get("scales", {}), {**stated, YOUNG: YOUNG_MODULUS})
         if YOUNG in content:
@@ -381,7 +382,7 @@ class _Reader(NamedFiles):
         return Scales(**self.checked("scales", content, Scales, field_names(Scales)))
 
     def _top(self, document: dict[str, Any]) -> dict[str, Any]:
-        """The top-level entries of the file that are known and of the right type; the others are refused."""
+        """Top-level entries of the file with a known key and the right type; the others are refused."""
         good = {}
         for key, value in document.items():
             kind, wanted = TOP_LEVEL.get(key, (object, ""))

@@ -268,7 +268,7 @@ class Estimate(NamedTuple):
 
 
 RESULT: Final = 3000.0
-"""Bytes of a result besides the numbers in its arrays: its scalars, and what it says of itself."""
+"""Bytes of a result besides the numbers in its arrays: its scalars and its description."""
 LONGEST: Final = 1e12
 """Thirty thousand years will do for what never ends."""
 

@@ -51,10 +51,10 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Ragged:
-    """Columns of a kind's results in a dataset: one behind the other over `sample`, a run of it for each `instance`."""
+    """Columns of a kind's results in a dataset: concatenated over `sample`, one run for each `instance`."""
 
     instance: str
-    """The group that they are in, too. Several kinds may add to one group, where they have the same columns."""
+    """Dimension and name of their group. Several kinds may add to one group if they have the same columns."""
     sample: str
     count: str
     """Variable over the instances: the length of each run."""
@@ -105,7 +105,7 @@ def declared(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
 
 
 def left_out(kind: Kind, manifest: Manifest) -> frozenset[str]:
-    """Names of the scalars and arrays of those parts of a kind that a campaign does not ask for."""
+    """Names of the scalars and arrays of a kind's parts that a campaign does not request."""
     parts = (part for part in kind.parts if not part.wanted(manifest))
     return frozenset(name for part in parts for name in quantities(part.type, part.prefix))
 
@@ -293,7 +293,8 @@ def _record(case: Case, ensemble: Ensemble, scalars_only: bool) -> Task:
 
 
 def record_scalars_task(record: Task) -> Task:
-    """The scalars of a friction record that another task computes; the same result as sliding for them alone."""
+    """Task for the scalars of a friction record that another task computes; its result equals that of sliding for them
+    alone."""
     return replace(record_task(case_of(record), record.ensemble, scalars_only=True), needs=(record.key,), free=True)
 
 
@@ -358,7 +359,7 @@ _AS_IN_A_CONTACT = quantities(ContactState)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceStates(SurfaceNodes):
-    """Every surface node after each event, one event behind the other; units as in ContactState."""
+    """Surface nodes after each event, one event after the other; units as in ContactState."""
 
     pressure: NDArray[np.float64] = as_field(_AS_IN_A_CONTACT["pressure"])
     shear: NDArray[np.float64] = as_field(_AS_IN_A_CONTACT["shear"])

@@ -1,4 +1,4 @@
-"""Cases -> tasks: each distinct computation once, needed ones before those that need them, longest chain first.
+"""Plan tasks of cases: each distinct computation once, needed ones before their dependents, longest chain first.
 
 And what to expect of them before a run: validity flags, lengths of records, memory.
 """
@@ -62,20 +62,20 @@ def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
 
 
 def evenly(found: Sequence[Some], count: int) -> list[Some]:
-    """So many of a sequence, or all of it, evenly spread from the first to the last."""
+    """Select `count` items of a sequence, or all, evenly spread from the first to the last."""
     places = np.linspace(0, len(found) - 1, min(count, len(found))).round().astype(int)
     return [found[place] for place in places]
 
 
 DOUBT: Final = 100.0
-"""A task that takes so many times longer than estimated is taken to hang; the worst estimates known are 30 times off."""
+"""Factor over the estimated time at which a task counts as hanging; the worst known estimates are 30 times off."""
 LEAST_LIMIT: Final = 600.0
 """Seconds that every task may take."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The whole work of a campaign, finished or not. Tasks are estimated where somebody asks for them."""
+    """Whole work of a campaign, finished or not. Tasks are estimated on request."""
 
     manifest: Manifest
     cases: tuple[CampaignCase, ...]
@@ -157,7 +157,7 @@ class Plan:
         return {task.key: task.needs for task in self.distinct}
 
     def with_needs(self, keys: Iterable[str]) -> set[str]:
-        """These keys of tasks, and those of all tasks that they need."""
+        """Keys of these tasks and of all tasks that they need."""
         found, waiting = set[str](), [*keys]
         while waiting:
             key = waiting.pop()
@@ -310,7 +310,7 @@ def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[
 # How much disk space a campaign takes: files of results, and the dataset made of those that it keeps.
 
 DATASET = 1.5e5
-"""Bytes of a dataset without arrays: its variables, and all that they say of themselves."""
+"""Bytes of a dataset without arrays: its variables and their descriptions."""
 PACKED = 0.6
 """Share of an array's bytes that is left in the dataset, which is compressed."""
 
@@ -511,7 +511,7 @@ NAMED = 5
 
 
 def machine_memory() -> float:
-    """Bytes of physical memory of this machine; infinite where the system does not say."""
+    """Bytes of physical memory of this machine; infinite if the system does not report it."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
     except (ValueError, OSError, AttributeError):
@@ -519,8 +519,8 @@ def machine_memory() -> float:
 
 
 def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str, ...]:
-    """One line for each of these tasks that this machine has no memory for, the worst first; else one where it has none for
-    the largest ones at once, as many as it has ranks. Empty where all fit."""
+    """Report each of these tasks that exceeds this machine's memory, the worst first. If there is none, report if the
+    largest ones together do, one for each rank. Empty if all fit."""
     there, path = machine_memory(), planned.manifest.path
     worst = heapq.nlargest(max(NAMED, ranks), tasks, key=need_of)
     if not worst or need_of(*worst[:ranks]) <= there:
@@ -538,7 +538,7 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
 
 
 def need_of(*tasks: Task) -> float:
-    """Bytes that processes with one task of a plan each need; all that read a compliance map the same copy of it."""
+    """Bytes for processes with one task of a plan each; tasks that read the same compliance share one copy."""
     read = {task.slab for task in tasks if task.needs[:1] == compliance_needs(task.slab)}
     return sum(map(_map_bytes, read)) + sum(PROGRAM + task.memory for task in tasks)
 

@@ -115,11 +115,11 @@ class TaskResult:
     members: tuple[Outcome, ...] = ()
     """Outcome of each member; empty if all ended as the task did."""
     origins: Origins = ()
-    """The software that computed it and what it was computed from; empty where nobody knows."""
+    """Software that computed it and its inputs; empty if unknown."""
 
 
 Inputs = Mapping[str, TaskResult]
-"""Key of a task -> its result, of all that another one needs."""
+"""Results that a task needs, by key."""
 
 
 # Keys of tasks: a hash of the whole case, less what is known not to matter.
@@ -221,7 +221,7 @@ def _all_parameters(names: tuple[str, ...]) -> frozenset[str]:
 
 
 def _parameters(name: str) -> tuple[str, ...]:
-    """The parameters that a field of a case stands for: all of a part, or the one, or none (a path is no parameter)."""
+    """Parameters in a field of a case: all of a part, or a single one, or none (a path is no parameter)."""
     if name in PARTS:
         return tuple(declared(PARTS[name]))
     last = name.rpartition(".")[2]
@@ -244,7 +244,7 @@ def of_record(case: Case) -> tuple[object, ...]:
 
 
 def deciding_texts(exclusions: tuple[Exclusion, ...]) -> Texts:
-    """Canonical texts of the fields that determine a result, case by case; the same as of `deciding`."""
+    """Canonical texts of the fields that determine a result, case by case; equal to those of `deciding`."""
     where = tuple(each.where for each in exclusions)
     return Texts(lambda case: deciding(case, exclusions), lambda case: tuple([holds(case) for holds in where]))
 
@@ -253,7 +253,7 @@ _CONTACTS, _RECORDS = deciding_texts(OF_CONTACT), deciding_texts(OF_RECORD)
 
 
 def deciding(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]:
-    """Every field of a case and its parts by dotted name, less those that are excluded. Raises KeyError for unknown ones."""
+    """Fields of a case and its parts by dotted name, without the excluded ones. Raises KeyError for unknown exclusions."""
     found = dict(flattened(case))
     apart = {name for each in exclusions if each.where(case) for name in each.names}
     for name in apart:
@@ -266,7 +266,8 @@ def deciding(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]
 
 
 def flattened(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:
-    """Dotted name and value of every field of a dataclass and of those that it holds; of a scheme or integrator its name too."""
+    """Dotted name and value of every field of a dataclass and of its nested dataclasses; for a scheme or integrator its
+    name, too."""
     for item in fields(value):
         part = getattr(value, item.name)
         if isinstance(part, Scheme | Integrator):

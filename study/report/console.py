@@ -27,7 +27,7 @@ INDENT: Final = "    "
 LEAST_ROOM: Final = 14
 """Letters that a sentence needs to stand in its column; where it has fewer it stands below its row."""
 WIDE: Final = 200
-"""Width in letters of tables that go to a pipe or a file, where COLUMNS does not say another one."""
+"""Width in letters of tables for a pipe or a file, unless COLUMNS is set."""
 PATIENCE: Final = 2.0
 """Seconds in which `counting` shows nothing."""
 FAILED: Final = "red"
@@ -67,11 +67,11 @@ class Table:
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     labels: int = 1
-    """The first so many columns say which row it is."""
+    """Number of leading columns that label the row."""
     failed: frozenset[int] = frozenset()
     """Numbers of the rows that a terminal shows in colour."""
     asked: int = 0
-    """So many columns behind the labels are what was asked for."""
+    """Number of columns after the labels that were requested."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """The table in `options.max_width` letters."""
@@ -96,7 +96,7 @@ class Table:
             yield from self._cards(width)
 
     def _grid(self, widths: Sequence[int], room: int = 0) -> rich.table.Table:
-        """The first columns side by side, each so wide; beside them the last one in so much room, if there is any."""
+        """Lay out the first columns side by side in these widths, and the last one in the remaining room, if there is any."""
         grid = rich.table.Table(
             box=SIMPLE_HEAD,
             show_edge=False,
@@ -115,7 +115,7 @@ class Table:
         return grid
 
     def _cards(self, width: int) -> Iterator[Text]:
-        """Every cell on a line of its own, behind its title."""
+        """Lay out every cell on a line of its own, after its title."""
         for number, row in enumerate(self.rows):
             lines = [""]
             for title, cell in zip(self.header, row, strict=True):
@@ -171,20 +171,20 @@ def note(sentence: str, stderr: bool = False) -> None:
 
 
 def print_entries(entries: Mapping[str, str]) -> None:
-    """Print what each name stands for, a name a line."""
+    """Print the meaning of each name, a name a line."""
     out, indent = console(unlimited=sys.maxsize), " " * (max(map(len, entries)) + GAP)
     for name, meaning in entries.items():
         out.print(_lines(wrapped(meaning, out.width, f"{name:{len(indent)}}", indent)), soft_wrap=True)
 
 
 def print_error(message: str) -> None:
-    """Print the lines of a message to standard error; those that go on are indented."""
+    """Print the lines of a message to standard error; continuation lines are indented."""
     print_sentences(f"Error: {message}".splitlines(), stderr=True)
 
 
 @contextmanager
 def counting(words: str) -> Iterator[Callable[[int], None]]:
-    """A callback that takes the number done so far; a terminal shows it while it grows, if that takes long.
+    """Callback for the number done so far; a terminal shows it if the work takes long.
 
     words: `{} cases planned`.
     """

@@ -35,18 +35,18 @@ from nanoslip.study.toml_text import from_toml
 MOST: float = 1e12
 """Whole numbers below it are written as such."""
 NOTHING = "–"
-"""The cell of a number that is not known."""
+"""Cell of an unknown number."""
 
 
 def plain(value: float, digits: int) -> str:
-    """A number in so many digits; a whole one that has more in all of them, in groups of three."""
+    """Format a number with this number of digits; a longer whole number in full, in groups of three."""
     if 10**digits <= abs(value) < MOST and value == round(value):
         return f"{value:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
     return f"{value:.{digits}g}"
 
 
 def factored(table: Table, least: int = 2) -> tuple[Table, list[str]]:
-    """A table without the columns whose cells are all the same, and sentences with their values.
+    """Remove columns whose cells are all equal from a table, and return sentences with their values.
 
     Labels and the last column stay, and a table of fewer than `least` rows stays as it is.
     """
@@ -69,7 +69,7 @@ def factored(table: Table, least: int = 2) -> tuple[Table, list[str]]:
 # Every number that is known of one case, with its uncertainty, unit and meaning; and the names of those that are not.
 
 UNCERTAINTY: Final = "_uncertainty"
-"""Behind a number's name: that of its ±."""
+"""Suffix of a number's name for its ±."""
 _SAID_APART: Final = {
     *(each.name for both in variables.OUTCOMES.values() for each in both),
     *variables.run_names(),
@@ -126,7 +126,7 @@ def answer(case: xr.Dataset) -> str:
 
 
 def _text(values: xr.Dataset, name: str, digits: int) -> str:
-    """A scalar as text: a number in so many digits, or rounded beside the ± that it states; NOTHING where it is not known."""
+    """Format a scalar with this number of digits, or rounded beside its ±; NOTHING if unknown."""
     value, error = values[name].item(), f"{name}{UNCERTAINTY}"
     if value in ("", NOTHING) or value != value:  # noqa: PLR0124  NaN is not
         return NOTHING
@@ -167,7 +167,7 @@ def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
 MOST_ROWS: Final = 500
 """The most rows of a table on the page."""
 MOST_LINES: Final = 40
-"""The most rows of a table on the terminal: what is said below it stays in sight."""
+"""Most rows of a table on the terminal, so that the text below it stays visible."""
 COMPLETED: Final = Ending.COMPLETED.value
 FEW: Final = 50
 """Drives whose endings are not counted."""
@@ -181,7 +181,7 @@ def cases_of(dataset: xr.Dataset) -> xr.DataArray:
 
 
 def each_case(dataset: xr.Dataset, of: xr.DataArray, most: int) -> list[xr.Dataset]:
-    """The scalars of each case that a variable has, with its drive where it has one, in the variable's order: so many at most.
+    """Scalars of at most `most` cases of a variable, with its drive if it has one, in the variable's order.
 
     What has ended goes before what has not.
     """
@@ -200,7 +200,7 @@ def _waiting(dataset: xr.Dataset, of: xr.DataArray) -> NDArray[np.bool_]:
 
 
 def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, scales: Scales | None = None) -> Table:
-    """One row for each case and drive, so many at most.
+    """Table with one row for each case and drive, at most `most`.
 
     why: behind an outcome its message, too. scales: to have lengths and loads of the axes in SI beside them.
     """
@@ -383,7 +383,7 @@ def _where(dataset: xr.Dataset, of: xr.DataArray, numbers: Sequence[int], what: 
 
 
 def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
-    """The parameters of one of a variable's cases or drives, those that vary."""
+    """Parameters of one of a variable's cases or drives, the varying ones only."""
     here = of[np.unravel_index(number, of.shape)]
     return words({name: here[name].item() for name in _varying(dataset, of)})
 
@@ -401,7 +401,7 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
 
 
 def words(label: dict[str, Value]) -> str:
-    """A label as text, by the names that a campaign file knows: `R/L_x = 200, slip_order = worst_first, V_o = 0.002 m/s`.
+    """Format a label by the names of a campaign file: `R/L_x = 200, slip_order = worst_first, V_o = 0.002 m/s`.
 
     Parameters that it has not, as a scheme its settings, are left out.
     """
@@ -436,14 +436,14 @@ SHOWN: Final = {
 """Variable -> title of its column in tables of cases, on the terminal and on a page; numbers of one case have this order, too.
 What cases are computed for comes first: a narrow terminal leaves out the last ones."""
 _COUNTS: Final = ("events",)
-"""Numbers that are whole, and whose means over members are said so, too."""
+"""Whole numbers whose means over members are marked as means."""
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
 _LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()
 
 
 def _varying(dataset: xr.Dataset, of: xr.DataArray) -> list[str]:
-    """A variable's coordinates with more than one value: dimensions, or those that the author of a list of cases lists."""
+    """Coordinates of a variable with more than one value: dimensions, or those that the author of a list of cases lists."""
     dims = [str(dim) for dim in of.dims]
     if "case" not in dims:
         return [dim for dim in dims if dataset.sizes[dim] > 1]
@@ -476,7 +476,7 @@ def _ending(values: xr.Dataset) -> tuple[str, str, str]:
 # Error budget of each requested number (starts, grid, effects left out), and how to reduce it.
 
 UNRESOLVED: Final = "unresolved"
-"""Flags that begin so say that nodes miss what numbers depend on; by how much these change, no dataset knows."""
+"""Prefix of flags for unresolved nodes: no dataset contains the size of that error."""
 
 
 class Error(NamedTuple):
@@ -488,7 +488,7 @@ class Error(NamedTuple):
 
 
 def _parts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
-    """The known parts of a number's error, relative to it, of all cases; by what they come from."""
+    """Known parts of a number's error, relative to it, of all cases, by source."""
     attributes, value = dataset[name].attrs.get("ancillary_variables", ""), abs(dataset[name])
     found = {}
     if f"{name}{UNCERTAINTY}" in dataset:
@@ -501,7 +501,7 @@ def _parts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 
 
 def errors_of(case: xr.Dataset, name: str, cost: str = "", measured: Mapping[str, Error] | None = None) -> list[Error]:
-    """The known parts of the error of a number of one case, the largest first.
+    """Known parts of the error of a number of one case, the largest first.
 
     cost: of three times its members, in words. measured: what else is known, by name.
     """
@@ -528,7 +528,7 @@ def _main_numbers_in(dataset: xr.Dataset) -> list[str]:
 
 
 def with_largest(dataset: xr.Dataset) -> xr.Dataset:
-    """A dataset of several cases with `largest_error` of each: of the numbers asked for, and what it comes from."""
+    """Add `largest_error` of each case to a dataset: of the requested numbers, with its source."""
     of = cases_of(dataset)
     parts = {
         (name, source): share for name in _main_numbers_in(dataset) for source, share in _parts(dataset, name).items()
@@ -547,7 +547,7 @@ def with_largest(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def spread_lines(dataset: xr.Dataset) -> Iterator[str]:
-    """A line for each number asked for, over all cases: from the least to the most of its largest error, and what that is.
+    """Report, for each requested number, the range over all cases of its largest error, and its source.
 
     Of a single case `error_lines`.
     """
@@ -574,7 +574,7 @@ _UNKNOWN: Final = "nanoslip explain --grid measures what a finer grid changes"
 def error_lines(
     dataset: xr.Dataset, cost: str = "", measured: Mapping[str, Error] | None = None, most: int = 1
 ) -> Iterator[str]:
-    """A line for each number asked for, of so many cases or drives: its value, and what its error is mostly made of.
+    """Report, for each requested number of some cases or drives, its value and the main source of its error.
 
     cost, measured: see `errors_of`.
     """

@@ -46,12 +46,12 @@ class Attempt:
 
     @property
     def given_up(self) -> bool:
-        """True if no further run tries it by itself."""
+        """True if no further run tries it without `retry`."""
         return self.final and not self.passing
 
 
 def add(out: Path, attempt: Attempt) -> str:
-    """Write an attempt down behind the others; returns why that could not be, empty where it was."""
+    """Append an attempt; returns the reason if that failed, else ""."""
     return _add(out / FILE, attempt, "the next run tries again what failed")
 
 
@@ -142,7 +142,7 @@ class Run:
     host: str = ""
     """Host of the first process."""
     hosts: dict[str, int] = field(default_factory=dict)
-    """Host -> how many processes there have ended a task; known when the run has ended."""
+    """Host -> number of processes there that have ended a task; filled when the run has ended."""
     launcher: str = ""
     mpi: str = ""
     """The MPI library and its version; empty without one."""
@@ -173,7 +173,7 @@ class Run:
 
 
 def add_run(out: Path, run: Run) -> str:
-    """Write a line behind the others; returns why that could not be, empty where it was: no result depends on it."""
+    """Append a line on the run; returns the reason if that failed, else "": no result depends on it."""
     return _add(out / RUNS_FILE, run, "who computed here and how long is not known")
 
 

@@ -48,7 +48,7 @@ _ANY_MARK: Final = re.compile(rb"nslip (\d+)\n")
 ALIGNED: Final = 64
 """Bytes: numbers of any type lie in memory as kernels want them."""
 _HEAD: Final = struct.Struct("<8s20sIIQI")
-"""Mark, key, length of what it says of itself, of its table, of table and arrays; checksum of table and arrays."""
+"""Mark, key, lengths of its description, of its table, and of table and arrays; checksum of table and arrays."""
 _CHECKSUM: Final = struct.Struct("<I")
 """Checksum of the head and of the result's description."""
 LEAST: Final = _HEAD.size + _CHECKSUM.size
@@ -80,7 +80,7 @@ class Head(NamedTuple):
 
 
 def packed(result: TaskResult) -> bytes:
-    """A result as an entry; the same result is the same bytes. Raises ValueError where its key is none."""
+    """Pack a result as an entry; equal results give equal bytes. Raises ValueError if its key is invalid."""
     key = result.key.encode("ascii")
     if len(key) != _KEY:
         raise ValueError(f"{result.key!r}: no key of a result; needs {_KEY} letters")
@@ -103,7 +103,7 @@ def _meta_bytes(kind: str, outcome: Outcome, origins: Origins) -> bytes:
 
 
 def read_head(file: BinaryIO) -> Head:
-    """The head of the entry that begins here; the file stands behind it then.
+    """Read the head of the entry that begins here; leaves the file after it.
 
     Raises TornError, OtherFormatError, CorruptResultError.
     """
@@ -146,7 +146,7 @@ def check(head: Head, numbers: Any) -> None:
 
 
 def result_of(head: Head, numbers: Any) -> TaskResult:
-    """The result whose entry has this head and these numbers (a buffer that nobody writes to). Its arrays are read-only.
+    """Result with this head and these numbers (a buffer that is never written to). Its arrays are read-only.
 
     Raises CorruptResultError.
     """
@@ -199,7 +199,7 @@ def _rounded(length: int) -> int:
 _ENCODER: Final = json.JSONEncoder(sort_keys=True, default=lambda number: number.item())
 _KEY: Final = 20
 _MOST: Final = 1 << 20
-"""Bytes that a result says of itself: more are damage."""
+"""Most bytes of a result's description: more are damage."""
 CHANGED: Final = "its bytes are not those that were written"
 NOT_OURS: Final = "its checksums are right, its content is no result's"
 NO_RESULT: Final = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
@@ -292,7 +292,7 @@ _NAME: Final = re.compile(rf"[0-9]{{6,12}}-[0-9a-f]{{{2 * RANDOM}}}{re.escape(LO
 
 
 class Opened:
-    """An open file, closed when nobody has it any more."""
+    """Open file that closes with its last user."""
 
     def __init__(self, path: Path, flags: int = os.O_RDONLY) -> None:
         """Raises OSError."""
@@ -341,7 +341,7 @@ class LogWriter:
 
 
 def later(folder: Path, name: str) -> Path:
-    """The path of a log of this name, so that it sorts behind all that are there: of two results the later one counts.
+    """Path of a log of this name that sorts after all existing ones: of two results the later one counts.
 
     The number that the name may begin with was its place in another folder.
     """
@@ -407,7 +407,7 @@ def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[Place | Fau
 
 
 def _no_torn_end(error: CorruptResultError, end: int | None) -> CorruptResultError:
-    """Something was added behind a torn end that is none."""
+    """Error for a torn end that has entries after it."""
     return CorruptResultError(*error.args) if isinstance(error, TornError) and end is not None else error
 
 
@@ -555,7 +555,7 @@ def _scanned(path: Path, begin: int, whole: bool) -> Iterator[Place | Fault]:
 
 
 def _copy(path: Path, to: Path, parts: Iterable[tuple[int, int]]) -> None:
-    """Write a file, whole, of parts of another one or of itself. parts: where each begins and ends, in bytes."""
+    """Write a whole file from parts of another one or of itself. parts: begin and end of each, in bytes."""
     with os.fdopen(opened(path), "rb") as file:
         write(to, (file.read(end - begin) for begin, end in parts if file.seek(begin) == begin))
 

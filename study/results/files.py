@@ -73,7 +73,7 @@ def looks() -> Iterator[None]:
 
 
 def add(path: Path, lines: bytes) -> None:
-    """Write whole lines behind the others, and on a line of their own where the last one was cut short. Raises OSError."""
+    """Append whole lines, on a line of their own if the last one was cut short. Raises OSError."""
     with os.fdopen(opened(path, os.O_RDWR | os.O_APPEND | os.O_CREAT), "ab+") as file:
         torn = file.seek(0, os.SEEK_END) > 0 and file.seek(-1, os.SEEK_END) and file.read(1) != b"\n"
         file.write(b"\n" * bool(torn) + lines)
@@ -93,9 +93,9 @@ ABANDONED = 86_400.0
 """Seconds after which another host's scratch file is taken for a killed run's."""
 _SCRATCH = ".scratch"
 _SCRATCH_NAME = re.compile(rf"\..+\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]+{re.escape(_SCRATCH)}")
-"""Names made by `scratch_beside`: host and process of the writer. Other files with this ending belong to somebody else."""
+"""Names made by `scratch_beside`: host and process of the writer. Other files with this ending are foreign."""
 RANDOM: Final = 8
-"""Bytes of a name that nobody else draws."""
+"""Number of random bytes that make a name unique."""
 
 
 @contextmanager
@@ -116,7 +116,7 @@ def written_whole(path: Path) -> Iterator[Path]:
 
 
 def write(path: Path, parts: Iterable[bytes]) -> None:
-    """Put contents there, one part behind the other, whole or not at all. Raises OSError."""
+    """Write contents from parts in order, whole or not at all. Raises OSError."""
     with written_whole(path) as scratch:
         write_to(scratch, parts)
 

@@ -1,4 +1,4 @@
-"""A part of a campaign that a small job computes by itself, in a folder of its own below the campaign's."""
+"""Part of a campaign that a small job computes alone, in a folder of its own below the campaign's."""
 
 import re
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ MOST: Final = 999_999
 
 @dataclass(frozen=True, slots=True)
 class Shard:
-    """One of so many parts, from 1."""
+    """One of several parts, numbered from 1."""
 
     number: int
     of: int

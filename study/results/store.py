@@ -45,7 +45,7 @@ _KEY: Final = re.compile("[0-9a-f]{20}")
 
 
 class StoreError(NanoslipError):
-    """The folder of results cannot be used; the message says which and why."""
+    """Error of a results folder that cannot be used; the message has file and reason."""
 
 
 @contextmanager
@@ -77,7 +77,7 @@ def _sound(result: TaskResult) -> TaskResult:
 
 
 class Store:
-    """The results of a campaign in DIR/results. Two processes that write one result write the same bytes: no harm."""
+    """Results of a campaign in DIR/results. Two processes that write one result write the same bytes: no harm."""
 
     def __init__(self, out: Path, whole: bool = True) -> None:
         """whole: check every byte of a result, else only its head."""
@@ -236,7 +236,7 @@ class _Found(NamedTuple):
 
     @property
     def heir(self) -> Path:
-        """The name of the run that takes it over: as no two leases have the same text, of this one alone."""
+        """Name of the file of the run that takes over: unique, as no two leases have the same text."""
         return self.path.with_name(f".{FILE}.heir-{hashlib.sha256(self.text).hexdigest()[:16]}")
 
 
@@ -244,7 +244,7 @@ class Lease:
     """While entered, no other run may use the folder."""
 
     def __init__(self, out: Path, stop: Callable[[], object] = lambda: None) -> None:
-        """stop: called once, should another run take over: this one was silent for so long that it seemed to have ended."""
+        """stop: called once if another run takes over, as this one was silent for too long."""
         self._path = out / FILE
         started = time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime())
         owner = {"host": socket.gethostname(), "process": os.getpid(), "started": started, "machine": _machine()}
@@ -277,7 +277,7 @@ class Lease:
                 self._path.unlink()
 
     def look(self) -> str:
-        """Touch the lease where this run has it; else say why not, once, and have the run stop. Returns `lost`."""
+        """Touch the lease if this run has it; else report the reason once and stop the run. Returns `lost`."""
         with self._looking:
             if not self.lost:
                 self._touch()
@@ -303,7 +303,7 @@ class Lease:
         return True
 
     def _line(self) -> list[_Found]:
-        """The lease that is there, and behind it its heirs that were killed before they were in its place."""
+        """Existing lease, followed by the leases of runs that were killed while taking over."""
         found, place = [], _opened(self._path)
         while place:
             found.append(place)
@@ -412,7 +412,7 @@ def _machine() -> str:
 
 
 def _words(owner: dict[str, Any]) -> dict[str, str]:
-    """Who it is, as far as the file says; never more of a foreign file than a word each."""
+    """Owner of a lease by its file; at most a word for each field of a foreign file."""
     return {name: str(owner.get(name, "unknown"))[:40] for name in ("host", "process", "started")}
 
 

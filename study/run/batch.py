@@ -129,7 +129,7 @@ def array_script(job: Job, shards: int, site: Site, template: str) -> str:
 
 
 def merge_script(job: Job, site: Site, template: str) -> str:
-    """The script of the job behind an array that merges what the shards have finished. Raises SiteError."""
+    """Script of the job after an array that merges the finished results of the shards. Raises SiteError."""
     return _script(job, replace(site, nodes=1, tasks=1, restarts=0, deaths=0), template, job.shell_command("merge"))
 
 

@@ -27,7 +27,7 @@ from nanoslip.study.run.warm_up import WarmUp, miniatures
 # Neighbours mostly share slabs; what several shards need, each computes for itself.
 
 LEAST: Final = 1e-3
-"""Seconds that any case counts: those that are refused are spread, too."""
+"""Fewest seconds that a case counts, so that refused cases are spread, too."""
 
 Result = TypeVar("Result")
 

@@ -32,7 +32,7 @@ from nanoslip.study.run.launch import ONE_THREAD, SIGNALS, Program
 
 READY: Final = "ready"
 NO_TASK: Final = 70
-"""Exit code where what comes is no task that this program knows."""
+"""Exit code if the received object is no task of this program."""
 _DIE_WITH_PARENT: Final = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
 _VICTIM: Final = "500"
@@ -114,7 +114,7 @@ def _end_with(parent: int) -> None:
 LONGEST_LOOK: Final = 1.0
 """Seconds between two looks at a child; more of them were not lived through."""
 LAST_BREATH: Final = 2.0
-"""Seconds that a child which has cut its connection has to end by itself."""
+"""Seconds that a child which has closed its connection has to end."""
 LONGEST_MESSAGE: Final = 1 << 20
 """Bytes of a message from it, at most: of a length that a task has made up the rest never comes."""
 _MOST_WORDS: Final = 10_000
@@ -238,7 +238,7 @@ FALSE_STARTS: Final = 5
 
 
 class FarmError(NanoslipError):
-    """The processes were not started as a farm can use them; the message says what to do."""
+    """Error of processes that a farm cannot use; the message has the remedy."""
 
 
 class BrokenProgramError(Exception):

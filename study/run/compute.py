@@ -103,9 +103,9 @@ class Member:
     values: tuple[object, ...] = ()
     outcome: Outcome = COMPLETED
     only: tuple[str, ...] | None = None
-    """The variables that it knows, where it was computed without an effect on which others depend; None for all."""
+    """Known variables, if it was computed without an effect that changes others; None for all."""
     plateau: Plateau | None = None
-    """That of its record, from which follows the error that members share."""
+    """Plateau of its record, which determines the error that members share."""
     node: float = 0.0
     """Change of its stiffness by one node more."""
 
@@ -126,7 +126,7 @@ def computed_members(
     there: int | None = None,
     spent: Callable[[], float] = lambda: 0.0,
 ) -> tuple[Member, ...]:
-    """The members that a task asks for, or as many as its target takes. compute: one, from its case and number.
+    """Compute the members of a task, or as many as its target needs. compute: one, from its case and number.
 
     A member that the physics refuses has that outcome and no values. there: how many have what this kind needs; all of them are
     computed, and further ones only for a target. spent: relative error by what members leave out, which the target includes.
@@ -315,7 +315,7 @@ def _record(task: Task, inputs: Inputs) -> Computed:
 
 
 def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs: Inputs) -> Member:
-    """The record of one member, and all that is read off it. inputs: batches of its contacts, of those that are computed."""
+    """Record of one member, and all numbers that follow from it. inputs: computed batches of its contacts."""
     if case.interface.contacts > 1:
         tasks = list(batches_of(case, places))
         there = (whole_again(Portion, inputs[task.key]) if task.key in inputs else None for task in tasks)

@@ -88,7 +88,7 @@ class TaskQueue:
         heapq.heappush(self._ready, (self._places[key], key))
 
     def put_last(self, key: str) -> None:
-        """Put a taken task back, behind all others."""
+        """Put a taken task back, after all others."""
         self._places[key] = next(self._behind)
         self.put_back(key)
 
@@ -123,7 +123,7 @@ class Measured:
             self._sums[kind] = [one + other for one, other in zip(self._sums[kind], sums, strict=True)]
 
     def learn(self, task: Work, seconds: float) -> None:
-        """Note that a task has ended after so many seconds."""
+        """Note the seconds that an ended task took."""
         sums = self._sums[task.kind]
         sums[0] += 1
         sums[1] += task.cost
@@ -195,7 +195,7 @@ class Done:
 
 
 class Watch:
-    """Whoever looks on while tasks are computed."""
+    """Observer of computed tasks."""
 
     def __init__(self, report: Report = lambda *_: None) -> None:
         """report: called with each task that has ended."""
@@ -295,7 +295,7 @@ class Ledger:
         return self._away + self.queue.ready > 0
 
     def take(self, most: int, room: float, at_least_one: bool) -> list[tuple[Work, float]]:
-        """Take the next tasks, at most so many, which are expected to take `room` seconds together; with the seconds of each.
+        """Take the next tasks, at most `most`, expected to take `room` seconds together; with the seconds of each.
 
         at_least_one: the first one however long it takes. One that would not end in time is set aside, now and for good. What is
         not known to take too long is tried: else a task longer than any job would never be.
@@ -319,11 +319,11 @@ class Ledger:
         return taken
 
     def expected(self, task: Work) -> float:
-        """Estimated seconds of this task, scaled by what its kind took so far; infinite before any of its kind ended."""
+        """Estimated seconds of this task, scaled by the measured times of its kind; infinite before one has ended."""
         return max(self._measured.seconds(task), LEAST) if self._measured.tasks((task.kind,)) else math.inf
 
     def give_back(self, keys: Iterable[str]) -> None:
-        """Put taken tasks back into the queue: nobody has begun with them."""
+        """Put taken tasks that have not begun back into the queue."""
         for key in keys:
             self._away -= 1
             self.queue.put_back(key)
@@ -388,20 +388,20 @@ LOOKAHEAD: Final = 0.2
 """Seconds of work that may wait at a rank beyond the task it computes, of few ranks: hides the latency of messages."""
 
 INTERVAL: Final = 5e-4
-"""Seconds between two parcels, of all ranks together: so long that messages cost rank 0 less than the tasks in them."""
+"""Seconds between two parcels, of all ranks together: messages then cost rank 0 less than the tasks in them."""
 
 STRANDED: Final = 1.0
 """Seconds (or twice the lookahead) without news from a rank after which the tasks that wait there are handed out again."""
 
 PARCELS: Final = 2
-"""Each rank's share of the ready tasks comes in at least so many parcels: towards the end they become smaller."""
+"""Fewest parcels of each rank's share of the ready tasks: towards the end they become smaller."""
 
 REFILL: Final = 0.75
 """Share of the lookahead from which on a rank is not given more: one task at a time would be a message each."""
 
 
 def lookahead(ranks: int) -> float:
-    """Seconds of work that may wait at one of so many ranks."""
+    """Seconds of work that may wait at each of this number of ranks."""
     return max(LOOKAHEAD, INTERVAL * ranks)
 
 
@@ -441,7 +441,7 @@ class Dispatcher:
             self._load[rank] = self._load[rank] - seconds if doing else 0.0
 
     def stranded(self) -> list[int]:
-        """Ranks whose task takes so much longer than expected that those behind it had better go elsewhere; none twice."""
+        """Ranks whose task takes much longer than expected, so that waiting tasks should move to other ranks; none twice."""
         now = dispatch_time.monotonic()
         if now < self._next_look:
             return []

@@ -32,7 +32,7 @@ _NUMERICS: Final = (
 """Modules that the solver loads when it computes. On a crowded file system that takes longer than many a task."""
 
 INPUTS: Final = 4
-"""Results that are kept at hand: tasks that follow each other mostly need the same slab, or are drives of one record."""
+"""Number of results in the cache: successive tasks mostly need the same slab, or are drives of one record."""
 
 Read = Callable[[str], TaskResult]
 
@@ -114,5 +114,5 @@ def left(plan: Plan, failures: Mapping[str, Attempt], finished: Collection[str],
 
 
 def given_up(failures: Mapping[str, Attempt], retry: bool = False) -> set[str]:
-    """Keys of the tasks that a run does not try again by itself; none where it is to retry."""
+    """Keys of the tasks that a run does not try again without `retry`; empty with `retry`."""
     return {key for key, attempt in failures.items() if attempt.given_up and not retry}

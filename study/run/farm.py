@@ -1,4 +1,4 @@
-"""Farms: whoever hands out tasks, and whoever computes them: this process alone, several on this machine, or the ranks of MPI.
+"""Farms, which hand out and compute tasks: this process alone, several on this machine, or the ranks of MPI.
 
 Each rank hands tasks on to a child of its own, and only it calls MPI. Rank 0 also hands out. Of nanoslip's own ranks the child
 starts before MPI, and MPI ends with the campaign; a program that calls `nanoslip.run` with a communicator keeps its MPI.
@@ -48,7 +48,7 @@ from nanoslip.study.run.launch import (
 )
 
 News = tuple[int, Sequence[Done], Sequence[str]]
-"""A rank, how those of its tasks ended that have, and keys of those that it has not begun and will not."""
+"""Rank, ends of its tasks, and keys of tasks that it will not begin."""
 
 
 class Farm(ABC):
@@ -117,7 +117,7 @@ class Farm(ABC):
 
     @abstractmethod
     def give(self, rank: int, tasks: list[Any]) -> None:
-        """Have a rank compute tasks, behind those that it has."""
+        """Have a rank compute tasks, after the ones it has."""
 
     @abstractmethod
     def take_back(self, rank: int) -> Sequence[str]:
@@ -145,7 +145,7 @@ class SerialFarm(Farm):
         self._waiting += tasks
 
     def take_back(self, rank: int) -> Sequence[str]:
-        """Return those that were not begun."""
+        """Return the tasks that have not begun."""
         keys = [task.key for task in self._waiting]
         self._waiting.clear()
         return keys
@@ -239,7 +239,7 @@ class MPIFarm(Farm):
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
 
     def give(self, rank: int, tasks: list[Any]) -> None:
-        """Have a rank compute tasks, behind those that it has."""
+        """Have a rank compute tasks, after the ones it has."""
         if rank:
             self._send(rank, tasks)
         else:
@@ -409,7 +409,7 @@ def open_farm(program: Program, grace: float = GRACE, serial: bool = False, jobs
 
 
 def _mpi(started: int) -> Any:
-    """The library where there are several ranks; None where nobody has started several processes. Raises FarmError."""
+    """Load the MPI library if there are several ranks; None if a single process was started. Raises FarmError."""
     try:
         import mpi4py  # noqa: PLC0415  a run without ranks must not need an MPI library
 

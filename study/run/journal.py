@@ -28,13 +28,13 @@ from nanoslip.study.run.dispatch import Done, Measured, Report, Tally, Watch, Wo
 from nanoslip.study.run.launch import launcher_name, slurm_job
 
 FIRST: Final = 2.0
-"""Seconds after which a run writes down what its tasks took so far; again after twice as long, and so on."""
+"""Seconds after which a run first records the times of its tasks; then after twice as long, and so on."""
 
 
 BEGUN: Final = "begun.txt"
-"""Keys of the long tasks that a run has begun, until it ends: where it is killed as a whole, by one of them perhaps."""
+"""Keys of the long tasks that a running run has begun: if the whole run is killed, one of them may be the cause."""
 LONG: Final = 1.0
-"""Seconds from which on a task is noted, and one of which nothing is known: of shorter ones too many are begun."""
+"""Seconds above which a task is noted, as is a task of unknown time: shorter ones are too many."""
 
 
 class Journal(Watch):

@@ -26,7 +26,7 @@ WARNING: Final = 90
 
 
 def end_of_time(environment: Mapping[str, str]) -> float:
-    """When no task may run any more, in seconds since the epoch; infinite where the environment does not say. Slurm >= 22.05."""
+    """Time when no task may run any more, in seconds since the epoch; infinite if the environment has none. Slurm >= 22.05."""
     end = environment.get("SLURM_JOB_END_TIME", "")
     return float(end) - WARNING if end.isdigit() else math.inf
 
@@ -51,7 +51,7 @@ def processes_started() -> int:
 
 
 def processes_here() -> int:
-    """Number of those on this machine; all of them where the launcher does not say."""
+    """Number of processes on this machine; all of them if the launcher does not state it."""
     sizes = _numbers("MPI_LOCALNRANKS", "OMPI_COMM_WORLD_LOCAL_SIZE")
     # "4(x2),3": so many on the first machine (and on how many more); the first one has the most.
     first = os.environ.get("SLURM_STEP_TASKS_PER_NODE", "").partition("(")[0].partition(",")[0]
@@ -128,7 +128,7 @@ SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
 GRACE = 20.0
 """Seconds that a running task has to finish after a signal."""
 ECHO = 2.0
-"""Seconds in which a further signal is the same one again: a terminal signals the ranks, and so does their launcher."""
+"""Seconds in which a further signal repeats the first: a terminal signals the ranks, and so does their launcher."""
 LAST_WORDS = 0.5
 """Seconds between a process's last message and its end: launchers drop what they have not passed on by then."""
 
@@ -144,7 +144,7 @@ class Interruption:
         self.end: Callable[[int], object] = os._exit
         """Ends the process with an exit code where that cannot wait."""
         self.at_request: Callable[[], object] = lambda: None
-        """Called as soon as the process is asked to stop, in whichever thread that arrives."""
+        """Called as soon as the process is to stop, in any thread."""
         self._grace = grace
         self._requested = threading.Event()
         self._patience: threading.Timer | None = None
@@ -152,11 +152,11 @@ class Interruption:
 
     @property
     def requested(self) -> bool:
-        """True once the process was asked to stop."""
+        """True once a stop was requested."""
         return self._requested.is_set()
 
     def request(self) -> None:
-        """Ask this process to stop, as a signal would (without the grace)."""
+        """Request a stop of this process, as a signal would (without the grace)."""
         self._requested.set()
         self.at_request()
 

@@ -26,7 +26,7 @@ class Forecast:
         self._done = 0.0
 
     def learn(self, task: Work, seconds: float) -> None:
-        """Note that a task has ended after so many seconds."""
+        """Note the seconds that an ended task took."""
         self._measured.learn(task, seconds)
         self._left[task.kind] -= task.cost
         self._done += seconds
@@ -47,7 +47,7 @@ class Forecast:
 
 
 def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float] = attrgetter("cost")) -> float:
-    """Seconds that so many ranks need for all tasks at least: their sum shared evenly, or the longest chain of needs.
+    """Lower bound of the seconds that `ranks` ranks need for all tasks: their sum shared evenly, or the longest chain of needs.
 
     tasks: needs first. seconds: of each task.
     """
@@ -79,7 +79,7 @@ SILENCE = 10.0
 """Seconds between plain lines."""
 
 BAR, OTHERS = 20, 72
-"""Characters of a bar on a terminal, and of all that stands beside the name of a task."""
+"""Characters of a bar on a terminal, and of all other columns beside the name of a task."""
 
 
 class Progress:
@@ -114,7 +114,7 @@ class Progress:
         return f"{self._count} task{'' if self._count == 1 else 's'}"
 
     def _pace(self) -> tuple[float, str]:
-        """Tasks per second so far, and the time that is left, as text."""
+        """Tasks per second so far, and the remaining time, as text."""
         return self._done / (time.monotonic() - self._start), duration(self._forecast.seconds)
 
     def _print(self, line: str) -> None:

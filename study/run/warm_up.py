@@ -117,7 +117,7 @@ class WarmUp:
     """Compilation as a separate task, so that a crash costs no other task."""
 
     tasks: tuple[Task, ...]
-    """Miniatures of those that a run computes."""
+    """Miniature versions of the run's tasks."""
     alone: bool = False
     """True if it neither reports that it compiles nor starts a second process."""
     key: str = "warm_up"
@@ -128,7 +128,7 @@ class WarmUp:
     label: str = "compiling kernels"
 
     def run(self) -> Outcome:
-        """Run all of them, those of drives in a second process where there is a core for it and other kernels are compiled, too.
+        """Run all of them; those of drives in a second process if a core is free and other kernels are compiled, too.
 
         It is reported before the first kernel is compiled, not where all are in the cache.
         """

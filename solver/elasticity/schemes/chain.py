@@ -93,7 +93,8 @@ class Chain(Scheme):
         return np.block([[(lateral + lateral.T) / 2, none], [none, upright]])
 
     def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
-        """K of so many neighbouring blocks moving together, far from the ends, in G, with the blocks that they drag along."""
+        """Stiffness K of this number of neighbouring blocks moving together, far from the ends, in G, with the blocks that
+        they drag along."""
         leaf, coupling = spring_stiffness(self, slab)
         return leaf * nodes + float(np.sqrt(leaf**2 + 4.0 * leaf * coupling)) - leaf
 

@@ -1,4 +1,4 @@
-"""Surfaces without ends that are the same everywhere: n numbers for each pair of directions in place of a matrix.
+"""Compliance of surfaces without ends, equal everywhere: n numbers for each pair of directions in place of a matrix.
 
 A node's force is a hat of traction about it, the end nodes' too, as the surface goes on beyond them; displacements are taken
 at the nodes. All of it depends on distance alone: Toeplitz blocks, those along the force even and those across odd.
@@ -54,7 +54,7 @@ class Convolution:
         return np.asarray(scipy.linalg.matmul_toeplitz((self.across, -self.across), forces))
 
     def window(self, nodes: int) -> Dense:
-        """[u; w] per [f_x; f_z] of so many neighbours, (2·nodes, 2·nodes)."""
+        """Compliance [u; w] per [f_x; f_z] of this number of neighbours, (2·nodes, 2·nodes)."""
         n = len(self.along_x)
         near = self.by_distance[:, :, n - nodes : n + nodes - 1]
         blocks = np.lib.stride_tricks.sliding_window_view(near, nodes, axis=-1)[..., ::-1]
@@ -73,7 +73,7 @@ class Convolution:
         return Convolution(self.along_x, self.along_z, np.zeros_like(self.across))
 
     def forces_about(self, w: Vector) -> Vector:
-        """Forces, (n,), that would cause these w on the circle: near those that cause them, and found without a solve."""
+        """Forces, (n,), that would cause these w on the circle: near the true forces, and found without a solve."""
         return self._on_the_circle(self._inverse, w)
 
     def _on_the_circle(self, symbol: Vector, values: Vector) -> Vector:
