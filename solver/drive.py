@@ -201,8 +201,7 @@ _FROM_SI: Final[dict[str, Callable[[float, Scales, float], float]]] = {
 
 
 def _in_range(key: str, given: float, value: float, stated: Parameter, own: float, note: str) -> float:
-    """Check `value`, which is `given` in other units. Raises InvalidInput in the units of the key if it is out of the range
-    stated.
+    """Check `value`, which is `given` in other units. Raises InvalidInput, in the key's units, if it is out of range.
 
     own: the unit of `value` in that of the key.
     """

@@ -55,8 +55,7 @@ OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
     _of_drive("damping_ratio", 0.0, "damping_ratio = 0", "damping"),
 )
 SPARED: Final = (TEETH, FINE_TEETH)
-"""Effects whose absence makes a drive far cheaper: a target leaves out the first whose change it allows. The others save
-little."""
+"""Effects whose absence makes a drive far cheaper: a target leaves out the first whose change it allows."""
 
 
 @dataclass(frozen=True, slots=True)

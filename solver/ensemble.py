@@ -123,8 +123,7 @@ ALONE: Final = Ensemble()
 
 
 def needed(members: int) -> float:
-    """Smallest number of members that must have a value before a mean is reported: half, and at least FEWEST (or all, if
-    fewer)."""
+    """Smallest number of members with a value for a mean to be reported: half, and at least FEWEST (or all, if fewer)."""
     return max(min(FEWEST, members), members / 2.0)
 
 

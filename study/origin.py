@@ -119,8 +119,7 @@ class Origin:
 
     nanoslip_version: str = UNKNOWN
     source_hash: str = UNKNOWN
-    """Hash of the contents of the files that decide results (16 hexadecimal digits): comments count, names and folders do
-    not."""
+    """Hash (16 hexadecimal digits) of the files that decide results: their contents count, names and folders do not."""
     source_commit: str = UNKNOWN
     """The commit, "+modified" where the files that decide results differ from it."""
     python_version: str = UNKNOWN

@@ -306,8 +306,7 @@ def _set_up(
 
 
 _set_up_before = lru_cache(maxsize=KEPT)(_set_up)
-"""`_set_up` with a cache, for few nodes: sliding begins with the contact found before, and cases of a campaign share
-contacts."""
+"""`_set_up` with a cache, for few nodes: sliding begins with a contact found before, and cases share contacts."""
 
 
 def answer_violations(compiled: CompiledContact) -> Stop:

@@ -204,8 +204,7 @@ def _raised(compiled: CompiledContact, load: float) -> tuple[Stop, int]:
 
 
 def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactState:
-    """Find initial contact with classical Coulomb friction (residual_shear 1): full load at once, or raised from a
-    billionth."""
+    """Find initial contact with Coulomb friction (residual_shear 1): full load at once, or raised from a billionth."""
     x = surface_from_pin(case)
     if case.initial_contact == "gradual":
         height = pin_of(case).height(x)

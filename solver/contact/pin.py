@@ -63,8 +63,7 @@ class Pin:
         return min(steepest * distance, float(np.ptp(self.rises)))
 
     def roughness_slopes(self, spacing: float) -> tuple[float, float]:
-        """Root mean square slopes of the roughness: of all of it, and of the part that nodes at this spacing miss by
-        interpolating linearly."""
+        """Root mean square slopes of the roughness, and of the part that linear interpolation at this spacing misses."""
         if not self.rough:
             return 0.0, 0.0
         left = np.floor(self.knots / spacing)  # nothing is missed between nodes without a knot

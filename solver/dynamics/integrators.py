@@ -327,9 +327,9 @@ def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[Dy
 def _needed(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> float:
     """Duration that a drive without one needs; infinite if a longer one gives no more information about this motion.
 
-    It is infinite if the motion has its numbers, was not to be extended, slips too little for any, or would meet the step limit. A
-    pin that its damper drags has its friction long before its spring force has settled. The ringing of the start is awaited if
-    that is cheap.
+    It is infinite if the motion has its numbers, was not to be extended, slips too little for any, or would meet the step
+    limit. A pin that its damper drags has its friction long before its spring force has settled. The ringing of the start is
+    awaited if that is cheap.
     """
     if not motion.outcome.ok or ended_by(motion, drive) == "max_slips" or drive.stage_velocity == 0.0:
         return math.inf

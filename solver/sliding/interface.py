@@ -108,7 +108,6 @@ def contact_of(case: Case, number: int, share: float = 1.0, places: Ensemble = A
 
 
 def batches(contacts: int) -> list[tuple[int, int]]:
-    """First contact of each batch, and the first beyond it. Only the number of contacts counts, so that sums keep their
-    order."""
+    """First contact of each batch, and the first beyond it. They depend on the number alone, so that sums keep their order."""
     size = max(math.ceil(contacts / BATCHES), SMALLEST)
     return [(first, min(first + size, contacts)) for first in range(0, contacts, size)]

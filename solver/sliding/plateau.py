@@ -181,8 +181,7 @@ def _moments(steady: Teeth) -> tuple[float, float]:
 
 
 def _refused(message: str, record: FrictionRecord) -> Plateau:
-    """Report no plateau, and the limit to raise: displacement limits end a record between two events, event limits at the
-    last."""
+    """Report no plateau, and the limit to raise: displacement ends a record between two events, events at the last."""
     last = record.displacement[-1] if len(record.displacement) else -math.inf
     # Beyond the rounding of a sum of steps.
     between = record.final_displacement - last > 1e-12 * record.final_displacement

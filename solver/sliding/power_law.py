@@ -70,8 +70,7 @@ def fitted_power_law(sizes: Sizes) -> PowerLaw | None:
 
 
 def discrete_exponents(means: Vector, cutoffs: Vector) -> Vector:
-    """Solve for τ at which ln ζ(τ, k_min) falls as fast as the mean of ln(k/k_min), by Newton's method on the convex
-    logarithm."""
+    """Find τ at which ln ζ(τ, k_min) falls as fast as the mean of ln(k/k_min), by Newton's method (ln ζ is convex)."""
     exponents = np.minimum(1.0 + 1.0 / (means + np.log(cutoffs / (cutoffs - 0.5))), EXPONENTS[1])
     for _ in range(20):
         slope, curvature = _log_zeta_slopes(exponents, cutoffs)
@@ -144,8 +143,7 @@ def _discrete_distances(values: Vector, firsts: NDArray[np.int64], exponents: Ve
 
 
 def _places(count: int) -> NDArray[np.int64]:
-    """Positions for a comparison among this number of distinct numbers: all if few, else denser among the smaller, more
-    frequent ones."""
+    """Positions among distinct numbers for a comparison: all if few, else denser among the smaller, more frequent ones."""
     if count <= PLACES[1]:
         return np.arange(count)
     return np.asarray(np.unique(np.geomspace(1.0, count, PLACES[1]).astype(np.int64)) - 1)

@@ -159,8 +159,7 @@ def record_of(
 # Slide with the whole contact: nodes slip, are released and touch as the pin moves over them (residual_shear below 1).
 
 RESUMABLE = 10_000
-"""Number of events after which a run restarts from its own state: a run in pieces of that length has the same bits as one
-run."""
+"""Number of events after which a run restarts from its state: a run in such pieces has the same bits as one run."""
 LASTING = 100
 """Events that a rough pin's windows have to last on average to be worth their setting up, else the whole surface is followed."""
 AT_FIRST = 8

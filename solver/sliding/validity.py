@@ -306,8 +306,7 @@ def lawfulness(
 def _creates_energy(
     case: Case, start: ContactState, record: FrictionRecord, end: ContactState, load_work: float
 ) -> bool:
-    """True if events created more energy than rounding explains: the rounding error of load times displacement in each
-    event."""
+    """True if events created more energy than the rounding error of load times displacement in each event."""
     created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
     steps = np.abs(np.diff(record.displacement, prepend=start.displacement))
     before = np.concatenate(([record.initial_force], record.force_after))[:-1]

@@ -222,8 +222,7 @@ REFERENCE: Final[dict[str, Any]] = {"scheme": "galerkin", "coarsest_row": 129, "
 
 
 def discretizations(slab: Slab, size: int) -> Iterator[Slab]:
-    """Discretize a body in all ways at one n_x: a surface without ends in its one way, a slab by every grid scheme and
-    grading."""
+    """Discretize a body at one n_x: a surface without ends in its one way, a slab by every grid scheme and grading."""
     if slab.scheme.endless:
         yield replace(slab, n_x=size)
         return

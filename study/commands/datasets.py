@@ -66,8 +66,7 @@ def _pending(dataset: xr.Dataset) -> int:
 
 
 def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
-    """List the values that an existing dataset has and its replacement would lack; empty if the existing one is no more
-    complete.
+    """List the values of an existing dataset that its replacement would lack; empty if it lacks none.
 
     One that cannot be read is no loss, unless another nanoslip reads it.
     """

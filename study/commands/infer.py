@@ -92,7 +92,7 @@ def fit_campaign(
     picture: Path,
     as_json: bool,
 ) -> None:
-    """Compute points until the parameters that agree with the numbers are determined, print these, and draw them. Ends the
+    """Compute points until the parameters that agree with the numbers are determined; print and draw these. Ends the
     process."""
     form, into = format_of(picture), folder(campaign, out)
     targets, fixed = read_numbers(numbers)

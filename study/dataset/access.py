@@ -429,8 +429,7 @@ def _column(values: xr.DataArray, over: xr.DataArray) -> Column:
 
 
 def values_over(values: xr.DataArray, over: xr.DataArray) -> list[Any]:
-    """Values of a variable at each position of another variable of its dataset, which lies along all its dimensions; in
-    order."""
+    """Values of a variable at each position of another one, which lies along all its dimensions; in order."""
     laid = values.variable.set_dims(dict(over.sizes))  # type: ignore[no-untyped-call]  # without eighty coordinates
     found: list[Any] = laid.values.ravel().tolist()
     return found

@@ -430,8 +430,7 @@ class Samples:
     """Values along a sample dimension, one run after the other; few of them are in memory at a time."""
 
     def __init__(self, folder: Path | None) -> None:
-        """folder: of the temporary file of many values, which has no name and vanishes when closed; None for the system's
-        own."""
+        """folder: of the unnamed temporary file for many values; None for the system's own."""
         self._folder = folder
         self._runs: list[NDArray[Any]] = []
         self._held = 0

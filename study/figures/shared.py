@@ -239,8 +239,7 @@ def csv_of(columns: Columns) -> str:
 
 
 def spread(places: Sequence[Mapping[str, Any]], most: int) -> list[int]:
-    """Positions of at most `most` places, rising. Each axis is divided into parts, as many as values if possible, with
-    equal shares.
+    """Positions of at most `most` places, rising. Each axis is divided into parts, one for each value if possible.
 
     places: their coordinates; without any, along one axis in their order. A place costs 2^m for each place already taken that
     shares m parts with it, so single axes and pairs are balanced; of equals the nearest to its parts' middles is taken.

@@ -502,8 +502,7 @@ OBSERVED: Final = (
     ("mean_step", ""),
     ("contact_half_width", ""),
 )
-"""Variables of records and drives with their divisors, if these vary; first the variables that a campaign requests on
-purpose."""
+"""Variables of records and drives with their divisors, if these vary; first the ones that a campaign requests on purpose."""
 PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
 """Variables drawn for a contact at rest."""
 

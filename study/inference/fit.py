@@ -133,8 +133,7 @@ class Fit:
 
     @cached_property
     def noise(self) -> Floats:
-        """Standard deviation (targets,) of a measured number beside the surrogate's error: its ±, scatter, and the ± of one
-        start.
+        """Standard deviation (targets,) of a measured number beside the surrogate's error: its ±, scatter, and that of a start.
 
         That of starts is the same share of the number at all points, as friction is proportional to μ_i.
         """

@@ -74,8 +74,7 @@ LEAST_PREDICTED: Final = 0.8
 PATHS: Final = 96
 """Functions, or tables, that intervals are taken from."""
 SETS: Final = 8
-"""Number of point sets for integrals over ranges. Each set serves an equal share of the functions, so that the spread
-includes the sets' errors."""
+"""Number of point sets for integrals over ranges. Sets share the functions, so that the spread includes the sets' errors."""
 POINTS: Final = 2**10
 """Number of points in a set (scipy.stats.sobol_indices), times the number of axes and two."""
 ENDS: Final = (2.5, 97.5)

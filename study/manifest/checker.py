@@ -310,8 +310,7 @@ class Checker:
 
 
 def _quick(name: str) -> Callable[[Any], Case | None] | None:
-    """Function that makes a case with a value of a case's own parameter. None for other parameters; it returns None for a
-    refused value.
+    """Function from a value of a case's own parameter to a case, or None if refused; None for other parameters.
 
     A table has millions of values.
     """

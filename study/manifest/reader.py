@@ -366,7 +366,7 @@ class _Reader(NamedFiles):
             self.refuse(f"{cases} cases with {drives} drives each", need=f"at most {MOST_DRIVEN} drives in all")
 
     def _scales(self, top: dict[str, Any]) -> Scales:
-        """Read the scales. A `young_modulus` replaces the shear modulus, E/(2(1 + ν)) with the campaign's one Poisson's
+        """Read the scales. `young_modulus` replaces the shear modulus, E/(2(1 + ν)), with the campaign's one Poisson's
         ratio."""
         stated = declared(Scales)
         content = self.in_si("scales", top.get("scales", {}), {**stated, YOUNG: YOUNG_MODULUS})

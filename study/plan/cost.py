@@ -51,8 +51,7 @@ STEP: Final = 6e-8
 EVENTS = 6.0
 """Events in a presliding length for each node in contact, at residual_shear 0."""
 NODE_STIFFNESS = 3.0
-"""Stiffness of a surface node against its neighbours at rest, in G: about that of an elastic half-plane under a load one
-spacing wide."""
+"""Stiffness of a surface node against its neighbours at rest, in G: about a half-plane's under a load one spacing wide."""
 
 
 @lru_cache(maxsize=256)  # asked for time and memory

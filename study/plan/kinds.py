@@ -293,8 +293,7 @@ def _record(case: Case, ensemble: Ensemble, scalars_only: bool) -> Task:
 
 
 def record_scalars_task(record: Task) -> Task:
-    """Task for the scalars of a friction record that another task computes; its result equals that of sliding for them
-    alone."""
+    """Task for the scalars of a friction record of another task; its result equals that of sliding for them alone."""
     return replace(record_task(case_of(record), record.ensemble, scalars_only=True), needs=(record.key,), free=True)
 
 

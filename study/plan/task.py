@@ -266,8 +266,7 @@ def deciding(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]
 
 
 def flattened(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:
-    """Dotted name and value of every field of a dataclass and of its nested dataclasses; for a scheme or integrator its
-    name, too."""
+    """Dotted name and value of every field of a dataclass and of its nested ones; for a scheme or integrator its name, too."""
     for item in fields(value):
         part = getattr(value, item.name)
         if isinstance(part, Scheme | Integrator):

@@ -363,8 +363,8 @@ def _opened(path: Path) -> _Found | None:
 
 
 def _ended(found: _Found, clock: Path) -> bool:
-    """True if the run that holds a lease has ended; waits until this is certain. clock: a file of this run, for the
-    server's time."""
+    """True if the run that holds a lease has ended; waits until this is certain. clock: a file that dates by the server's
+    time."""
     owner = _owner(found)
     here = owner.get("host") == socket.gethostname() and owner.get("machine") == _machine()
     if here and not lives(owner["process"]):

@@ -93,8 +93,7 @@ class Chain(Scheme):
         return np.block([[(lateral + lateral.T) / 2, none], [none, upright]])
 
     def lateral_stiffness(self, slab: Slab, nodes: float) -> float:
-        """Stiffness K of this number of neighbouring blocks moving together, far from the ends, in G, with the blocks that
-        they drag along."""
+        """Stiffness K, in G, of neighbouring blocks moving together far from the ends, with the blocks that they drag along."""
         leaf, coupling = spring_stiffness(self, slab)
         return leaf * nodes + float(np.sqrt(leaf**2 + 4.0 * leaf * coupling)) - leaf
 
