@@ -344,7 +344,7 @@ class Case:
 
 
 def _refuse_combinations(case: Case) -> None:
-    """Raise InvalidInput where parameters, each allowed, exclude each other."""
+    """Raise InvalidInput if parameters, each allowed, exclude each other."""
     scatter, loads = case.heterogeneity, case.interface
     if case.slip_rule.residual_shear == 1.0:
         _refuse_with_classical_sliding(case)
@@ -371,7 +371,7 @@ def _refuse_combinations(case: Case) -> None:
 
 
 def _refuse_with_classical_sliding(case: Case) -> None:
-    """Raise InvalidInput where classical sliding, residual_shear = 1, excludes another parameter."""
+    """Raise InvalidInput if classical sliding, residual_shear = 1, excludes another parameter."""
     smaller = "residual_shear = 0.999, as classical sliding"
     excluded: list[tuple[bool, str, object, str]] = [
         (
@@ -400,7 +400,7 @@ def _refuse_with_classical_sliding(case: Case) -> None:
 
 
 def _refuse_with_a_path(case: Case) -> None:
-    """Raise InvalidInput where a path excludes another parameter."""
+    """Raise InvalidInput if a path excludes another parameter."""
     friction, contacts = case.intrinsic_friction, case.interface.contacts
     excluded: list[tuple[bool, str, object, str]] = [
         (not case.effects.friction, "friction", False, "a pin that drags the surface"),

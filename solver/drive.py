@@ -29,7 +29,7 @@ class Integrator(ABC):
 
     @abstractmethod
     def fit(self, drive: "Drive") -> None:
-        """Raise InvalidInput where these settings do not fit the drive."""
+        """Raise InvalidInput if these settings do not fit the drive."""
 
     def __str__(self) -> str:
         return self.name
@@ -177,7 +177,7 @@ class Drive:
         return own | INTEGRATORS.flat(self.integrator)
 
     def scaled(self, scales: Scales, pin_mass: float, length: tuple[str, float] | None = None) -> Self:
-        """A drive given in SI in the solver's units. Raises InvalidInput where a value is out of range in them.
+        """A drive given in SI in the solver's units. Raises InvalidInput if a value is out of range in them.
 
         length: which of the `DURATIONS` was given, and its value, which messages show; None for `duration` itself.
         """
@@ -221,7 +221,7 @@ DURATIONS: Final = ("duration", PERIODS, TRAVEL)
 
 
 def lasting(parameters: Mapping[str, Any]) -> tuple[str, float] | None:
-    """Which of the `DURATIONS` but `duration` itself these parameters give, and its value; None where they give neither."""
+    """Which of the `DURATIONS` but `duration` itself these parameters give, and its value; None if they give neither."""
     return next(((key, parameters[key]) for key in (PERIODS, TRAVEL) if parameters.get(key) is not None), None)
 
 
@@ -231,7 +231,7 @@ def natural_period(spring_stiffness: float, pin_mass: float) -> float:
 
 
 def only_length(parameters: Mapping[str, Any]) -> list[str]:
-    """Which of the `DURATIONS` these parameters give: one or none. Raises InvalidInput where there are two."""
+    """Which of the `DURATIONS` these parameters give: one or none. Raises InvalidInput if there are two."""
     given = [name for name in DURATIONS if parameters.get(name) is not None]
     if len(given) > 1:
         one, other = given[:2]
@@ -242,7 +242,7 @@ def only_length(parameters: Mapping[str, Any]) -> list[str]:
 def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]:
     """Parameters of a drive in SI with `duration` in s, also where they give it by one of the other `DURATIONS`.
 
-    pin_mass: in kg. Raises InvalidInput where two are given, for a stage that never gets as far, and for values out of range.
+    pin_mass: in kg. Raises InvalidInput if two are given, for a stage that never gets as far, and for values out of range.
     """
     given = only_length(parameters)
     found = {name: value for name, value in parameters.items() if name not in (PERIODS, TRAVEL)}

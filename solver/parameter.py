@@ -67,7 +67,7 @@ class Quantity:
     codes: tuple[str, ...] = ()
     """Meanings of its values 0, 1, …, which stay numbers."""
     words: tuple[str, ...] = ()
-    """Texts that the variable can hold: it is a text, empty where there is none; a result holds its position here, or NaN."""
+    """Texts that the variable can hold: it is a text, empty if there is none; a result holds its position here, or NaN."""
     along: str = ""
     """Sample dimension of a column of values; empty for one number of a case."""
     coordinate: bool = False
@@ -189,7 +189,7 @@ class Parameter:
     meaning: str
     """Name short enough for the label of an axis."""
     table: str = ""
-    """Table of a campaign file that takes it; empty where none does."""
+    """Table of a campaign file that takes it; empty if none does."""
     word: str = ""
     """Key in a campaign file, if that is not the field's name."""
     unit: str = "1"
@@ -326,13 +326,13 @@ _checks: dict[type, tuple[tuple[_Check, ...], Callable[[Any], Any], list[Any]]] 
 
 
 def choices_of(kind: Any) -> tuple[str, ...]:
-    """The words that a field of this type takes; none where it takes others than words."""
+    """The words that a field of this type takes; none if it takes others than words."""
     literal = next((each for each in (kind, *get_args(kind)) if get_origin(each) is Literal), None)
     return get_args(literal) if literal is not None else ()
 
 
 def as_float(name: str, given: Any) -> float:
-    """A number as a float. Raises InvalidInput where it is none, or more than floats hold."""
+    """A number as a float. Raises InvalidInput if it is none, or more than floats hold."""
     if type(given) is float and not math.isnan(given):
         # -0.0 and 0.0 are one number; others stay the objects that they are: millions of cases share them.
         return given or 0.0
@@ -344,7 +344,7 @@ def as_float(name: str, given: Any) -> float:
 
 
 def as_int(name: str, given: Any) -> int:
-    """A whole number as an int. Raises InvalidInput where it is none."""
+    """A whole number as an int. Raises InvalidInput if it is none."""
     whole = not isinstance(given, bool | str) and _converts(int, given) and int(given) == given
     require(name, given, whole, "a whole number")
     return int(given)

@@ -66,7 +66,7 @@ def installed(name: str) -> str:
 
 
 def _built_from(root: Path) -> str:
-    """The commit that a wheel names; empty where there is none."""
+    """The commit that a wheel names; empty if there is none."""
     path = root / "study" / COPIES / BUILT_FROM
     return path.read_text("utf-8").strip() if path.is_file() else ""
 

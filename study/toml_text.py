@@ -12,7 +12,7 @@ from nanoslip.solver.outcome import SHOWN, quoted
 
 
 def from_toml(text: str) -> dict[str, Any]:
-    """The document that TOML text is. Raises ValueError where it is none, or is nested too deeply."""
+    """The document that TOML text is. Raises ValueError if it is none, or is nested too deeply."""
     try:
         return tomllib.loads(text)
     except RecursionError:

@@ -207,7 +207,7 @@ def _bordered_inverse(system: NDArray[np.float64], name: str) -> NDArray[np.floa
 
 
 def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
-    """block⁻¹ of a `name`; SingularOperator where not a digit of it is sure."""
+    """block⁻¹ of a `name`; SingularOperator if not a digit of it is sure."""
     try:
         with warnings.catch_warnings():
             # One whose reciprocal condition is below machine precision.

@@ -259,7 +259,7 @@ def _front(nodes: NDArray[np.bool_], ahead: int) -> int:
 
 
 def _refuse_cycles(seen: set[bytes], solved: CoulombContact) -> None:
-    """Raises CoulombError where the same roles come back."""
+    """Raises CoulombError if the same roles come back."""
     roles = np.where(solved.contact, solved.sliding, 2.0).tobytes()
     if roles in seen:
         # For large μ_i there need not be an assignment of roles that satisfies all conditions.
@@ -287,7 +287,7 @@ def raise_load_of_sliding(solved: CoulombContact, target: float) -> None:
 
 
 def change(solved: CoulombContact, kind: EventKind, node: int) -> None:
-    """Answer an event (none where `kind` is NOTHING) and all that follows from it at once."""
+    """Answer an event (none if `kind` is NOTHING) and all that follows from it at once."""
     if kind != EventKind.NOTHING:
         answers = {EventKind.SLIP: solved.let_slide, EventKind.RELEASE: solved.release, EventKind.TOUCH: solved.touch}
         answers[kind](node)
@@ -295,7 +295,7 @@ def change(solved: CoulombContact, kind: EventKind, node: int) -> None:
 
 
 def next_change(solved: CoulombContact, rates: Rates) -> tuple[float, EventKind, int]:
-    """Step after which a role changes, how, and whose; infinite where none does. The gap is taken as linear."""
+    """Step after which a role changes, how, and whose; infinite if none does. The gap is taken as linear."""
     force_rate, _, u_rate, v_rate = rates
     mu, stick = solved.node_friction, solved.contact & (solved.sliding == 0.0)
     steps = {EventKind.RELEASE: _time(solved.normal_force, force_rate[1], solved.contact)}

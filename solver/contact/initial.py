@@ -128,7 +128,7 @@ def _why_unsettled(case: Case, compliance: Compliance, found: NormalContact) -> 
 
 
 def _at_the_edge(case: Case, found: NormalContact) -> Outcome | None:
-    """Why a punch pressed down without friction has no answer at its edge; None where it has.
+    """Why a punch pressed down without friction has no answer at its edge; None if it has.
 
     A node in contact has moved beyond the edge, or a free one in under it and into the punch: nothing could slide from there.
     """

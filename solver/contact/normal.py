@@ -251,7 +251,7 @@ class NormalContact(NamedTuple):
 
     contact: Nodes
     normal_force: Vector
-    """N of every node, zero where free."""
+    """N of every node, zero if free."""
     u: Vector
     v: Vector
     """w + approach."""

@@ -80,7 +80,7 @@ class FrictionLimit:
 def sawtooth(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     """F̃ with both sides of every drop: each tooth rises from the force after one event to the force before the next.
 
-    Raises NoPlateauError where the record has no plateau.
+    Raises NoPlateauError if the record has no plateau.
     """
     return _periodic(teeth(record), plateau)
 
@@ -88,7 +88,7 @@ def sawtooth(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
 def linear(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     """F̃ by linear interpolation of the force *after* each event: continuous, peaks cut off (the junction still jumps).
 
-    Raises NoPlateauError where the record has no plateau.
+    Raises NoPlateauError if the record has no plateau.
     """
     whole = teeth(record)
     return _periodic(Teeth(whole.edges, whole.start, np.append(whole.start[1:], whole.end[-1])), plateau)
@@ -110,7 +110,7 @@ def mean(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     """Friction limit F̃ that equals the plateau's mean everywhere, from the first position on.
 
     No static excess is made up: with surface compliance the contact is an elastic, perfectly plastic element.
-    Raises NoPlateauError where the record has no plateau.
+    Raises NoPlateauError if the record has no plateau.
     """
     _need(plateau)
     force = np.array([plateau.mean * record.normal_load])
@@ -152,7 +152,7 @@ def _edges_kept(edges: NDArray[np.float64], shortest: float) -> NDArray[np.intp]
 
 
 def friction_limit_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> FrictionLimit:
-    """F̃ of one of the `SHAPES`. Raises NoPlateauError where the record has no plateau."""
+    """F̃ of one of the `SHAPES`. Raises NoPlateauError if the record has no plateau."""
     return SHAPES[shape](record, plateau)
 
 

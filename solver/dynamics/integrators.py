@@ -306,7 +306,7 @@ def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive) -> tuple[R
 def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[DynamicsResult, FrictionCoefficients]:
     """The motion of a drive over `record`, and its friction.
 
-    Raises NoPlateauError where the record has no steady part that could be continued.
+    Raises NoPlateauError if the record has no steady part that could be continued.
     """
     limit = friction_limit_of(record, plateau, drive.profile)
 

@@ -197,7 +197,7 @@ def _widths(n_x: int, equal: bool) -> NDArray[np.float64]:
 def surface_compliance(slab: Slab) -> Compliance:
     """The surface compliance of `slab`, exactly symmetric where its scheme is reciprocal.
 
-    Raises SingularOperator where a block cannot be inverted, InvalidInput where the scheme does not fit the slab.
+    Raises SingularOperator if a block cannot be inverted, InvalidInput if the scheme does not fit the slab.
     """
     if isinstance(slab.scheme, EndlessScheme):
         return EndlessCompliance(_convolution(slab.scheme, slab), slab)

@@ -145,7 +145,7 @@ def _norm(square: Dense) -> float:
 
 
 def _checked(reciprocal_condition: float) -> float:
-    """The reciprocal condition. Raises SingularOperator where it is below machine precision."""
+    """The reciprocal condition. Raises SingularOperator if it is below machine precision."""
     if reciprocal_condition < np.finfo(float).eps:
         raise SingularOperator(
             f"the slab's stiffness is singular (reciprocal condition {reciprocal_condition:.1e}): "

@@ -46,7 +46,7 @@ beyond it on."""
 
 
 def grid_scheme(slab: Slab) -> GridScheme:
-    """The slab's scheme. Raises InvalidInput where that has no grid."""
+    """The slab's scheme. Raises InvalidInput if that has no grid."""
     if isinstance(slab.scheme, GridScheme):
         return slab.scheme
     having = ", ".join(name for name, kind in SCHEMES.items() if issubclass(kind, GridScheme))
@@ -54,7 +54,7 @@ def grid_scheme(slab: Slab) -> GridScheme:
 
 
 def stiffness(slab: Slab) -> Stiffness:
-    """The matrices of Eq. 11 for a slab, by its scheme. Raises InvalidInput where its scheme has no grid."""
+    """The matrices of Eq. 11 for a slab, by its scheme. Raises InvalidInput if its scheme has no grid."""
     return grid_scheme(slab).stiffness(slab)
 
 
@@ -85,8 +85,8 @@ def blank(stiffness: Stiffness) -> NodalFields:
 def solve_mixed(stiffness: Stiffness, given: NodalFields) -> NodalFields:
     """Solve Eq. 11 for the unknown displacements and forces, which are NaN in `given`; returns all of them.
 
-    The support is not added here: start from `blank` to keep it. Raises InvalidInput where both or neither of a pair is given at
-    a node (naming node and pair), SingularOperator where the body can move as a rigid one.
+    The support is not added here: start from `blank` to keep it. Raises InvalidInput if both or neither of a pair is given at
+    a node (naming node and pair), SingularOperator if the body can move as a rigid one.
     """
     nodes = stiffness.grid.nodes
     for name, displacement, force in (("u and f_x", given.u, given.f_x), ("w and f_z", given.w, given.f_z)):
@@ -115,7 +115,7 @@ def _check_pair(name: str, displacement: Vector, force: Vector, nodes: int) -> N
 
 
 def solve_sparse(matrix: object, right: Vector) -> Vector:
-    """matrix⁻¹ right, (size,), of a sparse matrix. Raises SingularOperator where a rigid motion is free."""
+    """matrix⁻¹ right, (size,), of a sparse matrix. Raises SingularOperator if a rigid motion is free."""
     advice = "prescribe enough displacements to exclude rigid motion (two translations and a rotation)"
     try:
         factors = scipy.sparse.linalg.splu(matrix.tocsc())  # type: ignore[attr-defined]

@@ -29,7 +29,7 @@ _NAMES = [item.name for item in fields(InteriorFields)]
 def interior_fields(slab: Slab, nodal_force: NDArray[np.float64]) -> InteriorFields:
     """The fields under nodal forces (f_x, f_z) on the surface, shape (2, n), in G·L_x per unit depth.
 
-    Raises SingularOperator where the slab can move as a rigid body.
+    Raises SingularOperator if the slab can move as a rigid body.
     """
     whole = stiffness(trunk(slab))
     found = _solved(whole, slab.poisson, nodal_force)

@@ -40,7 +40,7 @@ class Leg(FrictionRecord):
     first_load: float
     """Load where it begins, in G·L_x·L_y."""
     load: Vector | None
-    """(e,) load after each event; None where it does not change."""
+    """(e,) load after each event; None if it does not change."""
     load_work: float
     """Work of the load, in G·L_x²·L_y."""
     lost: float
@@ -174,7 +174,7 @@ def _followed(
 
 
 def way_to(state: ContactState, load: float, ahead: int, point: Point) -> Way | None:
-    """The straight way to a point from a contact under this load; None where it is there. ahead: as the pin last moved."""
+    """The straight way to a point from a contact under this load; None if it is there. ahead: as the pin last moved."""
     moved, raised = point[0] - state.displacement, point[1] - load
     if moved:
         ahead = 1 if moved > 0.0 else -1

@@ -157,7 +157,7 @@ FIRST_CAPACITY = 4096
 
 
 def presliding_length(case: Case, stiffness: float) -> float:
-    """μ_i·W/K in L_x, from the contact's lateral stiffness K (G·L_y); infinite where K is not above 0."""
+    """μ_i·W/K in L_x, from the contact's lateral stiffness K (G·L_y); infinite if K is not above 0."""
     if case.intrinsic_friction == 0.0:
         return 0.0
     return case.intrinsic_friction * case.normal_load / stiffness if stiffness > 0.0 else math.inf

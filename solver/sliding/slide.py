@@ -182,7 +182,7 @@ def slide_full_contact(case: Case, start: ContactState, compliance: Compliance, 
 
 
 def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, whole: bool) -> Run | None:
-    """The run within windows, or on the whole surface; None where a node beyond a window proves to lie inside the pin."""
+    """The run within windows, or on the whole surface; None if a node beyond a window proves to lie inside the pin."""
     compiled = compiled_at(case, compliance, start, whole, way)
     initial_stiffness = _stiffness(way.direction, total_shear(compiled.state.contact, compiled.state.rate))
     most, end_at = case.max_events or MOST_EVENTS, way.end(case, initial_stiffness)
@@ -229,7 +229,7 @@ def _continued(
 ) -> tuple[CompiledContact | None, Stop]:
     """A compiled contact to go on with after `status`, one of GOING_ON, and DONE or why it cannot go on.
 
-    widest: whether what follows a window is the whole surface. anew: set up from its own state, as a resumed run is. None where
+    widest: whether what follows a window is the whole surface. anew: set up from its own state, as a resumed run is. None if
     a node beyond the window lies inside the pin.
     """
     followed: CompiledContact | None = compiled
@@ -247,7 +247,7 @@ def _continued(
 
 
 def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | None:
-    """The contact set up from its own state; None where a node beyond the window lies inside the pin."""
+    """The contact set up from its own state; None if a node beyond the window lies inside the pin."""
     state = state_of(compiled, COMPLETED)
     if beyond_window(compiled, state):
         return None
@@ -286,7 +286,7 @@ def _followed(case: Case, state: ContactState, whole: bool) -> NDArray[np.bool_]
 def slide_with_constant_pressures(case: Case, start: ContactState, compliance: Compliance, way: Way) -> Run:
     """Follow the way of the pin from `start`.
 
-    Raises SingularOperator where the tangential compliance of the contact cannot be inverted.
+    Raises SingularOperator if the tangential compliance of the contact cannot be inverted.
     """
     nodes = start.contact.nonzero()[0]
     state, constants = _tangential_state(case, compliance, start, nodes, way.direction), slip_constants(case)
@@ -416,7 +416,7 @@ class _Run:
         return 4.0 * LONGEST_STEP / int(self.solved.contact.sum()) * self.solved.normal_load
 
     def follow(self) -> None:
-        """Step from change of roles to change of roles. Raises CoulombError where the contact has no solution."""
+        """Step from change of roles to change of roles. Raises CoulombError if the contact has no solution."""
         case, solved = self.case, self.solved
         rates = stick_and_slide_in_motion(solved)
         self.initial_stiffness = _stiffness(self.way.direction, float(rates[0][0].sum()))
@@ -469,7 +469,7 @@ class _Run:
 
 
 def _refuse_flanks(solved: CoulombContact, dissipated: float) -> None:
-    """Raises CoulombError where a node is on a flank above 45°, or on one above its μ_i in an event that creates energy."""
+    """Raises CoulombError if a node is on a flank above 45°, or on one above its μ_i in an event that creates energy."""
     slope = np.abs(solved.pin.slope(solved.xi))[solved.contact]
     creates = dissipated < -CREATED_ON_THE_WAY * solved.normal_load**2
     above_friction = bool((slope > solved.node_friction[solved.contact]).any())

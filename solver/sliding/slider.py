@@ -101,7 +101,7 @@ def _ended(outcome: Outcome) -> SolverError:
 
 
 def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
-    """The portion of one contact. Raises SolverError where it has no record up to `end`."""
+    """The portion of one contact. Raises SolverError if it has no record up to `end`."""
     case = replace(case, max_presliding=None, max_spacings=None, max_displacement=end)
     start = initial_contact(case, compliance)
     record, last = slide_to_state(case, compliance, start)
@@ -195,7 +195,7 @@ class Slider:
 def slider(case: Case, portions: Iterable[Portion]) -> Slider:
     """The sum of all portions, in their order. Its events are pieces in which the contacts have theirs; none has a node.
 
-    Raises SolverError where fewer than half of the contacts have a record.
+    Raises SolverError if fewer than half of the contacts have a record.
     """
     total = reduce(_together, portions)
     if total.contacts < needed(case.interface.contacts):

@@ -484,7 +484,7 @@ SAMPLES: Final = 2000
 
 
 def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
-    """Errors and times of every integrator over the setup's record. Raises SolverError where it has no plateau.
+    """Errors and times of every integrator over the setup's record. Raises SolverError if it has no plateau.
 
     RK4 runs the whole drive; a step that is refused as unstable has no row.
     """

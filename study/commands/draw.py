@@ -207,7 +207,7 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str, output
 
 
 def drawn(lines: Sequence[Curve], picture: Path) -> bytes:
-    """A picture of the lines, one above the other. Raises Refusal where there is none."""
+    """A picture of the lines, one above the other. Raises Refusal if there is none."""
     if not lines:
         raise Refusal("this case has no friction record, motion or contact to be drawn: see [outputs] and stages")
     with column(height=2.2 * len(lines)) as figure:

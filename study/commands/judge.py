@@ -207,7 +207,7 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
 _SAID: Final = {"pending": "pending, skipped", "failed": "failed, skipped", "not_in_sample": "not in the sample"}
 """Words for cases that were not recomputed, printed if there are any.
 
-Failed are those for want of time or memory, or as a process died: nobody knows whether they would again."""
+Failed are those for lack of time or memory, or as a process died: nobody knows whether they would again."""
 
 
 def _recompute(tasks: tuple[Task, ...], out: Path) -> int:

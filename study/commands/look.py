@@ -217,7 +217,7 @@ _NAMES: Final = ("case_id", "case")
 
 
 def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | None) -> None:
-    """Print the case that parameters single out, or write its picture besides. Raises Refusal where it is not one case."""
+    """Print the case that parameters single out, or write its picture besides. Raises Refusal if it is not one case."""
     case = single(dataset, given)
     _print_numbers(case, dataset)
     lines = list(curves(case))

@@ -173,7 +173,7 @@ def _left_out(source: Source) -> Iterator[str]:
 
 
 def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
-    """The motion of one computed drive, with its numbers. Raises Refusal where it is not one."""
+    """The motion of one computed drive, with its numbers. Raises Refusal if it is not one."""
     with dataset_of(source) as dataset:
         try:
             return Accessor(one_case(dataset, assignments(parameters))).trajectory().load()

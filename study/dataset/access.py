@@ -104,7 +104,7 @@ def _nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
 def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:
     """The run of one case in a group, as it stands there, and the case's scalars.
 
-    Raises KeyError where no case is like that, ValueError where several are or the one has no run.
+    Raises KeyError if no case is like that, ValueError if several are or the one has no run.
     """
     found = places(root, id_of(root, name), selection)
     if len(found.positions) != 1:
@@ -124,7 +124,7 @@ def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Datase
 
 
 def id_of(root: xr.Dataset, name: str) -> str:
-    """The variable that names the run of each case. Raises ValueError where a dataset has no such group."""
+    """The variable that names the run of each case. Raises ValueError if a dataset has no such group."""
     known = all_groups()[name].id.name
     groups = groups_of(root)
     if not groups:
@@ -139,7 +139,7 @@ def id_of(root: xr.Dataset, name: str) -> str:
 
 
 def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] | None:
-    """Sample dimension -> where the runs of these names are; None where there is none of a name."""
+    """Sample dimension -> where the runs of these names are; None if there is none of a name."""
     group = groups_of(root)[name]
     numbers = {label: number for number, label in enumerate(group[name].values.tolist())}
     if not all(isinstance(each, str) and each for each in ids):
@@ -168,7 +168,7 @@ def _words(selection: Selection) -> str:
 
 
 def scales_of(attributes: Mapping[Any, Any]) -> Scales | None:
-    """The scales of a dataset, from its attributes; None where these do not state them."""
+    """The scales of a dataset, from its attributes; None if these do not state them."""
     try:
         return Scales(**{each.name: float(attributes[each.name]) for each in fields(Scales)})
     except KeyError:
@@ -458,7 +458,7 @@ def added_axes(dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequen
 def _merged(
     names: Iterable[str], added: Sequence[str], dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequence[str]
 ) -> xr.Dataset:
-    """Variables of all datasets; NaN where no dataset has a place. Raises NotJoinableError where two differ at one place."""
+    """Variables of all datasets; NaN where no dataset has a place. Raises NotJoinableError if two differ at one place."""
     along = {name: _along(name, added, roots) for name in names}
     found = xr.Dataset()
     for root, source in zip(roots, sources, strict=True):

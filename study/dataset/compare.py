@@ -59,7 +59,7 @@ def identical(one: NDArray[Any], other: NDArray[Any]) -> bool:
 
 
 def relative(kept: NDArray[Any], again: NDArray[Any], scale: float) -> float:
-    """Largest |kept - again| over the scale; infinite where only one is a number, or where the scale is 0."""
+    """Largest |kept - again| over the scale; infinite if only one is a number, or if the scale is 0."""
     both = np.isfinite(kept) & np.isfinite(again)
     if not np.all(both | (kept == again) | (np.isnan(kept) & np.isnan(again))):
         return np.inf
@@ -125,7 +125,7 @@ def matched(pair: Pair, kind: str) -> Matched:
 
 
 def values(root: xr.Dataset, name: str) -> list[Value]:
-    """The different values of a parameter in a dataset; none where it has no such parameter."""
+    """The different values of a parameter in a dataset; none if it has no such parameter."""
     found = root[name].values.ravel().tolist() if name in root.coords else []
     return list(dict.fromkeys(value for value in found if not _missing(value)))
 

@@ -35,7 +35,7 @@ def seal(path: Path) -> None:
 
 
 def seal_of(path: Path) -> str | None:
-    """The checksum that a file ends with, None where it has none. Raises OSError."""
+    """The checksum that a file ends with, None if it has none. Raises OSError."""
     length = path.stat().st_size - _LENGTH
     if length < 0:
         return None
@@ -173,7 +173,7 @@ _COMPRESSED: Final = {"zlib": True, "complevel": 1, "shuffle": True}
 
 
 def write_tree(tree: xr.DataTree, path: Path) -> None:
-    """Write the file. Raises OSError, RuntimeError where the disk refuses."""
+    """Write the file. Raises OSError, RuntimeError if the disk refuses."""
     values: list[tuple[Any, Any]] = []  # written last: netCDF writes all definitions anew for each that follows a value
     last = SimpleNamespace(add=lambda source, target: values.append((target, source)))
     usual = netCDF4.get_chunk_cache()
@@ -279,7 +279,7 @@ def _other_format(said: Mapping[str, Any]) -> str:
 
 
 def check(path: Path) -> None:
-    """Raises StoreError where a byte of the file has changed since it was collected, OSError."""
+    """Raises StoreError if a byte of the file has changed since it was collected, OSError."""
     written = seal_of(path)  # a file without one has nothing to break
     if written is not None and written != _digest(path, path.stat().st_size - _LENGTH):
         said = "its bytes are not those that were collected: damaged? nanoslip collect writes it anew"

@@ -69,7 +69,7 @@ def are_stored(variable: xr.Variable) -> bool:
 
 
 def decoded(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable:
-    """Texts from numbers, in memory. Raises ValueError where a number stands for no text."""
+    """Texts from numbers, in memory. Raises ValueError if a number stands for no text."""
     numbers = variable.values
     different, places = np.unique(numbers, return_inverse=True)
     if variable.attrs[_STORED] == _WORD:
@@ -101,7 +101,7 @@ def as_group(table: Table) -> xr.Dataset:
 
 
 def table_of(group: xr.Dataset | None) -> Table:
-    """The texts of such a group by name. Raises KeyError where it is none."""
+    """The texts of such a group by name. Raises KeyError if it is none."""
     if group is None:
         return {}
     texts: NDArray[Any] = group[_TEXT].values

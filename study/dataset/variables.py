@@ -215,7 +215,7 @@ class Described:
     """Variable with the uncertainty of this one; empty if there is none."""
     comment: str
     values: tuple[str, ...]
-    """Names of its bits, meanings of its numbers from 0 on, or the texts that it can hold; empty where it is any number."""
+    """Names of its bits, meanings of its numbers from 0 on, or the texts that it can hold; empty if it is any number."""
 
 
 def rows() -> list[Described]:
@@ -437,7 +437,7 @@ class Samples:
         self._file: IO[bytes] | None = None
 
     def add(self, run: NDArray[Any]) -> None:
-        """Append values; all runs are of one type. Raises OSError where the disk refuses."""
+        """Append values; all runs are of one type. Raises OSError if the disk refuses."""
         self._runs.append(run.copy())  # a view would keep all of its result
         self._held += run.nbytes
         if self._held > HELD:
@@ -467,7 +467,7 @@ class Runs:
         self._columns = {name: Samples(folder) for name in group.columns}
 
     def add(self, results: Sequence[TaskResult], factors: Mapping[str, float], case_id: str, drive: str) -> str:
-        """Append the run of a case's results of the group's kinds; returns its name, empty where there is nothing.
+        """Append the run of a case's results of the group's kinds; returns its name, empty if there is nothing.
 
         factors: by `Quantity.per`.
         """

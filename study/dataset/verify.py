@@ -353,7 +353,7 @@ class _Runs:
         self._windows = [windows(each, group) for each in both]
 
     def differences(self, kept: str, now: str, moved: bool) -> list[Difference]:
-        """One run beside the other, by their names (empty where there is none): whose it is, and column by column."""
+        """One run beside the other, by their names (empty if there is none): whose it is, and column by column."""
         if not kept or not now:
             said = "recomputed, but none kept" if now else "kept, but none recomputed"
             return [_odd(self.group.id.name, said)] if kept or now else []

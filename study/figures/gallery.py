@@ -27,9 +27,9 @@ def shipped_figures() -> dict[str, CampaignFigure]:
 
 
 def figures_of(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
-    """The figures in the script beside a campaign file, which may import its neighbours; none where there is no script.
+    """The figures in the script beside a campaign file, which may import its neighbours; none if there is no script.
 
-    name: of the campaign; else its file's. Raises StoreError where the script fails or has none.
+    name: of the campaign; else its file's. Raises StoreError if the script fails or has none.
     """
     script = campaign.with_suffix(".py")
     if not script.is_file():

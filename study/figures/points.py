@@ -112,7 +112,7 @@ class Points:
     name: str
     label: str
     values: NDArray[Any]
-    """Numbers, NaN where there is none; or texts, empty where there is none."""
+    """Numbers, NaN where there is none; or texts, empty if there is none."""
     errors: Floats
     """Uncertainties of the numbers; NaN if unknown."""
     shared: Floats

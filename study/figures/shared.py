@@ -128,7 +128,7 @@ def column(height: float = 2.4, width: float = COLUMN, make: Callable[..., Figur
 
 @contextmanager
 def styled(sheet: str = "") -> Iterator[None]:
-    """Settings of a style sheet, a file or one of matplotlib's by its name. Raises InvalidInput where there is none."""
+    """Settings of a style sheet, a file or one of matplotlib's by its name. Raises InvalidInput if there is none."""
     with ExitStack() as stack:
         try:
             stack.enter_context(style.context(sheet or {}))
@@ -226,7 +226,7 @@ class Sort:
     name: str
     title: str
     of: Callable[[xr.Dataset], Iterator[View | str]]
-    """Views that a dataset calls for, and sentences on what is not drawn; none where it has nothing of the sort."""
+    """Views that a dataset calls for, and sentences on what is not drawn; none if it has nothing of the sort."""
 
 
 def csv_of(columns: Columns) -> str:
@@ -295,7 +295,7 @@ def closed_form(
 
 
 def fitted(case: xr.Dataset, scales: Scales | None, time: Floats) -> ClosedForm | None:
-    """Eq. 16-19 with the coefficients that fit the spring force of one case best; None where nothing was fitted."""
+    """Eq. 16-19 with the coefficients that fit the spring force of one case best; None if nothing was fitted."""
     if scales is None or len(time) < 2:
         return None
     kinetic, static, later = (float(case[name]) if name in case else np.nan for name in COEFFICIENTS)

@@ -102,7 +102,7 @@ def scattered(points: Points) -> bool:
 def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
     """Assign roles to all coordinates in which the cases differ: at least one. x, hue: chosen already.
 
-    Raises ValueError where one is chosen twice, or the only one as hue.
+    Raises ValueError if one is chosen twice, or the only one as hue.
     """
     counts = counts_of(points)
     left = [name for name in counts if name not in (x, hue)]
@@ -522,7 +522,7 @@ def _observed(dataset: xr.Dataset) -> Iterator[Points]:
 
 
 def view_of(points: Points, x: str = "", hue: str = "") -> View:
-    """The figure of some points. x, hue: coordinates that the caller chooses. Raises UnknownNameError where all are alike."""
+    """The figure of some points. x, hue: coordinates that the caller chooses. Raises UnknownNameError if all are alike."""
     if not points.axes:
         raise UnknownNameError(f"{points.name}: all cases are alike: there is nothing to draw it against")
     drawn, kept = together(points, (x, hue))

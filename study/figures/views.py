@@ -80,7 +80,7 @@ class Family:
 
 
 def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[Run]:
-    """The runs of a group, each once, though several cases share it; none where the dataset has no such group.
+    """The runs of a group, each once, though several cases share it; none if the dataset has no such group.
 
     need: runs of cases that lack it are left out.
     """

@@ -106,7 +106,7 @@ class Question:
         return np.column_stack([each.shares(rows[same, axis]) for axis, each in enumerate(self.ranges)])
 
     def check(self, out: Path) -> None:
-        """Raises ValueError where a target is no number of the campaign, or not one for each case."""
+        """Raises ValueError if a target is no number of the campaign, or not one for each case."""
         middle = np.full((2, len(self.ranges)), 0.5)
         middle[1] += 0.25
         self._numbers(self.plans(middle), Store(out))

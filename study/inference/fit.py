@@ -122,7 +122,7 @@ class Fit:
         return means, errors
 
     def misfit(self, x: Floats, unsure: bool = True) -> Floats:
-        """Sum of the squared misfits at points (m, d); infinite where a number is missing.
+        """Sum of the squared misfits at points (m, d); infinite if a number is missing.
 
         unsure: whether the surrogate's error counts. Else the least one is the nearest point, not the least known one.
         """
@@ -214,7 +214,7 @@ class Fit:
         return tuple((x[labels == each], misfit[labels == each]) for each in dict.fromkeys(labels.tolist()))
 
     def intervals(self, axis: int, level: float) -> list[tuple[float, float] | None]:
-        """The range of a parameter over the points of each separate set that agree; None where none do."""
+        """The range of a parameter over the points of each separate set that agree; None if none do."""
         found: list[tuple[float, float] | None] = []
         for x, misfit in self.islands:
             inside = self.ranges[axis].at(x[misfit <= self.limit(level), axis])

@@ -184,7 +184,7 @@ MOST_TIED: Final = 0.7
 def _table(
     axes: Sequence[Axis], columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats
 ) -> tuple[Floats, Floats] | None:
-    """Values and errors over all combinations of levels; None where cases are missing, or have no value."""
+    """Values and errors over all combinations of levels; None if cases are missing, or have no value."""
     shape = tuple(len(axis.levels) for axis in axes)
     if np.prod(shape) != len(values) or not np.isfinite(values).all():
         return None

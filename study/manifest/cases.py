@@ -56,7 +56,7 @@ class CampaignCase:
     labels: Labels
     values: Point
     case: Case | None
-    """None where the case is refused, as its parameters exclude each other."""
+    """None if the case is refused, as its parameters exclude each other."""
     outcome: Outcome
     """COMPLETED, or the reason why the case is refused, with advice."""
 
@@ -72,7 +72,7 @@ class CampaignCase:
 
 
 def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
-    """All cases of a campaign, the last axis varying fastest. Raises ManifestError where two cases are the same."""
+    """All cases of a campaign, the last axis varying fastest. Raises ManifestError if two cases are the same."""
     values = manifest.axes.values()
     points = itertools.product(*values) if manifest.design == "product" else zip(*values, strict=True)
     cases = tuple(map(_Expansion(manifest).case, points))

@@ -61,7 +61,7 @@ def as_utf_8(raw: bytes) -> str:
 
 
 def read_text(path: Path, given: str | None = None, decode: Callable[[bytes], str] = as_utf_8) -> str:
-    """The text of a file, UTF-8 by default, or `given`, the file's text. Raises ManifestError where it cannot be read."""
+    """The text of a file, UTF-8 by default, or `given`, the file's text. Raises ManifestError if it cannot be read."""
     if given is not None:
         return given
     if not one_line(str(path)):
@@ -156,7 +156,7 @@ def _beside_the_last(word: str, given: Mapping[int, Any]) -> dict[int, str]:
 
 
 def _numbers(cells: list[str]) -> tuple[float, ...]:
-    """The numbers of a line; none where it has something else."""
+    """The numbers of a line; none if it has something else."""
     try:
         row = tuple(map(float, cells))
     except ValueError:
@@ -192,7 +192,7 @@ def number_or_text(cell: str) -> Value:
 class Checker:
     """Checks the tables of one campaign file and collects its problems.
 
-    beside: texts of the files that the campaign names, by their keys; None where they are read from disk.
+    beside: texts of the files that the campaign names, by their keys; None if they are read from disk.
     """
 
     def __init__(self, path: Path, beside: Mapping[str, str] | None = None) -> None:
@@ -336,7 +336,7 @@ class NamedFiles(Checker):
     """Reads the files that one campaign file names, or takes their texts from `beside`; collects problems."""
 
     def table(self, top: dict[str, Any]) -> Table | None:
-        """The table of cases; None where the campaign names none or it is refused."""
+        """The table of cases; None if the campaign names none or it is refused."""
         if "table" not in top:
             return None
         for other in ("axes", "design"):
@@ -375,7 +375,7 @@ class NamedFiles(Checker):
         return {"roughness": Rows(text, ())} if given else {}
 
     def _rows(self, given: Given, scales: Scales, number: int | None = None) -> Rows | None:
-        """The value of a parameter from its file, on an axis from one of several files; None where it is refused."""
+        """The value of a parameter from its file, on an axis from one of several files; None if it is refused."""
         word, name = given.key.partition("[")[0], given.value
         if word == "roughness" and isinstance(name, dict):
             return self._surface(given, scales, number)
@@ -386,7 +386,7 @@ class NamedFiles(Checker):
         return None
 
     def _surface(self, given: Given, scales: Scales, number: int | None) -> Rows | None:
-        """The roughness of a measured profile; None where it is refused."""
+        """The roughness of a measured profile; None if it is refused."""
         where = f"{given.place.part}.{given.key}"
         good = self.checked(where, given.value, NamedSurface, [item.name for item in fields(NamedSurface)])
         if "file" not in good:

@@ -58,7 +58,7 @@ def _inert(cell: object) -> object:
 
 
 def text_of(path: Path) -> str:
-    """The text of an instrument's file. Raises InvalidInput where it cannot be read."""
+    """The text of an instrument's file. Raises InvalidInput if it cannot be read."""
     if path.exists() and not path.is_file():
         raise InvalidInput("not a regular file")  # a device may never end
     try:

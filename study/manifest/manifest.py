@@ -127,7 +127,7 @@ class CampaignDrive:
     settings: Mapping[str, Value | None]
     """Every entry of its table but the name, as given where there is no drive; None for what it does not use."""
     drive: NamedDrive | None
-    """None where its values exclude each other."""
+    """None if its values exclude each other."""
     given: frozenset[str] = frozenset()
     """Parameters that the file itself gives, here or on an axis."""
     refused: InvalidInput | None = None
@@ -359,7 +359,7 @@ class Manifest:
     tables: Mapping[str, Mapping[str, Value]]
     """Table of parameters -> parameter -> its value."""
     task_seconds: float | None
-    """Seconds after which a task is taken to hang; None where the estimate of its cost decides."""
+    """Seconds after which a task is taken to hang; None if the estimate of its cost decides."""
     scales: Scales
     drives: tuple[CampaignDrive, ...]
     """Table by table, each at every point of the drive axes, the last axis fastest."""

@@ -82,7 +82,7 @@ NAMED: Final = HASHED
 
 
 def table_of(word: str) -> str:
-    """The name of the table that takes a word; empty where none does."""
+    """The name of the table that takes a word; empty if none does."""
     return next((table for table in TABLES if word in words_of(table)), "")
 
 

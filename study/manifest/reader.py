@@ -541,7 +541,7 @@ def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
 
 
 def refuse_with_stages(manifest: Manifest, case: Case) -> None:
-    """Raise InvalidInput where the stages or outputs of its manifest exclude a case."""
+    """Raise InvalidInput if the stages or outputs of its manifest exclude a case."""
     if "slip" in manifest.stages and not case.effects.friction:
         need = 'stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
         raise InvalidInput("friction", False, need)

@@ -81,7 +81,7 @@ class Surface:
         return 2.0 * np.pi * np.fft.rfftfreq(len(even), apart)[1:], 2.0 * power[1:]
 
     def roughness(self, slab_width: float) -> Roughness:
-        """Points of a case's roughness, in L_x (m). Raises InvalidInput where a case cannot have them."""
+        """Points of a case's roughness, in L_x (m). Raises InvalidInput if a case cannot have them."""
         points = tuple(zip((self.x / slab_width).tolist(), (self.height / slab_width).tolist(), strict=True))
         return Heterogeneity(roughness=points).roughness
 

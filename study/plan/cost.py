@@ -153,7 +153,7 @@ def _touch_entries(case: Case) -> float:
 
 
 def condensation_seconds(slab: Slab) -> float:
-    """Seconds of `surface_compliance`; next to none where it is no matrix."""
+    """Seconds of `surface_compliance`; next to none if it is no matrix."""
     return NODE * grid_nodes(slab)
 
 

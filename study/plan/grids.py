@@ -68,7 +68,7 @@ class Front:
         return self.worst_error(case.slab, self.comparable(case))
 
     def comparable(self, case: Case) -> frozenset[int]:
-        """Indices of the measured contacts comparable with a case; none where nothing comparable was measured."""
+        """Indices of the measured contacts comparable with a case; none if nothing comparable was measured."""
         half_width = hertz_half_width(case)
         measured = case.pin == "parabola" and not case.heterogeneity.roughness
         if not measured or not self.contacts[0] <= half_width <= self.contacts[-1]:

@@ -330,7 +330,7 @@ class Outlook(NamedTuple):
     masks: Sequence[int]
     """Flags of every case, as bits; none of a refused one."""
     shortest: float
-    """Record in node spacings; infinite where nothing slides."""
+    """Record in node spacings; infinite if nothing slides."""
     longest: float
 
 
@@ -494,7 +494,7 @@ def _damper(drive: NamedDrive) -> float:
 
 
 def span_line(outlook: Outlook) -> str:
-    """The number of node spacings that the records will span; empty where nothing slides."""
+    """The number of node spacings that the records will span; empty if nothing slides."""
     if math.isinf(outlook.shortest):
         return ""
     low, high = f"{outlook.shortest:.2g}", f"{outlook.longest:.2g}"

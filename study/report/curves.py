@@ -70,7 +70,7 @@ _DOTS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]]
 
 
 def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = WIDTH, height: int = HEIGHT) -> str:
-    """A line through points as lines of text; empty where fewer than two points are finite.
+    """A line through points as lines of text; empty if fewer than two points are finite.
 
     x: (points,), not decreasing. y: (points,). labels: what x and y are, with units. width, height: in letters, without axes.
     """

@@ -155,7 +155,7 @@ def _time(seconds: float) -> str:
 
 
 def in_si(dataset: xr.Dataset) -> Iterator[str]:
-    """The sizes of cases and of what they give in SI, a line each; none where a dataset does not state its scales."""
+    """The sizes of cases and of what they give in SI, a line each; none if a dataset does not state its scales."""
     found = scales_of(dataset.attrs)
     if found is None:
         return
@@ -313,7 +313,7 @@ def lowered(text: str) -> Markup:
 
 
 def section(dataset: xr.Dataset, sort: Sort) -> Section | None:
-    """The figures of a sort, and notes on those left out; None where a dataset has neither."""
+    """The figures of a sort, and notes on those left out; None if a dataset has neither."""
     seen = list(sort.of(dataset))
     if not seen:
         return None

@@ -316,7 +316,7 @@ Alike: TypeAlias = dict[tuple[str, str | None], list[int]]
 def _reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str], Alike]]:
     """`case`, then `drive`: their outcomes, messages, and those that ended alike: positions by outcome and message.
 
-    Messages that differ in numbers alone are one; that of a drive is None where its case has it. The most frequent come first.
+    Messages that differ in numbers alone are one; that of a drive is None if its case has it. The most frequent come first.
     """
     of_cases: set[str] = set()
     for run, (outcome, message) in variables.OUTCOMES.items():

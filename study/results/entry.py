@@ -245,7 +245,7 @@ def stamp(path: Path) -> object:
 
 
 def _opened(path: Path) -> BinaryIO:
-    """Raises FileNotFoundError, CorruptResultError where it is a folder, a pipe, a link to nothing."""
+    """Raises FileNotFoundError, CorruptResultError if it is a folder, a pipe, a link to nothing."""
     if is_no_file(path):
         raise CorruptResultError(f"{path}: not a whole result ({NO_FILE})")
     return os.fdopen(opened(path), "rb")
@@ -450,7 +450,7 @@ class Logs:
     ) -> None:
         """whole: numbers are checked when results are looked for, else only when they are read. notice: is called with damage.
 
-        sound: returns a result that is read; raises CorruptResultError where it is none.
+        sound: returns a result that is read; raises CorruptResultError if it is none.
         """
         self._folder, self._whole, self._notice, self._sound = folder, whole, notice, sound
         self._unread: dict[Path, list[Fault]] = {}

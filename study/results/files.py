@@ -80,7 +80,7 @@ def add(path: Path, lines: bytes) -> None:
 
 
 def read(path: Path) -> list[str]:
-    """All lines that are there; none where nothing is that can be read."""
+    """All lines that are there; none if nothing is that can be read."""
     try:
         return content(path).decode("utf-8", errors="replace").splitlines()
     except OSError:

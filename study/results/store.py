@@ -67,7 +67,7 @@ def failing(what: object) -> Iterator[None]:
 
 
 def _sound(result: TaskResult) -> TaskResult:
-    """The result. Raises CorruptResultError where it does not hold what its kind declares."""
+    """The result. Raises CorruptResultError if it does not hold what its kind declares."""
     try:
         if is_whole(result):
             return result
@@ -150,7 +150,7 @@ class Store:
         return attempts.final(self._out, here().solver)
 
     def write(self, result: TaskResult, shared: bool = False) -> None:
-        """Keep a result; shared: in a file of its own, as other tasks read it. Raises StoreError where the disk refuses."""
+        """Keep a result; shared: in a file of its own, as other tasks read it. Raises StoreError if the disk refuses."""
         content = packed(result)
         with failing(f"{self.folder}: cannot write {result.key}"):
             if shared:
@@ -181,7 +181,7 @@ class Store:
             return _sound(found)
 
     def find(self, key: str) -> TaskResult | None:
-        """A result as `read` gives it; None where there is none, or an unsound one, which is named on stderr."""
+        """A result as `read` gives it; None if there is none, or an unsound one, which is named on stderr."""
         try:
             return self.read(key)
         except (FileNotFoundError, NotADirectoryError):
@@ -191,7 +191,7 @@ class Store:
             return None
 
     def settle(self) -> None:
-        """Have all results outlast a loss of power. Raises StoreError where the disk refuses."""
+        """Have all results outlast a loss of power. Raises StoreError if the disk refuses."""
         with failing(f"{self.folder}: cannot keep results"):
             self._logs.settle()
 
@@ -257,7 +257,7 @@ class Lease:
         self._beat = threading.Thread(target=self._keep_fresh, name="lease", daemon=True)
 
     def __enter__(self) -> Self:
-        """Raises StoreError where another run is at work there, or the folder refuses."""
+        """Raises StoreError if another run is at work there, or the folder refuses."""
         with failing(f"{self._path}: cannot be written"):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             scratch = scratch_beside(self._path, self._text)

@@ -87,7 +87,7 @@ def load_site(path: Path) -> tuple[Site, str]:
 
 
 def _template(settings: Path, name: str) -> Path:
-    """The file of a template. Raises ValueError where it is not beside the settings: all of its text stands in the script."""
+    """The file of a template. Raises ValueError if it is not beside the settings: all of its text stands in the script."""
     if Path(name).name != name:
         raise ValueError(f"template = {shown(name)}: needs the name of a file beside the settings")
     beside = settings.parent / name
@@ -116,7 +116,7 @@ class Job:
 def script(job: Job, site: Site, template: str) -> str:
     """The batch script that runs a campaign as one MPI job and puts itself back into the queue until it is finished.
 
-    A template can do nothing but lay out text. Raises SiteError where it tries, or is wrong.
+    A template can do nothing but lay out text. Raises SiteError if it tries, or is wrong.
     """
     return _script(job, site, template, run=job.shell_command("run"))
 

@@ -164,7 +164,7 @@ Show = Callable[[Sequence[Task], int, Measured], AbstractContextManager[Report]]
 def compute_rest(farm: Farm, rest: Rest, journal: Journal, lease: Lease, show: Show) -> int:
     """Compute all that is left, and have its results on disk; returns how many tasks failed, or needed one that did.
 
-    Raises ShortageError, StoreError where no result can be kept any more, UnfinishedError.
+    Raises ShortageError, StoreError if no result can be kept any more, UnfinishedError.
     """
     tasks, into = rest.left.tasks, rest.store.folder.parent
     if short := shortages(rest.plan, tasks, farm.here):
@@ -220,7 +220,7 @@ def _check_whole(tally: Tally, lease: Lease) -> None:
 
 
 def unseen(tasks: Sequence[Task], undone: Collection[str], store: Store) -> str:
-    """Which results of tasks that were reported as done are not in the store, in a line; empty where all are.
+    """Which results of tasks that were reported as done are not in the store, in a line; empty if all are.
 
     Waits for them as long as a network file system may show a folder as it was. undone: keys of tasks without a result.
     """

@@ -199,7 +199,7 @@ class ChildProcess:
         self._last_words.close()
 
     def last_code(self) -> int | None:
-        """Exit code, or minus the signal that ended it; None where it had cut the connection and went on."""
+        """Exit code, or minus the signal that ended it; None if it had cut the connection and went on."""
         code = None
         with suppress(subprocess.TimeoutExpired):
             code = self._process.wait(LAST_BREATH)
@@ -207,7 +207,7 @@ class ChildProcess:
         return code
 
     def last_words(self) -> str:
-        """The traceback of the fault that ended it; empty where it left none."""
+        """The traceback of the fault that ended it; empty if it left none."""
         self._last_words.seek(0)
         return self._last_words.read(_MOST_WORDS).decode(errors="replace").partition("\nExtension modules:")[0]
 
@@ -298,7 +298,7 @@ class Agent:
         return keys
 
     def arrived(self) -> list[Done]:
-        """The tasks that have ended since. Raises BrokenProgramError where no child can be started, FarmError."""
+        """The tasks that have ended since. Raises BrokenProgramError if no child can be started, FarmError."""
         done = self._ended(self._begun) if self._begun else None
         self._feed()
         return [done] if done else []

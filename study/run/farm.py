@@ -101,7 +101,7 @@ class Farm(ABC):
             waiting.difference_update(rank for rank, ended, _ in self.news() if ended)
 
     def serve(self) -> int:
-        """Compute what the root sends until it leaves; returns its exit code. Raises FarmError where the root is alone."""
+        """Compute what the root sends until it leaves; returns its exit code. Raises FarmError if the root is alone."""
         raise FarmError("a farm without ranks has nobody to serve")
 
     def leave(self, code: int) -> NoReturn:
@@ -384,7 +384,7 @@ _NO_MPI4PY: Final = "mpi4py is not installed: pip install 'nanoslip[mpi]', or wi
 def open_farm(program: Program, grace: float = GRACE, serial: bool = False, jobs: int | None = None) -> Farm:
     """The farm this process is part of: MPI's ranks where there are several, else `jobs` processes, else one.
 
-    serial: this process itself computes. Raises FarmError where a launcher started several processes that do not see each other,
+    serial: this process itself computes. Raises FarmError if a launcher started several processes that do not see each other,
     or that would each start more.
     """
     started = processes_started()

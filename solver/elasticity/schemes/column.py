@@ -166,7 +166,7 @@ def bar_forces(n_x: int) -> Dense:
 def lengthening(slab: Slab) -> Dense:
     """Compliance that the inserted bar adds: [w; u; rotation] of the surface per [N; Q; M], less the trunk's; (3, 3), symmetric.
 
-    Raises SingularOperator where the trunk can move as a rigid body.
+    Raises SingularOperator if the trunk can move as a rigid body.
     """
     long, short = slab.aspect_ratio, trunk(slab).aspect_ratio
     if slab.support == "right_side":

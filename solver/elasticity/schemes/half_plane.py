@@ -47,7 +47,7 @@ TANGENTIAL_DATUM, NORMAL_DATUM = 1 / (2 * np.pi), -1 / (2 * np.pi)
 
 
 def _require_depth(slab: Slab) -> None:
-    """Raise InvalidInput where displacements far from the load have the opposite sign, so that smooth forces do negative work.
+    """Raise InvalidInput if displacements far from the load have the opposite sign, so that smooth forces do negative work.
 
     The forces that give way most to a load are those of an adhering punch over the whole surface (Muskhelishvili),
     (a + x)^(iε - 1/2) (a - x)^(-iε - 1/2), tanh πε = (1 - 2ν)/(2 - 2ν). With ψ, the digamma function, they lower it by
