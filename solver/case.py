@@ -39,7 +39,7 @@ MOST_EVENTS = 10**9
 
 @dataclass(frozen=True, slots=True)
 class SlipRule:
-    """When a node slips and where it comes to rest (§2.1.1, §1).
+    """Slip rule: the shear at which a node slips, and where it comes to rest (§2.1.1, §1).
 
     residual_shear: 1 is Coulomb sliding without single slips; slip_order, event_floor and cascade_limit then have no effect.
     event_floor: in node spacings, or in 24 elastic stretches by μ_i·W if these are less (not in the paper's case).

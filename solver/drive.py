@@ -221,7 +221,8 @@ DURATIONS: Final = ("duration", PERIODS, TRAVEL)
 
 
 def lasting(parameters: Mapping[str, Any]) -> tuple[str, float] | None:
-    """Which of the `DURATIONS` but `duration` itself these parameters give, and its value; None if they give neither."""
+    """Find the one of the `DURATIONS` but `duration` itself that these parameters give, and its value; None if they give
+    neither."""
     return next(((key, parameters[key]) for key in (PERIODS, TRAVEL) if parameters.get(key) is not None), None)
 
 
@@ -231,7 +232,7 @@ def natural_period(spring_stiffness: float, pin_mass: float) -> float:
 
 
 def only_length(parameters: Mapping[str, Any]) -> list[str]:
-    """Which of the `DURATIONS` these parameters give: one or none. Raises InvalidInput if there are two."""
+    """List the `DURATIONS` that these parameters give: one or none. Raises InvalidInput if there are two."""
     given = [name for name in DURATIONS if parameters.get(name) is not None]
     if len(given) > 1:
         one, other = given[:2]

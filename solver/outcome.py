@@ -11,7 +11,7 @@ from typing import Final
 
 
 class Ending(StrEnum):
-    """Why a computation stopped. `COMPLETED` is the only good one of what was begun."""
+    """Reason why a computation stopped. `COMPLETED` is the only success of a computation that was begun."""
 
     COMPLETED = "completed"
     """A requested limit of the case (events, displacement, duration) was reached."""
@@ -50,7 +50,7 @@ class Ending(StrEnum):
     REVERSED = "reversed"
     """The driven pin slipped back although it was not to (`reverse_motion` of its drive)."""
     NEEDS_FAILED = "needs_failed"
-    """Something this computation needs ended badly."""
+    """An input of this computation failed."""
     NOT_NEEDED = "not_needed"
     """No computation needed: earlier results suffice. Nothing failed, and there are no values."""
     OUT_OF_MEMORY = "out_of_memory"

@@ -39,7 +39,7 @@ class Scheme(ABC):
     continuum: ClassVar[bool] = True
     """True if it is an elastic body that G and ν describe completely."""
     sizes: ClassVar[str] = f"2^N + 1 with N from 2 to {MOST_LEVELS}: 5, 9, 17, 33, 65, 129 … {MOST_NODES}"
-    """Which n_x it takes, in words."""
+    """Accepted values of n_x, in words."""
 
     @classmethod
     def takes(cls, n_x: int) -> bool:

@@ -70,7 +70,7 @@ def _value(value: Any, where: str) -> str:
 
 
 _TURNING: Final = {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"}
-"""Kinds of letters that turn the direction of those behind them, so that a text reads as another one."""
+"""Kinds of letters that turn the direction of the letters after them, so that a text reads as another one."""
 ONE_LINE: Final = "to be one line without control characters"
 
 

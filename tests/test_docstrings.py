@@ -16,7 +16,7 @@ FILES = [
 ]
 KERNELS = ("nanoslip/solver/compiled.py", "nanoslip/solver/compiling.py", "nanoslip/solver/*/kernels/*.py")
 """Files whose docstrings are still to be rewritten."""
-NEVER_FIRST = {"of", "whether", "what", "how", "where", "those", "its", "by", "as"}
+NEVER_FIRST = {"of", "whether", "what", "how", "where", "why", "which", "when", "those", "its", "by", "as"}
 """First words of a clause without a noun."""
 
 Node = ast.FunctionDef | ast.ClassDef

@@ -75,7 +75,7 @@ class CoulombContact:
         self.go_on(0)
 
     def go_on(self, nodes: int) -> None:
-        """Move the grid by `nodes` nodes to the right (left if negative), dropping nodes behind it, none of them in contact."""
+        """Move the grid by `nodes` nodes to the right (left if negative), dropping nodes it leaves, none of them in contact."""
         self.contact = np.roll(self.contact, -nodes)
         self.sliding, self.u = np.roll(self.sliding, -nodes), np.roll(self.u, -nodes)
         self.node_slips = np.roll(self.node_slips, -nodes)

@@ -122,13 +122,13 @@ def _free_of_shear(case: Case, compliance: Compliance, found: NormalContact, out
 
 
 def _why_unsettled(case: Case, compliance: Compliance, found: NormalContact) -> Outcome:
-    """Why no contact was found: on flanks that are too steep nodes move further and further."""
+    """Reason why no contact was found: on flanks that are too steep nodes move further and further."""
     cause = soundness(case, compliance.under_itself(), found.contact, found.u, 0.0)
     return OUTCOME_OF_STOP[Stop.CONTACT_CYCLE] if cause.ok else cause
 
 
 def _at_the_edge(case: Case, found: NormalContact) -> Outcome | None:
-    """Why a punch pressed down without friction has no answer at its edge; None if it has.
+    """Reason why a punch pressed down without friction has no solution at its edge; None if it has one.
 
     A node in contact has moved beyond the edge, or a free one in under it and into the punch: nothing could slide from there.
     """

@@ -92,7 +92,7 @@ def friction_coefficients(
 
 
 def _no_slip(result: DynamicsResult, plateau: Plateau, normal_load: float) -> Outcome:
-    """Why a pin never slipped macroscopically: nothing pulls, nothing pulls hard enough, or its slips are too short."""
+    """Reason why a pin never slipped macroscopically: nothing pulls, nothing pulls hard enough, or its slips are too short."""
     spring = result.spring_force / normal_load
     reached = max(float(result.binned_force.max()) / normal_load, float(spring[-1]))
     if result.stick_velocity == 0.0:

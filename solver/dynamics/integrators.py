@@ -143,7 +143,7 @@ def reversed_at(run: Run, motion: Motion) -> Outcome:
 @INTEGRATORS.register
 @dataclass(frozen=True, slots=True)
 class Exact(Method):
-    """From crossing to crossing in closed form; nothing to set."""
+    """Integrate from crossing to crossing in closed form; nothing to set."""
 
     name = "exact"
 

@@ -113,7 +113,7 @@ def ringing_ends(result: DynamicsResult, drive: Drive) -> float:
 
 
 def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_], ringing: float) -> str:
-    """Why the second half of the time shows no period, with advice; empty if it does. late: (s,) slips in it."""
+    """Reason why the second half of the time shows no period, with advice; empty if it does. late: (s,) slips in it."""
     if late[:1].any():
         what = "the first slip"
     elif _ramp_left(result, drive, slips=len(late)) > RISING * result.spring_force_range:

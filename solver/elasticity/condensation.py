@@ -1,4 +1,4 @@
-"""From the stiffness of a whole slab to the compliance of its surface: parity, elimination, dissection."""
+"""Condensation of a slab's stiffness to the compliance of its surface: parity, elimination, dissection."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -334,7 +334,7 @@ def _stiffness(acting: list[_Entries], front: _Front) -> Dense:
 
 
 def _any(matrix: Sparse, rows: Indices, marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which of these rows of a sparse matrix have an entry in a marked column, (rows,)."""
+    """Mask of the rows of a sparse matrix that have an entry in a marked column, (rows,)."""
     entries = _entries(matrix, rows)
     found = np.zeros(len(rows), np.bool_)
     found[entries.rows[marked[entries.columns]]] = True
@@ -351,7 +351,7 @@ def _dissection_mirror(square: Dense) -> None:
 
 
 def _range(numbers: Indices) -> slice:
-    """From the least to the largest number that is not negative."""
+    """Range from the least to the largest number that is not negative."""
     found = numbers[numbers >= 0]
     return slice(int(found.min()), int(found.max()) + 1) if len(found) else slice(0, 0)
 

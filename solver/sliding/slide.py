@@ -58,7 +58,7 @@ class Way(NamedTuple):
     """Way of pin and load from where they are."""
 
     load: float
-    """At its start, in G·L_x·L_y."""
+    """Load at its start, in G·L_x·L_y."""
     direction: Direction = FORWARD
     until: float = math.nan
     """δ_p at its end, or the load where the pin rests; NaN where the limits of a case end it."""
@@ -165,7 +165,7 @@ LASTING = 100
 AT_FIRST = 8
 """Windows that do not count: while shear builds up the surface heaves."""
 GOING_ON = (Stop.FULL, Stop.INACCURATE, Stop.WINDOW_TOO_NARROW)
-"""Why the kernel stops though the run does not."""
+"""Stops of the kernel after which the run continues."""
 
 
 def slide_full_contact(case: Case, start: ContactState, compliance: Compliance, way: Way) -> Run:

@@ -72,7 +72,7 @@ class EventStatistics(Labels):
     mean_slips: float = quantity("mean number of node slips per event")
     mean_drop: float = quantity("mean drop of F/W per event", ensemble=True)
     dissipated: float = quantity("energy lost in all events, in W·L_x", "dissipated_energy", per="normal_load")
-    """In G·L_x²·L_y here."""
+    """Energy in G·L_x²·L_y here."""
 
     def _facts(self) -> Iterator[str]:
         yield f"{self.events} events"

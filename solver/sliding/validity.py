@@ -147,15 +147,16 @@ def record_validity(case: Case, start: ContactState, record: FrictionRecord, end
 
 
 class _Seen(NamedTuple):
-    """All that flags are judged by."""
+    """Facts from which flags are decided."""
 
     fewest: int
     """Nodes in contact."""
     most: int
     half_width: float
-    """At initial contact, in L_x."""
+    """Half-width of initial contact, in L_x."""
     margin: float
-    """From the contact's edge to the nearer end of the surface, in L_x; 0 or less with a node at that end in contact."""
+    """Distance from the contact's edge to the nearer end of the surface, in L_x; 0 or less with a node at that end in
+    contact."""
     travel: float
     """Distance that the pin moved, in L_x."""
 
@@ -253,7 +254,7 @@ def advice_on(flags: Iterable[Flag]) -> str:
 
 
 def _margin(case: Case, nodes: NDArray[Any]) -> float:
-    """From the edge of the contact that has these nodes (at least one) to the nearer end of the surface."""
+    """Distance from the edge of the contact of these nodes (at least one) to the nearer end of the surface."""
     between = min(int(nodes.min()), case.slab.n_x - 1 - int(nodes.max()))
     return (between - 0.5) * case.slab.spacing
 

@@ -220,7 +220,7 @@ def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -
 def _means(
     scenes: Scenes, changes: Mapping[tuple[str, str], list[Change]], seconds: Mapping[str, list[tuple[float, float]]]
 ) -> Iterator[Influence]:
-    """One of each effect and variable, in the order of their declaration."""
+    """Mean changes, one for each effect and variable, in the order of their declaration."""
     every: tuple[Effect[Case] | Effect[Drive], ...] = (*scenes.of_cases, *scenes.of_drives)
     for effect in every:
         for variable in scenes.variables:

@@ -79,7 +79,7 @@ class Effort:
     starts: int
     """Independent starts of each record."""
     event_floors: tuple[float, ...]
-    """In node spacings; the smallest is the reference."""
+    """Event floors in node spacings; the smallest is the reference."""
     time_steps: tuple[float, ...]
     """Time steps of RK4, in s."""
     half_widths: tuple[float, float, int]
@@ -184,7 +184,7 @@ class Diagram:
 
     @property
     def on_front(self) -> NDArray[np.bool_]:
-        """Which rows no rival beats in time and error."""
+        """Mask of the rows that no rival beats in time and error."""
         marked = np.zeros(len(self.rows), dtype=np.bool_)
         time, error = self.column("seconds"), self.column(self.error)
         for group in self.groups:
@@ -600,7 +600,7 @@ TITLE: Final = "What accuracy costs in time"
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """All that was measured."""
+    """Results of all measurements."""
 
     title: str
     diagrams: tuple[Diagram, ...]

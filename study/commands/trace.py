@@ -246,6 +246,6 @@ def _first_slip(found: TraceNumbers) -> float:
 
 
 def _first_drop(computed: xr.Dataset) -> float:
-    """When the first macroscopic slip of a computed drive begins; 0 where there is none, or where slips are not kept."""
+    """Time when the first macroscopic slip of a computed drive begins; 0 if there is none, or if slips are not kept."""
     starts = computed["slip_phase_start"].values if "slip_phase_start" in computed else np.empty(0)
     return float(starts[0]) if len(starts) else 0.0

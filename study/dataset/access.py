@@ -224,7 +224,7 @@ class Accessor:
         return "\n".join(f"{name}: {text}" for name, text in _facts(self._dataset))
 
     def _repr_html_(self) -> str:
-        """For notebooks: title, cases, main numbers and provenance of the dataset."""
+        """Summary for notebooks: title, cases, main numbers and provenance of the dataset."""
         rows = (f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _facts(self._dataset))
         return f"<table>{''.join(rows)}</table>"
 

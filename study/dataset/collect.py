@@ -139,7 +139,7 @@ def _spread(given: Mapping[tuple[int, ...], Any], axes: Mapping[str, Sequence[Va
 
 
 def array_of(values: Sequence[Any]) -> NDArray[Any]:
-    """Values of a label, texts at their length, where None stands for a missing one."""
+    """Values of a label, texts at their length; None is a missing value."""
     words = any(isinstance(value, str) for value in values)
     missing: Any = "" if words else np.nan
     found = [missing if value is None else value for value in values]

@@ -267,7 +267,7 @@ def read(path: Path) -> xr.Dataset:
 
 
 def _other_format(said: Mapping[str, Any]) -> str:
-    """Why this version cannot read a file with these attributes, and which version can; empty if it can."""
+    """Reason why this version cannot read a file with these attributes, and the version that can; empty if it can."""
     form = said.get(FORMAT)
     if not isinstance(form, int | np.integer):
         return f"no dataset of nanoslip: it has no attribute {FORMAT}"

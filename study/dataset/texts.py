@@ -69,7 +69,7 @@ def are_stored(variable: xr.Variable) -> bool:
 
 
 def decoded(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable:
-    """Texts from numbers, in memory. Raises ValueError if a number stands for no text."""
+    """Texts from numbers, in memory. Raises ValueError if a number has no text."""
     numbers = variable.values
     different, places = np.unique(numbers, return_inverse=True)
     if variable.attrs[_STORED] == _WORD:

@@ -510,7 +510,7 @@ class Runs:
 
 
 def _once(results: list[TaskResult]) -> list[TaskResult]:
-    """Without initial contact where states of the contact begin with it."""
+    """Drop initial contact if states of the contact begin with it."""
     if len(results) > 1 and 0 in results[-1].arrays["surface_event"]:
         return results[-1:]
     return results

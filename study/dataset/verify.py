@@ -373,7 +373,7 @@ class _Runs:
         return owner + found
 
     def _compared(self, names: Sequence[str], dim: str, slices: Sequence[slice]) -> list[Difference]:
-        """The variables of these names that both have, where the slices say."""
+        """Compare the variables of these names that both have, within these slices."""
         (found, again), (here, there) = self._both, ({dim: at} for at in slices)
         return [
             compared(name, found.variables[name].isel(here).values, again.variables[name].isel(there).values)

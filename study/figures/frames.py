@@ -59,7 +59,7 @@ class Moments:
 
     moments: tuple[Moment, ...]
     record: FrictionRecord
-    """Up to the last of the events."""
+    """Record up to the last of the events."""
     outcome: Outcome
     """Outcome of the last frame; if it is not ok, or the record ends early, some requested events are missing."""
 

@@ -35,7 +35,7 @@ class Claim(NamedTuple):
     paper: str
     found: str
     remark: str = ""
-    """Why the two differ, or what agreement means."""
+    """Reason of the difference, or the meaning of agreement."""
 
 
 HEADER: Final = ("", "paper", "found", "remark")

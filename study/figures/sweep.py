@@ -471,7 +471,7 @@ def _value(points: Points) -> str:
 
 
 def _care(points: Points) -> str:
-    """Which of the values are to be taken with care, as hollow points are in a figure."""
+    """List the doubtful values, which are hollow points in a figure."""
     flagged, known = int((points.flagged & points.there).sum()), int(points.there.sum())
     which = "" if flagged == known else f"{flagged} of them "
     return f"; {which}to be taken with care" if flagged else ""

@@ -71,7 +71,7 @@ class Family:
     axes: dict[str, Any]
     """Labels and scales."""
     need: Need | None = None
-    """Without which a figure would be empty."""
+    """Condition without which a figure would be empty."""
     of_all: bool = False
     """True if a run comprises all members of an ensemble, not only the first."""
     together: bool = True

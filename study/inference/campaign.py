@@ -47,7 +47,7 @@ DRIVE: Final = "drive"
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """Which parameters of a campaign agree with numbers."""
+    """Search for the parameters of a campaign that agree with numbers."""
 
     manifest: Manifest
     """Manifest of the campaign itself."""

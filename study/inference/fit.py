@@ -1,4 +1,4 @@
-"""Which parameters agree with measured numbers, by a Gaussian process over computed points, with more points where that is open.
+"""Parameters that agree with measured numbers, by a Gaussian process over computed points; points are added where that is open.
 
 A point agrees at 68 or 95 % if the sum of its squared misfits is below that quantile of chi-square, one degree of freedom for
 each number. The unit of a misfit combines the number's ±, scatter of computed values beyond theirs, and the surrogate's error.
@@ -106,7 +106,7 @@ class Fit:
     surrogates: tuple[Surrogate, ...]
     """One for each target."""
     why: tuple[str, ...] = ()
-    """Why points have no number, or a validity flag, and what helps."""
+    """Reasons for points without a number, or with a validity flag, and remedies."""
     at_best: Computed | None = None
     """The best point, computed as well."""
 
@@ -268,7 +268,7 @@ def _next_points(found: Fit, count: int) -> Floats:
 
 
 def _separate(x: Floats) -> NDArray[np.int_]:
-    """Which set each point (m, d) in the unit cube is in: sets have empty boxes between them, wide enough for some points."""
+    """Number of the set of each point (m, d) in the unit cube. Empty boxes, wide enough for some points, separate sets."""
     boxes = max(int(min((CLOUD / FEW) ** (1.0 / x.shape[1]), len(x) / FEW)), 1)
     box = tuple(np.clip(boxes * x, 0, boxes - 1).astype(int).T)
     full = np.zeros((boxes,) * x.shape[1], dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""Which parameters a number depends on: first-order and total Sobol' indices (Sobol' 2001) from the cases that are there.
+"""Sensitivity of a number to parameters: first-order and total Sobol' indices (Sobol' 2001) from the existing cases.
 
 Sums over the table of a complete product of axes; else indices of functions drawn from a Gaussian process over known cases.
 Their uncertainty is the spread of the draws and the share of variance that the process does not predict at cases left out.
@@ -231,7 +231,7 @@ def _interval(drawn: Floats, missed: float) -> Floats:
 
 
 def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST) -> Sensitivity:
-    """Which parameters a number of a dataset depends on; flagged numbers count as holes. Raises UnknownNameError, ValueError.
+    """Compute the sensitivity of a number of a dataset; flagged numbers count as holes. Raises UnknownNameError, ValueError.
 
     of: a variable as `nanoslip describe` lists them, its symbol, or a ratio of two. most: values that a surrogate is made of.
 

@@ -288,7 +288,7 @@ class _Fitted(NamedTuple):
     unlike: list[int]
     given: bool
     samples: float
-    """In a cycle, at the median."""
+    """Samples in a cycle, at the median."""
 
     def together(self) -> NDArray[np.bool_]:
         """True for each pair of neighbouring cycles without one between them that does not fit."""

@@ -292,7 +292,7 @@ def dimension_of(unit: str) -> str:
 
 
 def scale_of(unit: str, into: str) -> float:
-    """One of a header's unit in another unit; NaN if it has another dimension. Names of units may begin with a capital."""
+    """Factor from a header's unit to another unit; NaN if it has another dimension. Names of units may begin with a capital."""
     scale = factor(unit, into)
     return factor(unit.lower(), into) if math.isnan(scale) and len(unit) > 3 else scale
 

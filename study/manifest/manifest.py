@@ -80,7 +80,7 @@ class NamedDrive:
     duration_periods: float | None = parameter(
         None, meaning="duration in periods of the pin", comment="on its spring, 2π√(m/k)", least=1e-30, most=1e30
     )
-    """In units of 2π√(m/k), where it was given so; `in_si` has it in s."""
+    """Duration in units of 2π√(m/k), if it was given so; `in_si` has it in s."""
     stage_travel: float | None = parameter(
         None, meaning="distance that the stage moves", unit="m", least=1e-30, most=1e30
     )
@@ -131,7 +131,7 @@ class CampaignDrive:
     given: frozenset[str] = frozenset()
     """Parameters that the file itself gives, here or on an axis."""
     refused: InvalidInput | None = None
-    """Why there is no drive."""
+    """Reason why there is no drive."""
 
     @property
     def outcome(self) -> Outcome:
@@ -369,7 +369,7 @@ class Manifest:
     drive_axes: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     """Parameter of a drive -> its values."""
     about: About = field(default_factory=About)
-    """Who made the campaign."""
+    """Authors of the campaign."""
     drives_left_out: tuple[str, ...] = ()
     """Names of the file's drives where the stages leave out `dynamics`; `drives` is empty then."""
 

@@ -14,7 +14,7 @@ def quantity(number: str, unit: str, into: str) -> Decimal:
 
 
 def factor(unit: str, into: str) -> float:
-    """One of a unit in another unit, nm in m; NaN if it has another dimension."""
+    """Factor from a unit to another unit, nm to m; NaN if it has another dimension."""
     try:
         return float(quantity("1", unit, into))
     except (AttributeError, TypeError, ValueError, ArithmeticError):

@@ -259,11 +259,11 @@ class Estimate(NamedTuple):
     """Estimated cost of a task."""
 
     seconds: float
-    """On one core of an ordinary machine."""
+    """Seconds on one core of an ordinary machine."""
     memory: float
     """Bytes of arrays while it runs, beside the compliance that it maps and the program's own."""
     numbers: float = 0.0
-    """In the arrays of its result."""
+    """Count of numbers in the arrays of its result."""
 
 
 RESULT: Final = 3000.0

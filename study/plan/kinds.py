@@ -81,7 +81,7 @@ class Kind:
     tasks: Callable[[Case, Manifest], tuple[Wanted, ...]]
     """Tasks of one case, needed ones first; the last one of a drive is the case's own."""
     parts: tuple[Part, ...] = ()
-    """In the order of a dataset's variables."""
+    """Parts in the order of a dataset's variables."""
     ragged: tuple[Ragged, ...] = ()
     all_members: bool = False
     """True if results hold the columns of all members, which other tasks read; else the arrays of the first one."""
@@ -189,7 +189,7 @@ _OF_THE_RECORD = "of the record; 0: initial contact"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceNodes:
-    """When and where each surface node of a contact is seen."""
+    """Event and position at which each surface node of a contact is seen."""
 
     event: NDArray[np.int64] = seen_after(along="contact_node")
     x: NDArray[np.float64] = as_field(NODE_X)

@@ -174,7 +174,7 @@ class Plan:
 
 
 def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
-    """Everything a campaign has to compute. Raises ManifestError if two cases are the same.
+    """Plan all computations of a campaign. Raises ManifestError if two cases are the same.
 
     heard: called with the number of cases.
     """
@@ -352,7 +352,7 @@ _OF_CONTACTS = ("contact", "record")
 
 
 def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> list[str]:
-    """For each flag that any case has: number of cases, the first one, meaning and advice.
+    """Describe each flag that any case has: number of cases, the first one, meaning and advice.
 
     masks: the flags of every case, as bits. words: a case's number -> what tells it from the others, empty for a single case.
     """

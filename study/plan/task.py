@@ -86,14 +86,14 @@ class Task:
 
     @property
     def label(self) -> str:
-        """For humans, in the words of a manifest."""
+        """Label for humans, in the words of a manifest."""
         pairs = zip(self.names, self.values, strict=True)
         words = [f"{by_name().get(name, name)}={short(value)}" for name, value in pairs if value is not None]
         return " ".join((self.kind, *words))
 
 
 _CONTENT = attrgetter(*itertools.takewhile(lambda name: name != "cost", (item.name for item in fields(Task))))
-"""All that is not the plan's; faster than `replace`, for millions of tasks."""
+"""Fields of a task that are not the plan's; faster than `replace`, for millions of tasks."""
 
 
 def short(value: Value) -> str:
@@ -234,12 +234,12 @@ def task_key(kind: str, *content: object) -> str:
 
 
 def of_contact(case: Case) -> tuple[object, ...]:
-    """All that decides initial contact."""
+    """Parameters that decide initial contact."""
     return (_CONTACTS(case),)
 
 
 def of_record(case: Case) -> tuple[object, ...]:
-    """All that decides a friction record."""
+    """Parameters that decide a friction record."""
     return (_RECORDS(case), case.farthest)
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 GAP: Final = 2
 """Letters between two columns."""
 INDENT: Final = "    "
-"""In front of what stands below its row."""
+"""Indentation of lines below their row."""
 LEAST_ROOM: Final = 14
 """Letters that a sentence needs to stand in its column; where it has fewer it stands below its row."""
 WIDE: Final = 200

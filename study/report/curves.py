@@ -90,7 +90,8 @@ def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = 
 
 
 def _dots(x: NDArray[np.float64], y: NDArray[np.float64], across: int, down: int) -> NDArray[np.bool_]:
-    """Which dots the line passes, (down, across) from the top left: all between the least and the largest y of a column."""
+    """Mask of the dots that the line passes, (down, across) from the top left: all between the least and the largest y of a
+    column."""
     edges = np.linspace(x[0], x[-1], across + 1)
     at_edges = np.interp(edges, x, y)
     first = np.searchsorted(x, edges)

@@ -372,7 +372,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
 
 
 def holes(dataset: xr.Dataset) -> list[str]:
-    """Why cases have no number, or a flag, and what helps."""
+    """Reasons for cases without a number, or with a flag, and remedies."""
     return [*failure_summary(dataset), *flag_summary(dataset)]
 
 

@@ -36,7 +36,7 @@ class Attempt:
     where: str
     """Rank and host."""
     ended: str
-    """When, in UTC."""
+    """Time of the end, in UTC."""
     trace: str = ""
 
     @property

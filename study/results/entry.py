@@ -34,7 +34,7 @@ class CorruptResultError(Exception):
 
 
 class TornError(CorruptResultError):
-    """There are fewer bytes than were written, or are to come."""
+    """Error of an entry with fewer bytes than were written, or are to come."""
 
 
 class OtherFormatError(CorruptResultError):

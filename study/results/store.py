@@ -232,7 +232,7 @@ class _Found(NamedTuple):
     path: Path
     text: bytes
     touched: int
-    """When (ns)."""
+    """Time of the last touch, in ns."""
 
     @property
     def heir(self) -> Path:
@@ -251,7 +251,7 @@ class Lease:
         self._text = json.dumps({**owner, "name": secrets.token_hex(8)}).encode("ascii")
         self._stop = stop
         self.lost = ""
-        """Why this run has to stop; empty while it has the lease."""
+        """Reason why this run has to stop; empty while it has the lease."""
         self._over = threading.Event()
         self._looking = threading.Lock()
         self._beat = threading.Thread(target=self._keep_fresh, name="lease", daemon=True)

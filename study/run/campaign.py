@@ -220,7 +220,7 @@ def _check_whole(tally: Tally, lease: Lease) -> None:
 
 
 def unseen(tasks: Sequence[Task], undone: Collection[str], store: Store) -> str:
-    """Which results of tasks that were reported as done are not in the store, in a line; empty if all are.
+    """Report tasks, in a line, that were reported as done but whose results are not in the store; empty if all are.
 
     Waits for them as long as a network file system may show a folder as it was. undone: keys of tasks without a result.
     """

@@ -187,7 +187,7 @@ class Done:
     died: bool = False
     """True for a failure that ended its process, perhaps after its result was kept."""
     halt: str = ""
-    """Why the result could not be kept. After another such one, and no result in between, no task can be finished any more."""
+    """Reason why the result could not be kept. After a second one, with no result between, no task can be finished any more."""
 
     def __post_init__(self) -> None:
         if self.trace:

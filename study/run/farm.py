@@ -141,7 +141,7 @@ class SerialFarm(Farm):
         self._waiting: list[Any] = []
 
     def give(self, rank: int, tasks: list[Any]) -> None:
-        """Compute tasks behind others, as soon as news are asked for."""
+        """Compute tasks after others, when news are awaited."""
         self._waiting += tasks
 
     def take_back(self, rank: int) -> Sequence[str]:
@@ -179,7 +179,7 @@ class ProcessFarm(Farm):
         super().__exit__(*error)
 
     def give(self, rank: int, tasks: list[Any]) -> None:
-        """Have a process compute tasks, behind those that it has."""
+        """Have a process compute tasks, after the ones it has."""
         self._agents[rank].give(tasks)
 
     def take_back(self, rank: int) -> Sequence[str]:
