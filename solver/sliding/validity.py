@@ -94,11 +94,13 @@ class Flag(Enum):
         "grid scheme with poisson > 0.38: volumetric locking makes friction too high, by 2 % at 0.39, 5 % at 0.42, 13 % at 0.45, "
         "30 % at 0.49; or a film on a biquadratic grid with wider cells than the contact",
         "use the scheme strip, right up to poisson 0.5",
+        True,
     )
     unresolved_roughness = (
         512,
         f"nodes too far apart for the pin's roughness: they miss more than {MISSED:g} of its slope",
         "raise n_x (nanoslip profile gives the value), or smooth the profile",
+        True,
     )
     short_profile = (
         1024,
@@ -106,8 +108,9 @@ class Flag(Enum):
         "use a longer profile, or lower normal_load or radius",
     )
 
-    def __init__(self, mask: int, meaning: str, advice: str) -> None:
-        self.mask, self.meaning, self.advice = mask, meaning, advice
+    def __init__(self, mask: int, meaning: str, advice: str, unresolved: bool = False) -> None:
+        """unresolved: True if nodes miss part of what the numbers depend on."""
+        self.mask, self.meaning, self.advice, self.unresolved = mask, meaning, advice, unresolved
 
 
 FLAGS = tuple(Flag)

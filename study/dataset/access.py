@@ -472,10 +472,18 @@ def _merged(
             found = xr.merge(
                 [found, xr.Dataset(variables, labels)], compat="no_conflicts", join="outer", combine_attrs="override"
             )
-        except xr.MergeError as error:
-            odd = str(error).split("'")[1]
+        except xr.MergeError:
+            odd = next(name for name in variables if _conflicts(found, xr.Dataset(variables, labels), name))
             raise NotJoinableError(f"{source}: {odd} differs from that of {sources[0]} in the same cases") from None
     return found.sel({dim: _union(dim, roots) for dim in (*added, *dims)})
+
+
+def _conflicts(one: xr.Dataset, other: xr.Dataset, name: str) -> bool:
+    """True if two datasets have different values of a variable in the same cases."""
+    if name not in one:
+        return False
+    here, there = xr.align(one[name], other[name], join="inner", copy=False)
+    return not bool((here.isnull() | there.isnull() | (here == there)).all())
 
 
 def _along(name: str, added: Sequence[str], roots: Sequence[xr.Dataset]) -> tuple[str, ...]:

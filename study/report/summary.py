@@ -475,9 +475,6 @@ def _ending(values: xr.Dataset) -> tuple[str, str, str]:
 
 # Error budget of each requested number (starts, grid, effects left out), and how to reduce it.
 
-UNRESOLVED: Final = "unresolved"
-"""Prefix of flags for unresolved nodes: no dataset contains the size of that error."""
-
 
 class Error(NamedTuple):
     """A part of a number's error, relative to the number, and how to reduce it."""
@@ -589,7 +586,7 @@ def error_lines(
             of = "of what is known, " if name in partly else ""
             yield _line(case, name, f" ({place})" if place else "", of, errors_of(case, name, cost, measured))
     mask = int(dataset[variables.VALIDITY.name].values.flat[0]) if variables.VALIDITY.name in dataset else 0
-    if unresolved := [flag for flag in flags_in(mask) if flag.name.startswith(UNRESOLVED)]:
+    if unresolved := [flag for flag in flags_in(mask) if flag.unresolved]:
         yield f"nodes miss part of what these numbers depend on: {advice_on(unresolved)}"
     if partly:
         yield f"the grid's part of {', '.join(partly)} is not known; {_UNKNOWN}"
