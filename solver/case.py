@@ -187,7 +187,7 @@ class Interface:
         (),
         table="interface",
         meaning="measured loads of contacts",
-        comment="from which those of the contacts are drawn, in any unit",
+        comment="the contacts' loads are drawn from them, in any unit",
         columns=("load",),
         above=0.0,
         below=math.inf,
@@ -302,7 +302,7 @@ class Case:
         None,
         table="limits",
         meaning="events up to two node spacings",
-        comment="beyond its presliding lengths, if as many events as it has had so far lead there within this number",
+        comment="the record is extended to two node spacings if that takes at most this number of events at its rate so far",
         least=1,
         most=MOST_EVENTS,
     )

@@ -86,7 +86,7 @@ class Slab:
         129,
         table="numerics",
         meaning="surface nodes",
-        comment="their spacing L_x/(n_x - 1) is the size of what slips",
+        comment="their spacing L_x/(n_x - 1) is the size of the elements that slip",
         need="2^N + 1 with N from 2 to 20; strip, half_plane: odd",
     )
     aspect_ratio: float = parameter(

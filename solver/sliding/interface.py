@@ -43,10 +43,11 @@ class Collective:
     )
     unseen_force: float = quantity(
         "bound of the force between two readings",
-        comment="by how much the highest force may lie above the one that was read, over the plateau; 0 of one contact",
+        comment="largest possible excess of the highest force over the one that was read, over the plateau; 0 of one contact",
     )
     lost_contacts: float = quantity(
-        "contacts without a record", comment="of the slider: the others carry their load, and the outcome says why"
+        "contacts without a record",
+        comment="of the slider: the others carry their load, and the outcome has the reason",
     )
 
 

@@ -118,7 +118,7 @@ class Loops:
         "largest difference of F/W between the last two cycles", comment="at one displacement; 0 of a loop that closes"
     )
     shaken_down: float = quantity(
-        "whether cycles have become elastic",
+        "elastic shakedown of the cycles",
         ensemble=True,
         comment="1 if the last cycle loses less than a millionth of the elastic energy at a turn, else 0",
     )

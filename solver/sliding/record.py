@@ -57,7 +57,7 @@ class FrictionRecord(Viewed):
     stiffness: NDArray[np.float64] = event(
         "stiffness after the event, in G·L_y", "stiffness", symbol="dF/dδ_p", comment="from this event to the next"
     )
-    kind: NDArray[np.int8] = event("what triggered the event", "kind", codes=EVENT_KINDS, dtype=np.int8)
+    kind: NDArray[np.int8] = event("trigger of the event", "kind", codes=EVENT_KINDS, dtype=np.int8)
     """Position in `EVENT_KINDS`."""
     node: NDArray[np.int32] = event(
         "surface node that triggered the event", "node", dtype=np.int32, comment="from 0 at the left"

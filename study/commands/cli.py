@@ -367,10 +367,8 @@ def figure() -> None:
 @command(
     "draw:show_profile",
     FILE,
-    click.option(
-        "--x", default="", metavar="UNIT", help="Unit of positions, as nm [default: that of the header, or m]"
-    ),
-    click.option("--z", default="", metavar="UNIT", help="Unit of heights [default: that of the header, or m]"),
+    click.option("--x", default="", metavar="UNIT", help="Unit of positions, as nm [default: the header's, or m]"),
+    click.option("--z", default="", metavar="UNIT", help="Unit of heights [default: the header's, or m]"),
     defaulted("--detrend", type=DETREND, default="line", help="Trend removed from the heights."),
     defaulted("--width", default="1 mm", metavar="LENGTH", help="Slab width L_x, for the nodes."),
     PICTURE,
@@ -389,18 +387,18 @@ def profile() -> None:
 def traced(described: Declared) -> Declared:
     """Add the options for reading a measured trace."""
     options = (
-        click.option("--time", metavar="UNIT", help="Unit of time [default: that of the header, or s]"),
+        click.option("--time", metavar="UNIT", help="Unit of time [default: the header's, or s]"),
         click.option(
             "--displacement", metavar="UNIT", help="Take displacement of the stage instead, in this unit, as um."
         ),
         click.option(
-            "--force", metavar="UNIT", help="Unit of force; 1 for a coefficient [default: of the header, or N]"
+            "--force", metavar="UNIT", help="Unit of force; 1 for a coefficient [default: the header's, or N]"
         ),
         click.option("--load", metavar="FORCE", help='Normal load, as "100 N": numbers become coefficients.'),
         click.option("--velocity", metavar="VELOCITY", help='Of the stage, as "10 um/s".'),
         click.option("--columns", nargs=2, metavar="A B", help="Time or displacement, and force: names, or from 1 on."),
-        click.option("--from", "start", metavar="PLACE", help='Leave out what is before, as "2 s".'),
-        click.option("--to", "end", metavar="PLACE", help="Leave out what is after."),
+        click.option("--from", "start", metavar="PLACE", help='Leave out the trace before this place, as "2 s".'),
+        click.option("--to", "end", metavar="PLACE", help="Leave out the trace after this place."),
         click.option("--offset", metavar="FORCE", help="Reading of the force cell without a pull; subtracted."),
         click.option("--drift", metavar="RATE", help='Drift of the force cell, as "1 mN/s" or in N/m; subtracted.'),
         click.option("--damping", type=Number(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
@@ -497,7 +495,7 @@ def sensitivity() -> None:
 
 @command("infer:fit_campaign", CAMPAIGN)
 @click.argument("numbers", nargs=-1, metavar="NUMBER=VALUE±ERROR... [KEY=VALUE]...")
-@click.option("--trace", type=PATH, help="Take μ_s and μ_k, with their ±, from what `nanoslip trace --json` wrote.")
+@click.option("--trace", type=PATH, help="Take μ_s and μ_k, with their ±, from the output of `nanoslip trace --json`.")
 @click.option(
     "--vary",
     multiple=True,

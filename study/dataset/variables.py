@@ -126,16 +126,16 @@ def run_names() -> set[str]:
 DISCRETIZATION_ERROR = Quantity(
     GRID_ERROR,
     "relative error of the grid",
-    comment="expected of stiffness, approach, contact half-width and pressure: what the slab's grid costs; "
-    "measured by nanoslip accuracy on the front that the attribute discretization_front names; NaN where that has "
-    "no such discretization of such a slab, no contact as narrow or as wide, where the pin is rough or a flat punch (its "
-    "pressure is singular), and with a half_plane or the support frictionless (a point's, which gives way without limit)",
+    comment="expected error of stiffness, approach, contact half-width and pressure due to the slab's grid; "
+    "measured by nanoslip accuracy on the front that the attribute discretization_front names; NaN if that has "
+    "no such discretization of such a slab or no contact of such a width, if the pin is rough or a flat punch (its "
+    "pressure is singular), and with a half_plane or the support frictionless (a point's, which yields without limit)",
 )
 """Discretization error of a case, from the measured front."""
 EVENT_DROP: Final = quantities(EventSizes)["drop"]
 """Column that `.record` and `.events` have beside the columns of the file."""
 VALIDITY = quantities(Validity)["validity_flags"]
-ADVICE = Quantity("advice", "what to do about validity_flags", "", comment="empty where there is none")
+ADVICE = Quantity("advice", "advice on validity_flags", "", comment="empty if there is none")
 _ENDINGS: Final = (PENDING, *Ending)
 OUTCOMES = {
     "": (
@@ -150,7 +150,7 @@ OUTCOMES = {
 """Variables of the ending, by kind of task ("": all before the drives)."""
 
 MEMBERS: Final = Quantity(
-    "members", "members computed", comment="independent starts of the case: means are over those that have a value"
+    "members", "members computed", comment="independent starts of the case; means are over members with a value"
 )
 DRIVE_MEMBERS: Final = Quantity("drive_members", "members that were driven", comment="as members")
 
@@ -163,7 +163,7 @@ COMPUTED_BY = {
 
 SOFTWARE: Final = (
     Quantity("software", "name of the software", "", comment="hash of its description"),
-    Quantity("software_results", "results that stem from the software", comment="those of a case and of its drives"),
+    Quantity("software_results", "results computed by the software", comment="of cases and of their drives"),
     *(Quantity(f"software_{item.name}", f"{item.name} of the software", "") for item in fields(Origin)),
 )
 """The software that computed the results: its name, how many results, and every fact of it."""

@@ -268,7 +268,7 @@ class TargetTable:
         (),
         meaning="variables whose error is required",
         unit="",
-        comment="default: those of the last stage",
+        comment="default: the main variables of the last stage",
         need=f"a list, each one of {', '.join(KNOWABLE)}",
     )
     most: int = parameter(MOST, meaning="largest number of members", unit="", least=FEWEST, most=MOST_MEMBERS)
@@ -295,7 +295,7 @@ class CampaignKeys:
     title: str = parameter(meaning="title of the campaign, in one line", unit="", need="a text")
     stages: tuple[Stage, ...] = parameter(
         ("contact", "slip"),
-        meaning="what is computed: initial contact, friction records, drives",
+        meaning="stages computed: initial contact, friction records, drives",
         unit="",
         comment="with drives, all three",
         need=" or ".join(shown(list(STAGES[:count])) for count in range(1, len(STAGES) + 1)),

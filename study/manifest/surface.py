@@ -27,9 +27,9 @@ class NamedSurface:
     """
 
     file: str = parameter("", meaning="the path of a text file with two columns", unit="")
-    x: str = parameter("", meaning="unit of positions, by default that of the header, or m", unit="")
-    z: str = parameter("", meaning="unit of heights, by default that of the header, or m", unit="")
-    detrend: Detrend = parameter("line", meaning="what is taken off the heights", unit="")
+    x: str = parameter("", meaning="unit of positions, by default the header's, or m", unit="")
+    z: str = parameter("", meaning="unit of heights, by default the header's, or m", unit="")
+    detrend: Detrend = parameter("line", meaning="trend removed from the heights", unit="")
 
     def __post_init__(self) -> None:
         check(self)
