@@ -31,7 +31,7 @@ class Kernel:
 
     @property
     def _numba_type_(self) -> Any:
-        """What numba asks an object for that it does not know: other kernels call this one as its dispatcher."""
+        """Type that numba requests of an unknown object: other kernels call this one as its dispatcher."""
         return self.dispatcher._numba_type_
 
     def __call__(self, *arguments: object) -> object:
@@ -59,7 +59,7 @@ def compiled(*, allocates: bool = False, entry: bool = False, **options: Any) ->
 
 
 def reporting_compilation(tell: Callable[[], object]) -> AbstractContextManager[None]:
-    """While entered, `tell` is called as a kernel begins to be compiled; not for one that is kept on disk."""
+    """Call `tell`, inside this context, when a kernel begins to be compiled; not for a kernel cached on disk."""
     found: AbstractContextManager[None] = _compiling().reporting_compilation(tell)
     return found
 

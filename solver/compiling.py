@@ -19,7 +19,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 __all__ = ["dispatcher_of", "reporting_compilation", "source_stamp"]
 
 KERNEL_FILES: Final = ("compiled.py", "compiling.py", "*/kernels/*.py")
-"""What holds kernels, all that kernels import from this package, and what makes them: relative to the package."""
+"""Files of kernels, of all that kernels import from this package, and of their compilation; relative to the package."""
 _PACKAGE = Path(__file__).parent
 _IMPORTED: Final = re.compile(r"^from nanoslip\.solver\.(\w+)\.kernels", re.MULTILINE)
 
@@ -37,7 +37,7 @@ def dispatcher_of(function: Callable[..., object], allocates: bool, options: dic
 
 @cache
 def source_stamp(folder: Path) -> str:
-    """Hash of all kernel files that kernels of a folder may call, as they were when this process first asked."""
+    """Hash of all kernel files that kernels of a folder may call, at the first call in this process."""
     stamp = hashlib.sha256()
     for path in called_from(folder):
         content = path.read_bytes()
@@ -59,7 +59,7 @@ def called_from(folder: Path) -> list[Path]:
 
 @contextmanager
 def reporting_compilation(tell: Callable[[], object]) -> Iterator[None]:
-    """While entered, `tell` is called as a kernel begins to be compiled; not for one that is kept on disk."""
+    """Call `tell`, inside this context, when a kernel begins to be compiled; not for a kernel cached on disk."""
     listener = _Starts(tell)
     event.register("numba:compile", listener)
     try:
@@ -75,11 +75,11 @@ class _Starts(event.Listener):
         self._tell = tell
 
     def on_start(self, event: object) -> None:
-        """Tell it."""
+        """Report the start."""
         self._tell()
 
     def on_end(self, event: object) -> None:
-        """Nothing is told of ends."""
+        """Report no end."""
 
 
 class _StampedResults(CompileResultCacheImpl):
@@ -96,7 +96,7 @@ class _KernelCache(FunctionCache):
     _impl_class = _StampedResults
 
     def load_overload(self, sig: object, target_context: object) -> object:
-        """The compiled function for these argument types, None where there is none."""
+        """The compiled function for these argument types, None if there is none."""
         with suppress(OSError):
             try:
                 return super().load_overload(sig, target_context)

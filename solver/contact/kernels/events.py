@@ -89,7 +89,7 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
 
 @compiled(inline="always")
 def _refresh_after_changes(state: KernelState) -> None:
-    """From time to time, after changes of the contact: a fresh response, a fresh rate, and the equilibrium residual."""
+    """Recompute response, rate and equilibrium residual from time to time, after changes of the contact."""
     state.scalars.changes_since_refresh += 1
     if state.scalars.changes_since_refresh < REFRESH_CHANGES:
         return
@@ -138,7 +138,7 @@ def _touch(state: KernelState, constants: KernelConstants, i: int) -> bool:
 # Which constraint of contact and friction is violated worst, and where the pin is too steep for them.
 
 STEEPEST = 1.0
-"""Slope of the pin under a node in contact beyond which along and across say nothing of shear and pressure."""
+"""Slope of the pin under a node in contact beyond which forces along and across the slab are not shear and pressure."""
 
 CREATED = 1e-14
 """Energy that rounding may create in one event, as a share of the load times what it displaces (W² / G)."""
@@ -146,7 +146,7 @@ CREATED = 1e-14
 PLACE = 0xFFFF
 """Lowest bits of a shear ratio, 2^-36 of it, that give way to the node's place: nearer ratios are ties."""
 TIE = 2.0**-36
-"""The same share of a step: of events that are nearer, the one further ahead comes first."""
+"""Relative difference below which two events tie: then the event further ahead comes first. 2^-36, as for PLACE."""
 HALF_PLACE = PLACE // 2 + 1
 """Added to a ratio before it is cut: ratios that one cut separates though they are ties, the other does not."""
 
@@ -165,7 +165,7 @@ def from_front(k: int, n: int, ahead: int) -> int:
 
 @compiled(inline="always")
 def counted(ahead: int) -> int:
-    """Bits that turn a node's number round, so that nodes rank higher further ahead: none where that is to the right."""
+    """Bits that turn a node's number round, so that nodes rank higher further ahead: none if that is to the right."""
     return 0 if ahead > 0 else PLACE
 
 
@@ -242,8 +242,8 @@ def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
 
 @compiled(inline="always")
 def on_steep_flank(state: KernelState, constants: KernelConstants, against_friction: bool) -> bool:
-    """Whether a node in contact is on a flank steeper than STEEPEST, or than half of its μ_i: there the pressure may drive a
-    slip downhill harder than the shear, which falls from μ_i·pressure to none, holds it back."""
+    """True if a node in contact is on a flank steeper than STEEPEST, or than half of its μ_i. There the pressure may drive
+    a slip downhill harder than the shear resists, which falls from μ_i·pressure to zero."""
     for i in range(len(state.x)):
         if state.contact[i]:
             most = min(0.5 * state.node_friction[i], STEEPEST) if against_friction and not state.sticks[i] else STEEPEST
@@ -255,7 +255,7 @@ def on_steep_flank(state: KernelState, constants: KernelConstants, against_frict
 
 @compiled(inline="always")
 def driven_downhill(state: KernelState, constants: KernelConstants) -> bool:
-    """Whether slips have created energy, with a node on a flank that is steep against its friction: they may never end."""
+    """True if slips have created energy and a node is on a flank that is steep against its friction: they may never end."""
     load = state.inputs[-1]
     return bool(state.scalars.dissipated < -CREATED * load * load and on_steep_flank(state, constants, True))
 
@@ -318,7 +318,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
 
 @compiled()
 def _slip_together(state: KernelState, constants: KernelConstants, first: int) -> tuple[Stop, EventKind, int]:
-    """The same by rounds: every offender of a round slips by the distance it would slip alone."""
+    """Resolve a cascade in rounds: every offender of a round slips by the distance it would slip alone."""
     n, tolerance, y, displacement = len(state.x), constants.slip.tolerance, state.response, state.scalars.displacement
     opposite = constants.slip.opposite
     along, down = state.work[0], state.work[1]
@@ -542,7 +542,7 @@ def _step_to_profile(
 def _step_to_rough(
     curvature: float, rise: Rise, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
 ) -> float:
-    """From knot to knot, to where the gap first closes; a node that lies inside and closes in has met the pin."""
+    """Step from knot to knot until the gap first closes; a node that lies inside and approaches has met the pin."""
     sense = 1 if xi_rate > 0.0 else -1
     k = piece_entered(rise.knots, xi, sense)
     here, passed, gap = xi, 0.0, face_height(curvature, rise, xi) - height

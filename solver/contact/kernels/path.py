@@ -44,7 +44,7 @@ _KINDS = [get_args(get_args(column)[1])[0] for column in Events.__annotations__.
 
 
 def empty_events(capacity: int) -> Events:
-    """Columns for so many events, not filled."""
+    """Allocate columns for this number of events, not filled."""
     return Events(*[np.empty(capacity, kind) for kind in _KINDS])
 
 
@@ -66,7 +66,7 @@ STRETCHES = 24.0
 A stretch is the displacement that would raise the friction force of a sticking contact from 0 to μ_i·W."""
 
 OVERSHOOT = 1e-4
-"""What shear may exceed its limit by before an event, all nodes together, as a share of μ_i·W."""
+"""Shear that may exceed its limit before an event, summed over all nodes, as a share of μ_i·W."""
 
 
 @compiled(inline="always")
@@ -85,7 +85,7 @@ def smallest_step(constants: SlipConstants, stiffness: float, displacement: floa
 
 @compiled(inline="always")
 def overshot(constants: SlipConstants, overshoot: float, nodes: int) -> bool:
-    """Whether shear exceeds its limits by too much, all nodes together; so does what is not a number."""
+    """True if shear exceeds its limits by too much, summed over all nodes, or is not a number."""
     return not overshoot <= OVERSHOOT * constants.friction_bound + nodes * constants.tolerance
 
 
@@ -95,7 +95,7 @@ CHECK_EVENTS = 64
 
 @compiled(inline="always")
 def stretching(state: KernelState) -> float:
-    """By how much shear and its limits change per unit step along the path, all nodes together."""
+    """Change of shear and its limits per unit step along the path, summed over all nodes."""
     n, stiffness = len(state.x), 0.0
     for i in range(n):
         if state.contact[i]:
@@ -105,7 +105,7 @@ def stretching(state: KernelState) -> float:
 
 @compiled(inline="always")
 def overshoot(state: KernelState, opposite: float) -> float:
-    """By how much limited shear exceeds μ_i·pressure, all nodes together."""
+    """Excess of limited shear over μ_i·pressure, summed over all nodes."""
     n, total = len(state.x), 0.0
     for i in range(n):
         excess = limited(state.response[i], opposite) + state.active_friction[i] * state.response[n + i]
@@ -181,7 +181,7 @@ def follow_path(
 
 @compiled(inline="always")
 def _left_window(state: KernelState, constants: KernelConstants) -> bool:
-    """Whether a rough pin has moved, or sunk, or the surface heaved so far that nodes beyond the window could meet it."""
+    """True if nodes beyond the window could meet a rough pin, as it has moved or sunk or the surface has heaved."""
     displacement, left, right = constants.window_until
     n, y, scalars = len(state.x), state.response, state.scalars
     return bool(scalars.pin_rate * scalars.displacement > displacement or y[n] > left or y[2 * n - 1] > right)

@@ -33,10 +33,10 @@ class EventKind(IntEnum):
 
 
 class Stop(IntEnum):
-    """Why a kernel returns. Outcomes for users: `nanoslip.solver.contact.soundness`."""
+    """Reason why a kernel returns. Outcomes for users: `nanoslip.solver.contact.soundness`."""
 
     DONE = 0
-    """All that was asked for."""
+    """Completed as requested."""
     FULL = 1
     """No room for a further event."""
     INACCURATE = 2
@@ -84,7 +84,7 @@ class Scalars(Protocol):
     residual: float
     """The largest equilibrium residual seen since the tableau was last inverted."""
     slips: int
-    """In the current event, as are the next two."""
+    """Slips in the current event, as are the next two."""
     releases: int
     touches: int
     slips_since_refresh: int
@@ -132,12 +132,12 @@ class KernelState(NamedTuple):
 
 
 class Rise(NamedTuple):
-    """What a rough pin adds to its parabola: straight between knots and level beyond them."""
+    """Height that a rough pin adds to its parabola: straight between knots and level beyond them."""
 
     knots: Floats
     """Pin coordinates, increasing."""
     heights: Floats
-    """Of the same shape."""
+    """Heights at the knots, same shape."""
 
 
 class KernelPin(NamedTuple):
@@ -153,17 +153,17 @@ class SlipConstants(NamedTuple):
 
     residual_shear: float
     simultaneous: bool | None
-    """True where nodes slip together, None where they slip in turn."""
+    """True where nodes slip together, None if they slip in turn."""
     opposite: float
     """Factor of shear against the drag before it is compared with its limit: -1, or 0 where only shear along it is limited."""
     event_floor: float
-    """In node spacings."""
+    """Event floor in node spacings."""
     load_floor: float
     """Smallest step of the load while the pin rests."""
     spacing: float
     """Distance between surface nodes."""
     friction_bound: float
-    """μ_i·W; infinite where nodes never slip."""
+    """μ_i·W; infinite if nodes never slip."""
     cascade_limit: int
     tolerance: float
     """Force below which a constraint counts as met."""
@@ -246,7 +246,7 @@ def add_two(total: Floats, first: float, row_1: Floats, second: float, row_2: Fl
 
 @compiled(fastmath={"contract"})
 def add_two_rows(total: Floats, rows: Floats, i: int, first: float, j: int, second: float) -> None:
-    """total += first·rows[i] + second·rows[j], in place. rows: a matrix with as many columns as total has elements."""
+    """Add first·rows[i] + second·rows[j] to `total` in place. rows: a matrix with one column for each element of `total`."""
     for k in range(len(total)):
         total[k] += first * rows[i, k] + second * rows[j, k]
 
@@ -279,7 +279,7 @@ def face_height(curvature: float, rise: Rise | None, xi: float) -> float:
 
 @compiled()
 def rise_slope(rise: Rise, k: int) -> float:
-    """Slope of the rise between knots k - 1 and k; level before the first and behind the last."""
+    """Slope of the rise between knots k - 1 and k; level before the first and after the last."""
     if not 0 < k < len(rise.knots):
         return 0.0
     return float((rise.heights[k] - rise.heights[k - 1]) / (rise.knots[k] - rise.knots[k - 1]))
@@ -333,7 +333,7 @@ def slip_move(
     rise: Rise | None,
     residual_shear: float,
 ) -> tuple[float, float]:
-    """How far node i slips along and down the pin, the others held; infinite where no distance lowers its shear enough.
+    """Distances that node i slips along and down the pin, the others held; infinite if no distance lowers its shear enough.
 
     On a smooth pin the shear that exceeds residual_shear·μ_i·pressure is quadratic in the distance, as the pin's height is.
     """
@@ -357,7 +357,7 @@ def slip_move(
 def slip_on_rough(
     excess: float, along: float, down: float, xi: float, curvature: float, rise: Rise
 ) -> tuple[float, float]:
-    """The same from knot to knot, the way the shear pushes: the node rests where the excess is first gone.
+    """Slip on a rough pin, from knot to knot in the direction of the shear: the node rests where the excess first vanishes.
 
     along, down: change of the excess with each displacement.
     """
@@ -446,7 +446,7 @@ def _displaced(compliances: Floats, forces: Floats) -> tuple[float, float]:
 
 @compiled(entry=True)
 def equilibrium_residual(state: KernelState) -> float:
-    """How far the response is from equilibrium, relative, see RESIDUAL_LIMIT; what is missing, (N,), is then in `state.work[0]`.
+    """Relative distance of the response from equilibrium (see RESIDUAL_LIMIT); the residual, (N,), is left in `state.work[0]`.
 
     Displacements by the compliance, less inputs and responses; last, the load less all forces. Infinite where a number is
     missing or nothing bears the load.
@@ -497,7 +497,7 @@ def _refine(state: KernelState) -> None:
 
 @compiled(entry=True)
 def respond(state: KernelState) -> None:
-    """Set response and rate to those of a fresh tableau."""
+    """Recompute response and rate from a fresh tableau."""
     refresh(state)
     _refine(state)
     set_rate(state)

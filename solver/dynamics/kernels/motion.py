@@ -1,4 +1,4 @@
-"""What the kernels of Eq. 12-14 work on: the drive, the teeth of F̃, the pin, slips, and what a run records.
+"""State of the kernels of Eq. 12-14: the drive, the teeth of F̃, the pin, slips, and the quantities that a run records.
 
 Units make the pin's mass 1: x'' = D - F with the driving force D = k(Vt - x) + c(V - x'). The friction force F carries
 the history: the relaxation point is x_R = x - F/K at all times (Eq. 14), so F is kept instead. Within one tooth of the
@@ -37,7 +37,7 @@ class Motion(NamedTuple):
     """Time after a segment's start within which an extremum of the velocity is ignored: a phase of 1e-8 of the fastest
     motion, which changes the velocity by the square of that. It is rounding."""
     most_slips: int
-    """The run ends where the last of so many macroscopic slips ends."""
+    """Number of macroscopic slips after which the run ends."""
     recorded: float
     """Time over which samples and impulse are spread; the spring force's range is that of its second half."""
 
@@ -65,7 +65,7 @@ class Slip(NamedTuple):
 
     sliding: bool
     climbing: bool
-    """Not yet as fast as the stage."""
+    """True until the pin is as fast as the stage."""
     time: float
     position: float
     peak: float
@@ -90,7 +90,7 @@ class Run(NamedTuple):
     friction_work: float
     least_spring_force: float
     largest_spring_force: float
-    """In the second half of the time recorded."""
+    """Largest spring force in the second half of the time recorded."""
 
 
 class Record(NamedTuple):
@@ -122,7 +122,7 @@ class Tally(NamedTuple):
 
 @compiled(error_model="numpy")
 def repeated_tooth(teeth: Teeth, index: int) -> tuple[int, float]:
-    """Which of the given teeth tooth `index` ≥ 0 repeats, and how far to the right."""
+    """Find the given tooth that tooth `index` ≥ 0 repeats, and its distance to the right."""
     count = teeth.force.size
     if index < count:
         return index, 0.0
@@ -143,10 +143,10 @@ def tooth_at(teeth: Teeth, index: int) -> tuple[float, float, float, float]:
 
 
 _NEARBY = 8
-"""Teeth to try one by one before the period and bisection are asked."""
+"""Number of teeth tried one by one before the period and bisection are used."""
 
 _COUNTABLE = 4.5e15
-"""Teeth that a position in double precision can tell apart."""
+"""Number of teeth that a position in double precision can distinguish."""
 
 
 @compiled(error_model="numpy")
@@ -163,7 +163,7 @@ def _tooth_near(teeth: Teeth, x: float) -> int:
 
 @compiled(entry=True, error_model="numpy")
 def tooth_holding(teeth: Teeth, index: int, x: float) -> tuple[int, float, float, float, float]:
-    """The tooth that holds x, looked for from tooth `index` on: its index, and what `tooth_at` says of it.
+    """Find the tooth that holds x, searching from tooth `index` on: its index, and the values of `tooth_at`.
 
     NaN for an x so far out that teeth cannot be told apart any more, or that is no number.
     """
@@ -199,7 +199,7 @@ def driving_force(motion: Motion, pin: Pin) -> float:
 
 @compiled(error_model="numpy")
 def acceleration_rounding(motion: Motion, pin: Pin, slope: float) -> float:
-    """What rounding may make of an acceleration of 0: it is a small difference of large forces and positions.
+    """Rounding error of an acceleration of 0, which is a small difference of large forces and positions.
 
     slope: of the friction force, which is read off the position.
     """
@@ -217,7 +217,7 @@ def no_slips() -> list[SlipRow]:
 
 @compiled(error_model="numpy")
 def _macroscopic(motion: Motion, begin: float, end: float) -> bool:
-    """Whether a slip is longer than the presliding length, without what of it stretches the contact for the first time.
+    """True if a slip is longer than the presliding length, without the part that stretches the contact for the first time.
 
     A pin that a damper sets in motion at once swings on its contact, up to twice as far as a slow pull would stretch it.
     """
@@ -405,7 +405,7 @@ class Passing(IntEnum):
     POSITION = 0
     VELOCITY = 1
     DRIVING_RATE = 2
-    """Of the driving force."""
+    """Rate of the driving force."""
 
 
 @compiled(entry=True, error_model="numpy")
@@ -427,7 +427,7 @@ def offset_from_level(
 
 @compiled(entry=True, error_model="numpy")
 def root(segment: Segment, motion: Motion, quantity: Passing, level: float, end: float, rising: bool) -> float:
-    """Where a quantity that is monotone on [0, end] passes `level`: Halley's method kept in its bracket."""
+    """Find the time when a quantity that is monotone on [0, end] passes `level`: Halley's method kept in its bracket."""
     low, high = 0.0, end
     tau = 0.5 * end
     for attempt in range(300):

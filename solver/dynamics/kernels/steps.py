@@ -36,7 +36,7 @@ from nanoslip.solver.dynamics.kernels.motion import (
 
 @compiled(error_model="numpy", inline="always")
 def _quick_crossing(segment: Segment, distance: float) -> float:
-    """When the pin reaches `distance`, if it surely keeps between half and 3/2 of its velocity until then; else NaN.
+    """Time when the pin reaches `distance`, if it surely keeps between half and 3/2 of its velocity until then; else NaN.
 
     Within the phases allowed here |q| and |p| grow by less than a fifth, which makes the bound on the velocity a proof.
     """
@@ -58,7 +58,7 @@ def _quick_crossing(segment: Segment, distance: float) -> float:
 
 @compiled(entry=True, error_model="numpy", inline="always")
 def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float) -> float:
-    """How far the velocity (and, if watched, the driving force's rate) is monotone, at most to the horizon.
+    """Time for which the velocity (and, if watched, the driving force's rate) stays monotone, at most to the horizon.
 
     An extremum that the last segment ended at is not met again, although rounding leaves a little acceleration there.
     """
@@ -92,7 +92,7 @@ def _velocity_level(motion: Motion, v0: float, v1: float) -> float:
 def segment_end(
     segment: Segment, motion: Motion, watched: bool, distance: float, forward: bool
 ) -> tuple[float, bool, float, float, float]:
-    """When the segment ends, whether by reaching `distance`, and y, y' and ∫y then."""
+    """Time when the segment ends, True if by reaching `distance`, and y, y' and ∫y then."""
     v, horizon = segment.pin.velocity, motion.duration - segment.pin.time
     if v < 0.0 or (v > 2.0 * motion.stick_velocity and not watched):
         tau = _quick_crossing(segment, distance)
@@ -160,7 +160,7 @@ def limit_followed(friction_force: float, limit: float, slope: float, surface_st
 
 @compiled(error_model="numpy", inline="always")
 def stuck_reach(friction_force: float, limit: float, slope: float, surface_stiffness: float, forward: bool) -> float:
-    """How far F = K(x - x_R) stays between -F̃ and F̃ in the direction of motion: a signed distance."""
+    """Signed distance in the direction of motion for which F = K(x - x_R) stays between -F̃ and F̃."""
     reach = math.inf if forward else -math.inf
     if slope != surface_stiffness and (slope < surface_stiffness) == forward:
         reach = (limit - friction_force) / (surface_stiffness - slope)
@@ -227,7 +227,7 @@ def note_segment(record: Record, motion: Motion, segment: Segment, tau: float) -
 
 @compiled(error_model="numpy", inline="always")
 def next_due(record: Record, row: int, edge: int) -> float:
-    """When the next row of `samples` or entry of `impulse` is to be written."""
+    """Time when the next row of `samples` or entry of `impulse` is to be written."""
     last, bins = record.samples.shape[0] - 1, record.impulse.size - 1
     sample = record.duration * (row / last) if row <= last else math.inf
     return min(sample, record.duration * (edge / bins)) if edge <= bins else sample
@@ -318,7 +318,7 @@ def finished_run(record: Record, tally: Tally, slip: Slip, slips: Floats, reache
 
 @compiled(error_model="numpy", inline="always")
 def _may_turn(segment: Segment, motion: Motion, tau: float) -> bool:
-    """Whether the driving force might have an extremum within a short τ: its rate changes by less than the bound."""
+    """True if the driving force might have an extremum within a short τ: its rate changes by less than the bound."""
     k, c, q, p = motion.spring, motion.damping, segment.q, segment.p
     rate = k * (motion.stage - segment.pin.velocity) - c * q
     return abs(rate) <= 2.0 * tau * (k * (abs(q) + tau * abs(p)) + c * abs(p))
@@ -337,7 +337,7 @@ class Forecast(NamedTuple):
 def _cross_tooth(
     c: float, stiffness: float, pull: float, ramp: float, width: float, t: float, v: float, old: Forecast
 ) -> tuple[bool, float, float, float, Forecast]:
-    """Whether the pin surely crosses `width` in a small phase at nearly constant v; if so time, y' and ∫y then, and a forecast.
+    """Decide if the pin surely crosses `width` in a small phase at nearly constant v; if so return time, y', ∫y and a forecast.
 
     A second-order guess of the time and one Newton step are exact to rounding here. The forecast for the next tooth spares it
     the wait for the exact velocity.

@@ -71,7 +71,7 @@ class TangentialState(NamedTuple):
     rate: Floats
     """(m,) shear per unit step along the path."""
     shear_limit: Floats
-    """(m,) μ_i N; infinite where a node never slips."""
+    """(m,) μ_i N; infinite if a node never slips."""
     weights: Floats
     """(m,) 1/shear_limit, with the tolerance as smallest limit."""
     nodes: NDArray[np.int32]
@@ -109,7 +109,7 @@ def _worst_violation(
 
 @compiled(inline="always")
 def _distance(shear: Floats, tableau: Floats, shear_limit: Floats, residual_shear: float, i: int) -> float:
-    """How far node i slips, the others held, until residual_shear·μ_i·N is left of its shear."""
+    """Distance that node i slips, the others held, until residual_shear·μ_i·N is left of its shear."""
     left = residual_shear * shear_limit[i]
     return float(((left if shear[i] > 0.0 else -left) - shear[i]) / tableau[i, i])
 
@@ -150,7 +150,7 @@ def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) 
 
 @compiled(allocates=True)
 def _slip_together(state: TangentialState, constants: SlipConstants, first: int) -> Stop:
-    """The same by rounds: every offender of a round slips by the distance it would slip alone."""
+    """Resolve a cascade in rounds: every offender of a round slips by the distance it would slip alone."""
     shear, tableau, u, scalars, m = state.shear, state.tableau, state.u, state.scalars, len(state.u)
     along = np.zeros(m)
     while True:
@@ -204,7 +204,7 @@ def _advance(state: TangentialState, step: float) -> None:
 
 @compiled(inline="always")
 def _overshoot(state: TangentialState, opposite: float) -> float:
-    """By how much limited shear exceeds its limits, all nodes together."""
+    """Excess of limited shear over its limits, summed over all nodes."""
     total = 0.0
     for i in range(len(state.u)):
         total += max(limited(state.shear[i], opposite) - state.shear_limit[i], 0.0)
