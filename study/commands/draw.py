@@ -14,7 +14,6 @@ from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.reading import left_out, separation
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
-from nanoslip.study.figures.frames import events_of, frames
 from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
 from nanoslip.study.figures.shared import (
     FORMATS,
@@ -189,6 +188,8 @@ def _surface_drawn(found: Surface, form: str) -> bytes:
 def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str, output: Path) -> None:
     """Compute a case's contact after each of some events, and draw it."""
     with refusals(SolverError):
+        from nanoslip.study.figures.frames import events_of, frames  # noqa: PLC0415  films need more than pictures
+
         wanted = events_of(events)
         plan = planned(campaign)
         case = chosen(plan.manifest, plan.cases, assignments(parameters))
