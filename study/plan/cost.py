@@ -36,10 +36,13 @@ SOLVE: Final = 1e-9
 """Time of a dense solution over the cube of its unknowns."""
 SLIP: Final = 1e-9
 """Time per entry of the row that a node's slip adds to the state."""
-STATISTICS: Final = 0.7
-"""Time to fit the distributions of a member's event sizes to drawn samples."""
+STATISTICS: Final = 0.04
+"""Time to fit the distributions of event sizes to drawn samples, over the cube root of their number, all members together: 0.3 s
+for 400 events, 1.0 for 20,000 and 2.5 for 160,000."""
 STEP: Final = 6e-8
 """Time of a step of a drive: a tooth passed, a time step, a sample."""
+FIT: Final = 8e-3
+"""Time of a fit of Eq. 16-19, samples aside: three least squares of some fifteen steps (8 to 19 ms for 200 to 2000 samples)."""
 
 
 # How far a pin goes and how many nodes it has under it.
@@ -203,9 +206,11 @@ def drive_steps(drive: Drive, case: Case) -> float:
     return duration / step if step else 0.0 if drive.profile == "mean" else teeth
 
 
-def drive_seconds(drive: Drive, case: Case) -> float:
+def drive_seconds(drive: Drive, case: Case, fitted: bool) -> float:
     """Seconds of motion and fit: steps, and samples."""
-    return STEP * (min(drive_steps(drive, case), drive.step_limit) + 50.0 * min(drive.samples, MOST_SAMPLES))
+    return FIT * fitted + STEP * (
+        min(drive_steps(drive, case), drive.step_limit) + 50.0 * min(drive.samples, MOST_SAMPLES)
+    )
 
 
 # Bytes of the arrays of contacts and friction records while they are computed.
@@ -311,8 +316,8 @@ def _record(task: Task) -> Estimate:
 
 
 def _statistics(task: Task) -> Estimate:
-    members = task.ensemble.likely
-    return Estimate(members * STATISTICS, members * _FLOAT * _OF_A_SIZE * sizes_of(case_of(task)).events, 800.0)
+    events = task.ensemble.likely * sizes_of(case_of(task)).events
+    return Estimate(STATISTICS * math.cbrt(events), _FLOAT * _OF_A_SIZE * events, 800.0)
 
 
 def _states(task: Task) -> Estimate:
@@ -330,7 +335,7 @@ def _drive(task: Task) -> Estimate:
     case, drive = case_of(task), drive_of(task)
     numbers = 5.0 * drive.samples  # twice that with the fit's columns, beside the record
     memory = _FLOAT * (2.0 * numbers + 16.0 * sizes_of(case).events)
-    return Estimate(task.ensemble.likely * drive_seconds(drive, case), memory, numbers)
+    return Estimate(task.ensemble.likely * drive_seconds(drive, case, task.fitted), memory, numbers)
 
 
 ESTIMATES: Final[Mapping[str, Callable[[Task], Estimate]]] = {
