@@ -56,6 +56,8 @@ class Quantity:
     """True if its mean over the members of an ensemble has an uncertainty and a count of the members with a value."""
     shared: Literal["", "plateau", "nodes"] = ""
     """Part of the error that all members share beside their scatter: length of the record, or whole nodes; empty if none."""
+    alike: str = ""
+    """Variable of words that must agree in all members, or there is no mean; nor is there if a member lacks the number."""
     of_grid: bool = False
     """True if the error of the slab's grid affects it."""
     comment: str = ""

@@ -55,8 +55,9 @@ class StickSlipCount:
         ensemble=True,
         comment="in the second half of the drive's time; NaN unless two macroscopic slips begin in it, one lasts all "
         "through it, or the regime is micro_slip; NaN where the first slip, the end of the loading ramp or the ringing of the "
-        "start is in that half",
+        "start is in that half; no mean unless all members have it in one regime",
         per="normal_load",
+        alike="regime",
     )
     stick_slip_period: float = quantity(
         "period of stick-slip",
@@ -65,7 +66,9 @@ class StickSlipCount:
         per="time",
         ensemble=True,
         comment="mean time from the start of one macroscopic slip to the next, of those that begin in the second half "
-        "of the time; NaN unless the regime is stick_slip and two begin there, and where the first one does",
+        "of the time; NaN unless the regime is stick_slip and two begin there, and where the first one does; no mean unless "
+        "all members have it",
+        alike="regime",
     )
     unsettled: str = ""
     ringing: float = 0.0

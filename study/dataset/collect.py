@@ -337,6 +337,9 @@ class Table:
             mean, uncertainty, members = mean_of(found[name], shared)
             if quantity.uncertainty in found:  # of all members together: the result holds its ±
                 uncertainty, members = found[quantity.uncertainty][:, 0], found[quantity.members][:, 0].astype(int)
+            if quantity.alike:
+                same = (found[quantity.alike] == found[quantity.alike][:, :1]).all(axis=1)
+                mean, uncertainty = np.where(same & (members == found[name].shape[1]), (mean, uncertainty), np.nan)
             unit = np.array([row.factors[quantity.per] for row in rows])
             self._values[quantity.name][places] = mean * unit
             if quantity.ensemble:

@@ -467,6 +467,30 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     assert means_of(case) == f"numbers are means over 4 members, ± their 68 % interval; {UNKNOWN}; (k of n) {EXPLAINED}"
 
 
+@pytest.mark.parametrize(
+    ("regimes", "amplitudes", "mean"),
+    [
+        ((1, 1, 1, 1), (1.0, 2.0, 3.0, 4.0), 2.5),
+        ((1, 1, 1, 2), (1.0, 2.0, 3.0, 4.0), math.nan),
+        ((2, 2, 2, 2), (1.0, 2.0, 3.0, math.nan), math.nan),
+    ],
+)
+def test_an_amplitude_has_a_mean_where_all_members_have_it_in_one_regime(
+    four: Four, tmp_path: Path, regimes: tuple[int, ...], amplitudes: tuple[float, ...], mean: float
+) -> None:
+    plan, store, _ = four
+    part, keys = prepared(tmp_path), plan.case_tasks[plan.cases[0].case_id]
+    part.write(store.read(keys["record", ""]))
+    driven = store.read(keys["drive", "fast"])
+    load = next(task.case.normal_load for task in plan.tasks if task.key == driven.key and task.case)
+    new = {"regime": [float(each) for each in regimes], "spring_force_amplitude": [load * each for each in amplitudes]}
+    part.write(replace(driven, scalars={**driven.scalars, **new}))
+    case = collect(plan, part).isel(intrinsic_friction=0).squeeze().sel(drive="fast")
+    assert case["spring_force_amplitude"].item() == pytest.approx(mean, rel=1e-12, nan_ok=True)
+    assert np.isnan(case["spring_force_amplitude_uncertainty"]) == math.isnan(mean)
+    assert case["spring_force_amplitude_members"].item() == np.isfinite(amplitudes).sum()
+
+
 def test_members_with_the_same_events_are_one_start_and_give_no_error(build: Build) -> None:
     """A pin as flat as a punch meets the nodes alike from every start; so do the pulls that follow. So does a single node, even
     where the grid has followed the pin."""
