@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import Quantity, quantity
-from nanoslip.solver.sliding.record import SPACINGS, FrictionRecord
+from nanoslip.solver.sliding.record import RUN_IN, SPACINGS, FrictionRecord
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
-RUN_IN: Final = 1.5
-"""Presliding lengths after which initial contact is forgotten: measured by tests.verification.run_in."""
 FEWEST_EVENTS: Final = 8
 """Fewest events of a steady part: fewer do not determine the mean of a sawtooth."""
 PRESSED: Final = 0.2

@@ -152,6 +152,9 @@ def drops(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np
     return np.where(np.abs(fall) > FORCE_ROUNDING, fall, 0.0)
 
 
+RUN_IN: Final = 1.5
+"""Presliding lengths after which the first slips are forgotten: measured by tests.verification.run_in."""
+
 FIRST_CAPACITY = 4096
 """Events for which room is made first; it doubles as they come."""
 

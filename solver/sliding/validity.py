@@ -23,7 +23,7 @@ from nanoslip.solver.contact.soundness import STEEP_PIN, energy_created
 from nanoslip.solver.contact.state import ContactState, contact_width
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import quantity
-from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.record import RUN_IN, FrictionRecord
 
 CREATED = 1e-6
 """Energy that events may create, as a share of the pin's work and of what others lose: a touch pays back what a coarse event
@@ -107,6 +107,11 @@ class Flag(Enum):
         "the pin's roughness profile is shorter than the contact, and constant beyond",
         "use a longer profile, or lower normal_load or radius",
     )
+    short_record = (
+        2048,
+        "no node entered or left the contact while the pin slid: means are those of a pin just pressed down, by several ± off",
+        "raise limits.spacings, presliding and events to a node spacing or more, or limits.spacing_events",
+    )
 
     def __init__(self, mask: int, meaning: str, advice: str, unresolved: bool = False) -> None:
         """unresolved: True if nodes miss part of what the numbers depend on."""
@@ -114,6 +119,8 @@ class Flag(Enum):
 
 
 FLAGS = tuple(Flag)
+DOUBTFUL: int = sum(flag.mask for flag in FLAGS if flag is not Flag.short_record)
+"""Bits of flags with which a number is no number of a pin on a slab; that of a short record is one, of less accuracy."""
 Flags = tuple[Flag, ...]
 _NAME_OF_BIT = {flag.mask: flag.name for flag in FLAGS}
 
@@ -216,7 +223,9 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     travel = abs(record.final_displacement - start.displacement)
     half_width = contact_half_width(start)
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
-    return _judged(case, seen, _guess(case))
+    same = not (record.touches.any() or record.releases.any()) and record.spacing < math.inf
+    short = same and RUN_IN < record.presliding_lengths < math.inf
+    return _judged(case, seen, _guess(case)) or (Flag.short_record,) * short  # the others doubt more than its length
 
 
 def _guess(case: Case) -> float:

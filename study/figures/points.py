@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR
+from nanoslip.solver.sliding.validity import DOUBTFUL
 from nanoslip.study.dataset.access import Places, Selection, places
 from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, by_name, called, members_of, parameters
 from nanoslip.study.manifest.parameters import as_written
@@ -121,6 +122,8 @@ class Points:
     """The coordinates in which cases differ."""
     flagged: NDArray[np.bool_]
     """True if a validity flag advises caution."""
+    doubtful: NDArray[np.bool_]
+    """True if a flag other than that of a short record advises caution."""
     members: NDArray[np.int64]
     """Number of members of an ensemble in each mean; -1 if the value is no mean."""
     lacking: NDArray[np.bool_]
@@ -142,8 +145,8 @@ class Points:
 
     @property
     def unflagged(self) -> Floats:
-        """Numbers, with NaN for flagged ones."""
-        return np.where(self.flagged, np.nan, self.values.astype(float))
+        """Numbers, with NaN for doubtful ones."""
+        return np.where(self.doubtful, np.nan, self.values.astype(float))
 
     @property
     def unsure(self) -> NDArray[np.bool_]:
@@ -162,7 +165,7 @@ class Points:
         return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged}
 
 
-_ARRAYS: Final = ("values", "errors", "shared", "flagged", "members", "lacking")
+_ARRAYS: Final = ("values", "errors", "shared", "flagged", "doubtful", "members", "lacking")
 """Fields of points that have an entry for each of them."""
 
 
@@ -179,13 +182,16 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     shared = 0.0 if over else dataset.get(f"{name}{SHARED_ERROR}", 0.0)
     numbers = {"_value": value, "_error": error, "_shared": shared, "_having": having, "_used": used, "_flags": flags}
     found = places(dataset[[widest]].assign(numbers), widest, where)
-    values, errors, flagged = found.values("_value"), found.values("_error").astype(float), found.values("_flags") != 0
+    values, errors, mask = (found.values(each) for each in ("_value", "_error", "_flags"))
+    errors, flagged = errors.astype(float), np.asarray(mask != 0)
+    doubtful = np.asarray(mask.astype(np.int64) & DOUBTFUL != 0)
     shared = np.nan_to_num(found.values("_shared").astype(float))
     members, most = (np.nan_to_num(found.values(each)).astype(np.int64) for each in ("_having", "_used"))
     axes, lacking = varying(found), (members > 0) & (members < most)
     as_one = tuple(each for each in zipped(dataset) if each in axes)
     called = f"{name}/{over}" if over else name
-    return Points(called, label(name, over), values, errors, shared, axes, flagged, members, lacking, as_one, stated)
+    described = called, label(name, over)
+    return Points(*described, values, errors, shared, axes, flagged, doubtful, members, lacking, as_one, stated)
 
 
 def _number(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, Any, bool]:
