@@ -165,8 +165,8 @@ def test_constant_pressures_feel_roughness_at_first_touch_only():
 
 POINTS = ((0.0, 0.0), (0.1, 1e-5))
 REFUSED = {
-    "roughness with pin = flat_punch: needs a parabola": lambda: rough(POINTS, pin="flat_punch"),
-    r"roughness with residual_shear = 1\.0": lambda: rough(POINTS, slip_rule=SlipRule(residual_shear=1.0)),
+    "pin = 'flat_punch' with roughness: needs a parabola": lambda: rough(POINTS, pin="flat_punch"),
+    r"residual_shear = 1\.0 with roughness": lambda: rough(POINTS, slip_rule=SlipRule(residual_shear=1.0)),
     "points with increasing ξ": lambda: rough(((0.1, 0.0), (0.1, 1.0))),
     "no or at least 2 points": lambda: rough(((0.1, 0.0),)),
     r"spread = 0\.3: needs 0 ≤ spread ≤ 0\.25 with normal": lambda: Heterogeneity("normal", 0.3),

@@ -11,7 +11,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import quantities
+from nanoslip.solver.parameter import SHARED_ERROR, quantities
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.study.plan.kinds import (
