@@ -162,7 +162,7 @@ def test_measured_loads_are_drawn_as_often_as_they_were_seen() -> None:
     drawn, counts = np.unique(each, return_counts=True)
     np.testing.assert_allclose(drawn / drawn[0], [1.0, 3.0, 5.0], rtol=1e-12)
     np.testing.assert_allclose(counts, [10_000, 5_000, 5_000], atol=4 * 71)  # four standard deviations of a count
-    with pytest.raises(InvalidInput, match="loads = heights with measured_loads: needs one of them"):
+    with pytest.raises(InvalidInput, match="loads = 'heights' with measured_loads: needs one of them"):
         Interface(2, "heights", seen)
 
 
