@@ -136,7 +136,7 @@ def test_over_and_under_determined_input_is_refused_by_node_and_pair() -> None:
     k = stiffness(SLAB)
     both = blank(k)
     both.u[5] = 0.0
-    with pytest.raises(InvalidInput, match="node = 5: needs one of u and f_x .*: over-determined"):
+    with pytest.raises(InvalidInput, match=r"node = 5: needs one of u and f_x .*: over-determined"):
         solve_mixed(k, both)
     neither = blank(k)
     neither.f_z[7] = np.nan
