@@ -95,7 +95,7 @@ def test_every_case_has_the_error_that_its_grid_was_measured_with(build):
     assert found.attrs["discretization_front"].startswith("front.json, sha256 ")
     found = collect(*build(changed(radius="radius = [200.0]") + "[constants]\naspect_ratio = 1.234\n"))
     assert np.all(np.isnan(found["discretization_error"]))
-    assert "NaN where" in found["discretization_error"].attrs["comment"]
+    assert "NaN if" in found["discretization_error"].attrs["comment"]
 
 
 # What is not there, and how cases ended.
@@ -464,7 +464,7 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     assert not members_of(case, "events")
     assert (case["outcome"].item(), case["message"].item()) == ("completed", lost.message)
     assert case["regime"].sel(drive="fast").item() == "2 slides; 1 sticks"
-    assert means_of(case) == f"numbers are means over 4 members, ± their 68 % interval; {UNKNOWN}; (k of n) {EXPLAINED}"
+    assert means_of(case) == f"numbers are means over 4 members, ± their 68 % interval; {UNKNOWN}; {EXPLAINED}"
 
 
 @pytest.mark.parametrize(
