@@ -216,7 +216,8 @@ def _names(pair: Pair, kind: str) -> list[str]:
     driven = of_drives() | {each.name for each in OUTCOMES[DRIVE]}
     apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
     apart |= run_names() | {"advice", GRID_ERROR}
-    both = [str(name) for name in pair[0].data_vars if name in pair[1].data_vars and name not in apart]
+    shared = (str(name) for name in pair[0].data_vars if name in pair[1].data_vars and name not in apart)
+    both = [name for name in shared if all(set(root[name].dims) <= set(ending_of(root, kind).dims) for root in pair)]
     told = ("_uncertainty", "members", SHARED_ERROR)
     return [name for name in both if (name in driven) == bool(kind) and not name.endswith(told)]
 

@@ -16,10 +16,10 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.outcome import NanoslipError
+from nanoslip.study.dataset.content import problem_of
 from nanoslip.study.dataset.texts import TEXTS, Table, are_stored, are_texts, as_group, decoded, encoded, table_of
 from nanoslip.study.results.files import NO_FILE, write_to, written_whole
 from nanoslip.study.results.store import StoreError
-from nanoslip.study.toml_text import ONE_LINE, one_line
 
 # The last line of a dataset's file: a checksum of all before it. netCDF ignores it; whoever changes the file removes it.
 
@@ -259,10 +259,9 @@ def read(path: Path) -> xr.Dataset:
     if problem := _other_format(root.attrs):
         root.close()
         raise OtherFormatError(f"{path}: {problem}")
-    title = root.attrs.get("title", "")
-    if not (isinstance(title, str) and one_line(title)):
+    if problem := problem_of({"": root, **groups}):
         root.close()
-        raise StoreError(f"{path}: title: {ONE_LINE}")
+        raise StoreError(f"{path}: {problem}")
     return carrying(root, groups)
 
 

@@ -75,6 +75,8 @@ def decoded(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable:
     if variable.attrs[_STORED] == _WORD:
         words = dict(enumerate(str(variable.attrs.get(_WORD, "")).split()))
         found = [words.get(code) for code in different.tolist()]
+    elif variable.attrs[_STORED] != _NAME:
+        raise ValueError(f"{_STORED}: needs {_WORD} or {_NAME}")
     else:
         table = {NONE: "", **table}
         found = [table.get(name, f"{name:012x}") for name in different.tolist()]

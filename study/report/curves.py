@@ -42,7 +42,7 @@ def _has(case: xr.Dataset, group: str, sample: str) -> bool:
     """True if a case has a run of its own in a group, with values along a sample dimension."""
     name = f"{group}_id"
     own = name in case and not case[name].dims and bool(case[name].item())
-    return own and sample in groups_of(case)[group].dims
+    return own and group in groups_of(case) and sample in groups_of(case)[group].dims
 
 
 def _curve(run: xr.Dataset, x: str, y: str) -> Curve:

@@ -157,7 +157,7 @@ def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
 
 def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
     """Meaning and unit of a number, in SI or in the unit that its meaning names."""
-    meaning, unit = str(each.attrs["long_name"]), readable(str(each.attrs.get("units", "1")))
+    meaning, unit = str(each.attrs.get("long_name", each.name)), readable(str(each.attrs.get("units", "1")))
     if unit:
         return meaning, unit
     head, _, own = meaning.partition(", in ")

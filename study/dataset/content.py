@@ -1,0 +1,185 @@
+"""Check what others may have written into the file of a dataset, once, when it is opened.
+
+What reads datasets relies on it: attributes, types and axes as `collect` makes them, texts that terminals do not obey, runs that
+lie in their groups. Numbers of results may have any value.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.outcome import InvalidInput, printable
+from nanoslip.study.dataset.texts import are_texts
+from nanoslip.study.dataset.variables import (
+    ADVICE,
+    CASE_ID,
+    COMPUTED_BY,
+    DRIVE_MEMBERS,
+    DRIVE_NAME,
+    MEMBERS,
+    OUTCOMES,
+    SOFTWARE,
+    VALIDITY,
+    Group,
+    all_groups,
+    by_name,
+    scalars,
+    windows,
+)
+from nanoslip.study.origin import Origin
+from nanoslip.study.plan.kinds import KINDS
+from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line
+
+_MOST: Final = 60
+"""Letters of a name in a message."""
+_TITLE: Final = "title"
+_MANIFEST: Final = "manifest"
+_IN_WORDS: Final = (_TITLE, "manifest_sha256", "discretization_front", *(each.name for each in fields(Origin)))
+"""Attributes of a dataset that are texts; a manifest and files that it names have lines."""
+_OF_VARIABLES: Final = ("long_name", "units", "symbol", "comment", "ancillary_variables", "flag_meanings")
+"""Attributes of variables that are texts."""
+
+Content = Mapping[str, xr.Dataset]
+"""Name of a group, empty of the root -> what it holds."""
+
+
+def problem_of(content: Content) -> str:
+    """The first thing in a dataset that `collect` never writes, with what is needed; empty if all is sound."""
+    problems = (*_of_attributes(content[""].attrs), *_of_variables(content))
+    return next(iter(problems), "") or next(_of_runs(content), "")
+
+
+def _of_attributes(attributes: Mapping[Any, Any]) -> Iterator[str]:
+    if _TITLE not in attributes:
+        yield f"{_TITLE}: missing"
+    for name, value in attributes.items():
+        if str(name) == _MANIFEST or not str(name).startswith(f"{_MANIFEST}_") or name in _IN_WORDS:
+            yield from _of_attribute(str(name), value, name in _IN_WORDS)
+    scales = {each.name: attributes[each.name] for each in fields(Scales) if each.name in attributes}
+    try:
+        Scales(**{name: float(value) for name, value in scales.items()})
+    except InvalidInput as error:
+        yield str(error)
+    except (TypeError, ValueError):
+        yield f"{', '.join(scales)}: needs numbers"
+
+
+def _of_attribute(name: str, value: object, words: bool) -> Iterator[str]:
+    if name == _MANIFEST:
+        try:
+            from_toml(str(value))
+        except ValueError as error:
+            yield f"{name}: {error}"
+    elif isinstance(value, str):
+        if not one_line(value):
+            yield f"{name}: needs {ONE_LINE}"
+    elif words:
+        yield f"{name}: needs a text"
+
+
+def _of_variables(content: Content) -> Iterator[str]:
+    for group, held in content.items():
+        for name, variable in held.variables.items():
+            place = printable(f"{group}/{name}".lstrip("/"), _MOST)
+            yield from (f"{place}: {need}" for need in _of_variable(str(name), variable, group))
+    root = content[""]
+    if CASE_ID.name not in root:
+        yield f"{CASE_ID.name}: missing"
+    for names in _together():
+        if missing := [name for name in names if name not in root] if any(name in root for name in names) else []:
+            yield f"{missing[0]}: missing"
+    for dim in dict.fromkeys(dim for name in (CASE_ID.name, *_ENDINGS) if name in root for dim in root[name].dims):
+        if dim not in root.indexes or not root.indexes[dim].is_unique or root.indexes[dim].hasnans:
+            yield f"{dim}: needs different values, as cases lie along it"
+
+
+_ENDINGS: Final = [ending.name for ending, _ in OUTCOMES.values()]
+
+
+def _together() -> Iterator[Sequence[str]]:
+    """Names of variables of the root that are there together, or not at all."""
+    yield from ((ending.name, text.name, COMPUTED_BY[kind].name) for kind, (ending, text) in OUTCOMES.items())
+
+
+def _of_variable(name: str, variable: xr.Variable, group: str) -> Iterator[str]:
+    """Needs of one variable: those of its attributes, of its type, of its texts."""
+    for key, value in variable.attrs.items():
+        if isinstance(value, str) and not one_line(value):
+            yield f"{printable(str(key), _MOST)}: needs {ONE_LINE}"
+        elif key in _OF_VARIABLES and not isinstance(value, str):
+            yield f"{key}: needs a text"
+    if not group and name in by_name() and variable.attrs.get("units", "") != by_name()[name].units:
+        yield f"units: needs {by_name()[name].units or 'none'}"
+    if are_texts(variable):
+        yield from _of_texts(variable.values)
+    elif variable.dtype.kind not in "iufb":
+        yield f"{variable.dtype}: needs numbers or texts"
+    if name in by_name() and are_texts(variable) != (name in _texts()) and (name in _texts() or by_name()[name].units):
+        yield f"needs {'texts' if name in _texts() else 'numbers'}"
+    if name == VALIDITY.name and variable.dtype.kind not in "iu":
+        yield "needs whole numbers"
+    if name in (MEMBERS.name, DRIVE_MEMBERS.name) and not bool(np.all(np.isnan(variable) | _counts(variable.values))):
+        yield "needs whole numbers from 0 on"
+
+
+def _texts() -> set[str]:
+    """Variables that are texts."""
+    always = (
+        CASE_ID,
+        DRIVE_NAME,
+        ADVICE,
+        *COMPUTED_BY.values(),
+        *(each for both in OUTCOMES.values() for each in both),
+    )
+    words = (each for kind in KINDS for _, each in scalars(kind) if each.words)
+    return {each.name for each in (*always, *words, *(group.id for group in all_groups().values()))}
+
+
+def _counts(values: NDArray[Any]) -> NDArray[np.bool_]:
+    """Where values are numbers of something."""
+    return np.isfinite(values) & (values >= 0) & (values == np.floor(values))
+
+
+def _of_texts(values: NDArray[Any]) -> Iterator[str]:
+    different = set(values.ravel().tolist())
+    if not all(isinstance(text, str) for text in different):
+        yield "needs texts"
+    elif not all(text.isprintable() or one_line(text) for text in different):
+        yield f"needs each text {ONE_LINE}"
+
+
+# The runs of groups: as many values as their counts say, and a run for each name in the root.
+
+
+def _of_runs(content: Content) -> Iterator[str]:
+    declared = {name: group for name, group in all_groups().items() if name in content}
+    if declared and SOFTWARE[0].name not in content:
+        yield f"group {SOFTWARE[0].name}: missing"
+    for name, group in all_groups().items():
+        if (group.id.name in content[""]) != (name in content) and SOFTWARE[0].name in content:
+            yield f"{group.id.name}: missing" if name in content else f"group {name}: missing"
+    for name, group in declared.items():
+        yield from (f"group {name}: {need}" for need in _of_group(content[name], group, content[""]))
+
+
+def _of_group(held: xr.Dataset, group: Group, root: xr.Dataset) -> Iterator[str]:
+    labels = held.indexes.get(group.name)
+    if labels is None or not labels.is_unique:
+        yield f"{group.name}: needs different names"
+        return
+    if not set(np.unique(root[group.id.name].values.astype(str))) <= {"", *labels}:
+        yield f"{group.id.name}: names a run that is not there"
+    for sample, series in group.samples.items():
+        counts = held.get(series[0].count.name)
+        if counts is None:
+            if sample in held.dims:
+                yield f"{series[0].count.name}: missing"
+        elif counts.dims != (group.name,) or counts.dtype.kind not in "iu" or not _counts(counts.values).all():
+            yield f"{counts.name}: needs a whole number for each name"
+        elif windows(held, group)[sample][-1] != held.sizes.get(sample, 0):
+            yield f"{counts.name}: needs as many values as {sample} has"
