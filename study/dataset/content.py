@@ -142,7 +142,7 @@ def _texts() -> set[str]:
 
 def _counts(values: NDArray[Any]) -> NDArray[np.bool_]:
     """Where values are numbers of something."""
-    return np.isfinite(values) & (values >= 0) & (values == np.floor(values))
+    return np.asarray(np.isfinite(values) & (values >= 0) & (values == np.floor(values)))
 
 
 def _of_texts(values: NDArray[Any]) -> Iterator[str]:

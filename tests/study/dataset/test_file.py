@@ -31,11 +31,11 @@ from tests.study.results.results import NO_FILES
 
 
 def made(size: int) -> xr.Dataset:
-    root = xr.Dataset({"word": ("case", ["", "μ_i = 0.5"])}, {"case": [0, 1]}, {file.FORMAT: file.VERSION})
+    root = xr.Dataset({"word": ("case", ["", "μ_i = 0.5"])}, {"case": [0, 1], "case_id": ("case", ["x", "y"])}, HERE)
     sample = np.random.default_rng(1).normal(size=size)
     sample[0] = np.nan
     return carrying(
-        root, {"record": xr.Dataset({"force": ("event", sample), "kind": ("event", np.zeros(size, np.int8))})}
+        root, {"runs": xr.Dataset({"force": ("event", sample), "kind": ("event", np.zeros(size, np.int8))})}
     )
 
 
@@ -136,8 +136,8 @@ def test_a_file_holds_what_was_written(tmp_path, shape):
 def grouped() -> xr.Dataset:
     """A root of two cases with one group."""
     root = xr.Dataset({"a": ("case", [1.0, 2.0])}, {"case": [0, 1], "case_id": ("case", ["x", "y"])})
-    root.attrs[file.FORMAT] = file.VERSION
-    return carrying(root, {"record": xr.Dataset({"row_size": ("record", [3])}, {"record": ["r"]})})
+    root.attrs |= HERE
+    return carrying(root, {"runs": xr.Dataset({"row_size": ("record", [3])}, {"record": ["r"]})})
 
 
 KEPT = {
@@ -163,12 +163,12 @@ def test_selections_and_copies_keep_the_groups(change):
 def test_a_file_gives_root_and_groups_until_it_is_closed(tmp_path):
     file.write(grouped(), tmp_path / "one.nc")
     root, groups = opened(tmp_path / "one.nc")
-    assert set(groups) == {"record"}
-    assert flattened(carrying(root, groups)).keys() == {"a", "case", "case_id", "record/row_size", "record/record"}
+    assert set(groups) == {"runs"}
+    assert flattened(carrying(root, groups)).keys() == {"a", "case", "case_id", "runs/row_size", "runs/record"}
     whole = tree_of(loaded(root)).load()
     root.close()
     (tmp_path / "one.nc").unlink()
-    assert whole["record"]["row_size"].item() == 3
+    assert whole["runs"]["row_size"].item() == 3
 
 
 @pytest.fixture(scope="module")
@@ -194,7 +194,7 @@ def test_root_and_groups_pass_the_checker_of_cf_1_11(parts: list[Path]) -> None:
     assert "exceptions occurred" not in done.stdout + done.stderr
 
 
-HERE = {file.FORMAT: file.VERSION}
+HERE = {file.FORMAT: file.VERSION, "title": "Made"}
 
 
 def test_texts_that_are_all_empty_or_none_at_all_are_kept_and_can_be_turned_about(tmp_path):
@@ -205,7 +205,8 @@ def test_texts_that_are_all_empty_or_none_at_all_are_kept_and_can_be_turned_abou
     }
     none = xr.Dataset({"name": ("software", texts([]))})
     file.write(
-        carrying(xr.Dataset(words, {"case_id": ("a", ["p", "q"])}, HERE), {"software": none}), tmp_path / "one.nc"
+        carrying(xr.Dataset(words, {"case_id": ("a", ["p", "q"]), "a": [0, 1]}, HERE), {"software": none}),
+        tmp_path / "one.nc",
     )
     with file.read(tmp_path / "one.nc") as again:
         assert again["empty"].values.tolist() == ["", "", ""]
@@ -266,7 +267,7 @@ def test_damage_to_a_file_too_large_to_be_checked_is_refused_when_it_is_read(tmp
     monkeypatch.setattr(file, "MOST_CHECKED", 0)
     path = damaged(made(65_536), tmp_path / "one.nc")
     with pytest.raises(StoreError, match=r"one\.nc: cannot be read: .*nanoslip collect"), file.reading(path) as again:
-        groups_of(again)["record"]["force"].load()
+        groups_of(again)["runs"]["force"].load()
     words = np.array([str(number) * 9 for number in np.random.default_rng(1).random(4096)], object)
     path = damaged(carrying(xr.Dataset({"word": ("case", words)}, attrs=HERE), {}), tmp_path / "two.nc")
     with pytest.raises(StoreError, match=r"two\.nc: no dataset"):
@@ -286,6 +287,6 @@ def test_a_file_may_be_open_several_times_and_closed_in_any_order(tmp_path):
     kept = file.read(tmp_path / "one.nc")
     for _ in range(30):
         with file.read(tmp_path / "one.nc") as again:
-            assert groups_of(again)["record"]["record"].values.tolist() == ["r"]
+            assert groups_of(again)["runs"]["record"].values.tolist() == ["r"]
             assert again["case_id"].values.tolist() == ["x", "y"]
     np.testing.assert_array_equal(kept["a"], [1.0, 2.0])
