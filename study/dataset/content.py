@@ -164,16 +164,14 @@ def _of_runs(content: Content) -> Iterator[str]:
         if (group.id.name in content[""]) != (name in content) and SOFTWARE[0].name in content:
             yield f"{group.id.name}: missing" if name in content else f"group {name}: missing"
     for name, group in declared.items():
-        yield from (f"group {name}: {need}" for need in _of_group(content[name], group, content[""]))
+        yield from (f"group {name}: {need}" for need in _of_group(content[name], group))
 
 
-def _of_group(held: xr.Dataset, group: Group, root: xr.Dataset) -> Iterator[str]:
+def _of_group(held: xr.Dataset, group: Group) -> Iterator[str]:
     labels = held.indexes.get(group.name)
     if labels is None or not labels.is_unique:
         yield f"{group.name}: needs different names"
         return
-    if not set(np.unique(root[group.id.name].values.astype(str))) <= {"", *labels}:
-        yield f"{group.id.name}: names a run that is not there"
     for sample, series in group.samples.items():
         counts = held.get(series[0].count.name)
         if counts is None:

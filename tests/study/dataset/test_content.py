@@ -121,7 +121,6 @@ REFUSED: dict[str, Damage] = {
     "reasons lost": renamed("message"),
     "outcomes lost": renamed("outcome"),
     "record names lost": renamed("record_id"),
-    "record names of others": filled("record_id", 12345),
     "records lost": renamed("record"),
     "software lost": renamed("software"),
     "row sizes lost": renamed("record/row_size"),
