@@ -86,13 +86,13 @@ def _of_variables(content: Content) -> Iterator[str]:
     for group, held in content.items():
         for name, variable in held.variables.items():
             place = printable(f"{group}/{name}".lstrip("/"), _MOST)
-            yield from (f"{place}: {need}" for need in _of_variable(str(name), variable, group))
+            yield from (f"{place}: {need}" for need in _of_variable(str(name), variable))
     root = content[""]
     if CASE_ID.name not in root:
-        yield f"{CASE_ID.name}: missing"
+        yield f"no dataset of nanoslip: {CASE_ID.name}: missing"
     for names in _together():
         if missing := [name for name in names if name not in root] if any(name in root for name in names) else []:
-            yield f"{missing[0]}: missing"
+            yield f"no dataset of nanoslip: {missing[0]}: missing"
     for dim in dict.fromkeys(dim for name in (CASE_ID.name, *_ENDINGS) if name in root for dim in root[name].dims):
         if dim not in root.indexes or not root.indexes[dim].is_unique or root.indexes[dim].hasnans:
             yield f"{dim}: needs different values, as cases lie along it"
@@ -106,15 +106,13 @@ def _together() -> Iterator[Sequence[str]]:
     yield from ((ending.name, text.name, COMPUTED_BY[kind].name) for kind, (ending, text) in OUTCOMES.items())
 
 
-def _of_variable(name: str, variable: xr.Variable, group: str) -> Iterator[str]:
+def _of_variable(name: str, variable: xr.Variable) -> Iterator[str]:
     """Needs of one variable: those of its attributes, of its type, of its texts."""
     for key, value in variable.attrs.items():
         if isinstance(value, str) and not one_line(value):
             yield f"{printable(str(key), _MOST)}: needs {ONE_LINE}"
         elif key in _OF_VARIABLES and not isinstance(value, str):
             yield f"{key}: needs a text"
-    if not group and name in by_name() and variable.attrs.get("units", "") != by_name()[name].units:
-        yield f"units: needs {by_name()[name].units or 'none'}"
     if are_texts(variable):
         yield from _of_texts(variable.values)
     elif variable.dtype.kind not in "iufb":

@@ -97,7 +97,6 @@ REFUSED: dict[str, Damage] = {
     "modulus a list": stated("", "shear_modulus", [1.0, 2.0]),
     "units with escapes": stated("plateau_mean", "units", ESCAPE),
     "units a number": stated("radius", "units", np.nan),
-    "other units": stated("plateau_mean", "units", "mm"),
     "meaning with escapes": stated("plateau_mean", "long_name", ESCAPE),
     "meaning NaN": stated("plateau_mean", "long_name", np.nan),
     "meaning a number": stated("radius", "long_name", 5),
