@@ -68,7 +68,7 @@ class LeftOut:
         words=("nothing", *(effect.name for effect in SPARED)),
     )
     left_out_error: float = quantity(
-        "relative error due to the effects left out",
+        "relative error by effects left out",
         comment="|change| plus twice its ±, largest of all requested numbers, over two members",
     )
 

@@ -139,7 +139,7 @@ def _texts() -> set[str]:
 
 
 def _counts(values: NDArray[Any]) -> NDArray[np.bool_]:
-    """Where values are numbers of something."""
+    """Allowed values of a variable that numbers something."""
     return np.asarray(np.isfinite(values) & (values >= 0) & (values == np.floor(values)))
 
 
