@@ -18,7 +18,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
-from nanoslip.solver.outcome import NanoslipError, Outcome
+from nanoslip.solver.outcome import LONGEST_MESSAGE, NanoslipError, Outcome, printable
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, here
 from nanoslip.study.plan.kinds import is_whole
@@ -91,6 +91,9 @@ class Store:
     @_refused()
     def prepare(self) -> None:
         """Create the folder, test writing, and remove scratch files of killed runs. Raises StoreError."""
+        if os.fsencode(self._out).decode("utf-8", "ignore") != str(self._out):
+            shown = printable(str(self._out), LONGEST_MESSAGE)
+            raise StoreError(f"{shown}: needs a name in UTF-8, as netCDF files have")
         with failing(f"{self.folder}: cannot write results there"):
             self.folder.mkdir(parents=True, exist_ok=True)
             clear_away(self.folder)

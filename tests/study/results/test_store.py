@@ -174,3 +174,10 @@ def test_damage_is_named_once_and_as_wide_as_the_terminal(store, capsys, monkeyp
     said = capsys.readouterr().err
     assert said.count("not a whole result") == 1
     assert all(len(line) <= 60 or " " not in line for line in said.splitlines())
+
+
+def test_a_folder_whose_name_is_not_utf_8_is_refused_before_anything_is_computed(main, campaign, tmp_path):
+    """All was computed, and the dataset could not be written."""
+    out = tmp_path / os.fsdecode(b"\xff\xfe")
+    code, _, errors = main("run", campaign, "--out", out, "--serial")
+    assert (code, errors.count("\n"), errors.rstrip().isprintable(), [*out.rglob("*.log")]) == (2, 1, True, [])
