@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tomllib
 from dataclasses import fields
+from importlib import import_module
 from pathlib import Path
 from textwrap import dedent, indent
 
@@ -117,3 +118,11 @@ def test_the_site_builds_without_warnings_and_loads_nothing_from_elsewhere(tmp_p
     for name in questions:
         text = (site / "docs" / "examples" / f"{name}.html").read_text("utf-8")
         assert "<img" in text, name
+
+
+def test_the_way_of_one_case_leads_through_functions_that_are_there() -> None:
+    text = (ROOT / "docs" / "developers.md").read_text("utf-8")
+    stops = re.findall(r"^\| .* \| `((?:solver|study)/[\w/]+)\.py` \| `(\w+)` \|$", text, re.MULTILINE)
+    assert len(stops) == 12
+    for file, name in stops:
+        assert callable(getattr(import_module("nanoslip." + file.replace("/", ".")), name))
