@@ -129,7 +129,7 @@ def test_that_kernels_are_compiled_is_said_once_and_not_when_they_are_kept(nanos
     assert done.stderr.count(SAID) == 1
     assert all(list(kept.rglob(f"{kernel}-*.nbi")) for kernel in ("events.resolve", "steps.integrate_exactly"))
     campaign.write_text('title = "One contact"\nstages = ["contact"]\nnumerics.n_x = 17\n')
-    for path in kept.rglob("events.resolve-*"):
+    for path in kept.rglob("events.resolve*"):
         path.unlink()
     runs = [nanoslip("run", campaign, "--out", tmp_path / out, NUMBA_CACHE_DIR=str(kept)).stderr for out in "ab"]
     assert [each.count(SAID) for each in runs] == [1, 0]
