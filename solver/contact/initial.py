@@ -194,10 +194,14 @@ def _raised(compiled: CompiledContact, load: float) -> tuple[Stop, int]:
     """Raise the load event by event, the pin held; why that ended, and the node slips of all events."""
     events, node_slips = empty_events(ROOM), np.zeros(compiled.case.slab.n_x, np.int64)
     status = answer_violations(compiled)
-    slips = int(compiled.state.scalars["slips"])
+    slips, moved = int(compiled.state.scalars["slips"]), 0
     while status == Stop.DONE:
-        status, _ = follow_path(compiled.state, compiled.constants, events, node_slips, 0, load)
+        status, count = follow_path(compiled.state, compiled.constants, events, node_slips, 0, load)
         if status not in (Stop.FULL, Stop.INACCURATE):
+            break
+        moved += count
+        if moved + node_slips.sum() >= compiled.case.slip_rule.cascade_limit:  # an event costs as much as a slip
+            status = Stop.CASCADE_LIMIT
             break
         status = corrected_for_rounding(compiled, Stop.DONE)
     return status, slips + int(node_slips.sum())
