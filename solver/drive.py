@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar, Final, Literal, Self
 
+from nanoslip.solver.case import Case
 from nanoslip.solver.outcome import InvalidInput, quoted
 from nanoslip.solver.parameter import MOST_WHOLE, Family, Parameter, as_float, check, declared, parameter, require
 
@@ -94,6 +95,7 @@ class Drive:
         (completed) with this macroscopic slip. step_limit: segments (exact) or time steps (rk4) after which it fails.
     surface_compliance: without, K → ∞: the pin rests or slides against F̃(x) (Eq. 16-19), x_R = x. Needs `exact`.
     reverse_motion: without, a run whose pin would slip back against -F̃ ends as `reversed`.
+    memory: the pin is pulled over its contact, event by event, instead of Eq. 13-15 over the friction record.
     """
 
     spring_stiffness: float = parameter(
@@ -131,6 +133,12 @@ class Drive:
         True, meaning="the contact is compliant", unit="", comment="it yields with its stiffness K before it slips"
     )
     reverse_motion: bool = parameter(True, meaning="the pin may slip back", unit="")
+    memory: bool = parameter(
+        False,
+        meaning="the pin is pulled over its contact",
+        unit="",
+        comment="it remembers the way it went; without, friction is that of the record, and Eq. 13-15 lead back from it",
+    )
     step_limit: int = parameter(
         20_000_000,
         meaning="largest number of segments or time steps",
@@ -151,6 +159,15 @@ class Drive:
             having = " or ".join(f'"{name}"' for name, kind in INTEGRATORS.items() if kind.rests)
             need = f"integrator = {having}, as a step of {settings} has no rest"
             raise InvalidInput("surface_compliance", False, need)
+        if self.memory:
+            self._refuse_with_memory()
+
+    def _refuse_with_memory(self) -> None:
+        """Raise InvalidInput for what only a pin over a record can do without, or with."""
+        least = {"integrator": "exact", "profile": "sawtooth", "surface_compliance": True, "reverse_motion": True}
+        for key, value in least.items():
+            if (given := getattr(self, key)) != value and str(given) != value:
+                raise InvalidInput("memory", True, f"{key} = {quoted(value)}", {key: given})
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
@@ -210,6 +227,20 @@ def _in_range(key: str, given: float, value: float, stated: Parameter, own: floa
         bounds = dataclasses.replace(stated, least=least, most=most, note=note)
         require(key, given, False, partial(bounds.allowed, whole=False))
     return value
+
+
+def refuse_with_memory(case: Case) -> None:
+    """Raise InvalidInput if the contact of a case cannot be followed while its pin is pulled (`Drive.memory`)."""
+    contacts, rule = case.interface.contacts, case.slip_rule
+    excluded: list[tuple[bool, str, object, str]] = [
+        (contacts > 1, "contacts", contacts, "a single contact"),
+        (not case.effects.pin_translation, "pin_translation", False, "a pin that moves over the surface"),
+        (rule.residual_shear == 1.0, "residual_shear", 1.0, "slips that drop stress, residual_shear < 1"),
+        (rule.limited_shear == "forward", "limited_shear", "forward", "shear limited both ways"),
+    ]
+    for refused, key, value, need in excluded:
+        if refused:
+            raise InvalidInput("memory", True, need, {key: value})
 
 
 PERIODS: Final = "duration_periods"

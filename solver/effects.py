@@ -24,10 +24,17 @@ class Effect(Generic[Scene]):
 
 
 def _of_drive(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]:
-    """A field of a drive that has a value without the effect."""
+    """A field of a drive that has a value without the effect; with memory the others of a record are not there to be left."""
     return Effect(
-        name or key, lambda drive: getattr(drive, key) != off, lambda drive: replace(drive, **{key: off}), setting
+        name or key,
+        lambda drive: getattr(drive, key) != off and not (drive.memory and key in _OF_A_RECORD),
+        lambda drive: replace(drive, **{key: off}),
+        setting,
     )
+
+
+_OF_A_RECORD: Final = ("profile", "surface_compliance", "reverse_motion")
+"""Fields of a drive over a record alone."""
 
 
 def _of_case(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
@@ -42,17 +49,19 @@ def _of_case(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
 
 TEETH = _of_drive("profile", "mean", 'profile = "mean"', "teeth")
 FINE_TEETH = replace(
-    _of_drive("profile", "coarse", 'profile = "coarse"', "fine_teeth"), there=lambda drive: drive.profile == "sawtooth"
+    _of_drive("profile", "coarse", 'profile = "coarse"', "fine_teeth"),
+    there=lambda drive: drive.profile == "sawtooth" and not drive.memory,
 )
 OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
     TEETH,
     FINE_TEETH,
     replace(
         _of_drive("surface_compliance", False, "surface_compliance = false"),
-        there=lambda drive: drive.surface_compliance and drive.integrator.rests,
+        there=lambda drive: drive.surface_compliance and drive.integrator.rests and not drive.memory,
     ),
     _of_drive("reverse_motion", False, "reverse_motion = false"),
     _of_drive("damping_ratio", 0.0, "damping_ratio = 0", "damping"),
+    _of_drive("memory", False, "memory = false"),
 )
 SPARED: Final = (TEETH, FINE_TEETH)
 """Effects whose absence makes a drive far cheaper: a target leaves out the first whose change it allows."""

@@ -14,7 +14,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
-from nanoslip.solver.dynamics.integrators import disproportion, measured
+from nanoslip.solver.dynamics.integrators import Pulled, disproportion, measured
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.outcome import Outcome
@@ -101,4 +101,13 @@ def drive_result(case: Case, drive: Drive, record: FrictionRecord | None = None)
     plateau = plateau_of(record)
     if wrong := disproportion(drive, record.initial_stiffness, plateau.mean * record.normal_load):
         warnings.warn(wrong, stacklevel=2)
-    return DriveResult(record, plateau, *measured(record, plateau, drive))
+    return DriveResult(record, plateau, *measured(record, plateau, drive, over_contact(case, drive)))
+
+
+def over_contact(case: Case, drive: Drive, compliance: Compliance | None = None) -> Pulled | None:
+    """The way to pull the pin of `case` over its contact itself; None of a drive without `memory`."""
+    if not drive.memory:
+        return None
+    from nanoslip.solver.driven.contact_drive import pulling  # noqa: PLC0415  only where a scene calls for it
+
+    return pulling(case, compliance or surface_compliance(case.slab), drive)

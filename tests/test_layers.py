@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 ORDER = {
     "nanoslip": "solver study",
     "nanoslip.solver": "compiled compiling last outcome parameter view slab load_path case ensemble drive effects elasticity "
-    "contact sliding dynamics simulate",
+    "contact sliding dynamics driven simulate",
     "nanoslip.solver.elasticity": "fields grid condensation grid_scheme schemes interior compliance",
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane strip chain",
     "nanoslip.solver.contact": "kernels closed_forms pin state soundness normal convolved compiled_contact coulomb initial",
@@ -27,6 +27,8 @@ ORDER = {
     "nanoslip.solver.sliding.kernels": "slide",
     "nanoslip.solver.dynamics": "friction_limit kernels result coefficients duration regime integrators stick_slip",
     "nanoslip.solver.dynamics.kernels": "motion steps",
+    "nanoslip.solver.driven": "kernels contact_drive",
+    "nanoslip.solver.driven.kernels": "drive",
     "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance origin "
     "manifest plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.manifest": "units parameters problems columns surface checker manifest keys reader cases",

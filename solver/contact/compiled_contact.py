@@ -123,7 +123,8 @@ def good_until(case: Case, state: KernelState) -> tuple[float, float, float]:
         return math.inf, math.inf, math.inf
     farther, deeper = _reach(case)
     if nodes == case.slab.n_x:  # the next grid is to follow halfway to this one's end
-        room = int(np.argmax(state.contact[:: -state.scalars["ahead"]])) // 2 * case.slab.spacing
+        ends = (state.scalars["ahead"],) if state.scalars["pin_rate"] else (1, -1)
+        room = min(int(np.argmax(state.contact[::-end])) for end in ends) // 2 * case.slab.spacing
         return moved + max(room, farther), math.inf, math.inf
     left, right = (float(state.response[nodes + end]) + deeper / NOT_SEEN for end in (0, nodes - 1))
     return moved + farther, left, right

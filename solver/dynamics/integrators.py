@@ -6,6 +6,7 @@ computes (tests.hard_cases.test_dynamics). Narrower teeth cannot be followed one
 
 import math
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -105,7 +106,7 @@ class Method(Integrator):
         """Integrate to the drive's end or its last slip, to its `step_limit`, or to where F would follow -F̃ unless it may."""
 
 
-def _outcome_of_segments(run: Run, motion: Motion, step_limit: int) -> Outcome:
+def outcome_of_segments(run: Run, motion: Motion, step_limit: int) -> Outcome:
     """Outcome of a run of segments: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
     if run.reached >= motion.duration or slipped_enough(run, motion):
         return COMPLETED
@@ -156,7 +157,7 @@ class Exact(Method):
             run = integrate_exactly(teeth, motion, drive.samples, BINS, drive.step_limit, one_way, True)
         else:
             run = integrate_rigidly(teeth, motion, drive.samples, BINS, drive.step_limit, one_way)
-        return run, _outcome_of_segments(run, motion, drive.step_limit)
+        return run, outcome_of_segments(run, motion, drive.step_limit)
 
 
 # The paper's method (§2.2.3): classical fourth-order Runge-Kutta steps of a given length.
@@ -233,10 +234,17 @@ def longest(motion: Motion) -> float:
 # initial contact may have left in the record.
 
 
-def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> DynamicsResult:
+Pulled = Callable[[Motion], tuple[Run, Outcome]]
+"""A way to pull the pin: a run of its motion and how that ended."""
+
+
+def integrate(
+    friction_limit: FrictionLimit, drive: Drive, surface_stiffness: float, pulled: Pulled | None = None
+) -> DynamicsResult:
     """Integrate Eq. 12 with the friction of Eq. 13-14 by the drive's integrator.
 
     surface_stiffness: K of Eq. 15, in G·L_y; without surface compliance it only separates slip from stick.
+    pulled: pulls the pin over something else than the limit, which then only gives the scales of force and length.
     Raises InvalidInput unless K > 0. All other failures are outcomes of the result.
     """
     if not 0.0 < surface_stiffness < math.inf:
@@ -260,10 +268,10 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
         most_slips=drive.max_slips or MOST_WHOLE,
         recorded=duration,
     )
-    run, outcome = _run(friction_limit, motion, drive)
+    run, outcome = _run(friction_limit, motion, drive, pulled)
     if outcome.ok and run.reached < motion.duration:  # by its slips: the same once more, spread over the time it took
         motion = motion._replace(recorded=run.reached)
-        run, outcome = _run(friction_limit, motion, drive)
+        run, outcome = _run(friction_limit, motion, drive, pulled)
     time = motion.recorded * (np.arange(drive.samples + 1) / drive.samples)
     position, velocity, friction_force = run.samples.T.copy()
     slip_time, slip_position, slip_force, restick_time, restick_position = run.slips.T.copy()
@@ -293,31 +301,35 @@ def integrate(friction_limit: FrictionLimit, drive: Drive, surface_stiffness: fl
     )
 
 
-def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive, pulled: Pulled | None) -> tuple[Run, Outcome]:
     """The motion by the drive's method, and how it ended; nothing where rounding would drown it."""
     outcome = resolved(friction_limit, motion)
     if not outcome.ok:
         return nothing(drive.samples), outcome
+    if pulled is not None:
+        return pulled(motion)
     teeth = Teeth(friction_limit.edges, friction_limit.force, friction_limit.slope, friction_limit.periodic_from)
     method: Method = drive.integrator
     return method.run(teeth, motion, drive)
 
 
-def measured(record: FrictionRecord, plateau: Plateau, drive: Drive) -> tuple[DynamicsResult, FrictionCoefficients]:
-    """The motion of a drive over `record`, and its friction.
+def measured(
+    record: FrictionRecord, plateau: Plateau, drive: Drive, over: Pulled | None = None
+) -> tuple[DynamicsResult, FrictionCoefficients]:
+    """The motion of a drive over `record`, and its friction. over: pulls the pin over the contact itself instead.
 
     Raises NoPlateauError if the record has no steady part that could be continued.
     """
     limit = friction_limit_of(record, plateau, drive.profile)
 
-    def pulled(duration: float | None) -> tuple[DynamicsResult, FrictionCoefficients]:
-        motion = integrate(limit, replace(drive, duration=duration), record.initial_stiffness)
+    def lasting(duration: float | None) -> tuple[DynamicsResult, FrictionCoefficients]:
+        motion = integrate(limit, replace(drive, duration=duration), record.initial_stiffness, over)
         return motion, friction_coefficients(motion, record, plateau, ended_by(motion, drive))
 
-    last = pulled(drive.duration)
+    last = lasting(drive.duration)
     longest = 2.0**DOUBLINGS * last[0].end_time
     while drive.duration is None and (longer := _needed(*last, drive)) <= longest:
-        found = pulled(longer)
+        found = lasting(longer)
         if last[1].outcome.ok and not found[1].outcome.ok:
             break  # what is known stays, where rounding or the step limit ends a longer one
         last = found

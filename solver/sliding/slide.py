@@ -204,12 +204,12 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
             events = grown(events)
         windows += status == Stop.WINDOW_TOO_NARROW
         short = bool(case.heterogeneity.roughness) and windows > AT_FIRST + held % RESUMABLE / LASTING
-        continued, status = _continued(compiled, status, whole, whole or short, anew=held % RESUMABLE == 0)
-        if continued is None:
+        going_on, status = continued(compiled, status, whole, whole or short, anew=held % RESUMABLE == 0)
+        if going_on is None:
             return None
-        if continued is not compiled:
+        if going_on is not compiled:
             load_work += compiled.state.scalars["load_work"]
-        compiled, windows = continued, windows if held % RESUMABLE else 0
+        compiled, windows = going_on, windows if held % RESUMABLE else 0
         if status != Stop.DONE:
             break
     end = state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
@@ -224,7 +224,7 @@ def _stiffness(direction: Direction, shear_rate: float) -> float:
     return math.nan if direction.load_rate else shear_rate * direction.pin_rate
 
 
-def _continued(
+def continued(
     compiled: CompiledContact, status: Stop, whole: bool, widest: bool, anew: bool
 ) -> tuple[CompiledContact | None, Stop]:
     """A compiled contact to go on with after `status`, one of GOING_ON, and DONE or why it cannot go on.

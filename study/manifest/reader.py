@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Effects
-from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length
+from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length, refuse_with_memory
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import LONGEST_MESSAGE, InvalidInput
@@ -545,6 +545,8 @@ def refuse_with_stages(manifest: Manifest, case: Case) -> None:
     if "slip" in manifest.stages and not case.effects.friction:
         need = 'stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
         raise InvalidInput("friction", False, need)
+    if any(each.drive and each.drive.in_si.memory for each in manifest.drives):
+        refuse_with_memory(case)
     if manifest.outputs.subsurface and not isinstance(case.slab.scheme, GridScheme):
         need = "a scheme that has a grid, others are a surface only"
         raise InvalidInput("subsurface", True, need, {"scheme": case.slab.scheme.name})

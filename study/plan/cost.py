@@ -207,9 +207,13 @@ def drive_steps(drive: Drive, case: Case) -> float:
 
 
 def drive_seconds(drive: Drive, case: Case, fitted: bool) -> float:
-    """Seconds of motion and fit: steps, and samples."""
-    return FIT * fitted + STEP * (
-        min(drive_steps(drive, case), drive.step_limit) + 50.0 * min(drive.samples, MOST_SAMPLES)
+    """Seconds of motion and fit: steps, and samples; and of the contact that is slid as far as the stage moves."""
+    way = drive.stage_velocity * drive_duration(drive, case) if drive.memory else 0.0
+    contact = touch_seconds(case) + _slide_seconds(case, way / sizes_of(case).step) if way else 0.0
+    return (
+        contact
+        + FIT * fitted
+        + STEP * (min(drive_steps(drive, case), drive.step_limit) + 50.0 * min(drive.samples, MOST_SAMPLES))
     )
 
 

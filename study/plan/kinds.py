@@ -412,7 +412,7 @@ def drive_task(
     own, text = own_ensemble("drive", ensemble)
     marks = (*scalars_only_mark(scalars_only), *(() if fitted else ("unfitted",)))
     key = task_key("drive", record.key, _text_of(drive), text, *marks)
-    more = compliance_needs(case.slab) if own.within is not None else ()
+    more = compliance_needs(case.slab) if own.within is not None or drive.memory else ()
     needs = (record.key, *more)
     return Task(
         key, "drive", case.slab, case, drive, ensemble=own, needs=needs, scalars_only=scalars_only, fitted=fitted

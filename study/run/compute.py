@@ -28,6 +28,7 @@ from nanoslip.solver.ensemble import Ensemble, change_by, needed
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
+from nanoslip.solver.simulate import over_contact
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import Portion
 from nanoslip.solver.sliding.plateau import Plateau, plateau_of, shared_error
@@ -394,7 +395,7 @@ class _Pulling:
         if self.task.ensemble.within is not None and number == PAIRS:
             self._leave_out()
         pulled = self.records[number] if number < len(self.records) else _slid(case, self.task, self.inputs)
-        found = self._pulled(pulled, self.drive)
+        found = self._pulled(case, pulled, self.drive)
         if number < PAIRS:
             self.whole.append(found)
         elif self.drive is not drive_of(self.task):
@@ -407,18 +408,20 @@ class _Pulling:
         for effect in SPARED if ensemble.of else ():
             if effect.there(everything):
                 without = effect.without(everything)
-                fewer = [self._pulled(pulled, without) for pulled in self.records[:PAIRS]]
+                alone = case_of(self.task)  # what is spared is no effect of a contact that is pulled over itself
+                fewer = [self._pulled(alone, pulled, without) for pulled in self.records[:PAIRS]]
                 error = largest_change(DRIVE, ensemble, fewer, self.whole)
                 if error <= 0.5 * (ensemble.within or 0.0):
                     self.drive, self.left_out = without, LeftOut(effect.name, error)
                     return
 
-    def _pulled(self, pulled: Recorded, drive: Drive) -> Member:
+    def _pulled(self, case: Case, pulled: Recorded, drive: Drive) -> Member:
         record, plateau = pulled
         if not record.outcome.usable:
             return Member((), record.outcome)
         try:
-            motion, coefficients = measured(record, plateau, drive)
+            over = over_contact(case, drive, compliance_of(self.task, self.inputs)) if drive.memory else None
+            motion, coefficients = measured(record, plateau, drive, over)
         except SolverError as error:
             return Member((), error.outcome)
         fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None

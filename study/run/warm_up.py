@@ -24,7 +24,7 @@ from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.study.notices import print_notice
 from nanoslip.study.plan.kinds import RECORD, compliance_task, contact_task, drive_task, record_task
-from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.plan.task import Task, TaskResult, case_of
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.compute import Member, numbers, run_task
@@ -63,18 +63,29 @@ def _is_rough(task: Task) -> bool:
 
 def _small(task: Task, choices: Mapping[str, object]) -> list[Task]:
     if task.drive is not None:
-        return [_short(task.drive)]
+        return [_short(task.drive, case_of(task) if task.drive.memory else _SMALL)]
     if task.case is None:
         return []
     case = Case.of({**_NUMBERS, **choices, "roughness": _ROUGH if _is_rough(task) else ()})
     return [_COMPLIANCE, (contact_task if task.kind == "contact" else record_task)(case)]
 
 
-def _short(drive: Drive) -> Task:
-    """The drive over a hundredth of its duration, or all of it where that is less than a step of its integrator."""
+def _short(drive: Drive, case: Case) -> Task:
+    """The drive over a hundredth of its duration, or all of it where that is less than a step of its integrator.
+
+    It needs a record alone, which may be made up.
+    """
+    small = Case.of(
+        {
+            **_NUMBERS,
+            "slip_order": case.slip_rule.slip_order,
+            "roughness": _ROUGH if case.heterogeneity.roughness else (),
+        }
+    )
     with suppress(InvalidInput):
-        return drive_task(_SMALL, replace(drive, duration=(drive.duration or 100.0) / 100, samples=2))
-    return drive_task(_SMALL, replace(drive, samples=2))
+        found = drive_task(small, replace(drive, duration=(drive.duration or 100.0) / 100, samples=2))
+        return replace(found, needs=found.needs[:1])
+    return drive_task(small, replace(drive, samples=2))
 
 
 def made_up(key: str) -> TaskResult:

@@ -164,7 +164,7 @@ def follow_path(
         events.force_before[e] = total_shear(state.contact, state.response)
         events.kind[e] = kind
         events.node[e] = constants.first_node + node
-        status = _answer(state, constants, kind, node)
+        status = answer_event(state, constants, kind, node)
         if status != Stop.DONE:
             return status, e
         _record(state, events, e)
@@ -188,7 +188,7 @@ def _left_window(state: KernelState, constants: KernelConstants) -> bool:
 
 
 @compiled(inline="always")
-def _answer(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
+def answer_event(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
     """The cascade of one event; DONE, or why the event means nothing."""
     start_event(state.scalars, state.node_slips)
     if overshot(constants.slip, overshoot(state, constants.slip.opposite), len(state.x)):

@@ -173,7 +173,7 @@ def stuck_reach(friction_force: float, limit: float, slope: float, surface_stiff
 # Samples of the motion, time integrals of its forces and the range of the spring force, written as segments pass.
 
 
-@compiled(allocates=True, error_model="numpy")
+@compiled(entry=True, allocates=True, error_model="numpy")
 def empty_record(motion: Motion, sample_count: int, bin_count: int) -> Record:
     """A record of a run that has not begun."""
     return Record(

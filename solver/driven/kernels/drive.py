@@ -1,0 +1,168 @@
+"""Eq. 12 over a contact: closed-form segments from one event of the contact to the next, in both directions.
+
+Between events the friction force is linear in the position, with the contact's own tangential stiffness in place of K; where the
+pin turns the contact is unloaded elastically, event by event, as it is. No relaxation point and no limit F̃ are needed.
+"""
+
+from typing import NamedTuple
+
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.events import next_event, project_onto_pin
+from nanoslip.solver.contact.kernels.path import CHECK_EVENTS, answer_event, smallest_step, stretching
+from nanoslip.solver.contact.kernels.state import (
+    RESIDUAL_LIMIT,
+    EventKind,
+    KernelConstants,
+    KernelState,
+    Stop,
+    equilibrium_residual,
+    set_rate,
+    step_along,
+    total_shear,
+)
+from nanoslip.solver.dynamics.kernels.motion import (
+    Floats,
+    Motion,
+    Pin,
+    Record,
+    Slip,
+    Tally,
+    driving_force,
+    follow_slip,
+    no_slips,
+    segment_from,
+    slip_table,
+)
+from nanoslip.solver.dynamics.kernels.steps import highest_driving_force, moves_forward, pass_segment, segment_end
+
+
+class Ahead(NamedTuple):
+    """The next event of the contact in the direction of the pin, and how its friction force rises until then."""
+
+    position: float
+    """Pin position at the event; infinite if there is none."""
+    kind: EventKind
+    node: int
+    slope: float
+    """dF/dx."""
+
+
+class Pulled(NamedTuple):
+    """A pin and its contact where a stretch of a drive ended."""
+
+    stop: Stop
+    """DONE, or why the contact cannot go on as it is set up."""
+    pin: Pin
+    slip: Slip
+    tally: Tally
+    slips: Floats
+    """(s, 5) macroscopic slips that ended in this stretch (see `Run.slips`)."""
+    events: int
+    lost: float
+    """Energy that events dissipated."""
+
+
+@compiled(inline="always")
+def _ahead(state: KernelState, constants: KernelConstants, origin: float) -> Ahead:
+    """The next event, at least the event floor away. origin: δ_p of the contact at x = 0."""
+    scalars = state.scalars
+    step, kind, node = next_event(state, constants)
+    least = smallest_step(constants.slip, stretching(state), abs(scalars.displacement))
+    position = scalars.displacement + scalars.pin_rate * max(step, least) - origin
+    return Ahead(position, kind, node, total_shear(state.contact, state.rate) * scalars.pin_rate)
+
+
+@compiled(inline="always")
+def _move_to(state: KernelState, delta: float) -> None:
+    """Move the pin to δ_p = delta, all nodes stuck."""
+    step_along(state, (delta - state.scalars.displacement) * state.scalars.pin_rate)
+
+
+@compiled(inline="always")
+def _turn(state: KernelState, forward: bool) -> None:
+    """Head the pin the other way."""
+    state.scalars.pin_rate = 1.0 if forward else -1.0
+    state.scalars.ahead = 1 if forward else -1
+    set_rate(state)
+
+
+@compiled(inline="always")
+def _at_an_end(state: KernelState, constants: KernelConstants) -> bool:
+    """True if a node in contact is the last one that there is."""
+    first, last = constants.inner_nodes
+    return bool((first == 0 and state.contact[0]) or (last == len(state.x) - 1 and state.contact[last]))
+
+
+@compiled(inline="always")
+def _check(state: KernelState, constants: KernelConstants, begun: float, events: int) -> Stop:
+    """Decide after an event whether the contact can go on: CONTACT_LOST where it has come to the end of its nodes.
+
+    begun: δ_p where it was set up, for both directions from there.
+    """
+    scalars, y, n = state.scalars, state.response, len(state.x)
+    reach, left, right = constants.window_until
+    if _at_an_end(state, constants):
+        return Stop.CONTACT_LOST
+    if scalars.touches_near_end or abs(scalars.displacement - begun) > reach or y[n] > left or y[2 * n - 1] > right:
+        return Stop.WINDOW_TOO_NARROW
+    if scalars.releases + scalars.touches > 0 or events % CHECK_EVENTS == 0:
+        project_onto_pin(state, constants)
+        if not equilibrium_residual(state) <= RESIDUAL_LIMIT:
+            return Stop.INACCURATE
+    return Stop.DONE
+
+
+@compiled(entry=True, allocates=True, error_model="numpy")
+def drive_contact(
+    state: KernelState,
+    constants: KernelConstants,
+    motion: Motion,
+    record: Record,
+    pin: Pin,
+    slip: Slip,
+    tally: Tally,
+    step_limit: int,
+    slips_left: int,
+    origin: float,
+) -> Pulled:
+    """Follow pin and contact together until the duration, or until the contact needs to be set up again.
+
+    origin: δ_p of the contact at x = 0. slips_left: macroscopic slips with the last of which the drive ends.
+    """
+    finished, events, lost, stop = no_slips(), 0, 0.0, Stop.DONE
+    begun = state.scalars.displacement
+    _turn(state, pin.velocity >= 0.0)
+    ahead = _ahead(state, constants, origin)
+    pin = Pin(pin.time, pin.position, pin.velocity, total_shear(state.contact, state.response))
+    while stop == Stop.DONE and pin.time < motion.duration and tally.steps < step_limit and len(finished) < slips_left:
+        forward = moves_forward(motion, pin, ahead.slope)
+        if forward != (state.scalars.pin_rate > 0.0):
+            _move_to(state, pin.position + origin)
+            _turn(state, forward)
+            ahead = _ahead(state, constants, origin)
+        t, x, v, friction_force = pin
+        segment = segment_from(motion, pin, ahead.slope)
+        watched = v >= motion.stick_velocity and (slip.climbing or not slip.sliding)
+        way, tau, met = ahead.position - x, 0.0, True
+        if way > 0.0 if forward else way < 0.0:
+            tau, met, y, v, area = segment_end(segment, motion, watched, way, forward)
+            until = motion.duration if tau >= motion.duration - t else t + tau
+            tally = pass_segment(record, motion, segment, tally, until, tau, y, area)
+            t, x, friction_force = until, x + y, friction_force + ahead.slope * y
+        if met:
+            _move_to(state, ahead.position + origin)
+            stop = answer_event(state, constants, ahead.kind, ahead.node)
+            events += 1
+            lost += state.scalars.dissipated
+            stop = _check(state, constants, begun, events) if stop == Stop.DONE else stop
+            ahead = _ahead(state, constants, origin)
+            x, friction_force = state.scalars.displacement - origin, total_shear(state.contact, state.response)
+        pin = Pin(t, x, v, friction_force)
+        if tau > 0.0:
+            peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
+            slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
+        else:
+            tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
+    _move_to(state, pin.position + origin)
+    lasting = Slip(slip.sliding and stop == Stop.DONE, slip.climbing, slip.time, slip.position, slip.peak, 0, 0.0)
+    return Pulled(stop, pin, slip, tally, slip_table(lasting, finished, motion, pin), events, lost)
