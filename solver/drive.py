@@ -159,15 +159,8 @@ class Drive:
             having = " or ".join(f'"{name}"' for name, kind in INTEGRATORS.items() if kind.rests)
             need = f"integrator = {having}, as a step of {settings} has no rest"
             raise InvalidInput("surface_compliance", False, need)
-        if self.memory:
-            self._refuse_with_memory()
-
-    def _refuse_with_memory(self) -> None:
-        """Raise InvalidInput for what only a pin over a record can do without, or with."""
-        least = {"integrator": "exact", "profile": "sawtooth", "surface_compliance": True, "reverse_motion": True}
-        for key, value in least.items():
-            if (given := getattr(self, key)) != value and str(given) != value:
-                raise InvalidInput("memory", True, f"{key} = {quoted(value)}", {key: given})
+        for key in other_than_a_contact(self) if self.memory else ():
+            raise InvalidInput("memory", True, f"{key} = {quoted(OVER_A_CONTACT[key])}", {key: getattr(self, key)})
 
     @classmethod
     def of(cls, parameters: Mapping[str, Any]) -> Self:
@@ -227,6 +220,20 @@ def _in_range(key: str, given: float, value: float, stated: Parameter, own: floa
         bounds = dataclasses.replace(stated, least=least, most=most, note=note)
         require(key, given, False, partial(bounds.allowed, whole=False))
     return value
+
+
+OVER_A_CONTACT: Final[dict[str, Any]] = {
+    "integrator": "exact",
+    "profile": "sawtooth",
+    "surface_compliance": True,
+    "reverse_motion": True,
+}
+"""Settings of a drive with memory: a contact has its own teeth and compliance, and what goes back slips back."""
+
+
+def other_than_a_contact(drive: Drive) -> list[str]:
+    """List the settings of a drive that only a pin over a record can have."""
+    return [key for key, value in OVER_A_CONTACT.items() if str(getattr(drive, key)) != str(value)]
 
 
 def refuse_with_memory(case: Case) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, Generic, TypeVar
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.drive import Drive
+from nanoslip.solver.drive import OVER_A_CONTACT, Drive, other_than_a_contact
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import Slab
 
@@ -27,14 +27,10 @@ def _of_drive(key: str, off: Any, setting: str, name: str = "") -> Effect[Drive]
     """A field of a drive that has a value without the effect; with memory the others of a record are not there to be left."""
     return Effect(
         name or key,
-        lambda drive: getattr(drive, key) != off and not (drive.memory and key in _OF_A_RECORD),
+        lambda drive: getattr(drive, key) != off and not (drive.memory and key in OVER_A_CONTACT),
         lambda drive: replace(drive, **{key: off}),
         setting,
     )
-
-
-_OF_A_RECORD: Final = ("profile", "surface_compliance", "reverse_motion")
-"""Fields of a drive over a record alone."""
 
 
 def _of_case(part: str, key: str, off: Any, setting: str) -> Effect[Case]:
@@ -62,6 +58,12 @@ OF_DRIVES: Final[tuple[Effect[Drive], ...]] = (
     _of_drive("reverse_motion", False, "reverse_motion = false"),
     _of_drive("damping_ratio", 0.0, "damping_ratio = 0", "damping"),
     _of_drive("memory", False, "memory = false"),
+    Effect(
+        "memory, added",
+        lambda drive: not (drive.memory or other_than_a_contact(drive)),
+        lambda drive: replace(drive, memory=True),
+        "memory = true, which adds it",
+    ),
 )
 SPARED: Final = (TEETH, FINE_TEETH)
 """Effects whose absence makes a drive far cheaper: a target leaves out the first whose change it allows."""

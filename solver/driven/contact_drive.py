@@ -106,7 +106,7 @@ def _followed(
 
 
 def _outcome(stop: Stop, run: Run, motion: Motion, drive: Drive) -> Outcome:
-    """How a drive over a contact ended."""
+    """Ending of a drive over a contact."""
     if stop == Stop.DONE:
         return outcome_of_segments(run, motion, drive.step_limit)
     found = OUTCOME_OF_STOP[stop]
