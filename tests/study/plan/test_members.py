@@ -290,7 +290,7 @@ def test_a_first_member_that_is_refused_leaves_nothing_out(monkeypatch, refused)
     """Then no change is known; the others are computed whole."""
     measured = compute.measured
 
-    def failing(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Any:
+    def failing(record: FrictionRecord, plateau: Plateau, drive: Drive, over: object = None) -> Any:
         if plateau.mean == plateaus[refused]:
             raise InvalidInput("why")
         return measured(record, plateau, drive)
