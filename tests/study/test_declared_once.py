@@ -62,6 +62,7 @@ def slid(*given: Any) -> tuple[WithFalls, Any]:
 def declare(patch: pytest.MonkeyPatch, old: type, new: type) -> None:
     """As if the new dataclass stood where the old one does."""
     kind = KINDS["record"]
+    variables.by_name()  # what other modules remember of it is what is declared now
     parts = tuple(part._replace(type=new) if part.type is old else part for part in kind.parts)
     patch.setitem(KINDS, "record", replace(kind, parts=parts))
     patch.setattr(variables, "by_name", variables.by_name.__wrapped__)  # which remembers what was declared
