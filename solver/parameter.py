@@ -69,7 +69,7 @@ class Quantity:
     codes: tuple[str, ...] = ()
     """Meanings of its values 0, 1, …, which stay numbers."""
     words: tuple[str, ...] = ()
-    """Texts that the variable can hold: it is a text, empty if there is none; a result holds its position here, or NaN."""
+    """Texts that the variable can hold: the one of most members, empty if there is none; a result holds places here, or NaN."""
     along: str = ""
     """Sample dimension of a column of values; empty for one number of a case."""
     coordinate: bool = False
@@ -99,10 +99,22 @@ class Quantity:
         return f"{self.name}_members" if self.ensemble else ""
 
     @property
+    def whole(self) -> bool:
+        """True if its values are whole numbers, 0 where there is none."""
+        return bool(self.flags) or self.dtype is np.int32
+
+    def counts(self) -> "dict[str, Quantity]":
+        """Word -> the variable that counts the members that have it."""
+        meant = "members with {} {}".format
+        return {
+            word: Quantity(f"{self.name}_{word}_members", meant(self.name, word), dtype=np.int32) for word in self.words
+        }
+
+    @property
     def beside(self) -> "tuple[Quantity, ...]":
-        """Companion variables: its ± and the count of members with a value."""
+        """Companion variables: its ± and the count of members with a value; of words the count of members with each."""
         if not self.ensemble:
-            return ()
+            return tuple(self.counts().values())
         half = f"± of {self.long_name}"
         return (
             Quantity(self.uncertainty, half, self.units, self.per, comment=PLUS_MINUS),
@@ -158,9 +170,9 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
     if quantity.flags:
         more["flag_masks"] = [np.int32(1 << bit) for bit, name in enumerate(quantity.flags) if name]
         more["flag_meanings"] = " ".join(filter(None, quantity.flags))
-    if quantity.codes:
-        more["flag_values"] = np.arange(len(quantity.codes), dtype=np.int8)
-        more["flag_meanings"] = " ".join(quantity.codes)
+    if names := quantity.codes or quantity.words:
+        more["flag_values"] = np.arange(len(names), dtype=np.int8)
+        more["flag_meanings"] = " ".join(names)
     given = {name: value for name, value in more.items() if len(value)}
     units = {} if quantity.words or not quantity.units else {"units": quantity.units}
     return {"long_name": quantity.long_name} | units | given

@@ -19,10 +19,10 @@ from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import compare, file, verify as verification
 from nanoslip.study.dataset.access import columns_of
 from nanoslip.study.dataset.compare import Verdict
-from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, shortened, text_of
+from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, text_of
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
-from nanoslip.study.figures.points import hyphenated
+from nanoslip.study.figures.points import worded
 from nanoslip.study.manifest import keys
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task
@@ -154,12 +154,12 @@ def _print_worst(seen: Sequence[compare.Observed]) -> None:
 
 
 def _row(each: compare.Observed) -> tuple[str, ...]:
-    here, there = (f"{value:.6g}" if isinstance(value, float) else shortened(str(value)) for value in each.values)
-    if here == there and isinstance(each.values[0], str):  # what differs is behind the most frequent text
-        here, there = each.values
+    here, there = (worded(value) if isinstance(value, dict) else f"{value:.6g}" for value in each.values)
+    if here == there and isinstance(each.values[0], dict):  # what differs is behind the most frequent word
+        here, there = (worded(value, math.inf) for value in each.values)
     verdict = {Verdict.DIFFERENT: "beyond", Verdict.WITHIN: "within"}.get(each.verdict, "not known")  # type: ignore[arg-type]
     apart = "–" if math.isnan(each.apart) else f"{each.apart:.2g}"
-    return each.name, hyphenated(str(here)), hyphenated(str(there)), verdict, apart, words(each.label)
+    return each.name, here, there, verdict, apart, words(each.label)
 
 
 # `nanoslip verify`: compute a dataset again from itself alone, and compare.

@@ -24,9 +24,9 @@ from nanoslip.study.dataset.variables import (
     EVENT_DROP,
     OUTCOMES,
     SOFTWARE,
-    VALIDITY,
     Group,
     all_groups,
+    counts_of,
     parameters,
     run_names,
     windows,
@@ -435,6 +435,16 @@ def values_over(values: xr.DataArray, over: xr.DataArray) -> list[Any]:
     return found
 
 
+def tallies_over(root: xr.Dataset, name: str, over: xr.DataArray) -> list[dict[str, int]]:
+    """Members by word at each position of another variable, the most frequent first; one word where none are counted."""
+    counts = {word: values_over(each, over) for word, each in counts_of(root, name).items()}
+    found = []
+    for place, said in enumerate(values_over(root[name], over)):
+        there = {word: int(column[place]) for word, column in counts.items() if column[place]}
+        found.append(dict(sorted(there.items(), key=lambda each: -each[1])) if said and there else {str(said): 1})
+    return found
+
+
 # Several datasets as one: scalars side by side, groups one behind the other.
 
 # The variables of several datasets over the union of their axes.
@@ -502,7 +512,7 @@ def _filled(name: str, values: xr.DataArray, kind: np.dtype[Any]) -> xr.DataArra
     """A merged variable in its type, with fill values for missing ones, as if not computed."""
     if kind.kind == "O":
         return values.fillna(PENDING if name in {ending.name for ending, _ in OUTCOMES.values()} else "")
-    if name == VALIDITY.name:
+    if kind == np.int32:
         values = values.fillna(0)
     return values if bool(values.isnull().any()) else values.astype(kind)
 

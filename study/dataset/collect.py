@@ -45,7 +45,6 @@ from nanoslip.study.dataset.variables import (
     Group,
     Runs,
     all_groups,
-    counted,
     factors,
     parameters,
     scalars,
@@ -294,7 +293,7 @@ class Table:
             apart = left_out(KINDS[kind], manifest)
             for name, quantity in scalars(kind):
                 for own in (quantity, *quantity.beside) if name not in apart else ():
-                    self._declare(kind, own, "" if own.words else np.int32(0) if own.flags else np.nan)
+                    self._declare(kind, own, "" if own.words else np.int32(0) if own.whole else np.nan)
         for group in groups:
             self._declare(DRIVE if group.driven else "", group.id, "")
 
@@ -331,7 +330,7 @@ class Table:
             if quantity.name == VALIDITY.name or name not in found or quantity.name not in self._values:
                 continue
             if quantity.words:
-                self._values[quantity.name][places] = [_word(quantity, row) for row in found[name].tolist()]
+                self._enter_words(quantity, places, found[name])
                 continue
             shared = found[f"{name}{SHARED_ERROR}"][:, 0] if f"{name}{SHARED_ERROR}" in found else np.zeros(len(rows))
             mean, uncertainty, members = mean_of(found[name], shared)
@@ -349,11 +348,13 @@ class Table:
                     self._values[quantity.shared_error][places] = np.where(unknown, np.nan, shared) * np.abs(unit)
                 self._values[quantity.members][places] = members
 
-
-def _word(quantity: Quantity, numbers: Sequence[float]) -> str:
-    """Most frequent word of the members' numbers, with its count if not all agree. None if too few members have one."""
-    known = [quantity.words[int(each)] for each in numbers if not math.isnan(each)]
-    return counted(known) if len(known) >= needed(len(numbers)) else ""
+    def _enter_words(self, quantity: Quantity, places: NDArray[np.intp], numbers: NDArray[np.float64]) -> None:
+        """Set the word of most members, empty if too few have one, and how many have each. numbers: (results, members)."""
+        counts = np.stack([(numbers == place).sum(axis=1) for place in range(len(quantity.words))])
+        for count, each in zip(counts, quantity.counts().values(), strict=True):
+            self._values[each.name][places] = count
+        most = np.array(quantity.words, object)[counts.argmax(axis=0)]
+        self._values[quantity.name][places] = np.where(counts.sum(axis=0) >= needed(numbers.shape[1]), most, "")
 
 
 @lru_cache

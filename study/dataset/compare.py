@@ -15,14 +15,13 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import GRID_ERROR, SHARED_ERROR
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
-from nanoslip.study.dataset.access import values_over
+from nanoslip.study.dataset.access import tallies_over, values_over
 from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
     DRIVE,
     DRIVE_NAME,
     MEMBERS,
     OUTCOMES,
-    is_counted,
     of_drives,
     parameters,
     run_names,
@@ -183,6 +182,7 @@ class Observed:
     label: dict[str, Value]
     name: str
     values: tuple[Any, Any]
+    """Numbers; or words, each with the members that have it."""
     verdict: Verdict | None
     """None if they differ and an uncertainty is unknown; for ensembles also if a number is missing or most words differ."""
     apart: float
@@ -227,17 +227,23 @@ def _judged(pair: Pair, name: str) -> bool:
 
 
 def _number(pair: Pair, name: str) -> bool:
-    return pair[0][name].dtype.kind in "fiub"
+    return pair[0][name].dtype.kind in _NUMBERS
+
+
+_NUMBERS: Final = "fiub"
+"""Kinds of types that are numbers."""
 
 
 def _beside(pair: Pair, kind: str, found: Matched, name: str) -> list[tuple[Any, Any]]:
     """The values of a variable in the shared rows of both datasets; NaN in one that has no such variable."""
-    endings = [ending_of(root, kind) for root in pair]
-    here, there = (
-        values_over(root[name], over) if name in root else [math.nan] * over.size
-        for root, over in zip(pair, endings, strict=True)
-    )
+    here, there = (_column(root, name, ending_of(root, kind)) for root in pair)
     return [(here[one], there[other]) for one, other in found.rows]
+
+
+def _column(root: xr.Dataset, name: str, over: xr.DataArray) -> list[Any]:
+    if name not in root:
+        return [math.nan] * over.size
+    return values_over(root[name], over) if root[name].dtype.kind in _NUMBERS else tallies_over(root, name, over)
 
 
 def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[float, float], scale: float) -> Judged:
@@ -257,9 +263,9 @@ def _by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:
     """True if values that cannot be subtracted may differ only through the choice of members (NaN: a single case)."""
     if all(map(math.isnan, members)):
         return False
-    if not all(isinstance(value, str) for value in both):
+    if not all(isinstance(value, dict) for value in both):
         return any(value != value for value in both)  # noqa: PLR0124  only NaN is not itself
-    return any(map(is_counted, both)) or not all(count >= TELLING for count in members)
+    return any(len(words) > 1 for words in both) or not all(count >= TELLING for count in members)
 
 
 # Differences in the origin of two datasets: parameters, keys of their campaigns, scales and software.

@@ -6,6 +6,7 @@ lie in their groups. Numbers of results may have any value.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -119,10 +120,18 @@ def _of_variable(name: str, variable: xr.Variable) -> Iterator[str]:
         yield f"{variable.dtype}: needs numbers or texts"
     if name in by_name() and are_texts(variable) != (name in _texts()) and (name in _texts() or by_name()[name].units):
         yield f"needs {'texts' if name in _texts() else 'numbers'}"
-    if name == VALIDITY.name and variable.dtype.kind not in "iu":
+    if name in _whole() and variable.dtype.kind not in "iu":
         yield "needs whole numbers"
-    if name in (MEMBERS.name, DRIVE_MEMBERS.name) and not bool(np.all(np.isnan(variable) | _counts(variable.values))):
+    counted = name in (MEMBERS.name, DRIVE_MEMBERS.name) or name in _whole() - {VALIDITY.name}
+    if counted and not bool(np.all(np.isnan(variable) | _counts(variable.values))):
         yield "needs whole numbers from 0 on"
+
+
+@cache
+def _whole() -> set[str]:
+    """Variables over the cases that are whole numbers."""
+    own = (each for kind in KINDS for _, quantity in scalars(kind) for each in (quantity, *quantity.beside))
+    return {each.name for each in own if each.whole}
 
 
 def _texts() -> set[str]:

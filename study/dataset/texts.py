@@ -3,7 +3,7 @@
 Characters get a dimension, about which xarray cannot turn what it has not read; strings of variable length crash netCDF 4.10
 where a file is open twice and closed once. So a text over dimensions is a number in the file:
 
-- a word of a fixed list, as `outcome`, its place in the list: CF's `flag_values` and `flag_meanings`;
+- a word of a fixed list, as `outcome` and `regime`, its place in the list: CF's `flag_values` and `flag_meanings`; -1 for none;
 - any other text its name, of 48 bits: a content hash of 12 hexadecimal digits, as `case_id`, its value; another text the first 12
   digits of its SHA-256, under which the group `texts` has it. Files that are joined keep the meaning of their numbers.
 
@@ -43,8 +43,8 @@ def encoded(variable: xr.Variable, table: Table) -> xr.Variable:
     values = variable.values.ravel().tolist()
     different = dict.fromkeys(map(str, values))
     words = str(variable.attrs.get(_WORD, "")).split()
-    if words and different.keys() <= set(words):
-        codes = {text: words.index(text) for text in different}
+    if words and different.keys() <= {*words, ""}:
+        codes = {text: words.index(text) if text else NONE for text in different}
         kind: type[np.integer[Any]] = np.int8
         marks = {_STORED: _WORD}
     else:
@@ -74,6 +74,7 @@ def decoded(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable:
     different, places = np.unique(numbers, return_inverse=True)
     if variable.attrs[_STORED] == _WORD:
         words = dict(enumerate(str(variable.attrs.get(_WORD, "")).split()))
+        words |= {NONE: ""} if words else {}
         found = [words.get(code) for code in different.tolist()]
     elif variable.attrs[_STORED] != _NAME:
         raise ValueError(f"{_STORED}: needs {_WORD} or {_NAME}")

@@ -6,7 +6,6 @@ stiffness in G·L_y, forces over the load W; trajectories of drives are in SI.
 
 import difflib
 import re
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, lru_cache
@@ -29,7 +28,7 @@ from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import with_symbol
 from nanoslip.study.origin import Origin
-from nanoslip.study.plan.kinds import KINDS, MEMBER, column, declared
+from nanoslip.study.plan.kinds import KINDS, MEMBER, MEMBER_OUTCOME, column, declared
 from nanoslip.study.plan.task import PENDING, TaskResult
 
 
@@ -332,6 +331,28 @@ def fewer(case: xr.Dataset, name: str) -> str:
     return f" ({counts[0]:.0f} of {counts[1]:.0f})" if counts and 0 < counts[0] < counts[1] else ""
 
 
+@cache
+def words_counted() -> dict[str, dict[str, str]]:
+    """Variable of words -> word -> the variable that counts the members that have it."""
+    worded = (quantity for kind in KINDS for _, quantity in scalars(kind) if quantity.words)
+    return {each.name: {word: count.name for word, count in each.counts().items()} for each in worded}
+
+
+def counts_of(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
+    """Word of a variable -> how many members have it; empty of variables without such counts."""
+    return {word: dataset[count] for word, count in words_counted().get(name, {}).items() if count in dataset.variables}
+
+
+def share_of(dataset: xr.Dataset, name: str) -> xr.DataArray | float:
+    """Share of the members with a word that have the most frequent one; 1 where none are counted."""
+    counts = list(counts_of(dataset, name).values())
+    if not counts:
+        return 1.0
+    columns = np.stack([each.values for each in counts])
+    used = columns.sum(axis=0)
+    return counts[0].copy(data=np.divide(columns.max(axis=0), used, out=np.ones(used.shape), where=used > 0))
+
+
 def ends_of(counts: xr.DataArray) -> str:
     """The least and the most of some counts of members: `3 to 12`, or `8`."""
     known = counts.values[counts.notnull().values]
@@ -363,63 +384,11 @@ def means_of(dataset: xr.Dataset) -> str:
 
 # Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to.
 
-# Texts of an ensemble: what all members say, else how many say what; and the same in few letters, for tables.
-
-LONGEST: Final = 30
-"""Characters of a counted text in a table; of a longer one the most frequent text is shown, with the count of others."""
-_PARTS: Final = re.compile(r"; (?=\d+ )")
-_COUNT: Final = re.compile(r"\d+ ")
-
-
-def counted(values: Sequence[Any]) -> str:
-    """The text that all members have, else every text with the number of members that have it, the most frequent first."""
-    counts = Counter(str(value) for value in values)
-    if len(counts) == 1:
-        return next(iter(counts))
-    return "; ".join(f"{count} {text}" for text, count in counts.most_common() if text)
-
-
-def is_counted(text: str) -> bool:
-    """True if a text begins with a number of members."""
-    return _COUNT.match(text) is not None
-
-
-def _parts(text: str) -> list[tuple[int, str]]:
-    """Parts of a counted text: number of members and text; none of another text."""
-    parts = (part.partition(" ") for part in _PARTS.split(text))
-    return [(int(number), said) for number, _, said in parts] if is_counted(text) else []
-
-
-def commonest(text: str) -> tuple[str, float]:
-    """Most frequent text of the members, and its share of the members with a text; 1 for a text that is not counted."""
-    parts = _parts(text)
-    return (parts[0][1], parts[0][0] / sum(number for number, _ in parts)) if parts else (text, 1.0)
-
-
-def joined(text: str) -> str:
-    """A counted text in which texts that differ in numbers alone are one, the first of them, with the members of all."""
-    kinds: dict[str, list[tuple[int, str]]] = {}
-    for number, said in _parts(text):
-        kinds.setdefault(without_numbers(said), []).append((number, said))
-    found = [
-        f"{sum(number for number, _ in each)} {each[0][1]}{' (numbers differ)' if len(each) > 1 else ''}"
-        for each in sorted(kinds.values(), key=lambda each: -sum(number for number, _ in each))
-    ]
-    return "; ".join(found) or text
-
 
 @lru_cache(maxsize=1024)  # of a million messages few are different
 def without_numbers(message: str) -> str:
     """A message without its numbers, equal for messages that differ only in these."""
     return re.sub(r"\d[\d.e+-]*", "#", message)
-
-
-def shortened(text: str) -> str:
-    """A counted text in at most `LONGEST` characters where its first words allow it; any other text as it is."""
-    parts = _parts(text) if len(text) > LONGEST else []
-    if len(parts) < 2:
-        return text
-    return f"{parts[0][0]} {parts[0][1]}; {sum(number for number, _ in parts[1:])} others"
 
 
 NAME_LENGTH: Final = 12
@@ -519,13 +488,20 @@ def _once(results: list[TaskResult]) -> list[TaskResult]:
 
 
 def _values_of(result: TaskResult, series: Series) -> Mapping[str, Any]:
-    return result.scalars if series.sample == MEMBER else result.arrays
+    if series.sample != MEMBER:
+        return result.arrays
+    count = len(next(iter(result.scalars.values()), ()))
+    outcomes = result.members or (result.outcome,) * count
+    return {**result.scalars, MEMBER_OUTCOME.name: [_PLACES[each.ending] for each in outcomes]}
+
+
+_PLACES: Final = {ending: place for place, ending in enumerate(Ending)}
 
 
 def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
     """The first member's column; or a number of every member."""
     if series.sample == MEMBER:
-        return np.array(result.scalars[name], float)
+        return np.array(_values_of(result, series)[name], series.columns[name].dtype)
     return column(result, name, series.sample)
 
 

@@ -17,7 +17,16 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.solver.sliding.validity import DOUBTFUL
 from nanoslip.study.dataset.access import Places, Selection, places
-from nanoslip.study.dataset.variables import OUTCOMES, VALIDITY, Described, by_name, called, members_of, parameters
+from nanoslip.study.dataset.variables import (
+    OUTCOMES,
+    VALIDITY,
+    Described,
+    by_name,
+    called,
+    members_of,
+    parameters,
+    share_of,
+)
 from nanoslip.study.manifest.parameters import as_written
 from nanoslip.study.toml_text import from_toml
 
@@ -92,6 +101,19 @@ def hyphenated(text: str) -> str:
     return re.sub("|".join(REGIMES), lambda found: found.group().replace("_", "-"), text)
 
 
+LONGEST: Final = 30
+"""Characters of counted words in a table; of longer ones the most frequent is shown, with the count of others."""
+
+
+def worded(tally: Mapping[str, int], most: float = LONGEST) -> str:
+    """Words of members with how many have each, the most frequent first; the word alone that all have."""
+    if len(tally) == 1:
+        return hyphenated(next(iter(tally)))
+    parts = [f"{count} {hyphenated(word)}" for word, count in tally.items()]
+    text = "; ".join(parts)
+    return text if len(text) <= most or len(parts) < 3 else f"{parts[0]}; {sum([*tally.values()][1:])} others"
+
+
 def words(values: Mapping[str, Any]) -> str:
     """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 0.002 m/s`."""
     return ", ".join(f"{symbol(name)} = {in_text(value)} {unit_of(name)}".rstrip() for name, value in values.items())
@@ -126,6 +148,8 @@ class Points:
     """True if a flag other than that of a short record advises caution."""
     members: NDArray[np.int64]
     """Number of members of an ensemble in each mean; -1 if the value is no mean."""
+    shares: Floats
+    """Share of the members with a text that have this one; 1 of numbers."""
     lacking: NDArray[np.bool_]
     """True if a mean is over fewer members than its ensemble has, as the others have no value."""
     zipped: tuple[str, ...]
@@ -137,6 +161,11 @@ class Points:
     def text(self) -> bool:
         """True if the values are texts."""
         return self.values.dtype.kind == "O"
+
+    @property
+    def differing(self) -> bool:
+        """True if members of any case have different texts."""
+        return bool((self.shares < 1.0).any())
 
     @property
     def there(self) -> NDArray[np.bool_]:
@@ -162,10 +191,11 @@ class Points:
         """The points as a table: coordinates, value, uncertainty, members, whether flagged."""
         errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
         members = {"members": self.members} if (self.members >= 0).any() else {}
-        return {**self.axes, self.name: self.values, **errors, **members, "flagged": self.flagged}
+        shares = {"share of members": self.shares} if self.differing else {}
+        return {**self.axes, self.name: self.values, **errors, **members, **shares, "flagged": self.flagged}
 
 
-_ARRAYS: Final = ("values", "errors", "shared", "flagged", "doubtful", "members", "lacking")
+_ARRAYS: Final = ("values", "errors", "shared", "flagged", "doubtful", "members", "shares", "lacking")
 """Fields of points that have an entry for each of them."""
 
 
@@ -180,18 +210,20 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     having, used = members_of(dataset, name) or (-1, -1)
     flags = dataset.get(VALIDITY.name, 0)
     shared = 0.0 if over else dataset.get(f"{name}{SHARED_ERROR}", 0.0)
+    share = 1.0 if over else share_of(dataset, name)
     numbers = {"_value": value, "_error": error, "_shared": shared, "_having": having, "_used": used, "_flags": flags}
+    numbers["_share"] = share
     found = places(dataset[[widest]].assign(numbers), widest, where)
     values, errors, mask = (found.values(each) for each in ("_value", "_error", "_flags"))
     errors, flagged = errors.astype(float), np.asarray(mask != 0)
     doubtful = np.asarray(mask.astype(np.int64) & DOUBTFUL != 0)
     shared = np.nan_to_num(found.values("_shared").astype(float))
     members, most = (np.nan_to_num(found.values(each)).astype(np.int64) for each in ("_having", "_used"))
-    axes, lacking = varying(found), (members > 0) & (members < most)
+    axes, lacking, shares = varying(found), (members > 0) & (members < most), found.values("_share")
     as_one = tuple(each for each in zipped(dataset) if each in axes)
     called = f"{name}/{over}" if over else name
     described = called, label(name, over)
-    return Points(*described, values, errors, shared, axes, flagged, doubtful, members, lacking, as_one, stated)
+    return Points(*described, values, errors, shared, axes, flagged, doubtful, members, shares, lacking, as_one, stated)
 
 
 def _number(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, Any, bool]:

@@ -18,7 +18,6 @@ from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
 from nanoslip.solver.view import ROUNDING, with_error
-from nanoslip.study.dataset.variables import commonest
 from nanoslip.study.figures.points import (
     Floats,
     Points,
@@ -327,14 +326,14 @@ def _heights(points: Points, names: list[str]) -> Floats:
     if not points.text:
         return points.values
     order = {name: place for place, name in enumerate(names)}
-    return np.array([order.get(commonest(value)[0], np.nan) for value in points.values.tolist()], dtype=float)
+    return np.array([order.get(value, np.nan) for value in points.values.tolist()], dtype=float)
 
 
 def names_of(points: Points) -> list[str]:
-    """The words that occur as values, each once; of members that differ the commonest. None of numbers."""
+    """The words that occur as values, each once. None of numbers."""
     if not points.text:
         return []
-    return [name for name in dict.fromkeys(commonest(value)[0] for value in points.values.tolist()) if name]
+    return [name for name in dict.fromkeys(points.values.tolist()) if name]
 
 
 def _named(figure: Figure, **look: Any) -> None:
@@ -398,9 +397,8 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
     ends = [edges(values, axis) for values, axis in ((columns, axes.xaxis), (rows, axes.yaxis))]
     rasterized = len(rows) * len(columns) > MOST_VECTOR
     look: dict[str, Any] = {"rasterized": rasterized, "edgecolors": "face", "linewidth": 0.3}
-    shares = np.array([commonest(value)[1] for value in here.values.tolist()]) if names else np.ones(1)
-    if shares.min(initial=1.0) < 1.0:  # drawn without hairlines between the shapes
-        look |= {"alpha": tiles(shares, 1.0), "edgecolors": "none", "rasterized": True}
+    if here.differing:  # drawn without hairlines between the shapes
+        look |= {"alpha": tiles(here.shares, 1.0), "edgecolors": "none", "rasterized": True}
     mesh = axes.pcolormesh(*ends, tiles(_heights(here, names), np.nan), **look, **_colors(points, names))
     care = here.flagged & here.there
     if is_crowded(points, roles):
@@ -555,9 +553,8 @@ def _seen(points: Points, roles: Roles) -> str:
         where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
         hatched = f" {where} are to be taken with care." if care else ""
         return _without(points, "White") + _members(points) + hatched
-    differing = points.text and any(commonest(value)[1] < 1.0 for value in points.values.tolist())
     paler = ", the paler the fewer" if roles.mapped else ""
-    mixed = f" Of members that differ: what most do{paler}." if differing else ""
+    mixed = f" Of members that differ: what most do{paler}." if points.differing else ""
     flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
     return mixed + _without(points) + _members(points) + (flagged if roles.mapped else _marks(points))
 

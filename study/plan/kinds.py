@@ -24,6 +24,7 @@ from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.ensemble import ALONE, Ensemble, Places
 from nanoslip.solver.last import of_the_last
+from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, as_field, quantities, quantity
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import Collective, Portion, batches
@@ -89,17 +90,21 @@ class Kind:
 
 MEMBER: Final = "member"
 """The dimension of what results hold of each member: their scalars."""
+MEMBER_OUTCOME: Final = Quantity(
+    "member_outcome", "how the member ended", along=MEMBER, codes=tuple(Ending), dtype=np.int8
+)
 
 
 @lru_cache(maxsize=256)
 def declared(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
     """Name of each scalar of a kind's results that is a quantity -> its declaration; or of each array along a dimension.
 
-    Along MEMBER: the scalars whose means have an uncertainty.
+    Along MEMBER: how it ended, and the scalars whose means have an uncertainty.
     """
     if along == MEMBER:
         scalars = ((name, each) for name, each in declared(kind).items() if each.ensemble)
-        return {name: replace(each, along=MEMBER, ensemble=False, si=None) for name, each in scalars}
+        own = {name: replace(each, along=MEMBER, ensemble=False, si=None) for name, each in scalars}
+        return {MEMBER_OUTCOME.name: MEMBER_OUTCOME, **own}
     found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
     return {key: quantity for key, quantity in found if quantity.along == along}
 

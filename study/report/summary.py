@@ -20,9 +20,9 @@ from nanoslip.solver.parameter import GRID_ERROR, quantities
 from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.access import scales_of
+from nanoslip.study.dataset.access import scales_of, tallies_over
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.figures.points import hyphenated, in_text, in_unit, listed, readable, symbol, unit_of
+from nanoslip.study.figures.points import hyphenated, in_text, in_unit, listed, readable, symbol, unit_of, worded
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, compact, in_si
 from nanoslip.study.plan.plan import flag_lines
@@ -110,9 +110,9 @@ def ending_lines(case: xr.Dataset) -> Iterator[str]:
         ("outcome", "drive"), (variables.OUTCOMES[""], variables.OUTCOMES["drive"]), strict=True
     ):
         if ending.name in case and not case[ending.name].dims:
-            why = variables.joined(str(case[message.name].item()))
+            why = str(case[message.name].item())
             yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
-    if "advice" in case and (advice := variables.joined(str(case["advice"].item()))):
+    if "advice" in case and (advice := str(case["advice"].item())):
         yield f"advice: {advice}"
     yield from filter(None, [variables.means_of(case)])
 
@@ -133,7 +133,7 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     if error in values:
         return with_error(value, float(values[error]))
     if isinstance(value, str | bool):
-        return hyphenated(variables.shortened(str(value)))
+        return worded(tallies_over(values, name, values[name])[0])
     return plain(value, digits)
 
 
@@ -209,6 +209,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     numbers = {
         *columns,
         *(f"{name}{end}" for name in columns for end in (UNCERTAINTY, "_members")),
+        *(count for name in columns for count in variables.words_counted().get(name, {}).values()),
         variables.MEMBERS.name,
         variables.DRIVE_MEMBERS.name,
         variables.VALIDITY.name,
@@ -388,15 +389,11 @@ def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
     return words({name: here[name].item() for name in _varying(dataset, of)})
 
 
-def _commonest(outcomes: xr.DataArray) -> list[tuple[str, int]]:
-    """Number of drives with each outcome or regime (of most members), the most frequent first."""
-    return Counter(variables.commonest(text)[0] for text in outcomes.values.ravel().tolist() if text).most_common()
-
-
 def drive_summary(dataset: xr.Dataset) -> list[str]:
-    """Number of drives by outcome and by regime; nothing of few, as the table shows them."""
+    """Number of drives by outcome and by regime (of most members); nothing of few, as the table shows them."""
     many = [dataset[name] for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
-    counted = [(each, ", ".join(f"{count} {hyphenated(word)}" for word, count in _commonest(each))) for each in many]
+    counts = [(each, Counter(filter(None, each.values.ravel().tolist())).most_common()) for each in many]
+    counted = [(each, ", ".join(f"{count} {hyphenated(word)}" for word, count in found)) for each, found in counts]
     return [f"{each.name} of {each.size} drives: {said}" for each, said in counted if said]
 
 
@@ -466,7 +463,7 @@ def _ending(values: xr.Dataset) -> tuple[str, str, str]:
     ending, message = COMPLETED, ""
     for found, why in (("outcome", "message"), ("drive_outcome", "drive_message")):
         if found in values and (values[found] != COMPLETED or values[why] != ""):
-            ending, message = (variables.shortened(str(values[each].item())) for each in (found, why))
+            ending, message = (str(values[each].item()) for each in (found, why))
             break
     flags = flags_in(int(values[variables.VALIDITY.name])) if variables.VALIDITY.name in values else ()
     named = f" [{', '.join(flag.name for flag in flags)}]" if flags else ""

@@ -8,6 +8,7 @@ from contextlib import nullcontext
 import netCDF4
 import pytest
 
+from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.commands import cli, draw
 from nanoslip.study.dataset import file
@@ -123,10 +124,12 @@ def test_what_is_within_uncertainties_is_exit_code_0(main, three, tmp_path):
         assert (ended, verdict in said, "plateau_mean" in said) == (code, True, True)
 
 
-def write_regimes(out, words):
+def write_regimes(out, **members):
     with file.read(out / file.FILE) as found:
         changed = loaded(found)
-    changed["regime"].values[...] = words
+    changed["regime"].values[...] = max(members, key=members.__getitem__)
+    for word in REGIMES:
+        changed[f"regime_{word}_members"].values[...] = members.get(word, 0)
     file.write(changed, out / file.FILE)
 
 
@@ -134,12 +137,15 @@ def test_words_of_members_are_told_in_short_unless_the_difference_hides_behind_t
     main, three, tmp_path
 ):
     one, other = (shutil.copytree(three, tmp_path / name) for name in ("one", "other"))
-    write_regimes(one, "2 sticks; 1 stick_slip; 1 micro_slip")
-    for words, told in (
-        ("2 sticks; 1 slides; 1 micro_slip", "2 sticks; 1 stick-slip; 1 micro-slip  2 sticks; 1 slides; 1 micro-slip"),
-        ("2 stick_slip; 1 sticks; 1 micro_slip", "2 sticks; 2 others  2 stick-slip; 2 others"),
+    write_regimes(one, sticks=2, stick_slip=1, micro_slip=1)
+    for members, told in (
+        (
+            {"sticks": 2, "slides": 1, "micro_slip": 1},
+            "2 sticks; 1 stick-slip; 1 micro-slip  2 sticks; 1 slides; 1 micro-slip",
+        ),
+        ({"stick_slip": 2, "sticks": 1, "micro_slip": 1}, "2 sticks; 2 others  2 stick-slip; 2 others"),
     ):
-        write_regimes(other, words)
+        write_regimes(other, **members)
         assert " ".join(told.split()) in " ".join(main("compare", one, other)[1].split())
 
 

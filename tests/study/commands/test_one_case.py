@@ -124,7 +124,7 @@ def test_without_a_drive_all_drives_are_rows(main, finished):
 
 
 def test_words_of_members_are_short_in_the_table(main, finished):
-    write_regimes(finished, "2 sticks; 1 stick_slip; 1 micro_slip")
+    write_regimes(finished, sticks=2, stick_slip=1, micro_slip=1)
     said = main("show", finished, *ONE, "drive=slow")[1]
     row = next(line for line in said.splitlines() if line.startswith("regime "))
     assert row.split() == ["regime", "2", "sticks;", "2", "others", "regime", "of", "the", "pin"]

@@ -16,10 +16,19 @@ from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study import api
 from nanoslip.study.dataset import file, variables
-from nanoslip.study.dataset.access import Accessor
+from nanoslip.study.dataset.access import Accessor, tallies_over
 from nanoslip.study.dataset.collect import NOTE, collect, is_made_of, made_of, write_state
 from nanoslip.study.dataset.file import groups_of
-from nanoslip.study.dataset.variables import EXPLAINED, UNKNOWN, all_groups, fewer, means_of, members_of, scalars
+from nanoslip.study.dataset.variables import (
+    EXPLAINED,
+    UNKNOWN,
+    all_groups,
+    fewer,
+    means_of,
+    members_of,
+    scalars,
+    share_of,
+)
 from nanoslip.study.origin import Origin, computing, here
 from nanoslip.study.plan.grids import load_front
 from nanoslip.study.plan.kinds import column
@@ -463,7 +472,10 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     assert (fewer(case, "plateau_mean"), fewer(case, "mean_step")) == (" (3 of 4)", "")
     assert not members_of(case, "events")
     assert (case["outcome"].item(), case["message"].item()) == ("completed", lost.message)
-    assert case["regime"].sel(drive="fast").item() == "2 slides; 1 sticks"
+    fast = case.sel(drive="fast")
+    assert (fast["regime"].item(), share_of(fast, "regime").item()) == ("slides", 2 / 3)
+    assert tallies_over(fast, "regime", fast["regime"]) == [{"slides": 2, "sticks": 1}]
+    assert tallies_over(fast, "outcome", fast["outcome"]) == [{"completed": 1}]  # members are not counted
     assert means_of(case) == f"numbers are means over 4 members, ± their 68 % interval; {UNKNOWN}; {EXPLAINED}"
 
 

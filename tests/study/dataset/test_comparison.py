@@ -114,7 +114,7 @@ def test_what_is_not_computed_in_either_is_counted_and_left_out(outcome: str) ->
 def numbers(
     plateau: float, error: float, outcome: str = "completed", events: float = 9.0, used: int | None = None
 ) -> xr.Dataset:
-    """One case; used: how many members have been joined to it, whose words are counted where they differ."""
+    """One case; used: how many members have been joined to it."""
     found = xr.Dataset(
         {
             "plateau_mean": ("radius", [plateau]),
@@ -161,24 +161,35 @@ def test_words_agree_where_they_are_the_same_and_advice_is_not_compared() -> Non
     assert set(found) == {"outcome", "plateau_mean"}
 
 
+def pulled(sticks: int, slides: int) -> xr.Dataset:
+    """One drive of an ensemble in these regimes; of a single start without counts."""
+    used, word = sticks + slides, "sticks" if sticks >= slides else "slides"
+    counts = {"regime_sticks_members": sticks, "regime_slides_members": slides, "members": used} if used > 1 else {}
+    texts = {"drive_outcome": "completed", "regime": word}
+    found = {name: ("radius", np.array([text], dtype=object)) for name, text in texts.items()}
+    return xr.Dataset(found | {name: ("radius", [count]) for name, count in counts.items()}, {"radius": [50.0]})
+
+
 @pytest.mark.parametrize(
     ("one", "other", "verdict"),
     [
-        (("completed", 4), ("completed", 4), Verdict.IDENTICAL),
-        (("2 completed; 1 no_plateau", 3), ("3 completed; 1 no_plateau", 4), None),  # counts of samples
-        (("completed", 16), ("15 completed; 1 no_plateau", 16), None),
-        (("completed", 3), ("no_plateau", 4), None),  # by chance 2 times in 35, were both as likely
-        (("completed", 4), ("no_plateau", 4), Verdict.DIFFERENT),  # 2 times in 70
-        (("completed", None), ("2 completed; 1 no_plateau", 3), None),
-        (("2 completed; 1 no_plateau", 3), ("completed", None), None),
+        ((4, 0), (4, 0), Verdict.IDENTICAL),
+        ((2, 1), (3, 1), None),  # counts of samples
+        ((16, 0), (15, 1), None),
+        ((3, 0), (0, 4), None),  # by chance 2 times in 35, were both as likely
+        ((4, 0), (0, 4), Verdict.DIFFERENT),  # 2 times in 70
+        ((1, 0), (2, 1), None),
+        ((2, 1), (1, 0), None),
+        ((1, 0), (0, 1), Verdict.DIFFERENT),  # two single starts
     ],
 )
 def test_words_of_members_contradict_where_all_of_one_ensemble_differ_from_all_of_the_other(
     one, other, verdict
 ) -> None:
-    found = judged(*(numbers(0.3, 0.1, outcome, used=used) for outcome, used in (one, other)))["outcome"]
+    pair = pulled(*one), pulled(*other)
+    (found,) = (each for each in observed(pair, "drive", matched(pair, "drive")) if each.name == "regime")
     apart = {None: NAN, Verdict.IDENTICAL: 0.0, Verdict.DIFFERENT: math.inf}[verdict]
-    assert found == (verdict, pytest.approx(apart, nan_ok=True))
+    assert (found.verdict, found.apart) == (verdict, pytest.approx(apart, nan_ok=True))
 
 
 def test_a_number_that_only_one_of_two_ensembles_knows_is_not_judged_and_two_without_scatter_contradict() -> None:

@@ -1,4 +1,4 @@
-"""What is declared is described, on one page that is never behind; counted texts say how many members say what."""
+"""What is declared is described, on one page that is never behind."""
 
 from dataclasses import fields
 
@@ -9,17 +9,7 @@ from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import flattened, groups_of
-from nanoslip.study.dataset.variables import (
-    LONGEST,
-    Described,
-    commonest,
-    counted,
-    describe,
-    is_counted,
-    joined,
-    rows,
-    shortened,
-)
+from nanoslip.study.dataset.variables import Described, describe, rows
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import Build
 
@@ -63,36 +53,6 @@ def test_words_bits_and_codes_are_named() -> None:
 def test_every_number_of_a_record_but_its_settings_is_declared() -> None:
     settings = {"normal_load", "spacing", "presliding_length", "outcome"}
     assert {item.name for item in fields(FrictionRecord) if not item.metadata} == settings
-
-
-def test_what_all_members_say_is_not_counted() -> None:
-    assert counted(["slides"] * 3) == "slides"
-    assert counted(["slides", "sticks", "slides"]) == "2 slides; 1 sticks"
-    assert commonest(counted(["slides", "sticks", "slides", ""])) == ("slides", 2 / 3)
-    assert [is_counted(text) for text in ("slides", "2 slides; 1 sticks", "0.2.0 of today")] == [False, True, False]
-
-
-@pytest.mark.parametrize("members", [8, 10_000])
-def test_a_shortened_text_fits_its_cell_and_counts_every_member(members: int) -> None:
-    texts = ["completed", "no_plateau", "steep_pin", "no_slip"]
-    whole = counted([texts[int(place**0.5) % 4] for place in range(members)])
-    short = shortened(whole)
-    assert len(short) <= LONGEST < len(whole)
-    assert whole.startswith(short.partition(";")[0])
-    assert sum(int(word) for word in short.split() if word.isdigit()) == members
-
-
-def test_sentences_of_members_that_hold_semicolons_lose_none() -> None:
-    sentence = "the force still rises; raise limits.events"
-    short = shortened(counted([sentence] * 3 + ["needs 3; or 4"] * 2 + ["stop", "too small"]))
-    assert short == f"3 {sentence}; 4 others"
-
-
-def test_texts_that_differ_in_numbers_alone_are_told_once_with_the_members_of_all() -> None:
-    falls = [f"the force falls by {share}%; raise limits.events" for share in (2.3, 4.0, 1e-05)]
-    assert joined(counted([*falls, falls[0], "no slip"])) == f"4 {falls[0]} (numbers differ); 1 no slip"
-    assert joined(counted(["no slip"] * 2 + ["stop"])) == "2 no slip; 1 stop"
-    assert joined("2.3% too little") == "2.3% too little"
 
 
 def test_every_variable_of_a_dataset_is_described_as_it_describes_itself(dataset: xr.Dataset) -> None:

@@ -377,9 +377,10 @@ def test_a_bar_of_all_of_a_number_is_an_arrow_on_a_logarithmic_axis() -> None:
 
 def test_members_that_differ_have_the_colour_of_what_most_do_and_the_paler_the_fewer() -> None:
     data = product(lambda radius, n_x: radius + n_x, radius=[1.0, 2.0, 4.0], n_x=[17, 33])
-    words = [["slides", "12 slides; 4 sticks"], ["9 sticks; 7 slides", "8 sticks"], ["sticks", "11 sticks"]]
-    data["outcome"] = (("radius", "n_x"), np.array(words, dtype=object))
-    points = points_of(data, "outcome")
+    dims, slides, sticks = ("radius", "n_x"), np.array([[16, 12], [7, 0], [0, 0]]), np.array([[0, 4], [9, 8], [1, 11]])
+    data["regime"] = (dims, np.where(slides > sticks, "slides", "sticks").astype(object))
+    data["regime_slides_members"], data["regime_sticks_members"] = (dims, slides), (dims, sticks)
+    points = points_of(data, "regime")
     figure = figure_of(points, roles_of(points))
     mesh = figure.axes[0].collections[0]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["slides", "sticks"]
