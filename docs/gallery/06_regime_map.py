@@ -48,7 +48,6 @@ import nanoslip
 
 results = nanoslip.open("results/regimes")
 table = results.regime.squeeze(drop=True).to_dataframe().reset_index()
-table["regime"] = table.regime.str.extract(r"([a-z]\w+)")
 for name, some in table.groupby("regime"):
     plt.loglog(some.spring_stiffness, some.stage_velocity, "s", markersize=14, label=name)
 plt.xlabel("spring stiffness k (N/m)")
@@ -58,7 +57,8 @@ plt.tight_layout()
 
 # %%
 # **What it means.** With slow stages and soft springs the pin sticks and slips; above a velocity that falls with
-# stiffness it slides steadily. Near the boundary members may differ and are counted: ``5 stick_slip; 3 slides``.
+# stiffness it slides steadily. Near the boundary members may differ: this is the regime of most;
+# ``results.regime_stick_slip_members`` and its kin count all.
 #
 # **What it costs.** Twenty drives of eight starts, seconds. ``max_slips`` ends a drive once its regime is
 # known.
