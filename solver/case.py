@@ -437,6 +437,7 @@ PARTS: Final[dict[str, type]] = {
     "effects": Effects,
     "heterogeneity": Heterogeneity,
     "interface": Interface,
+    "path": LoadPath,
 }
 """Field of a case -> type of its part, the slab apart: the parameters of these are parameters of the case."""
 

@@ -1,10 +1,15 @@
-"""A path of pin displacement and load as a case prescribes it: strokes, loads to visit, or straight legs from point to point."""
+"""A path of pin displacement and load: strokes, loads to visit or straight legs, as a case prescribes them; and its numbers."""
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import ABSENT, InvalidInput
-from nanoslip.solver.parameter import Numbers, Roughness, check, parameter, require
+from nanoslip.solver.parameter import Numbers, Quantity, Roughness, check, parameter, quantity, require
 
 Point = tuple[float, float]
 """δ_p in L_x, and load in G·L_x·L_y."""
@@ -15,52 +20,58 @@ LEAST_LOAD = 1e-6
 """Smallest load over W: forces are accurate to 1e-12 of the larger load of a leg."""
 
 
+def _way(meaning: str, **more: Any) -> Any:
+    """A parameter that is a length along the path, 0 by default."""
+    return parameter(0.0, table="path", meaning=meaning, least=0.0, most=FARTHEST, **more)
+
+
 @dataclass(frozen=True, slots=True)
 class LoadPath:
     """Path of pin and load after initial contact; empty by default: a record in one direction at one load.
 
-    First the pin slides by `slid`, then the load visits `loads` while the pin rests, then the pin goes forward and back `cycles`
-    times. Or it visits the points `legs` along straight lines.
+    First the pin slides by `slid`, then the load visits `visited_loads` while the pin rests, then the pin goes forward and back
+    `cycles` times. Or it visits the points `legs` along straight lines.
     """
 
-    amplitude: float = parameter(
-        0.0,
-        meaning="amplitude of cycles, in presliding lengths",
-        least=0.0,
-        most=FARTHEST,
+    amplitude: float = _way(
+        "amplitude of cycles, in presliding lengths",
+        comment="one presliding length is μ_i·W/K; a length instead is `stroke`",
+        need='a number of presliding lengths from 0 to 1e6, or stroke = "2 um" instead',
+    )
+    stroke: float = _way("amplitude of cycles, in L_x", scale="slab_width", note=" (L_x)")
+    cycles: int = parameter(6, table="path", meaning="cycles forward and back", least=1, most=10**6)
+    slid: float = _way(
+        "displacement before the cycles, in presliding lengths",
+        comment="one is μ_i·W/K",
         note=" (presliding lengths)",
     )
-    stroke: float = parameter(
-        0.0, meaning="amplitude of cycles, in L_x", least=0.0, most=FARTHEST, scale="slab_width", note=" (L_x)"
-    )
-    cycles: int = parameter(6, meaning="cycles forward and back", least=1, most=10**6)
-    slid: float = parameter(
-        0.0,
-        meaning="way before the cycles, in presliding lengths",
-        least=0.0,
-        most=FARTHEST,
-        note=" (presliding lengths)",
-    )
-    loads: Numbers = parameter(
+    visited_loads: Numbers = parameter(
         (),
+        table="path",
+        word="load",
         meaning="loads to visit before the cycles, over normal_load",
-        columns=("load",),
+        listed=True,
         least=LEAST_LOAD,
         most=FARTHEST,
+        need='a list of loads, 1e-6 to 1e6 times normal_load, as [0.8, 1.0], or with a unit, as ["80 N"]',
     )
     legs: Roughness = parameter(
         (),
+        table="path",
         meaning="points (δ_p in L_x, load over normal_load) to visit",
+        comment="units of both columns may stand in the header",
         columns=("displacement", "load"),
         least=-FARTHEST,
         most=FARTHEST,
+        need="displacements up to 1e6 L_x, loads 1e-6 to 1e6 times normal_load",
     )
 
     def __post_init__(self) -> None:
         check(self)
         if self.amplitude and self.stroke:
             raise InvalidInput("amplitude", self.amplitude, "one of them", {"stroke": self.stroke})
-        given = {name: getattr(self, name) for name in ("amplitude", "stroke", "slid", "loads") if getattr(self, name)}
+        ways = ("amplitude", "stroke", "slid", "visited_loads")
+        given = {name: getattr(self, name) for name in ways if getattr(self, name)}
         if self.legs and given:
             raise InvalidInput("legs", ABSENT, "one or the other", given)
         for _, load in self.legs:
@@ -80,20 +91,139 @@ class LoadPath:
         return bool(self.amplitude or self.slid)
 
     @property
+    def largest_load(self) -> float:
+        """Largest load, over the case's."""
+        return max((1.0, *self.visited_loads, *(load for _, load in self.legs)))
+
+    @property
     def loads_change(self) -> bool:
         """True if the load changes from the case's load."""
-        return any(load != 1.0 for load in self.loads) or any(load != 1.0 for _, load in self.legs)
+        return any(load != 1.0 for load in (*self.visited_loads, *(load for _, load in self.legs)))
 
-    def points(self, normal_load: float, presliding_length: float) -> Iterator[Point]:
-        """The points where legs end, in their order. presliding_length: in L_x, of the contact before it slides."""
+    def points(self, normal_load: float, presliding_length: float, cycles: int | None = None) -> Iterator[Point]:
+        """The points where legs end, in their order. presliding_length: in L_x, of the contact before it slides.
+
+        cycles: number of them, if not all.
+        """
         yield from ((displacement, load * normal_load) for displacement, load in self.legs)
         middle, load = self.slid * presliding_length if self.slid else 0.0, normal_load
         if self.slid:
             yield middle, load
-        for load in (each * normal_load for each in self.loads):
+        for load in (each * normal_load for each in self.visited_loads):
             yield middle, load
         if self.cyclic:
             reach = self.stroke or self.amplitude * presliding_length
             yield middle + reach, load
-            for _ in range(self.cycles):
+            for _ in range(self.cycles if cycles is None else cycles):
                 yield from ((middle - reach, load), (middle + reach, load))
+
+
+def length_of(path: LoadPath, presliding_length: float) -> tuple[int, float, float]:
+    """Legs of a path, the way of its pin, and how far it goes from where it came down, both in L_x."""
+    shown = min(path.cycles, 1) if path.cyclic else 0
+    places = [0.0, *(place for place, _ in path.points(1.0, presliding_length, shown))]
+    steps = [abs(then - now) for now, then in itertools.pairwise(places)]
+    again = path.cycles - shown if path.cyclic else 0
+    return len(steps) + 2 * again, sum(steps) + again * sum(steps[-2:]), max(map(abs, places))
+
+
+@dataclass(frozen=True, slots=True)
+class Loops:
+    """Numbers of the cycles with which a path ends; NaN without any. F/W: over the load of the cycles."""
+
+    cycle_amplitude: float = quantity(
+        "amplitude of the cycles, in presliding lengths",
+        ensemble=True,
+        comment="one is μ_i·W/K; the pin goes from the middle to either side by it",
+    )
+    loss_per_cycle: float = quantity(
+        "energy lost in a cycle, in W·L_x",
+        per="normal_load",
+        ensemble=True,
+        comment="mean over the later half of the cycles",
+    )
+    first_loss: float = quantity("energy lost in the first cycle, in W·L_x", per="normal_load", ensemble=True)
+    turn_friction: float = quantity(
+        "F/W at the turns",
+        symbol="F/W",
+        ensemble=True,
+        comment="half of the difference between both ends of a leg, mean over the later half of the cycles",
+    )
+    secant_stiffness: float = quantity(
+        "secant stiffness of a cycle, in G·L_y",
+        ensemble=True,
+        of_grid=True,
+        comment="difference of friction force between both ends of a leg over that of displacement",
+        si=Quantity("", "secant stiffness of a cycle", "N m-1", "stiffness"),
+    )
+    closure: float = quantity(
+        "largest difference of F/W between the last two cycles",
+        ensemble=True,
+        comment="at one displacement; 0 of a loop that closes",
+    )
+    shaken_down: float = quantity(
+        "elastic shakedown of the cycles",
+        ensemble=True,
+        comment="1 if the last cycle loses less than a millionth of the elastic energy at a turn, else 0",
+    )
+    equivalent_damping: float = quantity(
+        "equivalent damping ratio",
+        symbol="ζ",
+        ensemble=True,
+        comment="loss_per_cycle over 4π times the elastic energy at a turn, ½·F·amplitude",
+    )
+    path_stiffness: float = quantity(
+        "stiffness before the path, in G·L_y",
+        symbol="K",
+        ensemble=True,
+        of_grid=True,
+        comment="dF/dδ_p of the contact with all nodes stuck",
+        si=Quantity("", "stiffness before the path", "N m-1", "stiffness"),
+    )
+
+
+def _of_leg(meaning: str, name: str, **more: Any) -> Any:
+    """Declare a column over the legs of a path. name: the part after `leg_`."""
+    return quantity(meaning, f"leg_{name}", along="turn", **more)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Turns:
+    """Numbers of each leg of a path, (legs,), which begins at a turn and ends at the next."""
+
+    direction: NDArray[np.int8] = _of_leg(
+        "direction of the leg", "direction", dtype=np.int8, comment="1 to the right, -1 to the left"
+    )
+    begin: NDArray[np.float64] = _of_leg("displacement at its begin, in L_x", "begin", symbol="δ_p/L_x")
+    end: NDArray[np.float64] = _of_leg("displacement at its end, in L_x", "end", symbol="δ_p/L_x")
+    first_load: NDArray[np.float64] = _of_leg("load at its begin, over normal_load", "first_load", per="normal_load")
+    last_load: NDArray[np.float64] = _of_leg("load at its end, over normal_load", "last_load", per="normal_load")
+    first_force: NDArray[np.float64] = _of_leg(
+        "F/W at its begin", "first_friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
+    )
+    last_force: NDArray[np.float64] = _of_leg(
+        "F/W at its end", "last_friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
+    )
+    lost: NDArray[np.float64] = _of_leg("energy lost on the leg, in W·L_x", "loss", per="normal_load")
+    load_work: NDArray[np.float64] = _of_leg("work of the load, in W·L_x", "load_work", per="normal_load")
+    events: NDArray[np.int64] = _of_leg("events of the leg", "events", dtype=np.int64)
+    slips: NDArray[np.int64] = _of_leg("node slips of the leg", "slips", dtype=np.int64)
+
+
+def _of_line(meaning: str, name: str, **more: Any) -> Any:
+    """Declare a column over the points of a path's line. name: the part after `path_`."""
+    return quantity(meaning, f"path_{name}", along="path_point", **more)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathLine:
+    """Friction force over displacement along all legs, (points,): ends of legs, and before and after each event."""
+
+    displacement: NDArray[np.float64] = _of_line(
+        "pin displacement, in L_x", "displacement", symbol="δ_p/L_x", coordinate=True
+    )
+    force: NDArray[np.float64] = _of_line(
+        "F/W along the path", "friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
+    )
+    load: NDArray[np.float64] = _of_line("load along the path, over normal_load", "load", per="normal_load")
+    leg: NDArray[np.int32] = _of_line("leg of the path", "leg", dtype=np.int32, comment="from 0")

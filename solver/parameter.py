@@ -223,6 +223,8 @@ class Parameter:
     """Remark after the bounds, in messages."""
     columns: tuple[str, ...] = ()
     """Columns of the CSV file that a campaign names as its value; a parameter without is a value itself, and can be an axis."""
+    listed: bool = False
+    """True if its value is a list of numbers, which is no axis."""
     scale: str = ""
     """The scale (a method or property of `Scales`) that its value in SI is a multiple of."""
     si: Any = None
@@ -328,7 +330,7 @@ class _Check(NamedTuple):
         if self.plain is None:
             return given
         value = _CONVERSIONS[self.plain](self.name, given)
-        for each in (value,) if self.plain in (int, float) else value if self.stated.columns else ():
+        for each in (value,) if self.plain in (int, float) else value if self.stated.columns or self.stated.listed else ():
             numbers = each if self.plain is Roughness else (each,)
             if not all(map(self.stated.holds, numbers)):
                 require(self.name, each, False, partial(self.stated.allowed, whole=self.plain is int))

@@ -1,9 +1,10 @@
 """A contact along a path of pin displacement and load: each leg is a friction record in its own direction; and loops' numbers."""
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,16 +14,21 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import Direction
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
-from nanoslip.solver.load_path import Point
+from nanoslip.solver.load_path import Loops, PathLine, Point, Turns
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import Quantity, quantity
+from nanoslip.solver.parameter import as_field, quantities
 from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import Run, Way, followed
-from nanoslip.solver.sliding.validity import mask_of, record_flags
+from nanoslip.solver.sliding.validity import DOUBTFUL, contact_flags, mask_of, record_flags
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 Vector = NDArray[np.float64]
+
+
+def _as_turn(name: str) -> Any:
+    """A field of one leg that `Turns` declares for all."""
+    return as_field(replace(quantities(Turns)[name], along=""))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -33,18 +39,22 @@ class Leg(FrictionRecord):
     before.
     """
 
-    direction: int
-    """1 to the right, -1 to the left."""
-    turn: float
+    direction: int = _as_turn("direction")
+    turn: float = _as_turn("begin")
     """δ_p where it begins, in L_x."""
-    first_load: float
+    first_load: float = _as_turn("first_load")
     """Load where it begins, in G·L_x·L_y."""
+    case_load: float
+    """W of the case, in G·L_x·L_y."""
     load: Vector | None
     """(e,) load after each event; None if it does not change."""
-    load_work: float
+    load_work: float = _as_turn("load_work")
     """Work of the load, in G·L_x²·L_y."""
-    lost: float
+    lost: float = _as_turn("lost")
     """Energy lost, also after the last event."""
+
+    def _factors(self) -> dict[str, float]:
+        return {"normal_load": 1.0 / self.case_load}
 
     def curve(self) -> tuple[Vector, Vector]:
         """δ_p and friction force with its sign, before and after each event and at both ends, in L_x and G·L_x·L_y."""
@@ -62,6 +72,10 @@ class Path(Viewed):
     end: ContactState
     normal_load: float
     """W of the case."""
+    stiffness: float
+    """dF/dδ_p with all nodes stuck before the path, in G·L_y."""
+    presliding_length: float
+    """μ_i·W/K, in L_x."""
     cycles: int
     """Whole cycles, of two legs each, with which it ends."""
     validity_flags: int
@@ -70,8 +84,8 @@ class Path(Viewed):
 
     def curve(self) -> tuple[Vector, Vector]:
         """δ_p and friction force along all legs."""
-        curves = [leg.curve() for leg in self.legs] or [(np.empty(0), np.empty(0))]
-        return np.concatenate([x for x, _ in curves]), np.concatenate([force for _, force in curves])
+        line = line_of(self)
+        return line.displacement, line.force
 
     def _facts(self) -> Iterator[str]:
         yield f"{len(self.legs)} legs"
@@ -79,7 +93,7 @@ class Path(Viewed):
         yield in_words(self.outcome)
 
     def _labelled(self) -> Iterator[Labelled]:
-        return labelled(loops_of(self))
+        return itertools.chain(labelled(loops_of(self)), labelled(turns_of(self)), labelled(line_of(self)))
 
     def _factors(self) -> dict[str, float]:
         return {"normal_load": 1.0 / self.normal_load}
@@ -88,46 +102,6 @@ class Path(Viewed):
         """F/W over displacement, as loops."""
         x, force = self.curve()
         return Picture("pin displacement δ_p/L_x", "friction force F/W", (Curve(x, force / self.normal_load),))
-
-
-@dataclass(frozen=True, slots=True)
-class Loops:
-    """Numbers of the cycles with which a path ends; NaN without any. F/W: over the load of the cycles."""
-
-    loss_per_cycle: float = quantity(
-        "energy lost in a cycle, in W·L_x",
-        per="normal_load",
-        ensemble=True,
-        comment="mean over the later half of the cycles",
-    )
-    first_loss: float = quantity("energy lost in the first cycle, in W·L_x", per="normal_load", ensemble=True)
-    turn_friction: float = quantity(
-        "F/W at the turns",
-        symbol="F/W",
-        ensemble=True,
-        comment="half of the difference between both ends of a leg, mean over the later half of the cycles",
-    )
-    secant_stiffness: float = quantity(
-        "secant stiffness of a cycle, in G·L_y",
-        ensemble=True,
-        of_grid=True,
-        comment="difference of friction force between both ends of a leg over that of displacement",
-        si=Quantity("", "secant stiffness of a cycle", "N m-1", "stiffness"),
-    )
-    closure: float = quantity(
-        "largest difference of F/W between the last two cycles", comment="at one displacement; 0 of a loop that closes"
-    )
-    shaken_down: float = quantity(
-        "elastic shakedown of the cycles",
-        ensemble=True,
-        comment="1 if the last cycle loses less than a millionth of the elastic energy at a turn, else 0",
-    )
-    equivalent_damping: float = quantity(
-        "equivalent damping ratio",
-        symbol="ζ",
-        ensemble=True,
-        comment="loss_per_cycle over 4π times the elastic energy at a turn, ½·F·amplitude",
-    )
 
 
 ELASTIC: Final = 1e-6
@@ -144,7 +118,7 @@ def follow(case: Case, compliance: Compliance) -> Path:
     )
     # A run that ends where it starts: it has the stiffness.
     before = followed(alone, compliance, start, Way(case.normal_load, until=start.displacement)).record
-    end, outcome, flags = start, before.outcome, 0
+    end, outcome, flags = start, before.outcome, mask_of(contact_flags(case, start))
     points = case.path.points(case.normal_load, before.presliding_length) if outcome.ok else ()
     for leg, state, raised in _followed(alone, compliance, start, points):
         outcome = state.outcome
@@ -154,7 +128,8 @@ def follow(case: Case, compliance: Compliance) -> Path:
         legs.append(leg)
         end = state
     cycles = case.path.cycles if case.path.cyclic and outcome.ok else 0
-    return Path(tuple(legs), start, end, case.normal_load, cycles, flags, outcome)
+    constants = (case.normal_load, before.initial_stiffness, before.presliding_length)
+    return Path(tuple(legs), start, end, *constants, cycles, flags & DOUBTFUL, outcome)
 
 
 def _followed(
@@ -169,7 +144,7 @@ def _followed(
         scaled = replace(case, normal_load=max(load, point[1]))
         run = followed(scaled, compliance, state, way)
         flags = mask_of(record_flags(scaled, start, run.record, run.end))
-        yield _leg(run, state, way, point[1]), run.end, flags
+        yield _leg(run, state, way, point[1], case.normal_load), run.end, flags
         state, load, ahead = run.end, point[1], way.direction.ahead
 
 
@@ -182,7 +157,7 @@ def way_to(state: ContactState, load: float, ahead: int, point: Point) -> Way | 
     return Way(load, Direction(0.0, math.copysign(1.0, raised), ahead), point[1]) if raised else None
 
 
-def _leg(run: Run, start: ContactState, way: Way, load: float) -> Leg:
+def _leg(run: Run, start: ContactState, way: Way, load: float, case_load: float) -> Leg:
     """A run as a leg that ends at this load."""
     record, (pin_rate, load_rate, ahead) = run.record, way.direction
     columns = {item.name: getattr(record, item.name) for item in fields(record)}
@@ -200,6 +175,7 @@ def _leg(run: Run, start: ContactState, way: Way, load: float) -> Leg:
         direction=ahead,
         turn=start.displacement,
         first_load=way.load,
+        case_load=case_load,
         load=run.load if load_rate else None,
         load_work=run.load_work,
         lost=run.lost,
@@ -213,7 +189,7 @@ _PLACED: Final = ("displacement", "final_displacement")
 def loops_of(path: Path) -> Loops:
     """The numbers of the cycles with which a path ends."""
     if not path.cycles:
-        return Loops(*[math.nan] * len(fields(Loops)))
+        return Loops(*[math.nan] * (len(fields(Loops)) - 1), path.stiffness)
     legs = path.legs[-2 * path.cycles :]
     later = legs[path.cycles // 2 * 2 :]
     loss = sum(leg.lost for leg in later) / (len(later) / 2)
@@ -221,6 +197,7 @@ def loops_of(path: Path) -> Loops:
     risen = float(np.mean([leg.final_force - leg.initial_force for leg in later]))
     gone = float(np.mean([leg.final_displacement for leg in later]))
     return Loops(
+        cycle_amplitude=gone / 2.0 / path.presliding_length,
         loss_per_cycle=loss,
         first_loss=legs[0].lost + legs[1].lost,
         turn_friction=risen / 2.0 / legs[-1].normal_load,
@@ -228,6 +205,7 @@ def loops_of(path: Path) -> Loops:
         closure=max(map(_apart, legs[-4:-2], legs[-2:])) / legs[-1].normal_load if path.cycles > 1 else math.nan,
         shaken_down=float(legs[-1].lost + legs[-2].lost < ELASTIC * risen * gone / 8.0),
         equivalent_damping=2.0 * loss / (math.pi * risen * gone),
+        path_stiffness=path.stiffness,
     )
 
 
@@ -238,3 +216,39 @@ def _apart(leg: Leg, then: Leg) -> float:
     places = np.concatenate((one.edges, other.edges))
     places = np.unique(np.minimum(np.concatenate((places, np.nextafter(places, 0.0))), until))
     return float(np.abs(one.force(places) - other.force(places)).max())
+
+
+def turns_of(path: Path) -> Turns:
+    """The numbers of all legs of a path."""
+    legs = path.legs
+    return Turns(
+        direction=np.array([leg.direction for leg in legs], np.int8),
+        begin=np.array([leg.turn for leg in legs]),
+        end=np.array([leg.turn + leg.direction * leg.final_displacement for leg in legs]),
+        first_load=np.array([leg.first_load for leg in legs]),
+        last_load=np.array([leg.normal_load for leg in legs]),
+        first_force=np.array([leg.direction * leg.initial_force for leg in legs]),
+        last_force=np.array([leg.direction * leg.final_force for leg in legs]),
+        lost=np.array([leg.lost for leg in legs]),
+        load_work=np.array([leg.load_work for leg in legs]),
+        events=np.array([len(leg.displacement) for leg in legs], np.int64),
+        slips=np.array([leg.slips.sum() for leg in legs], np.int64),
+    )
+
+
+def line_of(path: Path) -> PathLine:
+    """Friction force and load over displacement along all legs of a path."""
+    curves = [leg.curve() for leg in path.legs] or [(np.empty(0), np.empty(0))]
+    loads = [_loads(leg) for leg in path.legs] or [np.empty(0)]
+    return PathLine(
+        displacement=np.concatenate([x for x, _ in curves]),
+        force=np.concatenate([force for _, force in curves]),
+        load=np.concatenate(loads),
+        leg=np.repeat(np.arange(len(loads), dtype=np.int32), list(map(len, loads))),
+    )
+
+
+def _loads(leg: Leg) -> Vector:
+    """Loads at the points of `Leg.curve`."""
+    at_events = np.full(len(leg.displacement), leg.normal_load) if leg.load is None else leg.load
+    return np.concatenate(([leg.first_load], np.repeat(at_events, 2), [leg.normal_load]))

@@ -125,7 +125,7 @@ class FrictionRecord(Viewed):
     def _facts(self) -> Iterator[str]:
         yield f"{len(self.displacement)} events"
         yield f"δ_p/L_x to {self.final_displacement:.4g}"
-        yield f"F/W {self.final_force / self.normal_load:.4g} there"
+        yield f"F/W {self.final_force * self._factors()['normal_load']:.4g} there"
         yield in_words(self.outcome)
 
     def _factors(self) -> dict[str, float]:
@@ -135,7 +135,7 @@ class FrictionRecord(Viewed):
         """F/W over displacement: a sawtooth from δ_p = 0 to the record's end."""
         moved = np.concatenate(([0.0], np.repeat(self.displacement, 2), [self.final_displacement]))
         both = np.column_stack((self.force_before, self.force_after)).ravel()
-        force = np.concatenate(([self.initial_force], both, [self.final_force])) / self.normal_load
+        force = np.concatenate(([self.initial_force], both, [self.final_force])) * self._factors()["normal_load"]
         return Picture("pin displacement δ_p/L_x", "friction force F/W", (Curve(moved, force),))
 
 

@@ -57,7 +57,7 @@ from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, cen
 from nanoslip.study.plan.grids import Front, load_front
 from nanoslip.study.plan.kinds import KINDS, left_out, needed_kinds
 from nanoslip.study.plan.plan import CaseTasks, Plan, case_outcome, drive_outcome, flags_of
-from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, PENDING, Exclusion, TaskResult, without_effect
+from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, without_effect
 from nanoslip.study.results import files
 from nanoslip.study.results.store import Store
 
@@ -156,7 +156,8 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
     }
     ids = _at(places, [case.case_id for case in cases])
     found["case_id"] = (dims, ids.reshape(layout.shape), attributes(CASE_ID))
-    exclusions = OF_ALL if "record" in needed_kinds(manifest) else OF_CONTACT
+    kinds = needed_kinds(manifest)
+    exclusions = OF_ALL if "record" in kinds else OF_PATH if "path" in kinds else OF_CONTACT
     files = [name for name in in_files() if name in manifest.axes]
     names = [name for name in (*parameters(), *files) if name not in layout.axes]
     able = sum(case.case is not None for case in cases)
@@ -194,7 +195,7 @@ def _parameter(name: str) -> Quantity:
 
 # The variables of a dataset over its cases, and over the drives of each.
 
-_COUNTED: Final = {"contact": MEMBERS, "record": MEMBERS, DRIVE: DRIVE_MEMBERS}
+_COUNTED: Final = {"contact": MEMBERS, "record": MEMBERS, "path": MEMBERS, DRIVE: DRIVE_MEMBERS}
 """Kind of task -> the variable that counts its members."""
 PIECE: Final = 4096
 """Results whose numbers are entered together."""
@@ -276,6 +277,8 @@ class Table:
         if len(waiting) >= PIECE:
             self._enter_waiting(result.kind)
         if (flags := flags_of(case, result)) is not None:
+            if result.kind == "path":  # beside its record's
+                flags |= int(self._values[VALIDITY.name][place])
             self.put(VALIDITY.name, place, drive, flags)
             self.put(ADVICE.name, place, drive, _advice(flags))
 

@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 
 from nanoslip.solver.case import Case, Interface, parameters_of_a_case
 from nanoslip.solver.drive import Scales
+from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import declared
 from nanoslip.study.canonical import Texts, content_hash
@@ -125,10 +126,13 @@ class _Expansion:
 
 
 def naming(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters that name a case: of an interface and `spacing_events` only given ones, as cases had names before these."""
-    usual = {name: getattr(Interface(), name) for name in declared(Interface)}
-    alone = all(parameters[name] == value for name, value in usual.items())
-    left_out = {*(usual if alone else ()), *(() if parameters["spacing_events"] else ("spacing_events",))}
+    """The parameters that name a case: of an interface, a path and `spacing_events` only given ones, as cases had names before
+    these."""
+    left_out = {*(() if parameters["spacing_events"] else ("spacing_events",))}
+    for part in (Interface(), LoadPath()):
+        usual = {name: getattr(part, name) for name in declared(type(part))}
+        if all(parameters[name] == value for name, value in usual.items()):
+            left_out |= usual.keys()
     return {name: value for name, value in parameters.items() if name not in left_out}
 
 

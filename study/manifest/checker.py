@@ -5,14 +5,15 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
+from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, InvalidInput
-from nanoslip.solver.parameter import Parameter, declared
+from nanoslip.solver.parameter import Parameter, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
-from nanoslip.study.manifest.columns import decoded, read_cells
+from nanoslip.study.manifest.columns import Column, decoded, read_cells, read_columns, scale_of
 from nanoslip.study.manifest.parameters import (
     BETWEEN,
     SMOOTH,
@@ -143,6 +144,48 @@ def read_rows(word: str, path: Path, given: str | None = None) -> Rows:
     return Rows(text, value)
 
 
+def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> Rows:
+    """Points of a path from its file, or from `given`, the file's text. Raises ManifestError.
+
+    Displacements are in L_x and loads over normal_load if the header has no units. units: L_x in m, normal_load in N.
+    """
+    text = read_text(path, given, decoded)
+    try:
+        source = read_columns(path, text)
+        places = [source.named(name) for name in in_files()["legs"].columns]
+        rows = source.rows(places)
+        if rows.holes or source.left_out.number:
+            raise InvalidInput("legs", ABSENT, "two numbers in each line")
+        scales = [_scale_of(source.columns[place], *each) for place, each in zip(places, zip("mN", units), strict=True)]
+        return Rows(text, LoadPath(legs=tuple(map(tuple, (rows.values.T * scales).tolist()))).legs)
+    except InvalidInput as error:
+        raise ManifestError.in_file(path, remark=str(error)) from None
+
+
+def _scale_of(column: Column, unit: str, size: float) -> float:
+    """Factor from a column's unit, if it has one, to multiples of a size in this SI unit. Raises InvalidInput."""
+    if column.unit in ("", "1", "-"):
+        return 1.0
+    scale = scale_of(column.unit, unit)
+    require(column.name, column.unit, math.isfinite(scale), f"a unit of {unit}, or none")
+    require(column.name, column.unit, math.isfinite(size), ONE_LOAD)
+    return scale / size
+
+
+ONE_LOAD: Final = "one normal_load in [constants], or loads over normal_load"
+"""Condition of loads in N along a path."""
+
+
+def loads_over(given: Any, unit: float) -> Any:
+    """A list of loads over normal_load, `unit` in N, from numbers and texts as "50 N"; what is none stays. Raises InvalidInput."""
+    if not isinstance(given, list):
+        return given
+    found = [plain("load", each, Parameter("load", unit="N")) for each in given]
+    for each, load in zip(given, found, strict=True):
+        require("load", each, each is load or math.isfinite(unit), ONE_LOAD)
+    return [load if each is load else load / unit for each, load in zip(given, found, strict=True)]
+
+
 def _beside_the_last(word: str, given: Mapping[int, Any]) -> dict[int, str]:
     """Line -> what its value needs after the last right one."""
     last: tuple[Any, ...] = ()
@@ -198,6 +241,8 @@ class Checker:
     def __init__(self, path: Path, beside: Mapping[str, str] | None = None) -> None:
         self.path = path
         self.beside = beside
+        self.load_unit = math.nan
+        """normal_load in N, of which loads of a path are multiples; NaN without one of all cases."""
         self.problems: list[Problem] = []
 
     def place(self, table: str = "") -> Place:
@@ -251,6 +296,8 @@ class Checker:
 
     def _plain(self, stated: Parameter, scales: Scales | None, given: Given) -> Given | None:
         try:
+            if stated.listed:
+                return given._replace(value=loads_over(given.value, self.load_unit))
             return given._replace(value=plain(given.key, given.value, stated, scales))
         except InvalidInput as error:
             self.problems.append(given.problem(error.need))
@@ -380,7 +427,9 @@ class NamedFiles(Checker):
         if word == "roughness" and isinstance(name, dict):
             return self._surface(given, scales, number)
         if isinstance(name, str):
-            return self._read(partial(read_rows, word), word, name, number)
+            units = (scales.slab_width, self.load_unit)
+            read = partial(read_legs, units=units) if word == "legs" else partial(read_rows, word)
+            return self._read(read, word, name, number)
         columns = " and ".join(in_files()[word].columns)
         self.problems.append(given.problem(f"the path of a CSV file with {columns}"))
         return None

@@ -20,6 +20,7 @@ from nanoslip.solver.drive import (
     si_defaults,
 )
 from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
+from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, check, declared, parameter, require
 from nanoslip.study.manifest.parameters import YOUNG, Value
@@ -383,6 +384,11 @@ class Manifest:
         """Number of cases."""
         lengths = [len(values) for values in self.axes.values()]
         return math.prod(lengths) if self.design == "product" else min(lengths, default=0)
+
+    @property
+    def paths(self) -> bool:
+        """True if its cases follow a path of pin and load."""
+        return any(name in self.axes or name in self.tables.get("path", {}) for name in declared(LoadPath))
 
     @property
     def fixed(self) -> dict[str, Value]:

@@ -17,7 +17,7 @@ from nanoslip.study.manifest.units import quantity
 Value = float | int | str
 Name = TypeVar("Name")
 
-TABLES: Final = ("constants", "numerics", "slip", "effects", "heterogeneity", "interface", "limits")
+TABLES: Final = ("constants", "numerics", "slip", "effects", "heterogeneity", "interface", "path", "limits")
 """Tables of a manifest that take parameters of a case."""
 STANDARD: Final = ("intrinsic_friction", "radius", "aspect_ratio", "n_x")
 """The parameters that label every case, in the order of a dataset's dimensions."""
@@ -53,9 +53,9 @@ def words_of(table: str) -> tuple[str, ...]:
 
 
 def axes() -> tuple[str, ...]:
-    """The words that can be an axis: all but those whose values are files, of which a profile can."""
+    """The words that can be an axis: all but those whose values are lists or files, of which a profile can."""
     stated = parameters_of_a_case().items()
-    return tuple(each.word or name for name, each in stated if not each.columns or name == "roughness")
+    return tuple(each.word or name for name, each in stated if not (each.columns or each.listed) or name == "roughness")
 
 
 class FileName(str):

@@ -16,11 +16,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.case import Case, Effects, parameters_of_a_case
 from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length, refuse_with_memory
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
-from nanoslip.solver.outcome import LONGEST_MESSAGE, InvalidInput
+from nanoslip.solver.outcome import ABSENT, LONGEST_MESSAGE, InvalidInput
 from nanoslip.solver.parameter import as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
 from nanoslip.study.manifest.checker import (
@@ -62,6 +62,7 @@ from nanoslip.study.manifest.parameters import (
     axes,
     in_files,
     make_case,
+    plain,
     words,
 )
 from nanoslip.study.manifest.problems import ManifestError, key_shown, refused, unknown
@@ -321,9 +322,11 @@ class _Reader(NamedFiles):
         top = self._top(_document(self.path, text))
         scales = self._scales(top)
         table = self.table(top)
+        _spread_path(top)
         given = self.plain(table.columns, scales) if table else self._axes(top, scales)
         seconds = self._task_seconds(top)
         tables = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
+        self.load_unit = _load_in_newton(tables["constants"], given, scales)
         fixed = {name: self.plain(content, scales) for name, content in tables.items()}
         hashed = ({"table": table} if table else self.rows_of_axis(given, scales)) | self.rows(fixed, scales)
         files = {key: each.text for key, each in hashed.items()}
@@ -353,9 +356,18 @@ class _Reader(NamedFiles):
             about=About(**self.checked("about", top.get("about", {}), About, field_names(About))),
         )
         self._counts(result)
+        if result.paths:
+            self._with_path(top, stages)
         if self.problems:
             raise ManifestError(self.problems)
         return result
+
+    def _with_path(self, top: dict[str, Any], stages: tuple[Stage, ...]) -> None:
+        """Refuse what a path of pin and load excludes in all cases."""
+        if "slip" not in stages:
+            self.refuse("stages", list(stages), 'stage "slip", in which the pin goes along [path]')
+        if "target" in top:
+            self.refuse("[target]", need="[ensemble] members: numbers of a [path] have no target")
 
     def _counts(self, manifest: Manifest) -> None:
         """Refuse more cases, or drives of cases, than fit a machine: nothing has been expanded yet."""
@@ -533,6 +545,32 @@ def _finest(scheme: dict[str, Value], sizes: list[Any]) -> dict[str, Value]:
     return {**scheme, "n_x": max(good)} if good else scheme
 
 
+def _spread_path(top: dict[str, Any]) -> None:
+    """Replace an amplitude with a unit by `stroke`, and lists in [path] by axes."""
+    path = dict(top.get("path", {}))
+    given = path.get("amplitude", 0.0)
+    if all(isinstance(each, str) for each in (given if isinstance(given, list) else [given])) and "stroke" not in path:
+        path["stroke"] = path.pop("amplitude")
+    listed = {word: value for word, value in path.items() if isinstance(value, list) and word in axes()}
+    if listed and not listed.keys() & top.get("axes", {}).keys():
+        path = {word: value for word, value in path.items() if word not in listed}
+        top["axes"] = {**top.get("axes", {}), **listed}
+    if "path" in top:
+        top["path"] = path
+
+
+def _load_in_newton(constants: Columns, axes: Columns, scales: Scales) -> float:
+    """normal_load of all cases in N; NaN if there are several, or none that is right."""
+    if "normal_load" in axes:
+        return math.nan
+    given = constants["normal_load"][0].value if "normal_load" in constants else Case.of({}).normal_load
+    try:
+        given = plain("normal_load", given, parameters_of_a_case()["normal_load"], scales)
+        return make_case({"normal_load": given}).normal_load * scales.force
+    except InvalidInput:
+        return math.nan
+
+
 def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
     return {name: values[0] for name, values in columns.items() if values}
 
@@ -547,6 +585,8 @@ def refuse_with_stages(manifest: Manifest, case: Case) -> None:
         raise InvalidInput("friction", False, need)
     if any(each.drive and each.drive.in_si.memory for each in manifest.drives):
         refuse_with_memory(case)
+    if manifest.paths and not case.path:
+        raise InvalidInput("path", ABSENT, "amplitude, stroke, slid, load or legs, or no [path] at all")
     if manifest.outputs.subsurface and not isinstance(case.slab.scheme, GridScheme):
         need = "a scheme that has a grid, others are a surface only"
         raise InvalidInput("subsurface", True, need, {"scheme": case.slab.scheme.name})
@@ -564,6 +604,7 @@ def effects(manifest: Manifest) -> dict[str, str]:
     schemes = manifest.axes.get("scheme", (manifest.fixed.get("scheme", Slab().scheme.name),))
     found["finite slab (scheme)"] = _joint([_word(not SCHEMES[str(scheme)].bottomless) for scheme in schemes])
     found["spread of μ_i"] = _spread(manifest)
+    found["load path"] = _word(manifest.paths)
     rough = manifest.fixed.get("roughness") or manifest.axes.get("roughness")
     found["roughness of the pin"] = _word(bool(rough))
     for name in _OF_DRIVES if manifest.drives else ():

@@ -21,6 +21,7 @@ from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.elasticity.schemes.column import trunk
 from nanoslip.solver.last import of_the_last
+from nanoslip.solver.load_path import length_of
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import PIECES, batches
 from nanoslip.solver.sliding.record import FIRST_CAPACITY, extended, farthest, off_the_slab
@@ -72,6 +73,8 @@ class Sizes(NamedTuple):
     """Surface nodes in contact: fewer than `hertz_nodes` on a bonded layer that is thinner than the contact."""
     stiffness: float
     """dF/dδ_p with all nodes stuck, in G·L_y."""
+    presliding: float
+    """μ_i·W/K, in L_x."""
     step: float
     """Displacement from event to event in steady sliding, in L_x."""
     reach: float
@@ -103,7 +106,7 @@ def sizes_of(case: Case) -> Sizes:
     most = float(case.max_events or MOST_EVENTS)
     # In Coulomb sliding a node is touched and one released in each spacing; all come to slide first.
     events = 2.0 * nodes + reach / slab.spacing if rule.residual_shear == 1.0 else reach / step
-    return Sizes(hertz, nodes, stiffness, step, reach, most, min(events, most))
+    return Sizes(hertz, nodes, stiffness, presliding, step, reach, most, min(events, most))
 
 
 def _nodes_across(case: Case, half_width: float) -> float:
@@ -132,6 +135,19 @@ def expected_displacement(case: Case) -> float:
     of = sizes_of(case)
     steps = max(of.most - 2.0 * of.nodes, 0.0) if case.slip_rule.residual_shear == 1.0 else of.events
     return min(of.reach, steps * (case.slab.spacing if case.slip_rule.residual_shear == 1.0 else of.step))
+
+
+def path_length(case: Case) -> tuple[int, float, float]:
+    """Legs of a case's path, the way of its pin, and how far it goes, both in L_x."""
+    return length_of(case.path, sizes_of(case).presliding)
+
+
+def _path_events(case: Case) -> float:
+    """Events on a case's path; a change of the load by itself is as a presliding length."""
+    legs, way, _ = path_length(case)
+    sizes, loads = sizes_of(case), len(case.path.visited_loads)
+    per_length = 1.0 if case.slip_rule.residual_shear == 1.0 else sizes.presliding / sizes.step / sizes.nodes
+    return (way / max(sizes.presliding, 1e-300) + loads) * per_length * sizes.nodes + legs
 
 
 def _tableau_entries(case: Case) -> float:
@@ -319,6 +335,14 @@ def _record(task: Task) -> Estimate:
     return Estimate(members * record_seconds(case), sliding_bytes(case) + members * record_bytes(case), numbers)
 
 
+def _path(task: Task) -> Estimate:
+    """Each leg sets up its contact."""
+    case, events = case_of(task), _path_events(case_of(task))
+    seconds = (path_length(case)[0] + 1) * touch_seconds(case) + _slide_seconds(case, events)
+    numbers = 8.0 * events
+    return Estimate(task.ensemble.likely * seconds, sliding_bytes(case) + _FLOAT * 3.0 * numbers, numbers)
+
+
 def _statistics(task: Task) -> Estimate:
     events = task.ensemble.likely * sizes_of(case_of(task)).events
     return Estimate(STATISTICS * math.cbrt(events), _FLOAT * _OF_A_SIZE * events, 800.0)
@@ -347,6 +371,7 @@ ESTIMATES: Final[Mapping[str, Callable[[Task], Estimate]]] = {
     "contact": _contact,
     "contacts": _contacts,
     "record": _record,
+    "path": _path,
     "statistics": _statistics,
     "states": _states,
     "drive": _drive,

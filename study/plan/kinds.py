@@ -24,6 +24,7 @@ from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.ensemble import ALONE, Ensemble, Places
 from nanoslip.solver.last import of_the_last
+from nanoslip.solver.load_path import Loops, PathLine, Turns
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, as_field, quantities, quantity
 from nanoslip.solver.slab import Slab
@@ -35,7 +36,7 @@ from nanoslip.solver.sliding.statistics import EventStatistics
 from nanoslip.solver.sliding.validity import Validity
 from nanoslip.study.canonical import CanonicalText, canonical_text
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.plan.task import Task, TaskResult, case_of, of_contact, of_record, task_key
+from nanoslip.study.plan.task import Task, TaskResult, case_of, of_contact, of_path, of_record, task_key
 
 
 class Part(NamedTuple):
@@ -314,7 +315,10 @@ def _record_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
 
 RECORD: Final = Kind(
     "record",
-    lambda manifest: "slip" in manifest.stages,
+    lambda manifest: (
+        "slip" in manifest.stages
+        and (not manifest.paths or "dynamics" in manifest.stages or manifest.outputs.statistics)
+    ),
     _record_tasks,
     (
         Part(Validity),
@@ -329,6 +333,35 @@ RECORD: Final = Kind(
         Ragged("ensemble", MEMBER, "member_row_size", several),
     ),
     all_members=True,
+)
+
+
+# The contact along a path of pin and load, in place of a record: a line of friction force, and the numbers of its loops.
+
+
+def path_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
+    """The paths of a case's members."""
+    ensemble, text = own_ensemble("path", ensemble)
+    key = task_key("path", *of_path(case), text, *scalars_only_mark(scalars_only))
+    return Task(
+        key, "path", case.slab, case, ensemble=ensemble, needs=compliance_needs(case.slab), scalars_only=scalars_only
+    )
+
+
+def _path_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
+    return (Wanted(path_task(case, manifest.ensemble, scalars_only=not manifest.outputs.records)),)
+
+
+PATH: Final = Kind(
+    "path",
+    lambda manifest: manifest.paths,
+    _path_tasks,
+    (Part(Validity), Part(Loops), Part(Turns, "leg_"), Part(PathLine, "path_")),
+    (
+        Ragged("path", "turn", "turn_row_size", output("records")),
+        Ragged("path", "path_point", "path_row_size", output("records")),
+        Ragged("path_ensemble", MEMBER, "path_member_row_size", several),
+    ),
 )
 
 
@@ -464,7 +497,7 @@ DRIVE: Final = Kind(
 )
 
 
-KINDS: Final = {kind.name: kind for kind in (COMPLIANCE, CONTACT, CONTACTS, RECORD, STATISTICS, STATES, DRIVE)}
+KINDS: Final = {kind.name: kind for kind in (COMPLIANCE, CONTACT, CONTACTS, RECORD, PATH, STATISTICS, STATES, DRIVE)}
 """Name -> kind of task: a stage each, none of which needs a later one."""
 
 

@@ -32,9 +32,10 @@ from nanoslip.study.plan.cost import (
     estimate,
     expected_displacement,
     least_plateau,
+    path_length,
     record_bytes,
 )
-from nanoslip.study.plan.kinds import KINDS, Wanted, compliance_needs, in_stages
+from nanoslip.study.plan.kinds import KINDS, Wanted, compliance_needs, in_stages, needed_kinds
 from nanoslip.study.plan.task import PENDING, Label, Task, TaskResult, short
 
 Some = TypeVar("Some")
@@ -336,18 +337,21 @@ class Outlook(NamedTuple):
 
 def outlook_of(plan: Plan) -> Outlook:
     """The outlook of a plan."""
-    slides, masks, spans = "slip" in plan.manifest.stages, list[int](), list[float]()
+    kinds, masks, spans = needed_kinds(plan.manifest), list[int](), list[float]()
     for case in (each.case for each in plan.cases):
-        displacement = expected_displacement(case) if case and slides else 0.0
-        if case and slides:
+        displacement = 0.0
+        if case and "record" in kinds:
+            displacement = expected_displacement(case)
             spans.append(displacement / case.slab.spacing)
+        if case and case.path:
+            displacement = max(displacement, path_length(case)[-1])
         masks.append(mask_of(expected_flags(case, displacement)) if case else 0)
     return Outlook(masks, min(spans, default=math.inf), max(spans, default=0.0))
 
 
 # Validity flags of a campaign's cases in words: one line for each flag, on the terminal and in the report.
 
-_OF_CONTACTS = ("contact", "record")
+_OF_CONTACTS = ("contact", "record", "path")
 """Kinds of task whose results have flags."""
 
 

@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import PARTS, PIN_SIZES, STOP_CONDITIONS, Case, parameters_of_a_case
+from nanoslip.solver.case import PARTS, PIN_SIZES, STOP_CONDITIONS, Case
 from nanoslip.solver.drive import Drive, Integrator
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.solver.outcome import Outcome
@@ -163,6 +163,8 @@ OF_ALL = (
         "one contact carries all",
         lambda case: case.interface.contacts == 1,
     ),
+    Exclusion(("path",), "without amplitude, way, loads or legs there is no path", lambda case: not case.path),
+    Exclusion(("path.cycles",), "without an amplitude there are no cycles", lambda case: not case.path.cyclic),
 )
 """Parameters that no result depends on."""
 OF_CONTACT = (
@@ -198,6 +200,13 @@ OF_RECORD = (
 """Parameters that a friction record does not depend on."""
 
 
+OF_PATH = (
+    *OF_ALL,
+    Exclusion((*STOP_CONDITIONS, "spacing_events"), "a path ends by itself, not by the limits of a record"),
+)
+"""Parameters that a path does not depend on."""
+
+
 def without_effect(case: Case, exclusions: tuple[Exclusion, ...] = OF_ALL) -> frozenset[str]:
     """Names of the parameters of a case that change no result."""
     return _all_parameters(tuple([name for each in exclusions if each.where(case) for name in each.names]))
@@ -221,11 +230,8 @@ def _all_parameters(names: tuple[str, ...]) -> frozenset[str]:
 
 
 def _parameters(name: str) -> tuple[str, ...]:
-    """Parameters in a field of a case: all of a part, or a single one, or none (a path is no parameter)."""
-    if name in PARTS:
-        return tuple(declared(PARTS[name]))
-    last = name.rpartition(".")[2]
-    return (last,) if last in parameters_of_a_case() else ()
+    """Parameters in a field of a case: all of a part, or a single one."""
+    return tuple(declared(PARTS[name])) if name in PARTS else (name.rpartition(".")[2],)
 
 
 def task_key(kind: str, *content: object) -> str:
@@ -243,13 +249,18 @@ def of_record(case: Case) -> tuple[object, ...]:
     return (_RECORDS(case), case.farthest)
 
 
+def of_path(case: Case) -> tuple[object, ...]:
+    """Parameters that decide a path of pin and load."""
+    return (_PATHS(case),)
+
+
 def deciding_texts(exclusions: tuple[Exclusion, ...]) -> Texts:
     """Canonical texts of the fields that determine a result, case by case; equal to those of `deciding`."""
     where = tuple(each.where for each in exclusions)
     return Texts(lambda case: deciding(case, exclusions), lambda case: tuple([holds(case) for holds in where]))
 
 
-_CONTACTS, _RECORDS = deciding_texts(OF_CONTACT), deciding_texts(OF_RECORD)
+_CONTACTS, _RECORDS, _PATHS = map(deciding_texts, (OF_CONTACT, OF_RECORD, OF_PATH))
 
 
 def deciding(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]:

@@ -37,13 +37,14 @@ from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.solver.sliding.slide import slide_to_state, states_at
 from nanoslip.solver.sliding.slider import collective, portion, slider
 from nanoslip.solver.sliding.statistics import event_statistics, shared_by_nodes
-from nanoslip.solver.sliding.validity import contact_validity, record_validity
+from nanoslip.solver.sliding.validity import Validity, contact_half_width, contact_validity, record_validity
 from nanoslip.study.origin import computing, stemming
 from nanoslip.study.plan.kinds import (
     CONTACT,
     DRIVE,
     KINDS,
     MATRIX,
+    PATH,
     RECORD,
     InteriorEvents,
     Kind,
@@ -345,6 +346,20 @@ def records_in(result: TaskResult) -> list[Recorded]:
     ]
 
 
+def _path(task: Task, inputs: Inputs) -> Computed:
+    from nanoslip.solver.sliding.path import follow, line_of, loops_of, turns_of  # noqa: PLC0415  few scenes have paths
+
+    compliance = compliance_of(task, inputs)
+
+    def compute(case: Case, number: int) -> Member:
+        path = follow(case, compliance)
+        valid = Validity(path.validity_flags, contact_half_width(path.start))
+        numbers = (valid, loops_of(path), turns_of(path), line_of(path))
+        return Member(numbers if path.start.outcome.ok else (), path.outcome)
+
+    return Computed(computed_members(PATH, task, compute))
+
+
 def _statistics(task: Task, inputs: Inputs) -> Computed:
     return Computed((Member(event_distributions(records_in(inputs[task.needs[0]]))),))
 
@@ -455,6 +470,7 @@ COMPUTE: Final[Mapping[str, Callable[[Task, Inputs], Computed]]] = {
     "contact": _contact,
     "contacts": _contacts,
     "record": _record,
+    "path": _path,
     "statistics": _statistics,
     "states": _states,
     "drive": _drive,

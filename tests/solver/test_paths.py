@@ -220,7 +220,7 @@ def test_oblique_loading_slips_only_above_the_coefficient(direction, slips):
 
 @pytest.mark.parametrize(("visited", "least", "most"), [(2.0, 0.97, 1.03), (0.8, 0.75, 0.87)])
 def test_friction_remembers_the_lowest_load(visited, least, most):
-    path = led(case_of("strip", 65), slid=3.0, loads=(visited, 1.0))
+    path = led(case_of("strip", 65), slid=3.0, visited_loads=(visited, 1.0))
     slid, *_, back = path.legs
     assert least < back.final_force / slid.final_force < most
     np.testing.assert_equal(back.displacement, 0.0)
@@ -246,7 +246,7 @@ def test_slabs_with_ends_shake_down_and_others_do_not():
 )
 def test_paths_that_a_case_cannot_follow_are_refused(changes, word):
     with pytest.raises(InvalidInput) as refused:
-        case_of(path=LoadPath(amplitude=0.3, loads=(2.0,)), **changes)
+        case_of(path=LoadPath(amplitude=0.3, visited_loads=(2.0,)), **changes)
     assert (refused.value.key, *refused.value.beside) == ("path", word)
 
 
@@ -255,7 +255,7 @@ def test_paths_that_a_case_cannot_follow_are_refused(changes, word):
     [
         {"amplitude": -1.0},
         {"cycles": 0},
-        {"loads": (0.0,)},
+        {"visited_loads": (0.0,)},
         {"legs": ((0.1, 0.0),)},
         {"amplitude": 0.1, "stroke": 0.1},
         {"legs": ((0.1, 1.0),), "slid": 1.0},
@@ -273,7 +273,7 @@ def test_an_empty_path_is_no_path():
 
 
 HARD = {
-    "load over four decades": (case_of("strip", 65), {"slid": 2.0, "loads": (1e-4, 1.0, 1e-4, 1.0), "amplitude": 0.5}),
+    "load over four decades": (case_of("strip", 65), {"slid": 2.0, "visited_loads": (1e-4, 1.0, 1e-4, 1.0), "amplitude": 0.5}),
     "tiny strokes": (case_of("strip", 65), {"amplitude": 1e-6}),
     "wide strokes": (case_of("strip", 65), {"amplitude": 20.0, "cycles": 1}),
     "past the end of the slab": (case_of("galerkin", 33), {"legs": ((3.0, 1.0), (0.0, 1.0))}),
@@ -281,7 +281,7 @@ HARD = {
     "incompressible": (Case(slab=Slab(65, poisson=0.5, scheme="half_plane")), {"amplitude": 0.7}),
     "slippery": (case_of("strip", 65, intrinsic_friction=1e-3), {"amplitude": 0.7}),
     "sticky": (case_of("strip", 65, intrinsic_friction=3.0), {"amplitude": 0.7}),
-    "punch": (case_of("galerkin", 65, pin="flat_punch"), {"amplitude": 0.7, "loads": (0.5,)}),
+    "punch": (case_of("galerkin", 65, pin="flat_punch"), {"amplitude": 0.7, "visited_loads": (0.5,)}),
 }
 
 
