@@ -69,7 +69,7 @@ if TYPE_CHECKING:
         Galerkin as Galerkin,
         HalfPlane as HalfPlane,
     )
-    from nanoslip.solver.load_path import LoadPath as LoadPath
+    from nanoslip.solver.load_path import LoadPath as LoadPath, Loops as Loops
     from nanoslip.solver.outcome import (
         Ending as Ending,
         InvalidInput as InvalidInput,
@@ -86,7 +86,7 @@ if TYPE_CHECKING:
         friction_record as friction_record,
     )
     from nanoslip.solver.slab import Slab as Slab
-    from nanoslip.solver.sliding.path import Leg as Leg, Loops as Loops, loops_of as loops_of
+    from nanoslip.solver.sliding.path import Leg as Leg, loops_of as loops_of
     from nanoslip.solver.sliding.plateau import Plateau as Plateau, plateau_of as plateau_of
     from nanoslip.solver.sliding.power_law import Histogram as Histogram, logarithmic_histogram as logarithmic_histogram
     from nanoslip.solver.sliding.record import FrictionRecord as FrictionRecord

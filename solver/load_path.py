@@ -34,14 +34,14 @@ class LoadPath:
     """
 
     amplitude: float = _way(
-        "amplitude of cycles, in presliding lengths",
-        comment="one presliding length is μ_i·W/K; a length instead is `stroke`",
-        need='a number of presliding lengths from 0 to 1e6, or stroke = "2 um" instead',
+        "amplitude, in presliding lengths",
+        comment="of cycles about their middle; one presliding length is μ_i·W/K",
+        need='0 to 1e6 presliding lengths; a length as "2 um" is a stroke',
     )
     stroke: float = _way("amplitude of cycles, in L_x", scale="slab_width", note=" (L_x)")
     cycles: int = parameter(6, table="path", meaning="cycles forward and back", least=1, most=10**6)
     slid: float = _way(
-        "displacement before the cycles, in presliding lengths",
+        "way before cycles, in presliding lengths",
         comment="one is μ_i·W/K",
         note=" (presliding lengths)",
     )
@@ -49,17 +49,18 @@ class LoadPath:
         (),
         table="path",
         word="load",
-        meaning="loads to visit before the cycles, over normal_load",
+        meaning="loads visited before the cycles",
+        comment="over normal_load, while the pin rests",
         listed=True,
         least=LEAST_LOAD,
         most=FARTHEST,
-        need='a list of loads, 1e-6 to 1e6 times normal_load, as [0.8, 1.0], or with a unit, as ["80 N"]',
+        need='a list, 1e-6 to 1e6 times normal_load, or as ["80 N"]',
     )
     legs: Roughness = parameter(
         (),
         table="path",
-        meaning="points (δ_p in L_x, load over normal_load) to visit",
-        comment="units of both columns may stand in the header",
+        meaning="points of displacement and load to visit",
+        comment="in L_x and over normal_load, or with units in the header",
         columns=("displacement", "load"),
         least=-FARTHEST,
         most=FARTHEST,
@@ -132,9 +133,9 @@ class Loops:
     """Numbers of the cycles with which a path ends; NaN without any. F/W: over the load of the cycles."""
 
     cycle_amplitude: float = quantity(
-        "amplitude of the cycles, in presliding lengths",
+        "amplitude, in presliding lengths",
         ensemble=True,
-        comment="one is μ_i·W/K; the pin goes from the middle to either side by it",
+        comment="of the cycles, from their middle to either side; one length is μ_i·W/K",
     )
     loss_per_cycle: float = quantity(
         "energy lost in a cycle, in W·L_x",
@@ -157,9 +158,9 @@ class Loops:
         si=Quantity("", "secant stiffness of a cycle", "N m-1", "stiffness"),
     )
     closure: float = quantity(
-        "largest difference of F/W between the last two cycles",
+        "gap of F/W between the last two cycles",
         ensemble=True,
-        comment="at one displacement; 0 of a loop that closes",
+        comment="the largest one, at one displacement; 0 of a loop that closes",
     )
     shaken_down: float = quantity(
         "elastic shakedown of the cycles",
@@ -168,13 +169,12 @@ class Loops:
     )
     equivalent_damping: float = quantity(
         "equivalent damping ratio",
-        symbol="ζ",
+        symbol="ζ_e",
         ensemble=True,
         comment="loss_per_cycle over 4π times the elastic energy at a turn, ½·F·amplitude",
     )
     path_stiffness: float = quantity(
         "stiffness before the path, in G·L_y",
-        symbol="K",
         ensemble=True,
         of_grid=True,
         comment="dF/dδ_p of the contact with all nodes stuck",
@@ -182,7 +182,7 @@ class Loops:
     )
 
 
-def _of_leg(meaning: str, name: str, **more: Any) -> Any:
+def of_leg(meaning: str, name: str, **more: Any) -> Any:
     """Declare a column over the legs of a path. name: the part after `leg_`."""
     return quantity(meaning, f"leg_{name}", along="turn", **more)
 
@@ -191,26 +191,26 @@ def _of_leg(meaning: str, name: str, **more: Any) -> Any:
 class Turns:
     """Numbers of each leg of a path, (legs,), which begins at a turn and ends at the next."""
 
-    direction: NDArray[np.int8] = _of_leg(
+    direction: NDArray[np.int8] = of_leg(
         "direction of the leg", "direction", dtype=np.int8, comment="1 to the right, -1 to the left"
     )
-    begin: NDArray[np.float64] = _of_leg("displacement at its begin, in L_x", "begin", symbol="δ_p/L_x")
-    end: NDArray[np.float64] = _of_leg("displacement at its end, in L_x", "end", symbol="δ_p/L_x")
-    first_load: NDArray[np.float64] = _of_leg("load at its begin, over normal_load", "first_load", per="normal_load")
-    last_load: NDArray[np.float64] = _of_leg("load at its end, over normal_load", "last_load", per="normal_load")
-    first_force: NDArray[np.float64] = _of_leg(
+    begin: NDArray[np.float64] = of_leg("displacement at its begin, in L_x", "begin", symbol="δ_p/L_x")
+    end: NDArray[np.float64] = of_leg("displacement at its end, in L_x", "end", symbol="δ_p/L_x")
+    first_load: NDArray[np.float64] = of_leg("load at its begin, over normal_load", "first_load", per="normal_load")
+    last_load: NDArray[np.float64] = of_leg("load at its end, over normal_load", "last_load", per="normal_load")
+    first_force: NDArray[np.float64] = of_leg(
         "F/W at its begin", "first_friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
     )
-    last_force: NDArray[np.float64] = _of_leg(
+    last_force: NDArray[np.float64] = of_leg(
         "F/W at its end", "last_friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
     )
-    lost: NDArray[np.float64] = _of_leg("energy lost on the leg, in W·L_x", "loss", per="normal_load")
-    load_work: NDArray[np.float64] = _of_leg("work of the load, in W·L_x", "load_work", per="normal_load")
-    events: NDArray[np.int64] = _of_leg("events of the leg", "events", dtype=np.int64)
-    slips: NDArray[np.int64] = _of_leg("node slips of the leg", "slips", dtype=np.int64)
+    lost: NDArray[np.float64] = of_leg("energy lost on the leg, in W·L_x", "loss", per="normal_load")
+    load_work: NDArray[np.float64] = of_leg("work of the load, in W·L_x", "load_work", per="normal_load")
+    events: NDArray[np.int64] = of_leg("events of the leg", "events", dtype=np.int64)
+    slips: NDArray[np.int64] = of_leg("node slips of the leg", "slips", dtype=np.int64)
 
 
-def _of_line(meaning: str, name: str, **more: Any) -> Any:
+def of_line(meaning: str, name: str, **more: Any) -> Any:
     """Declare a column over the points of a path's line. name: the part after `path_`."""
     return quantity(meaning, f"path_{name}", along="path_point", **more)
 
@@ -219,11 +219,11 @@ def _of_line(meaning: str, name: str, **more: Any) -> Any:
 class PathLine:
     """Friction force over displacement along all legs, (points,): ends of legs, and before and after each event."""
 
-    displacement: NDArray[np.float64] = _of_line(
+    displacement: NDArray[np.float64] = of_line(
         "pin displacement, in L_x", "displacement", symbol="δ_p/L_x", coordinate=True
     )
-    force: NDArray[np.float64] = _of_line(
+    force: NDArray[np.float64] = of_line(
         "F/W along the path", "friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
     )
-    load: NDArray[np.float64] = _of_line("load along the path, over normal_load", "load", per="normal_load")
-    leg: NDArray[np.int32] = _of_line("leg of the path", "leg", dtype=np.int32, comment="from 0")
+    load: NDArray[np.float64] = of_line("load along the path, over normal_load", "load", per="normal_load")
+    leg: NDArray[np.int32] = of_line("leg of the path", "leg", dtype=np.int32, comment="from 0")

@@ -330,7 +330,9 @@ class _Check(NamedTuple):
         if self.plain is None:
             return given
         value = _CONVERSIONS[self.plain](self.name, given)
-        for each in (value,) if self.plain in (int, float) else value if self.stated.columns or self.stated.listed else ():
+        for each in (
+            (value,) if self.plain in (int, float) else value if self.stated.columns or self.stated.listed else ()
+        ):
             numbers = each if self.plain is Roughness else (each,)
             if not all(map(self.stated.holds, numbers)):
                 require(self.name, each, False, partial(self.stated.allowed, whole=self.plain is int))

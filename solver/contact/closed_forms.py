@@ -70,6 +70,52 @@ def cattaneo_mindlin(
 
 
 @dataclass(frozen=True, slots=True)
+class MindlinLoops:
+    """Loops of a parabola on a half-plane, Coulomb friction, without coupling: δ = Q/K + B μW g(q), q = Q/(μW).
+
+    Mindlin's problem in plane strain (Jaeger): B = (1 - ν)/(2πG), g = (1 - q) ln(1 - q) + q. Reversal follows Masing's rule.
+    stiffness: K, dF/dδ with all nodes stuck.
+    """
+
+    stiffness: float
+    poisson: float
+    bearing: float
+    """μW, in G·L_x·L_y."""
+
+    @property
+    def compliance(self) -> float:
+        """B."""
+        return (1 - self.poisson) / (2 * math.pi)
+
+    def amplitude(self, share: Floats) -> Floats:
+        """Amplitude of a loop, in L_x, whose turns are at this share q of μW, 0 to 1."""
+        return self.bearing * (np.asarray(share) / self.stiffness + self.compliance * _micro_slip(share))
+
+    def loss(self, amplitude: Floats) -> Floats:
+        """Energy lost in a cycle, in G·L_x²·L_y: B (μW)² (4 q g(q) - 8 ∫g), and 4 μW times what it slides at both turns."""
+        amplitude = np.asarray(amplitude, float)
+        ends = np.geomspace(1e-9, 0.5, 2001)  # dense at both ends: loops are small, or g is steep
+        q = np.concatenate(([0.0], ends, 1.0 - ends[-2::-1], [1.0]))
+        q = np.interp(amplitude, self.amplitude(q), q)
+        slid = np.maximum(amplitude - self.amplitude(np.array(1.0)), 0.0)
+        return self.compliance * self.bearing**2 * _masing(q) + 4 * self.bearing * slid
+
+
+def _micro_slip(share: Floats) -> Floats:
+    """g(q) = (1 - q) ln(1 - q) + q, by its series q²/2 + q³/6 + q⁴/12 for small q."""
+    q = np.asarray(share, float)
+    return np.where(q < 1e-3, q**2 / 2 + q**3 / 6 + q**4 / 12, scipy.special.xlogy(1 - q, 1 - q) + q)
+
+
+def _masing(share: Floats) -> Floats:
+    """4 q g(q) - 8 ∫ g dq from 0 to q; by its series (2/3) q³ + (1/3) q⁴ for small q."""
+    q = np.asarray(share, float)
+    rest = 1 - q
+    integral = q**2 / 2 + (rest**2 - 1) / 4 - rest * scipy.special.xlogy(rest, rest) / 2
+    return np.where(q < 1e-3, 2 / 3 * q**3 + q**4 / 3, 4 * q * _micro_slip(q) - 8 * integral)
+
+
+@dataclass(frozen=True, slots=True)
 class SlidingContact:
     """Full sliding to the right on a half-plane, shear = μp under the pin, with the coupling of normal and tangential.
 

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
@@ -109,8 +109,11 @@ ELASTIC: Final = 1e-6
 otherwise above 1e-2 (amplitude 0.3 presliding lengths, full drop, n_x = 129)."""
 
 
-def follow(case: Case, compliance: Compliance) -> Path:
-    """The contact of `case` along its path, from initial contact on. Failures of the physics are the path's outcome."""
+def follow(case: Case, compliance: Compliance, seen: Callable[[ContactState], None] = lambda _: None) -> Path:
+    """The contact of `case` along its path, from initial contact on. Failures of the physics are the path's outcome.
+
+    seen: callback, called with the contact at every turn, the first of which is initial contact.
+    """
     start = initial_contact(case, compliance)
     legs: list[Leg] = []
     alone = replace(
@@ -120,12 +123,15 @@ def follow(case: Case, compliance: Compliance) -> Path:
     before = followed(alone, compliance, start, Way(case.normal_load, until=start.displacement)).record
     end, outcome, flags = start, before.outcome, mask_of(contact_flags(case, start))
     points = case.path.points(case.normal_load, before.presliding_length) if outcome.ok else ()
+    if outcome.ok:
+        seen(start)
     for leg, state, raised in _followed(alone, compliance, start, points):
         outcome = state.outcome
         flags |= raised
         if not outcome.ok:
             break
         legs.append(leg)
+        seen(state)
         end = state
     cycles = case.path.cycles if case.path.cyclic and outcome.ok else 0
     constants = (case.normal_load, before.initial_stiffness, before.presliding_length)
@@ -186,10 +192,13 @@ _SIGNED: Final = ("force_before", "force_after", "initial_force", "final_force")
 _PLACED: Final = ("displacement", "final_displacement")
 
 
+_NO_LOOPS: Final = Loops(**dict.fromkeys((item.name for item in fields(Loops)), math.nan))
+
+
 def loops_of(path: Path) -> Loops:
     """The numbers of the cycles with which a path ends."""
     if not path.cycles:
-        return Loops(*[math.nan] * (len(fields(Loops)) - 1), path.stiffness)
+        return replace(_NO_LOOPS, path_stiffness=path.stiffness)
     legs = path.legs[-2 * path.cycles :]
     later = legs[path.cycles // 2 * 2 :]
     loss = sum(leg.lost for leg in later) / (len(later) / 2)

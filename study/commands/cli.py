@@ -444,6 +444,7 @@ def show_case() -> None:
 @command("look:try_campaign", PARAMETERS, PICTURE, name="try")
 @flag("--contact", help="Compute initial contact only.")
 @flag("--drive", help="Pull the pin by the paper's drive, too. Any key of [[drives]] implies it.")
+@click.option("--stroke", metavar="AMPLITUDE", help="Move the pin forth and back: presliding lengths, or with a unit.")
 def try_case() -> None:
     """Compute one case now and show it; nothing is written to disk.
 
@@ -455,10 +456,10 @@ def try_case() -> None:
 
 
 @command("draw:draw_frames", CAMPAIGN, PARAMETERS)
-@defaulted(
+@click.option(
     "--events",
-    default="0:200:40",
-    help="Events after which the contact is shown, as first:last:step or 0,5,12; 0 is initial contact.",
+    help="Events, or turns of a path, after which the contact is shown, as first:last:step or 0,5,12; 0 is initial contact. "
+    "[default: 0:200:40, or the first turns]",
 )
 @defaulted(
     "-o",
@@ -528,6 +529,7 @@ def fit() -> None:
 @click.option("--csv", "form", flag_value="csv", help="As CSV: names with units, rows [default].")
 @click.option("--json", "form", flag_value="json", help="As JSON: title, variables with unit and meaning, rows.")
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
+@click.option("--paths", "table", flag_value="paths", help="The points of all paths instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
 @click.option("-o", "--output", type=NEW_FILE, help="Write this file [default: standard output].")
 def export() -> None:

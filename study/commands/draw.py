@@ -185,23 +185,26 @@ def _surface_drawn(found: Surface, form: str) -> bytes:
 # `nanoslip frames`: one case of a campaign at work, event by event, as a strip of pictures or a film.
 
 
-def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str, output: Path) -> None:
-    """Compute a case's contact after each of some events, and draw it."""
+def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None, output: Path) -> None:
+    """Compute a case's contact after each of some events, or at turns of its path, and draw it."""
     with refusals(SolverError):
-        from nanoslip.study.figures.frames import events_of, frames  # noqa: PLC0415  films need more than pictures
+        from nanoslip.study.figures.frames import events_of, frames, usual_events  # noqa: PLC0415  films need more than pictures
 
-        wanted = events_of(events)
+        wanted = events_of(events) if events else ()
         plan = planned(campaign)
         case = chosen(plan.manifest, plan.cases, assignments(parameters))
         if case.case is None:
             raise ManifestError.of(case.point, remark=case.outcome.message)
+        wanted = wanted or events_of(usual_events(case.case))
         shown = frames(case.case, wanted, output)
     if len(shown.moments) < len(wanted):
         ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
         reason = f"{ended.ending}: {ended.message}".rstrip(": ")
-        note(f"no event {wanted[len(shown.moments)]}: the record ends before ({reason})", stderr=True)
+        note(f"no {shown.counted} {wanted[len(shown.moments)]}: the record ends before ({reason})", stderr=True)
     last = shown.moments[-1].event
-    note(f"{whole(f'written: {output}')} ({case.point}; {counted(len(shown.moments), 'moment')} to event {last})")
+    note(
+        f"{whole(f'written: {output}')} ({case.point}; {counted(len(shown.moments), 'moment')} to {shown.counted} {last})"
+    )
 
 
 # Pictures of single cases, and what is written.

@@ -52,11 +52,13 @@ def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, 
 # `nanoslip try`: one case from the command line, computed at once; nothing stays on disk.
 
 
-def try_campaign(parameters: tuple[str, ...], contact: bool, drive: bool, picture: Path | None) -> None:
-    """Compute one case in this process and print it, or draw it."""
+def try_campaign(
+    parameters: tuple[str, ...], contact: bool, drive: bool, stroke: str | None, picture: Path | None
+) -> None:
+    """Compute one case in this process and print it, or draw it. stroke: amplitude of a path forth and back."""
     if contact and drive:
         raise click.UsageError("--contact and --drive exclude each other")
-    given = assignments(parameters)
+    given = assignments(parameters) | ({"amplitude": stroke} if stroke else {})
     if picture:
         _draw().format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():

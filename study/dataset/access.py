@@ -282,6 +282,14 @@ class Accessor:
         """All samples of the motion in all cases and drives that are selected over `sample`: one long table, as `events`."""
         return self._joined("trajectory", "sample", selection)
 
+    def path(self, **selection: Any) -> xr.Dataset:
+        """The path of pin and load of one case: F/W over `path_point` with `path_displacement`, its legs over `turn`."""
+        return _with(*run_of(self._dataset, "path", selection))
+
+    def paths(self, **selection: Any) -> xr.Dataset:
+        """All points of the paths of all cases that are selected over `path_point`: one long table, as `events`."""
+        return self._joined("path", "path_point", selection)
+
     def contact(self, event: int | None = None, **selection: Any) -> xr.Dataset:
         """Pressure, shear, slip and gap of the surface nodes of one case, with the coordinate `x`.
 
@@ -399,14 +407,15 @@ class Column:
     values: list[Any]
 
 
-_TABLES: Final = {"records": Accessor.events, "trajectories": Accessor.samples}
+_TABLES: Final = {"records": Accessor.events, "trajectories": Accessor.samples, "paths": Accessor.paths}
 """Tables of runs, by what they are rows of."""
 
 
 def columns_of(root: xr.Dataset, table: str | None = None) -> list[Column]:
     """Every parameter and scalar of a dataset over its cases, or over its cases and drives where it has drives.
 
-    table: of _TABLES, for every event of every friction record, or every sample of every drive. Raises ValueError without them.
+    table: of _TABLES, for every event of every friction record, or every sample of every drive or every point of
+        every path. Raises ValueError without them.
     """
     if table:
         return _long(_TABLES[table](Accessor(root)))

@@ -113,7 +113,17 @@ def all_groups() -> dict[str, Group]:
     return {name: Group(name, tuple(series)) for name, series in found.items()}
 
 
-_ORDER: Final = ("ensemble", "path_ensemble", "drive_ensemble", "record", "path", "event_sizes", "trajectory", "contact", "interior")
+_ORDER: Final = (
+    "ensemble",
+    "path_ensemble",
+    "drive_ensemble",
+    "record",
+    "path",
+    "event_sizes",
+    "trajectory",
+    "contact",
+    "interior",
+)
 
 
 @cache
@@ -294,7 +304,12 @@ def _all(beside: bool = False) -> Iterator[Described]:
     yield from _of(f"{_GROUP}{SOFTWARE[0].name}", SOFTWARE[0].name, SOFTWARE)
 
 
-_GROUPS = {"contact": "initial contact", "record": "the friction record", "path": "the path of pin and load", DRIVE: "the drive"}
+_GROUPS = {
+    "contact": "initial contact",
+    "record": "the friction record",
+    "path": "the path of pin and load",
+    DRIVE: "the drive",
+}
 """Kind of task -> what its variables are about."""
 _GROUP = "group "
 """Beginning of the titles of groups beside the root."""

@@ -1,5 +1,6 @@
 """Pictures of the model at work: pressure, shear, slip and friction force of one case, event by event."""
 
+import itertools
 import os
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
@@ -17,8 +18,10 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case, Interface
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.contact.state import ContactState
-from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
+from nanoslip.solver.load_path import length_of
 from nanoslip.solver.outcome import InvalidInput, Outcome
+from nanoslip.solver.sliding.path import Path as LoadingPath, follow
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide, states_at
 from nanoslip.study.figures.points import typeset
@@ -35,9 +38,13 @@ ROUNDING: Final = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
-    """The contact after one event. Arrays are (n,) over the surface nodes; tractions in W/(L_x·L_y), lengths in L_x."""
+    """The contact after one event, or at one turn of a path.
+
+    Arrays are (n,) over the surface nodes; tractions in W/(L_x·L_y), lengths in L_x.
+    """
 
     event: int
+    """Number of the event, or of the turn."""
     x: NDArray[np.float64]
     """Places of the surface nodes, in L_x."""
     displacement: float
@@ -58,10 +65,20 @@ class Moments:
     """Contents of a film of one case."""
 
     moments: tuple[Moment, ...]
-    record: FrictionRecord
-    """Record up to the last of the events."""
+    record: FrictionRecord | LoadingPath
+    """Record up to the last of the events, or the whole path."""
     outcome: Outcome
-    """Outcome of the last frame; if it is not ok, or the record ends early, some requested events are missing."""
+    """Outcome of the last frame, or of the path; if it is not ok, or the record ends early, some requested events are missing."""
+
+    @property
+    def counted(self) -> str:
+        """Word for what is numbered."""
+        return "event" if isinstance(self.record, FrictionRecord) else "turn"
+
+
+def usual_events(case: Case) -> str:
+    """Events that are drawn if none are given; of a path its first turns."""
+    return f"0:{min(length_of(case.path, 1.0)[0], MOST_IN_STRIP - 1)}" if case.path else "0:200:40"
 
 
 def events_of(text: str) -> tuple[int, ...]:
@@ -81,21 +98,32 @@ def events_of(text: str) -> tuple[int, ...]:
 
 
 def moments_of(case: Case, events: Sequence[int]) -> Moments:
-    """The contact of a case after each of these events, as far as its record gets.
+    """The contact of a case after each of these events, as far as its record gets; of a case with a path at these turns.
 
     events: increasing numbers; 0 is initial contact. Raises InvalidInput for a case without friction, and where there is no
     contact to begin with. Of an interface it is the first contact, by itself.
     """
     case, compliance = replace(case, interface=Interface()), surface_compliance(case.slab)
-    states, outcome = states_at(case, compliance, events)
+    path = None
+    if case.path:
+        states, path = _at_turns(case, compliance, events)
+        outcome = path.outcome
+    else:
+        states, outcome = states_at(case, compliance, events)
     if not states and outcome.ok:
         raise InvalidInput(f"no event {events[0]}: the record ends before")
     if not states:
         raise InvalidInput(f"no contact after event {events[0]}: {outcome.ending}: {outcome.message}".rstrip(": "))
-    record = slide(replace(case, max_events=max(events[len(states) - 1], 1)), compliance)
+    record = path or slide(replace(case, max_events=max(events[len(states) - 1], 1)), compliance)
     before = [None, *states[:-1]]
     shown = tuple(_moment(*each, case) for each in zip(events, before, states, strict=False))
     return Moments(shown, record, outcome)
+
+
+def _at_turns(case: Case, compliance: Compliance, turns: Sequence[int]) -> tuple[list[ContactState], LoadingPath]:
+    """The contact at each of these turns that the path of a case reaches, and the path."""
+    states, wanted, number = list[ContactState](), set(turns), itertools.count()
+    return states, follow(case, compliance, lambda state: states.append(state) if next(number) in wanted else None)
 
 
 def _moment(event: int, before: ContactState | None, now: ContactState, case: Case) -> Moment:
@@ -163,7 +191,7 @@ def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> Non
     for axes, values in ((upper, moment.shear), (lower, moment.slip)):
         axes.plot(x[slipped], values[slipped], "v", **mark)
         axes.set_xlim(_span(shown))
-    upper.set(title=f"event {moment.event}", ylabel=typeset("traction·L_x·L_y/W"), xticklabels=[])
+    upper.set(title=f"{shown.counted} {moment.event}", ylabel=typeset("traction·L_x·L_y/W"), xticklabels=[])
     upper.set_ylim(
         _range(part for each in shown.moments for part in (each.pressure, each.shear, each.limit, -each.limit))
     )
@@ -179,8 +207,12 @@ def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # a point moves no axis
     places = {each.event: (each.displacement, each.friction) for each in marked}
     axes.plot(*zip(*places.values(), strict=True), "o", color=SHEAR, markersize=3.5)
-    for event, place in places.items() if len(places) > 1 else ():
-        axes.annotate(f"{event}", place, (3, -8), textcoords="offset points", fontsize=6.0)
+    there: dict[str, list[int]] = {}  # a path turns at the same places
+    for event, (x, _) in places.items() if len(places) > 1 else ():
+        there.setdefault(f"{x:.6g}", []).append(event)
+    for events in there.values():
+        text = ", ".join(map(str, events))
+        axes.annotate(text, places[events[0]], (3, -8), textcoords="offset points", fontsize=6.0)
 
 
 def _span(shown: Moments) -> tuple[float, float]:
@@ -212,7 +244,8 @@ RESOLUTION: Final = 120
 def frames(case: Case, events: str | Iterable[int], path: str | os.PathLike[str]) -> Moments:
     """Draw a case after each of some events into a file: pressure, shear, slip, and where in the friction record that is.
 
-    events: numbers (0 is initial contact), or text, as `0:200:40` or `0,5,12`; events beyond the record are omitted.
+    events: numbers (0 is initial contact), or text, as `0:200:40` or `0,5,12`; events beyond the record are omitted. Of a case
+    with a path they are turns.
     path: .png, .pdf, .svg for a strip; .gif, .mp4 for a film. Returns the frames.
     Raises InvalidInput for events, a case or a suffix that cannot be drawn, StoreError if the file cannot be written.
 

@@ -11,13 +11,13 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.solver.contact.closed_forms import flat_punch_pressure, hertz
+from nanoslip.solver.contact.closed_forms import MindlinLoops, flat_punch_pressure, hertz
 from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
-from nanoslip.study.dataset.access import Accessor, id_of, places, scales_of
+from nanoslip.study.dataset.access import Accessor, id_of, places, scales_of, values_over
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.variables import are_means
-from nanoslip.study.figures.points import Columns, label, typeset, varying, words
+from nanoslip.study.figures.points import Columns, label, points_of, typeset, varying, words
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
 from nanoslip.study.figures.sweep import answers
 
@@ -384,14 +384,132 @@ RECORDS: Final = Family(
 )
 
 
+# Views of paths of pin and load: loops of F/W over displacement, loss over cycles, loss over amplitude with its closed form.
+
+
+def path_columns(dataset: xr.Dataset, run: Run) -> Columns:
+    """Displacement, F/W and leg of a path, each leg thinned to what can be seen."""
+    line = Accessor(dataset).path(**run.selection)
+    x, force, leg = (line[f"path_{name}"].values for name in ("displacement", "friction", "leg"))
+    seen = [_leg_seen(x, force, np.flatnonzero(leg == each)) for each in np.unique(leg)]
+    shown = np.concatenate([np.arange(0), *seen])
+    return {"displacement": x[shown], "friction_force": force[shown], "leg": leg[shown]}
+
+
+def _leg_seen(x: NDArray[Any], force: NDArray[Any], here: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Points of a leg that keep its look, in their order."""
+    forward = here if x[here[0]] <= x[here[-1]] else here[::-1]
+    return np.sort(forward[thinned(x[forward], force[forward])])
+
+
+LOOPS: Final = Family(
+    "loops",
+    "Loops",
+    "path",
+    "Friction force over load against pin displacement along the path",
+    path_columns,
+    draw_records,
+    {"xlabel": typeset(label("displacement")), "ylabel": "friction force over load $F/W$"},
+)
+
+
+def cycle_columns(dataset: xr.Dataset, run: Run) -> Columns:
+    """Number of each cycle from 1, and the energy that it loses, in W·L_x."""
+    found = Accessor(dataset).path(**run.selection)
+    lost = found["leg_loss"].values[-2 * int(found["cycles"]) :]
+    loss = lost[: len(lost) // 2 * 2].reshape(-1, 2).sum(axis=1)
+    return {"cycle": np.arange(1, len(loss) + 1), "loss": loss}
+
+
+def draw_cycles(axes: Any, table: Columns, style: dict[str, Any]) -> None:
+    """Loss of each cycle as points joined by lines."""
+    axes.plot(table["cycle"], table["loss"], "o-", markersize=2, linewidth=0.5, **style)
+
+
+CYCLES: Final = Family(
+    "cycles",
+    "Loss over cycles",
+    "path",
+    "Energy lost in each cycle",
+    cycle_columns,
+    draw_cycles,
+    {"xlabel": "cycle", "ylabel": typeset("energy lost in W·L_x"), "yscale": "log"},
+    Need("loss_per_cycle", -math.inf, "they have no cycles"),
+)
+
+
+def losses(dataset: xr.Dataset) -> Iterator[View | str]:
+    """Loss per cycle over amplitude, with Mindlin's closed form; none without two amplitudes."""
+    if "loss_per_cycle" not in dataset:
+        return
+    found = points_of(dataset, "loss_per_cycle")
+    amplitude = points_of(dataset, "cycle_amplitude").values
+    shaken = points_of(dataset, "shaken_down").values == 1.0
+    there = found.there & (found.values > 0.0) & (amplitude > 0.0) & ~shaken
+    if len(np.unique(amplitude[there])) < 2:
+        return
+    others = [name for name in found.axes if name not in ("amplitude", "stroke")]
+    labels = [words({name: found.axes[name].tolist()[place] for name in others}) for place in range(len(there))]
+    columns = {
+        "case": np.array(labels, dtype=object),
+        "amplitude": amplitude,
+        "loss": found.values,
+        "loss_uncertainty": found.errors,
+        "mindlin_loss": _mindlin(dataset, amplitude),
+    }
+    kept = {name: values[there] for name, values in columns.items()}
+    caption = (
+        "Energy lost in a cycle against the amplitude of the cycles; dashed: Mindlin's closed form for Coulomb friction on a "
+        "half-plane without coupling, with the stiffness K of each case."
+    )
+    caption += f" {shaken.sum()} shaken down, which lose nothing, not drawn." * bool(shaken.any())
+    yield View("loss", caption, partial(_draw_losses, kept), lambda: kept)
+
+
+def _mindlin(dataset: xr.Dataset, amplitude: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Closed form of the loss of each case, in W·L_x."""
+    over = dataset["loss_per_cycle"]
+    names = ("path_stiffness", "poisson", "intrinsic_friction", "normal_load")
+    cases = zip(amplitude, *(values_over(dataset[name], over) for name in names), strict=True)
+    found = []
+    for share, stiffness, poisson, friction, load in cases:
+        form = MindlinLoops(stiffness, poisson if poisson == poisson else 0.0, friction * load)  # noqa: PLR0124  a chain has none
+        found.append(float(form.loss(share * form.bearing / stiffness)) / load if stiffness > 0.0 else math.nan)
+    return np.array(found)
+
+
+def _draw_losses(table: Columns, make: Callable[..., Figure] = Figure) -> Figure:
+    """Points with ± of each series of cases, and their closed form as a dashed line."""
+    names = list(dict.fromkeys(table["case"].tolist()))
+    with column(HEIGHT, WIDTH, make) as figure:
+        axes = figure.add_subplot()
+        for number, name in enumerate(names):
+            color, here = COLORS[number % len(COLORS)], np.flatnonzero(table["case"] == name)
+            here = here[np.argsort(table["amplitude"][here])]
+            x, loss, error, form = (
+                table[each][here] for each in ("amplitude", "loss", "loss_uncertainty", "mindlin_loss")
+            )
+            axes.errorbar(x, loss, np.nan_to_num(error), fmt="o-", markersize=3, linewidth=0.6, color=color, label=name)
+            axes.plot(x, form, "--", linewidth=0.8, color=color)
+        axes.set(xscale="log", yscale="log", xlabel=AMPLITUDE, ylabel=typeset("loss per cycle in W·L_x"))
+        if len(names) > 1:
+            figure.set_size_inches(WIDTH, HEIGHT + LINE * math.ceil(len(names) / 2))
+            legend(figure, ncols=2)
+    return figure
+
+
+AMPLITUDE: Final = "amplitude, in presliding lengths"
+
+
 SORTS: Final = {
     sort.name: sort
     for sort in (
         Sort("answer", "Answer", answers),
         *(
             Sort(family.name, family.title, partial(views_of, family=family))
-            for family in (CONTACTS, DRIVES, SIZES, INTERIORS, RECORDS)
+            for family in (CONTACTS, DRIVES, SIZES, INTERIORS, RECORDS, LOOPS, CYCLES)
         ),
+        Sort("loss", "Loss over amplitude", losses),
     )
 }
 """Every sort by name, in the order of a page."""

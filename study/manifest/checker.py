@@ -156,7 +156,10 @@ def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> Rows
         rows = source.rows(places)
         if rows.holes or source.left_out.number:
             raise InvalidInput("legs", ABSENT, "two numbers in each line")
-        scales = [_scale_of(source.columns[place], *each) for place, each in zip(places, zip("mN", units), strict=True)]
+        scales = [
+            _scale_of(source.columns[place], *each)
+            for place, each in zip(places, zip("mN", units, strict=True), strict=True)
+        ]
         return Rows(text, LoadPath(legs=tuple(map(tuple, (rows.values.T * scales).tolist()))).legs)
     except InvalidInput as error:
         raise ManifestError.in_file(path, remark=str(error)) from None
@@ -177,7 +180,10 @@ ONE_LOAD: Final = "one normal_load in [constants], or loads over normal_load"
 
 
 def loads_over(given: Any, unit: float) -> Any:
-    """A list of loads over normal_load, `unit` in N, from numbers and texts as "50 N"; what is none stays. Raises InvalidInput."""
+    """A list of loads over normal_load from numbers and texts as "50 N"; another value as it is. Raises InvalidInput.
+
+    unit: normal_load in N.
+    """
     if not isinstance(given, list):
         return given
     found = [plain("load", each, Parameter("load", unit="N")) for each in given]

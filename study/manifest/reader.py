@@ -20,6 +20,7 @@ from nanoslip.solver.case import Case, Effects, parameters_of_a_case
 from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length, refuse_with_memory
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
+from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, LONGEST_MESSAGE, InvalidInput
 from nanoslip.solver.parameter import as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
@@ -60,9 +61,11 @@ from nanoslip.study.manifest.parameters import (
     YOUNG,
     Value,
     axes,
+    by_name,
     in_files,
     make_case,
     plain,
+    table_of,
     words,
 )
 from nanoslip.study.manifest.problems import ManifestError, key_shown, refused, unknown
@@ -357,17 +360,23 @@ class _Reader(NamedFiles):
         )
         self._counts(result)
         if result.paths:
-            self._with_path(top, stages)
+            self._with_path(top, result)
         if self.problems:
             raise ManifestError(self.problems)
         return result
 
-    def _with_path(self, top: dict[str, Any], stages: tuple[Stage, ...]) -> None:
+    def _with_path(self, top: dict[str, Any], manifest: Manifest) -> None:
         """Refuse what a path of pin and load excludes in all cases."""
-        if "slip" not in stages:
-            self.refuse("stages", list(stages), 'stage "slip", in which the pin goes along [path]')
+        if "slip" not in manifest.stages:
+            self.refuse("stages", list(manifest.stages), 'stage "slip", in which the pin goes along [path]')
         if "target" in top:
             self.refuse("[target]", need="[ensemble] members: numbers of a [path] have no target")
+        ways = {name: values[0] for name, values in manifest.axes.items() if name in declared(LoadPath) and values}
+        wrong = refused(make_case, {**manifest.fixed, **ways})
+        if wrong and wrong.key == "path":
+            for name, value in wrong.beside.items():
+                word = by_name()[name]
+                self.refuse(word, value, f"{wrong.need}, beside [path]", table=table_of(word))
 
     def _counts(self, manifest: Manifest) -> None:
         """Refuse more cases, or drives of cases, than fit a machine: nothing has been expanded yet."""

@@ -267,13 +267,11 @@ def deciding(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]
     """Fields of a case and its parts by dotted name, without the excluded ones. Raises KeyError for unknown exclusions."""
     found = dict(flattened(case))
     apart = {name for each in exclusions if each.where(case) for name in each.names}
-    for name in apart:
-        under = [field for field in found if field == name or field.startswith(f"{name}.")]
-        if not under:
-            raise KeyError(f"{name}: no field of a case")
-        for part in under:
-            del found[part]
-    return found
+    under = {name: [field for field in found if field == name or field.startswith(f"{name}.")] for name in apart}
+    if unknown := [name for name, fields in under.items() if not fields]:
+        raise KeyError(f"{', '.join(unknown)}: no field of a case")
+    left_out = set(itertools.chain.from_iterable(under.values()))
+    return {name: value for name, value in found.items() if name not in left_out}
 
 
 def flattened(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:

@@ -24,13 +24,15 @@ class Curve(NamedTuple):
 
 
 def curves(case: xr.Dataset) -> Iterator[Curve]:
-    """The lines that a case has: F/W over δ_p; of a single drive the spring force over time; p over x without a record.
+    """The lines that a case has: F/W over δ_p; of a single drive the spring force over time; p over x without either.
 
     case: of nanoslip.study.dataset.access, one member of an ensemble.
     """
     see = Accessor(case)
     if _has(case, "record", "event"):
         yield _curve(see.teeth(), "displacement", "friction_force")
+    elif _has(case, "path", "path_point"):
+        yield _curve(see.path(), "path_displacement", "path_friction")
     elif _has(case, "contact", "contact_node"):
         last = see.contact().isel(event=-1, missing_dims="ignore")
         yield _curve(last, "x", "pressure")
@@ -72,11 +74,12 @@ _DOTS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]]
 def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = WIDTH, height: int = HEIGHT) -> str:
     """A line through points as lines of text; empty if fewer than two points are finite.
 
-    x: (points,), not decreasing. y: (points,). labels: what x and y are, with units. width, height: in letters, without axes.
+    x: (points,), which may turn, as in loops. y: (points,). labels: what x and y are, with units. width, height: in letters,
+    without axes.
     """
     points = np.stack((np.asarray(x, float), np.asarray(y, float)))
     across, up = points[:, np.isfinite(points).all(axis=0)]
-    if len(across) < 2 or across[0] == across[-1]:
+    if len(across) < 2 or np.ptp(across) == 0.0:
         return ""
     none = NOTHING * float(np.abs(up).max())
     ends = [f"{value if abs(value) > none else 0.0:.4g}" for value in (up.max(), up.min())]
@@ -84,25 +87,36 @@ def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = 
     rows = _letters(_dots(across, up, 2 * width, 4 * height))
     left = [ends[0], *[""] * (height - 2), ends[1]]
     framed = [f"{end:>{margin}} ┤{row}" for end, row in zip(left, rows, strict=True)]
-    first, last = f"{across[0]:.4g}", f"{across[-1]:.4g}"
+    first, last = f"{across.min():.4g}", f"{across.max():.4g}"
     between = labels[0].center(max(width - len(first) - len(last), 0))
     return "\n".join([f"{'':{margin}}  {labels[1]}", *framed, f"{'':{margin}}  {first}{between}{last}"])
 
 
 def _dots(x: NDArray[np.float64], y: NDArray[np.float64], across: int, down: int) -> NDArray[np.bool_]:
     """Mask of the dots that the line passes, (down, across) from the top left: all between the least and the largest y of a
-    column."""
-    edges = np.linspace(x[0], x[-1], across + 1)
-    at_edges = np.interp(edges, x, y)
-    first = np.searchsorted(x, edges)
-    low, high = y.min(), y.max()
-    dots = np.zeros((down, across), np.bool_)
-    for column, (start, stop) in enumerate(pairwise([*first[:-1], len(x)])):
-        passed = np.concatenate((y[start:stop], at_edges[column : column + 2]))
-        share = (passed - low) / (high - low) if high > low else np.full(len(passed), 0.5)
-        levels = np.rint((1.0 - share) * (down - 1)).astype(int)
-        dots[levels.min() : levels.max() + 1, column] = True
+    column, of each piece of the line that goes one way."""
+    dots, edges = np.zeros((down, across), np.bool_), np.linspace(x.min(), x.max(), across + 1)
+    share = (y - y.min()) / np.ptp(y) if np.ptp(y) > 0.0 else np.full(len(y), 0.5)
+    up = (1.0 - share) * (down - 1)
+    for piece in _one_way(x):
+        at, level = x[piece], up[piece]
+        first = np.searchsorted(at, edges)
+        passed_edges = np.where((edges >= at[0]) & (edges <= at[-1]), np.interp(edges, at, level), np.nan)
+        for column, (start, stop) in enumerate(pairwise([*first[:-1], len(at)])):
+            passed = np.concatenate((level[start:stop], passed_edges[column : column + 2]))
+            if np.isfinite(passed).any():
+                dots[round(float(np.nanmin(passed))) : round(float(np.nanmax(passed))) + 1, column] = True
     return dots
+
+
+def _one_way(x: NDArray[np.float64]) -> Iterator[NDArray[np.int64]]:
+    """Places of the pieces of a line between its turns, each in the order of increasing x."""
+    steps = np.sign(np.diff(x))
+    moving = np.flatnonzero(steps)
+    turns = moving[1:][np.diff(steps[moving]) != 0.0]
+    for first, last in pairwise([0, *turns, len(x) - 1]):
+        piece = np.arange(first, last + 1)
+        yield piece if x[first] <= x[last] else piece[::-1]
 
 
 def _letters(dots: NDArray[np.bool_]) -> list[str]:

@@ -245,6 +245,8 @@ def main_numbers(dataset: xr.Dataset) -> list[str]:
         named = (*named, "static_friction", "kinetic_friction")
     elif "plateau_mean" in dataset:
         named = (*named, "plateau_mean")
+    elif "loss_per_cycle" in dataset:
+        named = (*named, "loss_per_cycle")
     return list(dict.fromkeys(filter(None, named)))
 
 
@@ -417,6 +419,11 @@ SHOWN: Final = {
     "regime": "regime",
     "plateau_mean": "plateau F/W",
     "peak_friction": "peak F/W",
+    "loss_per_cycle": "loss/(W·L_x)",
+    "turn_friction": "F/W at turns",
+    "equivalent_damping": "damping ζ",
+    "closure": "closure F/W",
+    "shaken_down": "shaken down",
     "slips_exponent": "τ of slips",
     "slips_goodness": "goodness of τ",
     "surface_stiffness": "K/(G·L_y)",

@@ -273,7 +273,10 @@ def test_an_empty_path_is_no_path():
 
 
 HARD = {
-    "load over four decades": (case_of("strip", 65), {"slid": 2.0, "visited_loads": (1e-4, 1.0, 1e-4, 1.0), "amplitude": 0.5}),
+    "load over four decades": (
+        case_of("strip", 65),
+        {"slid": 2.0, "visited_loads": (1e-4, 1.0, 1e-4, 1.0), "amplitude": 0.5},
+    ),
     "tiny strokes": (case_of("strip", 65), {"amplitude": 1e-6}),
     "wide strokes": (case_of("strip", 65), {"amplitude": 20.0, "cycles": 1}),
     "past the end of the slab": (case_of("galerkin", 33), {"legs": ((3.0, 1.0), (0.0, 1.0))}),

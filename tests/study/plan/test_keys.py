@@ -13,7 +13,9 @@ from nanoslip.solver.drive import INTEGRATORS, Drive, Integrator, Scales
 from nanoslip.solver.dynamics.integrators import RK4
 from nanoslip.solver.elasticity import grid as grid_module
 from nanoslip.solver.elasticity.schemes import Galerkin
+from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, record_task, states_task
@@ -185,9 +187,12 @@ def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only():
 
 
 def test_parameters_without_effect_are_named_as_a_campaign_names_them():
-    assert without_effect(Case()) == {"half_width", "distribution", "seed", "loads", "measured_loads"}
+    always = {"loads", "measured_loads", *declared(LoadPath)}
+    assert without_effect(Case()) == {"half_width", "distribution", "seed", *always}
     punch = without_effect(Case(pin="flat_punch", heterogeneity=Heterogeneity(spread=0.1)))
-    assert punch == {"radius", "loads", "measured_loads"}
+    assert punch == {"radius", *always}
+    assert "cycles" in without_effect(Case(path=LoadPath(slid=1.0)))
+    assert not without_effect(Case(path=LoadPath(amplitude=1.0))) & {*declared(LoadPath)}
     uncoupled = without_effect(Case(effects=Effects(coupling=False)), OF_CONTACT)
     assert {"intrinsic_friction", "slip_order", "residual_shear", "event_floor", "max_events"} <= uncoupled
     assert uncoupled <= set(Case().flat)

@@ -1,0 +1,212 @@
+"""Paths of pin and load in campaigns: keys, numbers, what each case holds, files with units, what is refused, what is shown."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.ensemble import Ensemble
+from nanoslip.solver.load_path import LoadPath
+from nanoslip.solver.simulate import friction_path
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.path import line_of, loops_of, turns_of
+from nanoslip.study.dataset import file
+from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.file import loaded
+from nanoslip.study.figures.shared import View
+from nanoslip.study.figures.views import SORTS
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.problems import ManifestError
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.cost import estimate
+from nanoslip.study.plan.kinds import path_task, record_task
+from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.results.store import Store
+from tests.study.dataset.campaigns import compute
+
+LOOPS = """
+[numerics]
+n_x = 33
+scheme = "half_plane"
+[path]
+amplitude = [0.5, 2.0]
+cycles = 2
+load = [0.8, 1.0]
+[ensemble]
+members = 3
+"""
+FORCE = 1e10 * 1e-3 * 1e-2
+"""G·L_x·L_y of the default scales, in N."""
+
+
+@pytest.fixture(scope="module")
+def loops(tmp_path_factory):
+    """The dataset of LOOPS, through its file."""
+    folder = tmp_path_factory.mktemp("loops")
+    plan, store = make_plan(manifest_of(folder, LOOPS)), Store(folder)
+    compute(plan, store)
+    file.write(collect(plan, store), folder / file.FILE)
+    with file.read(folder / file.FILE) as found:
+        return loaded(found)
+
+
+def manifest_of(folder: Path, text: str) -> Manifest:
+    (folder / "campaign.toml").write_text(f'title = "Paths"\n{text}')
+    return load_manifest(folder / "campaign.toml")
+
+
+def problems_of(folder: Path, text: str) -> list[tuple[str, str]]:
+    """Place of each problem in its file, and its key."""
+    with pytest.raises(ManifestError) as refused:
+        manifest_of(folder, text)
+    return [(str(problem.place.part), problem.key) for problem in refused.value.problems]
+
+
+def member(amplitude: float, number: int = 0) -> Case:
+    path = LoadPath(amplitude=amplitude, cycles=2, visited_loads=(0.8, 1.0))
+    return Ensemble(3).case(Case(slab=Slab(33, scheme="half_plane"), path=path), number)
+
+
+def test_a_dataset_holds_loops_of_all_members_and_line_and_legs_of_the_first(loops):
+    case = loops.sel(amplitude=0.5).squeeze(drop=True)
+    paths = [friction_path(member(0.5, number)) for number in range(3)]
+    losses = [loops_of(path).loss_per_cycle / path.normal_load for path in paths]
+    assert case.loss_per_cycle == pytest.approx(np.mean(losses))
+    assert case.loss_per_cycle_members == 3
+    assert case.loss_per_cycle_uncertainty > 0.0
+    assert "plateau_mean" not in loops
+    held = loops.nanoslip.path(amplitude=0.5)
+    assert dict(held.sizes) == {"turn": 1 + 2 + 2 * 2, "path_point": len(line_of(paths[0]).force)}
+    np.testing.assert_array_equal(held.path_displacement, line_of(paths[0]).displacement)
+    np.testing.assert_allclose(held.path_friction, line_of(paths[0]).force / paths[0].normal_load)
+    np.testing.assert_array_equal(held.leg_slips, turns_of(paths[0]).slips)
+    np.testing.assert_allclose(held.leg_last_load, [0.8, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    assert len(loops.nanoslip.paths().path_point) == sum(
+        loops.nanoslip.path(amplitude=each).sizes["path_point"] for each in (0.5, 2.0)
+    )
+
+
+def test_a_path_has_a_key_of_its_own_that_its_shape_decides_and_a_records_limits_do_not():
+    case = member(0.5)
+    assert path_task(case).key == path_task(replace(case, max_events=7)).key
+    changed = [replace(case, path=replace(case.path, **{name: 3})) for name in ("amplitude", "cycles", "slid")]
+    assert len({path_task(each).key for each in (case, *changed)}) == 4
+    assert record_task(case).key == record_task(replace(case, path=LoadPath())).key
+    # Without cycles their number decides nothing.
+    slid = [LoadPath(slid=1.0, cycles=cycles) for cycles in (2, 3)]
+    assert len({path_task(replace(case, path=path)).key for path in slid}) == 1
+
+
+def test_without_a_path_no_case_is_named_by_one(tmp_path):
+    plan = make_plan(manifest_of(tmp_path, "[numerics]\nn_x = 17\n"))
+    assert plan.cases[0].case_id == "db20a3d22bda"
+    assert {task.kind for task in plan.distinct} == {"compliance", "record"}
+
+
+def test_amplitudes_with_units_are_strokes_and_lists_in_the_table_are_axes(tmp_path):
+    assert manifest_of(tmp_path, '[path]\namplitude = ["1 um", "3 um"]\n').axes == {"stroke": (1e-3, 3e-3)}
+    assert manifest_of(tmp_path, "[path]\namplitude = [0.1, 1]\ncycles = [1, 6]\n").case_count == 4
+
+
+def test_loads_with_units_are_shares_of_the_load(tmp_path):
+    (case,) = make_plan(manifest_of(tmp_path, '[path]\nload = ["50 N", 1.0]\n')).cases
+    assert case.case.path.visited_loads == pytest.approx((50.0 / (1e-3 * FORCE), 1.0))
+
+
+@pytest.mark.parametrize(
+    ("text", "points"),
+    [
+        ("displacement, load\n1, 100\n-1, 50\n", ((1.0, 100.0), (-1.0, 50.0))),
+        ("displacement [um], load [N]\n1, 100\n-1, 50\n", ((1e-3, 1.0), (-1e-3, 0.5))),
+        ("load / kN; displacement in nm\n1; 100\n2; -50\n", ((1e-4, 10.0), (-5e-5, 20.0))),
+    ],
+)
+def test_legs_come_from_a_file_with_units_in_its_header(tmp_path, text, points):
+    (tmp_path / "legs.csv").write_text(text)
+    manifest = manifest_of(tmp_path, '[path]\nlegs = "legs.csv"\n')
+    (case,) = make_plan(manifest).cases
+    np.testing.assert_allclose(case.case.path.legs, points)
+    assert manifest.files["legs"] == text
+
+
+def test_what_a_path_excludes_is_refused_by_key(tmp_path):
+    path = "[path]\namplitude = 0.5\nload = [0.8]\n"
+    assert problems_of(tmp_path, f"{path}[interface]\ncontacts = 3\n") == [("interface", "contacts")]
+    assert problems_of(tmp_path, f'{path}[slip]\nlimited_shear = "forward"\n') == [("slip", "limited_shear")]
+    assert problems_of(tmp_path, f"{path}[effects]\npin_translation = false\n") == [("effects", "pin_translation")]
+    assert problems_of(tmp_path, f"{path}[target]\nwithin = 0.1\n") == [("", "[target]")]
+    assert problems_of(tmp_path, f'stages = ["contact"]\n{path}') == [("", "stages")]
+    assert problems_of(tmp_path, "[path]\namplitude = [0.1, -1.0]\n") == [("axes", "amplitude[1]")]
+    assert problems_of(tmp_path, "[path]\nload = 0.5\n") == [("path", "load")]
+    assert problems_of(tmp_path, '[path]\nload = ["5 mm"]\n') == [("path", "load")]
+    loads = '[path]\nload = ["5 N"]\n[axes]\nnormal_load = [1e-3, 1e-4]\n'
+    assert problems_of(tmp_path, loads) == [("path", "load")]
+    assert problems_of(tmp_path, '[path]\nlegs = "none.csv"\n') == [("", "")]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "displacement, load\n1, 1\n2, 0\n",
+        "displacement, load\n1, 1\n2,\n3, 1\n4, 1\n",
+        "displacement [s], load\n1, 1\n2, 1\n",
+        "x, y\n1, 1\n2, 1\n",
+        "displacement, load\n1, 1\n",
+    ],
+)
+def test_files_that_are_no_legs_are_refused(tmp_path, text):
+    (tmp_path / "legs.csv").write_text(text)
+    assert len(problems_of(tmp_path, '[path]\nlegs = "legs.csv"\n')) == 1
+
+
+def test_a_table_without_a_way_refuses_its_cases(tmp_path):
+    (case,) = make_plan(manifest_of(tmp_path, "[path]\ncycles = 4\n")).cases
+    assert case.case is None
+
+
+def test_a_path_costs_by_its_way_and_its_legs():
+    def seconds(**path):
+        return estimate(path_task(Case(slab=Slab(scheme="strip"), path=LoadPath(**path))))[0]
+
+    few = seconds(amplitude=0.1, cycles=2)
+    assert few < seconds(amplitude=1.0, cycles=2) < seconds(amplitude=1.0, cycles=20)
+    assert few < seconds(amplitude=0.1, cycles=2, visited_loads=(0.5, 1.0))
+    assert np.isfinite(seconds(amplitude=1.0, cycles=10**6))
+
+
+def test_a_page_draws_loops_losses_over_cycles_and_over_amplitude_beside_mindlins(loops):
+    drawn = {
+        name: [each for each in SORTS[name].of(loops) if isinstance(each, View)] for name in ("loops", "cycles", "loss")
+    }
+    loop, cycles, loss = (next(iter(views)).columns() for views in drawn.values())
+    for views in drawn.values():
+        views[0].draw()
+    assert set(loop["leg"]) == set(range(7))
+    assert cycles["cycle"].tolist() == [1, 2, 1, 2]
+    assert loss["loss"] == pytest.approx(loops.loss_per_cycle.values.ravel())
+    assert (loss["mindlin_loss"] > 0.0).all()
+
+
+def test_numbers_of_loops_are_in_tables_and_no_closure_is_drawn(loops):
+    names = {each.name for each in SORTS["answer"].of(loops) if isinstance(each, View)}
+    assert "loss_per_cycle" in names
+    assert not any("closure" in name for name in names)
+
+
+@pytest.mark.slow
+def test_paths_are_the_same_over_ranks_and_resumed(nanoslip, tmp_path):
+    (tmp_path / "loops.toml").write_text(
+        'title = "Loops"\n[numerics]\nn_x = 33\nscheme = "strip"\n[path]\namplitude = [0.5, 2.0]\n[ensemble]\nmembers = 3\n'
+    )
+    bytes_of = {}
+    for ranks in (0, 3):
+        out = tmp_path / f"out{ranks}"
+        assert nanoslip("run", tmp_path / "loops.toml", "--out", out, ranks=ranks).returncode == 0
+        bytes_of[ranks] = (out / "results.nc").read_bytes()
+    assert bytes_of[0] == bytes_of[3]
+    for result in list((tmp_path / "out0" / "results").glob("*.result"))[:1]:
+        result.unlink()
+    assert nanoslip("run", tmp_path / "loops.toml", "--out", tmp_path / "out0").returncode == 0
+    assert (tmp_path / "out0" / "results.nc").read_bytes() == bytes_of[3]
