@@ -392,13 +392,14 @@ def _half(votes: Iterable[bool]) -> bool:
 def _before_sliding() -> set[str]:
     """Variables that no decision of sliding changes."""
     of_record = [each for _, each in scalars("record") if each.of_grid or each.name.startswith("initial_")]
+    of_record += [each for _, each in scalars("path") if each.name == "path_stiffness"]
     return {DISCRETIZATION_ERROR.name} | _names(each for _, each in scalars("contact")) | _names(of_record)
 
 
 @cache
 def _of_records() -> set[str]:
-    """Variables that sum up a record."""
-    return _names(each for _, each in scalars("record")) - _before_sliding()
+    """Variables that sum up a record or a path."""
+    return _names(each for kind in ("record", "path") for _, each in scalars(kind)) - _before_sliding()
 
 
 def _names(quantities: Iterable[Quantity]) -> set[str]:
