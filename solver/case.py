@@ -271,6 +271,15 @@ class Case:
         most=1.0,
         note=" (node spacings)",
     )
+    start_y: float = parameter(
+        0.0,
+        table="numerics",
+        meaning="start of the pin across the drag, in node spacings",
+        comment="pin position beside the slab's middle row of nodes; schemes with a plane of nodes only",
+        least=0.0,
+        most=1.0,
+        note=" (node spacings)",
+    )
     slip_rule: SlipRule = field(default_factory=SlipRule)
     effects: Effects = field(default_factory=Effects)
     heterogeneity: Heterogeneity = field(default_factory=Heterogeneity)
@@ -368,6 +377,7 @@ def _refuse_combinations(case: Case) -> None:
         raise InvalidInput("contacts", loads.contacts, need)
     if case.path:
         _refuse_with_a_path(case)
+    _refuse_by_rows(case)
 
 
 def _refuse_with_classical_sliding(case: Case) -> None:
@@ -397,6 +407,27 @@ def _refuse_with_classical_sliding(case: Case) -> None:
     for refused, key, value, need in excluded:
         if refused:
             raise InvalidInput("residual_shear", 1.0, need, {key: value})
+
+
+def _refuse_by_rows(case: Case) -> None:
+    """Raise InvalidInput for what needs a plane of nodes, or is not computed on one."""
+    beside = {"scheme": case.slab.scheme.name}
+    if not case.slab.scheme.planar:
+        require("start_y", case.start_y, case.start_y == 0.0, '0, as plane strain has no y; or scheme = "half_space"')
+        return
+    excluded: list[tuple[bool, str, object, str]] = [
+        (
+            bool(case.heterogeneity.roughness),
+            "roughness",
+            ABSENT,
+            "plane strain, as a profile says nothing across the drag",
+        ),
+        (case.interface.contacts > 1, "contacts", case.interface.contacts, "one contact with a plane of nodes"),
+        (bool(case.path), "path", ABSENT, "plane strain, as paths on a plane of nodes are not held by any test"),
+    ]
+    for refused, key, value, need in excluded:
+        if refused:
+            raise InvalidInput(key, value, need, beside)
 
 
 def _refuse_with_a_path(case: Case) -> None:

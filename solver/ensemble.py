@@ -44,17 +44,18 @@ class Ensemble:
         """The case of a member, by its number from 0."""
         if self.members == 1:
             return case
-        start, place, _ = chance_of(case, number)
-        return self.moved(case, start, place, case.heterogeneity.seed + number * SEEDS)
+        drawn = chance_of(case, number)
+        return self.moved(case, drawn._replace(seed=case.heterogeneity.seed + number * SEEDS))
 
-    def moved(self, case: Case, start: float, place: float, seed: int) -> Case:
-        """The case `start` spacings further, at a place in [0, 1) on its profile, with nodes of this seed."""
+    def moved(self, case: Case, chance: "Chance") -> Case:
+        """The case so many spacings further, at another place on its profile, with nodes of another seed."""
         drawn = case.heterogeneity
         if drawn.spread:
-            drawn = replace(drawn, seed=seed)
+            drawn = replace(drawn, seed=chance.seed)
         if drawn.roughness and self.places == "drawn":
-            drawn = replace(drawn, roughness=elsewhere(drawn.roughness, place))
-        return replace(case, start=(case.start + start) % 1.0, heterogeneity=drawn)
+            drawn = replace(drawn, roughness=elsewhere(drawn.roughness, chance.place))
+        start_y = (case.start_y + chance.start_y) % 1.0 if case.slab.scheme.planar else 0.0
+        return replace(case, start=(case.start + chance.start) % 1.0, start_y=start_y, heterogeneity=drawn)
 
     def sizes(self) -> Iterator[int]:
         """Numbers of members at which the target is tested; the last is the largest."""
@@ -85,11 +86,13 @@ class Ensemble:
 
 
 class Chance(NamedTuple):
-    """Random numbers of a start: position between two nodes (spacings) and on the profile, in [0, 1); a seed below 2^63."""
+    """Random numbers of a start: position between two nodes (spacings, along and across) and on the profile, in [0, 1); a seed
+    below 2^63."""
 
     start: float
     place: float
     seed: int
+    start_y: float
 
 
 def chance_of(case: Case, number: int, *further: float) -> Chance:
@@ -100,8 +103,8 @@ def chance_of(case: Case, number: int, *further: float) -> Chance:
     """
     numbers = (case.normal_load, getattr(case, PIN_SIZES[case.pin]), *further)
     words = [number, case.slab.n_x, *struct.unpack(f"<{2 * len(numbers)}I", struct.pack(f"<{len(numbers)}d", *numbers))]
-    start, place, seed = np.random.PCG64(np.array(words, np.uint32)).random_raw(3).tolist()
-    return Chance((start >> 11) * 2.0**-53, (place >> 11) * 2.0**-53, seed >> 1)
+    start, place, seed, start_y = np.random.PCG64(np.array(words, np.uint32)).random_raw(4).tolist()
+    return Chance((start >> 11) * 2.0**-53, (place >> 11) * 2.0**-53, seed >> 1, (start_y >> 11) * 2.0**-53)
 
 
 @lru_cache(maxsize=16)

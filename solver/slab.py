@@ -36,6 +36,8 @@ class Scheme(ABC):
     """True if it accepts ν = 0.5."""
     equal_widths: ClassVar[bool] = False
     """True if the end nodes have as much surface as all others."""
+    planar: ClassVar[bool] = False
+    """True if its surface is a square of n_x by n_x nodes, numbered column by column along x; else it is a row."""
     continuum: ClassVar[bool] = True
     """True if it is an elastic body that G and ν describe completely."""
     sizes: ClassVar[str] = f"2^N + 1 with N from 2 to {MOST_LEVELS}: 5, 9, 17, 33, 65, 129 … {MOST_NODES}"
@@ -87,7 +89,7 @@ class Slab:
         table="numerics",
         meaning="surface nodes",
         comment="their spacing L_x/(n_x - 1) is the size of the elements that slip",
-        need="2^N + 1 with N from 2 to 20; strip, half_plane: odd",
+        need="2^N + 1 with N from 2 to 20; strip, half_plane, half_space: odd",
     )
     aspect_ratio: float = parameter(
         1.0,
@@ -117,7 +119,7 @@ class Slab:
             settings = SCHEMES.named(settings)()
         require("n_x", self.n_x, settings.takes(self.n_x), settings.sizes)
         taken = settings.incompressible or self.poisson < 0.5
-        require("poisson", self.poisson, taken, "less than 0.5 with a grid; strip and half_plane take 0.5")
+        require("poisson", self.poisson, taken, "less than 0.5 with a grid; strip, half_plane, half_space take 0.5")
         object.__setattr__(self, "scheme", settings.completed(self))
 
     @classmethod
@@ -131,6 +133,16 @@ class Slab:
         """Every parameter of the slab, its scheme by name and that one's settings beside it; None for other schemes'."""
         own = {name: getattr(self, name) for name in declared(type(self))}
         return own | SCHEMES.flat(self.scheme)
+
+    @property
+    def rows(self) -> int:
+        """Number of surface nodes across the drag: 1 in plane strain."""
+        return self.n_x if self.scheme.planar else 1
+
+    @property
+    def nodes(self) -> int:
+        """Number of surface nodes."""
+        return self.n_x * self.rows
 
     @property
     def spacing(self) -> float:
@@ -149,6 +161,11 @@ def surface_x(n_x: int, first_node: int = 0, nodes: int | None = None) -> NDArra
         places = (np.arange(nodes or n_x) + first_node) / (n_x - 1) - 0.5
     places.setflags(write=False)
     return places
+
+
+def surface_y(rows: int, nodes: int) -> NDArray[np.float64]:
+    """Positions across the drag of this number of surface nodes in rows, from the middle row, in L_x; 0 of a single row."""
+    return np.tile(surface_x(rows) if rows > 1 else np.zeros(1), nodes // rows)
 
 
 PHYSICS = ("aspect_ratio", "poisson", "support")

@@ -43,6 +43,11 @@ def hertz_half_width(normal_load: float, radius: float, poisson: float) -> float
     return math.sqrt(2 * normal_load * radius * (1 - poisson) / math.pi)
 
 
+def hertz_radius(normal_load: float, radius: float, poisson: float) -> float:
+    """Radius of Hertz's contact of a ball on a half-space, a³ = 3WR(1-ν)/(8G), in L_x."""
+    return math.cbrt(3 * normal_load * radius * (1 - poisson) / 8)
+
+
 def hertz(normal_load: float, radius: float, poisson: float) -> HertzContact:
     """Line contact of a rigid parabola of `radius` under `normal_load` on a half-plane without friction."""
     half_width = hertz_half_width(normal_load, radius, poisson)

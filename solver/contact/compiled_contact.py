@@ -15,6 +15,7 @@ from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve_vio
 from nanoslip.solver.contact.kernels.state import (
     FORWARD,
     RESIDUAL_LIMIT,
+    RINGS,
     Direction,
     KernelConstants,
     KernelPin,
@@ -41,6 +42,8 @@ from nanoslip.solver.outcome import Outcome, SingularOperator
 
 Vector = NDArray[np.float64]
 Nodes = NDArray[np.bool_]
+Window = NDArray[np.int64]
+"""Numbers of the surface nodes that are followed, rising: neighbours in a row, or a patch of a plane."""
 
 GUARD = 3
 """Distance to the window's end, in nodes, within which a touch requires a wider window."""
@@ -52,36 +55,56 @@ NOT_SEEN = 2.0
 """Factor by which nodes beyond a window may come nearer to the pin than the nodes at its ends, which are watched."""
 
 
-def around(followed: Nodes) -> slice:
+def around(case: Case, followed: Nodes) -> Window:
     """The window of nodes (n,) to follow, with its margin."""
+    if case.slab.rows > 1:
+        return wider(followed.reshape(-1, case.slab.rows), RINGS).ravel().nonzero()[0]
     nodes, more = followed.nonzero()[0], margin(len(followed))
-    return slice(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
+    return np.arange(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
 
 
-def inner_nodes(case: Case, window: slice, contact: Nodes, pin_rate: float | None) -> tuple[int, int]:
-    """First and last node of a window, numbered from its start, that can touch without a new window.
+def wider(nodes: Nodes, rings: int = 1) -> Nodes:
+    """Nodes of a plane, (columns, rows), and their neighbours, also at corners, up to this number of rings."""
+    for _ in range(rings):
+        for axis in (0, 1):
+            padded = np.pad(nodes, [(1, 1) if axis == each else (0, 0) for each in (0, 1)])
+            nodes = np.any([np.roll(padded, by, axis) for by in (-1, 0, 1)], axis=0).take(
+                range(1, padded.shape[axis] - 1), axis
+            )
+    return nodes
+
+
+def outer_nodes(case: Case, window: Window, contact: Nodes, pin_rate: float | None) -> Nodes:
+    """Nodes of a window, (n,), whose touch requires a new window.
 
     contact: of the window. On a surface without ends the grid goes on beyond, the way that the pin moves (`Scalars.pin_rate`,
     None at initial contact; to both sides where it rests), unless the contact is as wide.
     """
-    last = window.stop - window.start - 1
-    goes_on = case.slab.scheme.endless and pin_rate is not None
-    behind = window.start > 0 or (goes_on and pin_rate != 1.0 and not contact[: GUARD + 1].any())
-    ahead = window.stop < case.slab.n_x or (goes_on and pin_rate != -1.0 and not contact[last - GUARD :].any())
-    return GUARD if behind else 0, last - GUARD if ahead else last
+    slab, goes_on = case.slab, case.slab.scheme.endless and pin_rate is not None
+    if slab.rows > 1:
+        columns = window[contact] // slab.rows
+        beyond = np.ones((slab.n_x + 2, slab.rows), np.bool_)
+        beyond[0] = goes_on and pin_rate != 1.0 and columns.min() > 0
+        beyond[-1] = goes_on and pin_rate != -1.0 and columns.max() < slab.n_x - 1
+        beyond[1:-1].reshape(-1)[window] = False
+        return wider(beyond)[1:-1].ravel()[window]
+    last, place = len(window) - 1, np.arange(len(window))
+    behind = window[0] > 0 or (goes_on and pin_rate != 1.0 and not contact[: GUARD + 1].any())
+    ahead = window[-1] + 1 < slab.n_x or (goes_on and pin_rate != -1.0 and not contact[last - GUARD :].any())
+    return np.asarray(
+        (place < GUARD if behind else False) | (place > last - GUARD if ahead else False) | np.zeros(last + 1, bool)
+    )
 
 
 def left_behind(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) -> int:
     """Nodes at its left end that the grid of a surface without ends gives up, to go on as far to its right, so that what is
     followed keeps its margin; 0 while it has it, below 0 to go on to the left. followed, contact: (n,)."""
-    nodes, more = (contact if followed.all() else followed).nonzero()[0], margin(len(contact))
-    off = int(nodes[0] + nodes[-1] + 1 - len(contact))  # twice the distance from the grid's middle
-    near = (
-        (int(nodes[-1]) + more >= len(contact) and pin_rate != -1.0)
-        if off > 0
-        else (nodes[0] < more and pin_rate != 1.0)
-    )
-    return int(off / 2) if case.slab.scheme.endless and near else 0
+    rows, columns = case.slab.rows, case.slab.n_x
+    nodes = (contact if followed.all() else followed).nonzero()[0] // rows
+    more = margin(columns) if rows == 1 else RINGS + 1
+    off = int(nodes[0] + nodes[-1] + 1 - columns)  # twice the distance from the grid's middle
+    near = (int(nodes[-1]) + more >= columns and pin_rate != -1.0) if off > 0 else (nodes[0] < more and pin_rate != 1.0)
+    return rows * int(off / 2) if case.slab.scheme.endless and near else 0
 
 
 def following(case: Case, compliance: Compliance, state: ContactState, nodes: int) -> ContactState:
@@ -119,7 +142,7 @@ def good_until(case: Case, state: KernelState) -> tuple[float, float, float]:
     """Displacement in the pin's direction, and heights of the window's two end nodes under the pin, up to which none beyond can
     meet a rough pin."""
     nodes, moved = len(state.x), float(state.scalars["pin_rate"] * state.scalars["displacement"])
-    if not case.heterogeneity.roughness or (nodes == case.slab.n_x and not case.slab.scheme.endless):
+    if not case.heterogeneity.roughness or (nodes == case.slab.nodes and not case.slab.scheme.endless):
         return math.inf, math.inf, math.inf
     farther, deeper = _reach(case)
     if nodes == case.slab.n_x:  # the next grid is to follow halfway to this one's end
@@ -226,7 +249,7 @@ class CompiledContact:
 
     case: Case
     compliance: Compliance
-    window: slice
+    window: Window
     state: KernelState
     constants: KernelConstants
     first_node: int
@@ -252,7 +275,7 @@ def compiled_contact(
     which tolerances are relative. slides: whether the grid may go on. direction: of the path.
     Raises SingularOperator if the contact's compliance has no inverse.
     """
-    window = around(followed)
+    window = around(case, followed)
     state = _state(case, compliance, window, contact[window], displacement, first_node, direction)
     state.inputs[-1] = -(case.normal_load if load is None else load)
     nodes = len(state.x)
@@ -266,16 +289,16 @@ def compiled_contact(
 def _state(
     case: Case,
     compliance: Compliance,
-    window: slice,
+    window: Window,
     contact: Nodes,
     displacement: float,
     first_node: int,
     direction: Direction,
 ) -> KernelState:
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
-    few = compliance.slab.n_x <= FEW and compliance.lasting
+    few = compliance.slab.nodes <= FEW and compliance.lasting
     set_up = _set_up_before if few else _set_up
-    matrix, inverted = set_up(compliance, window.start, window.stop, contact.tobytes())
+    matrix, inverted = set_up(compliance, window.tobytes(), contact.tobytes())
     entries, nodes = 2 * len(contact) + 1, len(contact)
     sticks = math.isinf(case.intrinsic_friction)
     friction_of_nodes = np.zeros(nodes) if sticks else node_friction(case, first_node)[window]
@@ -286,7 +309,7 @@ def _state(
         inputs=np.zeros(entries),
         rate=np.zeros(entries),
         contact=contact.copy(),
-        x=surface_from_pin(case, first_node)[window].copy(),  # one array type here too
+        x=surface_from_pin(case, first_node)[window],
         node_friction=friction_of_nodes,
         sticks=np.full(nodes, sticks),
         active_friction=np.where(contact & (not sticks), friction_of_nodes, np.nan),
@@ -296,12 +319,10 @@ def _state(
     )
 
 
-def _set_up(
-    compliance: Compliance, start: int, stop: int, contact: bytes
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _set_up(compliance: Compliance, window: bytes, contact: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The compliance of the window's nodes among each other, (2n, 2n), and the tableau of those in contact."""
     # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
-    within = compliance.window(start, stop)
+    within = compliance.window(np.frombuffer(window, np.int64))
     within.setflags(write=False)
     return within, tableau(within, np.frombuffer(contact, np.bool_))
 
@@ -356,22 +377,22 @@ def slip_constants(case: Case) -> SlipConstants:
     )
 
 
-def _constants(case: Case, window: slice, state: KernelState, pin_rate: float | None) -> KernelConstants:
-    pin = pin_of(case)
+def _constants(case: Case, window: Window, state: KernelState, pin_rate: float | None) -> KernelConstants:
+    pin, nodes = pin_of(case), case.slab.nodes
     return KernelConstants(
         slip=slip_constants(case),
         pin=KernelPin(pin.curvature, Rise(pin.knots, pin.rises) if pin.rough else None),
-        half_width=pin.half_width,
+        half_width=np.broadcast_to(pin.half_width, nodes)[window],
+        across=np.broadcast_to(pin.across, nodes)[window],
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
-        first_node=window.start,
-        inner_nodes=inner_nodes(case, window, state.contact, pin_rate),
+        outer=outer_nodes(case, window, state.contact, pin_rate),
         window_until=good_until(case, state),
     )
 
 
 def state_of(compiled: CompiledContact, outcome: Outcome) -> ContactState:
     """A compiled contact as a value; nodes beyond its window follow from the compliance."""
-    state, n = compiled.state, compiled.case.slab.n_x
+    state, n = compiled.state, compiled.case.slab.nodes
     given, response = (values[:-1].reshape(2, -1) for values in (state.inputs, state.response))
     contact = np.zeros(n, dtype=np.bool_)
     contact[compiled.window] = state.contact

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.normal import Exchange, NormalContact, rounding_at_rest, wrong_nodes
-from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
-from nanoslip.solver.elasticity.schemes.endless import Convolution
+from nanoslip.solver.contact.pin import expected_contact, pin_of, surface_from_axis, surface_from_pin
+from nanoslip.solver.elasticity.schemes.endless import SurfaceConvolution
 
 # Normal forces of a given contact set at a given load, by preconditioned conjugate gradients.
 #
@@ -33,7 +33,11 @@ class Pressed(NamedTuple):
 
 
 def pressed(
-    convolution: Convolution, contact: NDArray[np.bool_], heights: Vector, start: Vector, precision: float
+    convolution: SurfaceConvolution,
+    contact: NDArray[np.bool_],
+    heights: Vector,
+    start: Vector,
+    precision: float,
 ) -> Pressed:
     """The nodes of `contact` (n,) brought to these heights (n,) by forces with the sum of `start` (n,), which is 0 beside them.
 
@@ -91,17 +95,17 @@ MOST_ROUNDS = 200
 flanks of 45°, the steepest that mean something, 104 at ν = -1 and 43 at 0."""
 
 
-def convolved_contact(case: Case, convolution: Convolution) -> NormalContact:
+def convolved_contact(case: Case, convolution: SurfaceConvolution) -> NormalContact:
     """The contact at the case's load of a pin that drags nothing.
 
     Wrong nodes are exchanged as in `normal`. Heights under nodes that pressure moves sideways are those of where the last round
     left them: each round changes that by (1-2ν)/(2-2ν) of the pin's slope, at most, of the last change.
     """
-    x, pin = surface_from_pin(case), pin_of(case)
+    x, away, pin = surface_from_pin(case), surface_from_axis(case), pin_of(case)
     heights, u = pin.face(x), np.zeros_like(x)
-    contact = np.abs(x) <= max(expected_half_width(case), np.abs(x).min())
+    contact = expected_contact(case)
     force = np.where(contact, case.normal_load / contact.sum(), 0.0)
-    scale, precision, exchange = case.normal_load * float(convolution.along_z[0]), FIRST / len(x), Exchange(x)
+    scale, precision, exchange = case.normal_load * convolution.under_itself, FIRST / len(x), Exchange(away)
     for _ in range(MOST_ROUNDS):
         lowest = float(heights[contact].min())  # differences of heights are exact, large ones have fewer digits
         force, v, approach = pressed(convolution, contact, heights - lowest, force, precision * scale)
@@ -120,11 +124,11 @@ def convolved_contact(case: Case, convolution: Convolution) -> NormalContact:
     return found._replace(contact=contact, normal_force=force, converged=False)
 
 
-def _sideways(case: Case, convolution: Convolution, force: Vector) -> Vector:
+def _sideways(case: Case, convolution: SurfaceConvolution, force: Vector) -> Vector:
     """u (n,) under normal forces N (n,), limited to the effect of the load: during iteration nodes may pull by any amount."""
     if not case.effects.coupling:
         return np.zeros_like(force)
-    most = float(np.abs(convolution.across).max()) * case.normal_load
+    most = convolution.most_across * case.normal_load
     return np.asarray(np.clip(convolution.u(-force), -most, most))
 
 

@@ -122,12 +122,12 @@ class CoulombContact:
 
     def solve(self) -> None:
         """Forces, approach and displacements for the given roles: Newton's method on the sliding nodes' positions."""
-        curvature = self.pin.curvature
+        curvature, across = self.pin.curvature, np.broadcast_to(self.pin.across, len(self.u))[self.contact]
         for _ in range(20):
             before = self.u.copy()
             u, xi, slide = self.u[self.contact], self.xi[self.contact], self.sliding[self.contact] != 0.0
             tangential = np.where(slide, 0.0, u)
-            normal = curvature * (xi**2 / 2 - np.where(slide, xi * u, 0.0))
+            normal = curvature * (xi**2 / 2 - np.where(slide, xi * u, 0.0)) + across
             self.force, self.approach, u, self.v = self._respond(tangential, normal, -self.normal_load)
             self.u = np.where(self.contact & (self.sliding == 0.0), before, u)
             if np.abs(self.u - before).max() <= 1e-14 * self.normal_load:
@@ -176,7 +176,7 @@ class CoulombContact:
 
     def touch(self, node: int) -> None:
         """Bring a node into contact, sticking where it is."""
-        if abs(self.x[node]) > self.pin.half_width:
+        if (np.abs(self.x) > self.pin.half_width)[node]:
             raise CoulombError(Ending.EDGE_REACHED)
         self.contact[node] = True
 

@@ -32,7 +32,7 @@ from nanoslip.solver.contact.coulomb import (
 from nanoslip.solver.contact.kernels.path import empty_events, follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
-from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_axis, surface_from_pin
 from nanoslip.solver.contact.soundness import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars, soundness
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, explained
@@ -133,7 +133,7 @@ def _at_the_edge(case: Case, found: NormalContact) -> Outcome | None:
     A node in contact has moved beyond the edge, or a free one in under it and into the punch: nothing could slide from there.
     """
     pin, xi = pin_of(case), surface_from_pin(case) + found.u
-    if (np.abs(xi)[found.contact] > pin.half_width).any():
+    if (found.contact & (np.abs(xi) > pin.half_width)).any():
         return OUT_FROM_UNDER
     inside = pin.height(xi) - found.v < -INSIDE * case.normal_load
     return IN_UNDER if found.converged and (inside & ~found.contact).any() else None
@@ -154,7 +154,7 @@ def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
         unfinished = compiled_contact(case, compliance, contact, u, height, everywhere)
         return state_of(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
     # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
-    expected = contact if converged else contact | (np.abs(surface_from_pin(case)) <= expected_half_width(case))
+    expected = contact if converged else contact | (surface_from_axis(case) <= expected_half_width(case))
     for followed in (within_reach(case, expected, found.u, found.v), everywhere):
         compiled = compiled_contact(case, compliance, contact, u, height, followed)
         status = answer_violations(compiled)
@@ -192,7 +192,7 @@ ROOM: Final = 4096
 
 def _raised(compiled: CompiledContact, load: float) -> tuple[Stop, int]:
     """Raise the load event by event, the pin held; why that ended, and the node slips of all events."""
-    events, node_slips = empty_events(ROOM), np.zeros(compiled.case.slab.n_x, np.int64)
+    events, node_slips = empty_events(ROOM), np.zeros(len(compiled.state.x), np.int64)
     status = answer_violations(compiled)
     slips, moved = int(compiled.state.scalars["slips"]), 0
     while status == Stop.DONE:
@@ -231,8 +231,21 @@ def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactS
 
 def _nothing(case: Case, outcome: Outcome) -> ContactState:
     """The state of a contact that could not even be set up."""
-    n = case.slab.n_x
+    n = case.slab.nodes
     none, blank = np.zeros(n, dtype=np.bool_), np.full(n, math.nan)
     return ContactState(
-        none, blank, blank, np.full((2, n), math.nan), 0.0, outcome, blank, blank, blank, blank, math.nan, 0
+        none,
+        blank,
+        blank,
+        np.full((2, n), math.nan),
+        0.0,
+        outcome,
+        blank,
+        blank,
+        blank,
+        blank,
+        math.nan,
+        0,
+        0,
+        case.slab.rows,
     )

@@ -10,7 +10,7 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import expected_contact, pin_of, surface_from_axis, surface_from_pin
 from nanoslip.solver.elasticity.compliance import FEW, KEPT, Compliance
 from nanoslip.solver.outcome import SingularOperator, TooFarApart
 
@@ -195,11 +195,12 @@ class Exchanged(NamedTuple):
 
 
 class Exchange:
-    """The search for a contact set among surface nodes at x, (n,), as the pin sees them; it keeps one node at least."""
+    """The search for a contact set among surface nodes at these distances, (n,), from the pin's lowest point; it keeps one
+    node at least."""
 
-    def __init__(self, x: NDArray[np.float64]) -> None:
-        self._lowest = int(np.argmin(np.abs(x)))
-        self._fewest, self._patience = len(x) + 1, PATIENCE
+    def __init__(self, away: NDArray[np.float64]) -> None:
+        self._lowest = int(np.argmin(away))
+        self._fewest, self._patience = len(away) + 1, PATIENCE
         self._left: set[bytes] = set()
 
     def exchanged(self, contact: Nodes, wrong: Nodes) -> Exchanged:
@@ -265,10 +266,10 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
     Wrong nodes are exchanged (Exchange) until none is. Sets that are near share factors (ContactSystem); what is returned was
     solved for by the found set's own, unless only the set is asked for.
     """
-    x = surface_from_pin(case)
-    contact = np.abs(x) <= max(expected_half_width(case), np.abs(x).min())
-    u, moved = np.zeros_like(x), math.inf
-    exchange = Exchange(x)
+    away = surface_from_axis(case)
+    contact = expected_contact(case)
+    u, moved = np.zeros_like(away), math.inf
+    exchange = Exchange(away)
     system = _system(case, compliance, contact, u, stuck)
     for _ in range(MOST_ROUNDS):
         if not system.is_near(contact):
@@ -295,7 +296,7 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
 
 def rounding_at_rest(case: Case, found: NormalContact) -> float:
     """Rounding error: distance that nodes at rest may move from round to round, in L_x."""
-    xi = (surface_from_pin(case) + found.u)[found.contact]
+    xi = surface_from_axis(case, found.u)[found.contact]
     return RESTING * case.normal_load + pin_of(case).rounding(xi)
 
 
@@ -320,14 +321,14 @@ def _system(case: Case, compliance: Compliance, contact: Nodes, u: Vector, stuck
 def _system_before(compliance: Compliance, contact: bytes, held: bool) -> ContactSystem:
     system = ContactSystem(compliance, np.frombuffer(contact, np.bool_), None, held)
     # Of a stuck contact the set alone counts, not the last bits. On larger grids it takes longer than it saves.
-    return system.keep() if held and compliance.slab.n_x <= ANSWERED else system
+    return system.keep() if held and compliance.slab.nodes <= ANSWERED else system
 
 
 def _pressed(
     case: Case, compliance: Compliance, system: ContactSystem, contact: Nodes, u: Vector, stuck: bool
 ) -> NormalContact:
     """The contact with just these nodes on the pin, one Newton step from the given u."""
-    n, coupled = compliance.slab.n_x, case.effects.coupling
+    n, coupled = compliance.slab.nodes, case.effects.coupling
     heights = pin_of(case).face(surface_from_pin(case) + (0.0 if stuck else u))
     if system.slope is not None:
         heights = heights - system.slope * u

@@ -3,15 +3,16 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Distribution, Heterogeneity, PinShape
-from nanoslip.solver.contact.closed_forms import hertz_half_width, winkler_half_width
+from nanoslip.solver.contact.closed_forms import hertz_half_width, hertz_radius, winkler_half_width
 from nanoslip.solver.last import of_the_last
-from nanoslip.solver.slab import surface_x
+from nanoslip.solver.slab import surface_x, surface_y
 
 Vector = NDArray[np.float64]
 
@@ -22,16 +23,18 @@ LONGEST_STEP = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Pin:
-    """A pin whose height at pin coordinate ξ is curvature·ξ²/2 for |ξ| ≤ half_width, and out of reach beyond.
+    """A pin whose height at pin coordinate ξ is curvature·ξ²/2 + across for |ξ| ≤ half_width, and out of reach beyond.
 
     curvature: L_x/R, 0 of a flat punch. half_width: rounded to whole nodes; infinite of a parabola.
     knots, rises: additional height of a rough parabola at pin coordinates, linear between, constant beyond; one knot: smooth.
+    across: height over the rows of nodes at ξ = 0. On a plane of nodes half_width and across are (n,), each over its node's row.
     """
 
     curvature: float
-    half_width: float
+    half_width: float | Vector
     knots: Vector
     rises: Vector
+    across: float | Vector = 0.0
 
     @property
     def rough(self) -> bool:
@@ -44,7 +47,7 @@ class Pin:
 
     def face(self, xi: Vector) -> Vector:
         """Height of the pin as if it had no edges."""
-        return np.asarray(self.curvature * xi**2 / 2 + np.interp(xi, self.knots, self.rises))
+        return np.asarray(self.curvature * xi**2 / 2 + np.interp(xi, self.knots, self.rises) + self.across)
 
     def lowest_within(self, xi: Vector, distance: float) -> Vector:
         """A bound from below of the heights within a distance of ξ, (k,): parabola and rise each at its lowest."""
@@ -103,19 +106,32 @@ class Pin:
 
 
 def surface_from_pin(case: Case, first_node: int = 0) -> Vector:
-    """The undeformed surface nodes as the pin sees them before it moves: x from its lowest point, (n_x,), in L_x; read-only.
+    """The undeformed surface nodes as the pin sees them before it moves: x from its lowest point, (n,), in L_x; read-only.
 
     first_node: of the surface, which the grid's first is; above 0 where a pin has left nodes behind (`following`).
     """
     places = _surface_at_first(case)
-    return places + first_node * case.slab.spacing if first_node else places
+    return places + first_node // case.slab.rows * case.slab.spacing if first_node else places
 
 
 @of_the_last
 def _surface_at_first(case: Case) -> Vector:
     places = surface_x(case.slab.n_x) - case.start * case.slab.spacing
+    places = np.repeat(places, case.slab.rows)
     places.setflags(write=False)
     return places
+
+
+@of_the_last
+def surface_across(case: Case) -> Vector:
+    """y of the surface nodes from the pin's lowest point, (n,), in L_x; 0 in plane strain."""
+    return surface_y(case.slab.rows, case.slab.nodes) - case.start_y * case.slab.spacing
+
+
+def surface_from_axis(case: Case, moved: Vector | float = 0.0, first_node: int = 0) -> Vector:
+    """Distance of surface nodes that have moved along x from the pin's lowest point, (n,), in L_x."""
+    x = surface_from_pin(case, first_node) + moved
+    return np.hypot(x, surface_across(case)) if case.slab.scheme.planar else np.abs(x)
 
 
 @of_the_last
@@ -128,12 +144,22 @@ _LEVEL = ((0.0, 0.0),)
 
 
 def _parabola(case: Case) -> Pin:
-    return Pin(1.0 / case.radius, math.inf, *np.array(case.heterogeneity.roughness or _LEVEL).T.copy())
+    """On a plane of nodes a paraboloid: a ball."""
+    across = surface_across(case) ** 2 / (2.0 * case.radius) if case.slab.scheme.planar else 0.0
+    knots, rises = np.array(case.heterogeneity.roughness or _LEVEL).T.copy()
+    return Pin(1.0 / case.radius, math.inf, knots, rises, across)
 
 
 def _flat_punch(case: Case) -> Pin:
+    """On a plane of nodes a disc: over each row as wide as its chord, in whole nodes."""
+    half_width: float | Vector = case.half_width
+    spacing = case.slab.spacing
+    if case.slab.scheme.planar:
+        squared = half_width**2 - surface_across(case) ** 2
+        nodes = np.floor(np.sqrt(np.maximum(squared, 0.0)) / spacing + 1e-9)
+        half_width = np.where(squared >= 0.0, nodes * spacing, -np.inf)
     # A node stands for its width of surface: it is under the punch while the greater part of that is.
-    return Pin(0.0, case.half_width + 0.499 * case.slab.spacing, *np.array(_LEVEL).T)
+    return Pin(0.0, half_width + 0.499 * spacing, *np.array(_LEVEL).T)
 
 
 SHAPES: dict[PinShape, Callable[[Case], Pin]] = {"parabola": _parabola, "flat_punch": _flat_punch}
@@ -145,8 +171,17 @@ SHAPES: dict[PinShape, Callable[[Case], Pin]] = {"parabola": _parabola, "flat_pu
 
 def node_friction(case: Case, first_node: int = 0) -> NDArray[np.float64]:
     """μ_i of the case's surface nodes, shape (n,), from this one on."""
-    mean, n = case.intrinsic_friction, case.slab.n_x
-    return np.full(n, mean) if case.heterogeneity.spread == 0.0 else mean * _factors(case.heterogeneity, first_node, n)
+    mean, slab, drawn = case.intrinsic_friction, case.slab, case.heterogeneity
+    if drawn.spread == 0.0:
+        return np.full(slab.nodes, mean)
+    if slab.rows == 1:
+        return mean * _factors(drawn, first_node, slab.n_x)
+    columns = np.arange(slab.n_x) + first_node // slab.rows
+    return mean * np.concatenate([_factors(drawn, int(column) * APART, slab.rows) for column in columns])
+
+
+APART: Final = 2**16
+"""Random numbers between those of two columns of nodes: a node of a column and row has the same one on any plane."""
 
 
 def _factors(drawn: Heterogeneity, first: int, n: int) -> NDArray[np.float64]:
@@ -172,10 +207,19 @@ DISTRIBUTIONS: dict[Distribution, Callable[[Vector, float], Vector]] = {
 
 @of_the_last
 def expected_half_width(case: Case) -> float:
-    """Hertz's contact half-width on a half-plane, that on a bed of springs, or the punch's own: a first guess."""
+    """Hertz's contact half-width on a half-plane or half-space, that on a bed of springs, or the punch's own: a first guess."""
     if case.pin == "flat_punch":
         return case.half_width
+    if case.slab.scheme.planar:
+        return hertz_radius(case.normal_load, case.radius, case.slab.poisson)
     bed = case.slab.scheme.bed_stiffness
     if bed is not None:
         return winkler_half_width(case.normal_load, case.radius, bed)
     return hertz_half_width(case.normal_load, case.radius, case.slab.poisson)
+
+
+def expected_contact(case: Case) -> NDArray[np.bool_]:
+    """Nodes (n,) of the expected contact, a first guess: at least the nearest."""
+    away = surface_from_axis(case)
+    under = (away <= expected_half_width(case)) & (np.abs(surface_from_pin(case)) <= pin_of(case).half_width)
+    return under if under.any() else away <= away.min()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.state import Stop
-from nanoslip.solver.contact.pin import pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import pin_of, surface_from_axis, surface_from_pin
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 
 # What the kernels' reasons to stop mean to a user: the one place where a `Stop` becomes an `Outcome`.
@@ -147,7 +147,7 @@ def soundness(
     softness: how far each node gives way under a unit force on itself alone, (n,).
     """
     xi = (surface_from_pin(case, first_node) + u - displacement)[contact]
-    outermost = float(np.abs(xi).max(initial=0.0))
+    outermost = float(surface_from_axis(case, u - displacement, first_node)[contact].max(initial=0.0))
     if not math.isfinite(outermost):
         return NOT_FINITE
     share = rounding_share(case, softness, contact, outermost)

@@ -1,5 +1,6 @@
 """The contact at one position of the pin, `ContactState`, and its numbers."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
@@ -12,7 +13,7 @@ from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import Quantity, quantity
-from nanoslip.solver.slab import surface_x
+from nanoslip.solver.slab import surface_x, surface_y
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 Vector = NDArray[np.float64]
@@ -25,6 +26,8 @@ def at_node(meaning: str, name: str, **more: Any) -> Any:
 
 NODE_X: Final = Quantity("x", "x from the slab's middle, in L_x", coordinate=True, symbol="x/L_x", along="contact_node")
 """The places of surface nodes."""
+NODE_Y: Final = Quantity("y", "y from the slab's middle, in L_x", coordinate=True, symbol="y/L_x", along="contact_node")
+"""Their places across the drag, 0 in plane strain."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -54,6 +57,8 @@ class ContactState(Viewed):
     slips: int = quantity("node slips of initial contact", "initial_slips")
     first_node: int = 0
     """Number of the grid's first node on the surface: above 0 if the pin has left nodes behind, on a surface without ends."""
+    rows: int = 1
+    """Number of nodes across the drag: 1 in plane strain."""
 
     @property
     def normal_force(self) -> float:
@@ -68,7 +73,12 @@ class ContactState(Viewed):
     @property
     def x(self) -> Vector:
         """Positions of the surface nodes from the slab's middle, in L_x, (n,), read-only."""
-        return surface_x(len(self.contact), self.first_node)
+        return np.repeat(surface_x(len(self.contact) // self.rows, self.first_node // self.rows), self.rows)
+
+    @property
+    def y(self) -> Vector:
+        """Positions of the surface nodes from the slab's middle row, in L_x, (n,); 0 in plane strain."""
+        return surface_y(self.rows, len(self.contact))
 
     def _facts(self) -> Iterator[str]:
         yield f"{self.contact.sum()} of {len(self.contact)} nodes in contact"
@@ -79,6 +89,8 @@ class ContactState(Viewed):
     def _labelled(self) -> Iterator[Labelled]:
         yield from labelled(self)
         yield NODE_X, self.x
+        if self.rows > 1:
+            yield NODE_Y, self.y
         yield from labelled(contact_summary(self))
 
     def _factors(self) -> dict[str, float]:
@@ -129,26 +141,35 @@ class ContactSummary:
 def contact_summary(state: ContactState) -> ContactSummary:
     """The numbers of initial contact that are not in its state as such."""
     width = contact_width(state)
-    mean = state.normal_force / width if width else float("nan")
+    area = width if state.rows == 1 else math.pi / 4.0 * width**2
+    mean = state.normal_force / area if width else float("nan")
     return ContactSummary(int(state.contact.sum()), mean, float(state.pressure.max()), state.friction_force)
 
 
 @of_the_last  # asked for a record's flags and for its numbers
 def contact_width(state: ContactState) -> float:
-    """The width of the surface in contact, in L_x, without the gaps in it.
+    """The width of the surface in contact, in L_x, without the gaps in it; of a plane of nodes the diameter of a disc as large.
 
     At a smooth contact's edge pressure falls as the root of the distance: its square, drawn through the last two nodes, is zero
     there, at most a spacing beyond the last. Where pressure does not fall (a punch, one node) the edge is half a spacing beyond.
     """
-    spacings = float((state.contact[1:] & state.contact[:-1]).sum())
+    inside, pressure = (_in_one_row(each, state.rows) for each in (state.contact, state.pressure))
+    spacings = float((inside[1:] & inside[:-1]).sum())
     for turned in (slice(None), slice(None, None, -1)):
-        contact = state.contact[turned]
-        squared = np.concatenate(([0.0], state.pressure[turned] ** 2))
+        contact = inside[turned]
+        squared = np.concatenate(([0.0], pressure[turned] ** 2))
         last = (contact[:-1] & ~contact[1:]).nonzero()[0]
         fall = squared[last] - squared[last + 1]
         beyond = np.divide(squared[last + 1], fall, out=np.full(len(last), 0.5), where=fall > 0.0)
         spacings += float(np.minimum(beyond, 1.0).sum())
+    if state.rows > 1:
+        return 2.0 * math.sqrt(spacings / math.pi) / (state.rows - 1)
     return spacings / (len(state.contact) - 1)
+
+
+def _in_one_row(values: NDArray[Any], rows: int) -> NDArray[Any]:
+    """Values at the nodes row after row, with a zero between rows."""
+    return values if rows == 1 else np.pad(values.reshape(-1, rows).T, ((0, 0), (1, 1))).ravel()
 
 
 def state_from_forces(
@@ -182,5 +203,11 @@ def state_from_forces(
     for value in values.values():
         value.setflags(write=False)
     return ContactState(
-        **values, approach=approach, displacement=displacement, slips=slips, outcome=outcome, first_node=first_node
+        **values,
+        approach=approach,
+        displacement=displacement,
+        slips=slips,
+        outcome=outcome,
+        first_node=first_node,
+        rows=case.slab.rows,
     )

@@ -10,9 +10,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.elasticity.schemes.endless import Convolution, EndlessScheme
+from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, SurfaceConvolution
 from nanoslip.solver.outcome import Ending, Outcome
-from nanoslip.solver.slab import Slab, surface_x
+from nanoslip.solver.slab import Slab, surface_x, surface_y
 from nanoslip.solver.view import OneLine
 
 Vector = NDArray[np.float64]
@@ -44,8 +44,8 @@ class Compliance(OneLine, ABC):
         """w of every surface node per normal force on it, (n,)."""
 
     @abstractmethod
-    def window(self, start: int, stop: int) -> Dense:
-        """The matrix of the nodes from `start` to before `stop` alone, a copy."""
+    def window(self, nodes: Indices) -> Dense:
+        """The matrix of these nodes alone, neighbours in a row, a copy."""
 
     @abstractmethod
     def entries(self, rows: Indices, columns: Indices) -> Dense:
@@ -62,20 +62,26 @@ class Compliance(OneLine, ABC):
     @property
     def x(self) -> Vector:
         """Positions of the surface nodes in L_x, centred on the slab's middle, shape (n,), read-only."""
-        return surface_x(self.slab.n_x)
+        return np.repeat(surface_x(self.slab.n_x), self.slab.rows)
+
+    @property
+    def y(self) -> Vector:
+        """Positions of the surface nodes across the drag in L_x, (n,), from the middle row; 0 in plane strain."""
+        return surface_y(self.slab.rows, self.slab.nodes)
 
     @property
     def widths(self) -> Vector:
-        """Length of surface that belongs to each node, in L_x, shape (n,), read-only: nodal force = traction × width.
+        """Length of surface that belongs to each node, in L_x, shape (n,), read-only: nodal force = traction × width. Of a plane
+        of nodes it is their area, in L_x².
 
         It is the width of a node's control volume, which equals the integral of its hat function. The end nodes have half
         of it, except on a half-plane, whose surface continues beyond them, and on a chain, whose blocks are all alike.
         """
-        return _widths(self.slab.n_x, self.slab.scheme.equal_widths)
+        return _widths(self.slab.n_x, self.slab.rows, self.slab.scheme.equal_widths)
 
     def _facts(self) -> Iterator[str]:
-        middle = np.array([self.slab.n_x // 2])
-        yield f"{self.slab.n_x} surface nodes"
+        middle = np.array([self.slab.nodes // 2])
+        yield f"{self.slab.nodes} surface nodes"
         yield f"scheme {self.slab.scheme.name}"
         yield f"u under a force at the middle {self.entries(middle, middle).item():.4g}"
 
@@ -99,11 +105,11 @@ class SurfaceCompliance(Compliance):
     def under_itself(self) -> Vector:
         return self.matrix.diagonal()[self.slab.n_x :]
 
-    def window(self, start: int, stop: int) -> Dense:
+    def window(self, nodes: Indices) -> Dense:
         # Blocks are copied as pieces in a row: much faster than by lists of rows and columns.
-        n, nodes = self.slab.n_x, stop - start
-        blocks = self.matrix.reshape(2, n, 2, n)[:, start:stop, :, start:stop]
-        return np.array(blocks, order="C").reshape(2 * nodes, 2 * nodes)
+        n, some = self.slab.n_x, slice(nodes[0], nodes[-1] + 1)
+        blocks = self.matrix.reshape(2, n, 2, n)[:, some, :, some]
+        return np.array(blocks, order="C").reshape(2 * len(nodes), 2 * len(nodes))
 
     def entries(self, rows: Indices, columns: Indices) -> Dense:
         # Much faster by `take`, along the shorter list first, than by both at once.
@@ -132,25 +138,23 @@ class SurfaceCompliance(Compliance):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class EndlessCompliance(Compliance):
-    """The compliance of a surface without ends, whose nodes are all alike: n numbers for each pair of directions."""
+    """The compliance of a surface without ends, whose nodes are all alike: a number for each offset and pair of directions."""
 
-    convolution: Convolution
+    convolution: SurfaceConvolution
     slab: Slab
 
     @property
     def matrix(self) -> Dense:
-        return self.window(0, self.slab.n_x)
+        return self.window(np.arange(self.slab.nodes))
 
     def under_itself(self) -> Vector:
-        return np.full(self.slab.n_x, self.convolution.along_z[0])
+        return np.full(self.slab.nodes, self.convolution.under_itself)
 
-    def window(self, start: int, stop: int) -> Dense:
-        return self.convolution.window(stop - start)
+    def window(self, nodes: Indices) -> Dense:
+        return self.convolution.window(nodes)
 
     def entries(self, rows: Indices, columns: Indices) -> Dense:
-        n = self.slab.n_x
-        (moved, to), (pushed, at) = divmod(rows[:, None], n), divmod(columns, n)
-        return np.asarray(self.convolution.by_distance[moved, pushed, n - 1 + to - at])
+        return self.convolution.entries(rows, columns)
 
     def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
         return (self.convolution if coupled else self.convolution.uncoupled()).displacements(forces)
@@ -168,7 +172,7 @@ KEPT: Final = 32
 
 def stiffness_of_node(compliance: Compliance, contact: NDArray[np.bool_]) -> float:
     """Change of K by one node more at either end of the contact, pressures held (bordered inverse), in G·L_y; 0 without room."""
-    few = compliance.slab.n_x <= FEW and compliance.lasting
+    few = compliance.slab.nodes <= FEW and compliance.lasting
     return (_stiffness_of_node_before if few else _stiffness_of_node)(compliance, contact.tobytes())
 
 
@@ -186,8 +190,8 @@ _stiffness_of_node_before = lru_cache(maxsize=KEPT)(_stiffness_of_node)
 
 
 @lru_cache(maxsize=4)  # asked for every contact, and few campaigns have more grids at a time
-def _widths(n_x: int, equal: bool) -> NDArray[np.float64]:
-    widths = np.full(n_x, 1.0 / (n_x - 1))
+def _widths(n_x: int, rows: int, equal: bool) -> NDArray[np.float64]:
+    widths = np.full(n_x * rows, 1.0 / (n_x - 1) ** (1 if rows == 1 else 2))
     if not equal:
         widths[[0, -1]] /= 2
     widths.setflags(write=False)
@@ -207,7 +211,7 @@ def surface_compliance(slab: Slab) -> Compliance:
 
 
 @lru_cache(maxsize=4)  # asked by every task on it
-def _convolution(scheme: EndlessScheme, slab: Slab) -> Convolution:
+def _convolution(scheme: EndlessScheme, slab: Slab) -> SurfaceConvolution:
     return scheme.convolution(slab)
 
 

@@ -105,7 +105,7 @@ def contact_of(case: Case, number: int, share: float = 1.0, places: Ensemble = A
     alone = replace(case, interface=Interface(), normal_load=case.normal_load * share)
     if number == 0:
         return alone
-    return places.moved(alone, *chance_of(case, number, case.start))
+    return places.moved(alone, chance_of(case, number, case.start))
 
 
 def batches(contacts: int) -> list[tuple[int, int]]:

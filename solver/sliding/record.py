@@ -12,7 +12,8 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import Quantity, quantities, quantity
-from nanoslip.solver.view import Curve, Picture, Viewed, in_words
+from nanoslip.solver.slab import surface_y
+from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 EVENT_KINDS = tuple(kind.name.lower() for kind in EventKind if kind is not EventKind.NOTHING)
 """Triggers of an event: ("slip", "release", "touch"); `FrictionRecord.kind` holds the position in this tuple."""
@@ -26,6 +27,12 @@ def event(meaning: str, name: str, **more: Any) -> Any:
 def at_node(meaning: str, name: str, **more: Any) -> Any:
     """Declare a column over the surface nodes, of a record as a whole. name: the part after `record_node_`."""
     return quantity(meaning, f"record_node_{name}", along="record_node", **more)
+
+
+RECORD_Y: Final = Quantity(
+    "record_node_y", "position across the drag, in L_x", coordinate=True, symbol="y/L_x", along="record_node"
+)
+"""Position of surface nodes across the drag, on a plane of nodes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -112,6 +119,12 @@ class FrictionRecord(Viewed):
     """Outcome of the run."""
 
     @property
+    def node_y(self) -> NDArray[np.float64]:
+        """Positions of the surface nodes across the drag, in L_x, (n,): evenly spaced in each column; 0 in plane strain."""
+        rows = int(np.count_nonzero(self.node_x == self.node_x[0]))
+        return surface_y(rows, len(self.node_x))
+
+    @property
     def highest_force(self) -> float:
         """The largest friction force, in G·L_x·L_y."""
         largest = self.force_before.max(initial=self.initial_force)
@@ -127,6 +140,11 @@ class FrictionRecord(Viewed):
         yield f"δ_p/L_x to {self.final_displacement:.4g}"
         yield f"F/W {self.final_force * self._factors()['normal_load']:.4g} there"
         yield in_words(self.outcome)
+
+    def _labelled(self) -> Iterator[Labelled]:
+        yield from labelled(self)
+        if (y := self.node_y).any():
+            yield RECORD_Y, y
 
     def _factors(self) -> dict[str, float]:
         return {"normal_load": 1.0 / self.normal_load}

@@ -133,13 +133,14 @@ def record_of(
     for column in (*columns.values(), slipped.slips):
         column.setflags(write=False)
     load = columns.pop("load")
-    final = (end.displacement, end.friction_force)
+    final, rows = (end.displacement, end.friction_force), case.slab.rows
+    at_ends = (start.contact | end.contact).reshape(-1, rows)[[0, -1]]
     if held and not end.outcome.ok:
         # A run that broke off inside an event ends, as a record, with its last whole event.
         final = (float(columns["displacement"][-1]), float(columns["force_after"][-1]))
     record = FrictionRecord(
         **columns,
-        node_x=surface_x(case.slab.n_x, slipped.first, len(slipped.slips)),
+        node_x=np.repeat(surface_x(case.slab.n_x, slipped.first // rows, len(slipped.slips) // rows), rows),
         node_slips=slipped.slips,
         normal_load=case.normal_load,
         spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
@@ -148,7 +149,7 @@ def record_of(
         initial_stiffness=initial_stiffness,
         initial_slips=start.slips,
         initial_contact_size=int(start.contact.sum()),
-        end_nodes=sum([bool(start.contact[node] | end.contact[node]) for node in (0, -1)]),
+        end_nodes=int(at_ends.any(axis=1).sum()),
         final_displacement=final[0],
         final_force=final[1],
         outcome=end.outcome,
@@ -187,13 +188,14 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
     initial_stiffness = _stiffness(way.direction, total_shear(compiled.state.contact, compiled.state.rate))
     most, end_at = case.max_events or MOST_EVENTS, way.end(case, initial_stiffness)
     events, held, windows, load_work = first_room(most), 0, 0, 0.0
-    slipped = SlippedNodes(start.first_node, np.zeros(case.slab.n_x, np.int64))
+    slipped = SlippedNodes(start.first_node, np.zeros(case.slab.nodes, np.int64))
     while True:
         stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
-        room, before, first = first_of(events, stop), held, compiled.first_node
-        of_grid = slipped.of_grid(first, case.slab.n_x)
-        status, held = follow_path(compiled.state, compiled.constants, room, of_grid, held, end_at)
-        events.node[before:held] += first
+        room, before, first, window = first_of(events, stop), held, compiled.first_node, compiled.window
+        slips = np.zeros(len(window), np.int64)
+        status, held = follow_path(compiled.state, compiled.constants, room, slips, held, end_at)
+        slipped.of_grid(first, case.slab.nodes)[window] += slips
+        events.node[before:held] = first + window[events.node[before:held]]
         beyond = extended(case, initial_stiffness, held) if math.isnan(way.until) else end_at
         if status == Stop.DONE and end_at < beyond:
             end_at = beyond
@@ -301,7 +303,7 @@ def slide_with_constant_pressures(case: Case, start: ContactState, compliance: C
             break
         events = grown(events)
     end = _tangential_end(case, compliance, start, state, OUTCOME_OF_STOP[status] if finite else NOT_FINITE)
-    node_slips = np.zeros(case.slab.n_x, np.int64)
+    node_slips = np.zeros(case.slab.nodes, np.int64)
     node_slips[nodes] = slips
     return record_of(case, start, stiffness, events, SlippedNodes(start.first_node, node_slips), held, end)
 
@@ -398,7 +400,7 @@ class _Run:
     last_slips: NDArray[np.int64] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.last_slips = np.zeros(self.case.slab.n_x, np.int64)
+        self.last_slips = np.zeros(self.case.slab.nodes, np.int64)
         self.slipped = SlippedNodes(self.solved.first_node, self.last_slips.copy())
 
     def _left(self) -> float:
@@ -524,7 +526,7 @@ def followed(case: Case, compliance: Compliance, start: ContactState | None = No
 
 def _no_record(case: Case, start: ContactState, end: ContactState) -> Run:
     """The record of a run without events."""
-    slipped = SlippedNodes(start.first_node, np.zeros(case.slab.n_x, np.int64))
+    slipped = SlippedNodes(start.first_node, np.zeros(case.slab.nodes, np.int64))
     return record_of(case, start, math.nan, empty_events(0), slipped, 0, end)
 
 

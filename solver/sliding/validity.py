@@ -28,6 +28,8 @@ from nanoslip.solver.sliding.record import RUN_IN, FrictionRecord
 CREATED = 1e-6
 """Energy that events may create, as a share of the pin's work and of what others lose: a touch pays back what a coarse event
 floor overshot."""
+FEWEST_IN_PLANE = 50
+"""Fewest nodes in contact on a plane of nodes."""
 FEWEST_NODES = 12
 """Fewest nodes in contact for a continuum: below, pressure, shear and events are those of single nodes. The contact's end,
 resolved to a spacing, is then uncertain by more than a sixth of its half-width."""
@@ -61,7 +63,7 @@ class Flag(Enum):
 
     few_nodes = (
         1,
-        f"fewer than {FEWEST_NODES} nodes in contact",
+        f"fewer than {FEWEST_NODES} nodes in contact, or {FEWEST_IN_PLANE} of a plane of nodes",
         "raise radius (half_width of a punch) or n_x",
     )
     near_ends = (
@@ -179,7 +181,9 @@ def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
     half_width = min(_guess(case), 0.5)
     rounding = 0.499 if case.pin == "flat_punch" else 1e-9
     most = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
-    fewest = min(_fewest_nodes(case, half_width, displacement), case.slab.n_x)
+    if case.slab.scheme.planar:
+        most = min(math.floor(math.pi * (half_width / case.slab.spacing) ** 2) + 1, case.slab.nodes)
+    fewest = min(_fewest_nodes(case, half_width, displacement), case.slab.nodes)
     ahead = 0.0 if case.slab.scheme.endless else displacement
     seen = _Seen(fewest, most, half_width, 0.5 - half_width - ahead, displacement)
     return _judged(case, seen, half_width)
@@ -191,6 +195,8 @@ def _fewest_nodes(case: Case, half_width: float, displacement: float) -> int:
     Nodes up to `EDGE` beyond the edges are in contact. How many, depends on where the pin is between two nodes: its start counts,
     or any place where it moves by half a spacing or more.
     """
+    if case.slab.scheme.planar:
+        return math.floor(math.pi * (half_width / case.slab.spacing) ** 2) + 1
     reach = half_width / case.slab.spacing + (0.499 if case.pin == "flat_punch" else EDGE)
     if displacement < 0.5 * case.slab.spacing:
         return max(math.floor(reach + case.start) + math.floor(reach - case.start) + 1, 1)
@@ -267,7 +273,9 @@ def advice_on(flags: Iterable[Flag]) -> str:
 
 def _margin(case: Case, nodes: NDArray[Any]) -> float:
     """Distance from the edge of the contact of these nodes (at least one) to the nearer end of the surface."""
-    between = min(int(nodes.min()), case.slab.n_x - 1 - int(nodes.max()))
+    last, rows = case.slab.n_x - 1, case.slab.rows
+    places = divmod(nodes, rows) if rows > 1 else (nodes,)
+    between = min([min(int(each.min()), last - int(each.max())) for each in places])
     return (between - 0.5) * case.slab.spacing
 
 
@@ -277,11 +285,13 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     slope, missed = pin.roughness_slopes(case.slab.spacing)
     narrowest = min(seen.half_width, expected)  # few nodes make a narrow contact seem wide
     several = FEWEST_NODES / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
+    planar = case.slab.scheme.planar
+    area = math.pi * narrowest**2 if planar else 2 * narrowest
     found = (
-        Flag.few_nodes if seen.fewest < FEWEST_NODES else None,
+        Flag.few_nodes if seen.fewest < (FEWEST_IN_PLANE if planar else FEWEST_NODES) else None,
         _place(case, seen),
         Flag.beyond_contact if seen.travel > seen.half_width and not case.slab.scheme.endless else None,
-        Flag.large_strain if case.normal_load > LARGEST_PRESSURE * 2 * narrowest else None,
+        Flag.large_strain if case.normal_load > LARGEST_PRESSURE * area else None,
         None if case.slab.scheme.resolves(case.slab, max(narrowest, several)) else Flag.unresolved_slab,
         Flag.unresolved_roughness if missed > MISSED * slope and slope > FELT * pin.curvature * narrowest else None,
         Flag.short_profile if pin.rough and float(np.ptp(pin.knots)) < 2.0 * narrowest else None,
@@ -291,7 +301,7 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
 
 def _place(case: Case, seen: _Seen) -> Flag | None:
     """Flag of a contact too near to the ends of the surface; for a half-plane these are the ends of its grid."""
-    if seen.most == case.slab.n_x:
+    if seen.most == case.slab.nodes:
         return Flag.whole_slab
     if seen.margin <= 0.0:
         return Flag.outgrown

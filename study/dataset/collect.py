@@ -12,7 +12,7 @@ import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -44,6 +44,7 @@ from nanoslip.study.dataset.variables import (
     VALIDITY,
     Group,
     Runs,
+    Series,
     all_groups,
     factors,
     parameters,
@@ -465,11 +466,16 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
     meanwhile = folder if os.access(folder, os.W_OK) else None
     kinds = needed_kinds(manifest)
+
+    def own(series: Series) -> Series:
+        apart = left_out(KINDS[series.kind], manifest)
+        return replace(series, columns={name: each for name, each in series.columns.items() if name not in apart})
+
     wanted = {
         group.name: tuple(each for each in group.series if each.kind in kinds and each.wanted(manifest))
         for group in all_groups().values()
     }
-    return [Runs(Group(name, series), meanwhile) for name, series in wanted.items() if series]
+    return [Runs(Group(name, tuple(map(own, series))), meanwhile) for name, series in wanted.items() if series]
 
 
 def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:

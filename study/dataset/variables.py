@@ -28,7 +28,7 @@ from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import with_symbol
 from nanoslip.study.origin import Origin
-from nanoslip.study.plan.kinds import KINDS, MEMBER, MEMBER_OUTCOME, column, declared
+from nanoslip.study.plan.kinds import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, column, declared
 from nanoslip.study.plan.task import PENDING, TaskResult
 
 
@@ -477,7 +477,7 @@ class Runs:
     def _held(self, result: TaskResult) -> bool:
         """True if a result has the columns of the group, and not its scalars alone."""
         mine = (each for each in self.group.series if each.kind == result.kind)
-        return any(each.columns.keys() <= _values_of(result, each).keys() for each in mine)
+        return any(each.columns.keys() - ACROSS <= _values_of(result, each).keys() for each in mine)
 
     def dataset(self) -> xr.Dataset:
         """The columns over the samples; over the instances their names, owners and the count of samples."""
@@ -517,6 +517,8 @@ def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
     """The first member's column; or a number of every member."""
     if series.sample == MEMBER:
         return np.array(_values_of(result, series)[name], series.columns[name].dtype)
+    if name in ACROSS and name not in result.arrays:  # plane strain has no y
+        return np.zeros(column(result, next(iter(series.columns)), series.sample).size)
     return column(result, name, series.sample)
 
 

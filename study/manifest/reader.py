@@ -391,6 +391,9 @@ class _Reader(NamedFiles):
         ratio."""
         stated = declared(Scales)
         content = self.in_si("scales", top.get("scales", {}), {**stated, YOUNG: YOUNG_MODULUS})
+        scheme = top.get("numerics", {}).get("scheme")
+        if isinstance(scheme, str) and scheme in SCHEMES and SCHEMES[scheme].planar:
+            content.setdefault("slab_depth", content.get("slab_width", Scales().slab_width))
         if YOUNG in content:
             modulus, poisson = content.pop(YOUNG), top.get("constants", {}).get("poisson", Slab().poisson)
             if "shear_modulus" in content or "poisson" in top.get("axes", {}) or "table" in top:
@@ -599,6 +602,10 @@ def refuse_with_stages(manifest: Manifest, case: Case) -> None:
     if manifest.outputs.subsurface and not isinstance(case.slab.scheme, GridScheme):
         need = "a scheme that has a grid, others are a surface only"
         raise InvalidInput("subsurface", True, need, {"scheme": case.slab.scheme.name})
+    scales = manifest.scales
+    if case.slab.scheme.planar and scales.slab_depth != scales.slab_width:
+        beside = {"slab_width": scales.slab_width, "scheme": case.slab.scheme.name}
+        raise InvalidInput("slab_depth", scales.slab_depth, "slab_width, as a plane of nodes is a square", beside)
     if manifest.outputs.statistics and case.interface.contacts > 1:
         raise InvalidInput(
             "contacts", case.interface.contacts, "one contact, whose events have sizes", {"statistics": True}

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.contact.closed_forms import film_half_width
 from nanoslip.solver.contact.kernels.path import STRETCHES
-from nanoslip.solver.contact.kernels.state import margin
+from nanoslip.solver.contact.kernels.state import RINGS, margin
 from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.duration import expected_duration
@@ -71,6 +71,8 @@ class Sizes(NamedTuple):
     """Surface nodes under the pin on a half-plane, or on the springs of a chain: what pressing the pin down begins with."""
     nodes: float
     """Surface nodes in contact: fewer than `hertz_nodes` on a bonded layer that is thinner than the contact."""
+    across: float
+    """Nodes along a row through the middle of the contact."""
     stiffness: float
     """dF/dδ_p with all nodes stuck, in G·L_y."""
     presliding: float
@@ -89,11 +91,14 @@ class Sizes(NamedTuple):
 def sizes_of(case: Case) -> Sizes:
     """Sizes of a case, from scaling laws."""
     slab, rule = case.slab, case.slip_rule
-    hertz = nodes = _nodes_across(case, expected_half_width(case))
+    hertz = across = _nodes_across(case, expected_half_width(case))
     if case.pin != "flat_punch" and not slab.scheme.bottomless:
         half_width = film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
-        nodes = min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
-    stiffness = _lateral_stiffness(slab, nodes)
+        across = min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
+    stiffness = _lateral_stiffness(slab, across)
+    nodes = across
+    if slab.scheme.planar:
+        hertz, nodes = (math.pi / 4.0 * each**2 for each in (hertz, across))
     presliding = (
         min(case.intrinsic_friction, 1e6) * case.normal_load / stiffness
     )  # nodes that never slip leave no events
@@ -105,8 +110,8 @@ def sizes_of(case: Case) -> Sizes:
     reach = min(reach, off_the_slab(case) if follows else math.inf)
     most = float(case.max_events or MOST_EVENTS)
     # In Coulomb sliding a node is touched and one released in each spacing; all come to slide first.
-    events = 2.0 * nodes + reach / slab.spacing if rule.residual_shear == 1.0 else reach / step
-    return Sizes(hertz, nodes, stiffness, presliding, step, reach, most, min(events, most))
+    events = 2.0 * nodes + slab.rows * reach / slab.spacing if rule.residual_shear == 1.0 else reach / step
+    return Sizes(hertz, nodes, across, stiffness, presliding, step, reach, most, min(events, most))
 
 
 def _nodes_across(case: Case, half_width: float) -> float:
@@ -114,13 +119,17 @@ def _nodes_across(case: Case, half_width: float) -> float:
 
 
 def _lateral_stiffness(slab: Slab, nodes: float) -> float:
-    """A half-plane: Flamant's displacement down to its reference depth. A slab held at its side: a rod of half its length. Else
-    Timoshenko's cantilever; its sheared width grows under the contact by 45 degrees up to the slab's, and the contact keeps its
-    top from turning by as much of it as it covers. A slab held at one node gives way there, too.
+    """A half-space: Mindlin's 8aG/(2-ν). A half-plane: Flamant's displacement down to its reference depth.
+
+    A slab held at its side: a rod of half its length. Else Timoshenko's cantilever; its sheared width grows under the contact by
+    45 degrees up to the slab's, and the contact keeps its top from turning by as much of it as it covers. A slab held at one node
+    gives way there, too.
     """
     soft, height, width, scheme = 1.0 - slab.poisson, slab.aspect_ratio, nodes * slab.spacing, slab.scheme
     if isinstance(scheme, Chain):
         return scheme.lateral_stiffness(slab, nodes)
+    if scheme.planar:
+        return 4.0 * width / (2.0 - slab.poisson)
     if scheme.endless:
         return math.pi / (soft * max(math.log(4.0 * height / width), 1.0))
     if slab.support == "right_side":
@@ -152,9 +161,11 @@ def _path_events(case: Case) -> float:
 
 def _tableau_entries(case: Case) -> float:
     """Entries of a row of the tableau: both directions of all nodes that are followed, and the load; a rough pin may meet any."""
-    n_x = case.slab.n_x
-    followed = n_x if case.heterogeneity.roughness else sizes_of(case).nodes + 2.0 * margin(n_x)
-    return 2.0 * min(followed, n_x) + 1.0
+    n_x, found = case.slab.n_x, sizes_of(case)
+    followed = n_x if case.heterogeneity.roughness else found.nodes + 2.0 * margin(n_x)
+    if case.slab.scheme.planar:
+        followed = math.pi / 4.0 * (found.across + 2.0 * RINGS) ** 2
+    return 2.0 * min(followed, case.slab.nodes) + 1.0
 
 
 def _touch_entries(case: Case) -> float:
@@ -164,7 +175,7 @@ def _touch_entries(case: Case) -> float:
     if frictionless or not (effects.friction and effects.coupling):  # the normal problem alone: no tableau is set up
         return sizes_of(case).nodes
     if case.initial_contact == "gradual":
-        return 2.0 * case.slab.n_x + 1.0
+        return 2.0 * case.slab.nodes + 1.0
     return max(_tableau_entries(case), 2.0 * sizes_of(case).hertz_nodes)
 
 
@@ -179,7 +190,7 @@ def condensation_seconds(slab: Slab) -> float:
 def touch_seconds(case: Case) -> float:
     """Seconds of initial contact that nothing follows."""
     if case.contact_by_convolution:
-        return TASK + STEP * case.slab.n_x * math.log2(case.slab.n_x)
+        return TASK + STEP * case.slab.nodes * math.log2(case.slab.nodes)
     return TASK + SOLVE * sizes_of(case).hertz_nodes * _touch_entries(case) ** 2
 
 
@@ -195,7 +206,8 @@ def _slide_seconds(case: Case, events: float) -> float:
         return (events + nodes) * (TASK + SOLVE * (2.0 * nodes) ** 3)
     row = _tableau_entries(case) if case.effects.pin_translation else nodes
     slab, scheme = case.slab, case.slab.scheme
-    leaf, coupling = spring_stiffness(scheme, slab) if isinstance(scheme, Chain) else (NODE_STIFFNESS, 0.0)
+    own = NODE_STIFFNESS * (slab.spacing if scheme.planar else 1.0)
+    leaf, coupling = spring_stiffness(scheme, slab) if isinstance(scheme, Chain) else (own, 0.0)
     in_an_event = min(max((leaf + 2.0 * coupling) / EVENTS * nodes / stiffness, 1.0), nodes)
     return SLIP * row * (events * in_an_event + row)
 
@@ -256,13 +268,13 @@ def condensation_bytes(slab: Slab) -> float:
 def contact_bytes(case: Case) -> float:
     """Bytes of arrays while initial contact is computed, beside the compliance, which is mapped."""
     return _FLOAT * (
-        _CONVOLVED * case.slab.n_x if case.contact_by_convolution else _SYSTEMS * _touch_entries(case) ** 2
+        _CONVOLVED * case.slab.nodes if case.contact_by_convolution else _SYSTEMS * _touch_entries(case) ** 2
     )
 
 
 def sliding_bytes(case: Case) -> float:
     """Memory while sliding on from initial contact, without the record itself."""
-    wide = 2.0 * case.slab.n_x
+    wide = 2.0 * case.slab.nodes
     entries = max(
         _touch_entries(case), _tableau_entries(case) if case.effects.pin_translation else sizes_of(case).nodes
     )
@@ -310,7 +322,7 @@ def _compliance(task: Task) -> Estimate:
 
 def _contact(task: Task) -> Estimate:
     case = case_of(task)
-    return Estimate(task.ensemble.likely * touch_seconds(case), contact_bytes(case), 10.0 * case.slab.n_x)
+    return Estimate(task.ensemble.likely * touch_seconds(case), contact_bytes(case), 10.0 * case.slab.nodes)
 
 
 def _contacts(task: Task) -> Estimate:
@@ -331,7 +343,7 @@ def _record(task: Task) -> Estimate:
         return Estimate(0.0, _FLOAT * (inputs + numbers), numbers)
     if task.free:
         return Estimate(0.0, 0.0)
-    numbers = members * (_PER_EVENT * sizes_of(case).events + 2.0 * case.slab.n_x)
+    numbers = members * (_PER_EVENT * sizes_of(case).events + 2.0 * case.slab.nodes)
     return Estimate(members * record_seconds(case), sliding_bytes(case) + members * record_bytes(case), numbers)
 
 
@@ -354,7 +366,7 @@ def _states(task: Task) -> Estimate:
     seconds = touch_seconds(case) + (_slide_seconds(case, last) if last else 0.0)
     memory = sliding_bytes(case) if last else contact_bytes(case)
     if not task.subsurface:
-        return Estimate(seconds, memory, 6.0 * len(task.events) * slab.n_x)
+        return Estimate(seconds, memory, 6.0 * len(task.events) * slab.nodes)
     inside = len(task.events) * condensation_seconds(slab)
     return Estimate(seconds + inside, max(memory, _FLOAT * _INNER * slab.n_x), 70.0 * len(task.events) * slab.n_x)
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.state import NODE_X, ContactState, ContactSummary
+from nanoslip.solver.contact.state import NODE_X, NODE_Y, ContactState, ContactSummary
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
 from nanoslip.solver.dynamics.regime import StickSlipCount
@@ -27,10 +27,10 @@ from nanoslip.solver.last import of_the_last
 from nanoslip.solver.load_path import Loops, PathLine, Turns
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, as_field, quantities, quantity
-from nanoslip.solver.slab import Slab
+from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.interface import Collective, Portion, batches
 from nanoslip.solver.sliding.plateau import Plateau
-from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.sliding.record import RECORD_Y, FrictionRecord
 from nanoslip.solver.sliding.sizes import EventDistributions, SizeBins
 from nanoslip.solver.sliding.statistics import EventStatistics
 from nanoslip.solver.sliding.validity import Validity
@@ -201,6 +201,26 @@ class SurfaceNodes:
     x: NDArray[np.float64] = as_field(NODE_X)
 
 
+def _planar(manifest: Manifest) -> bool:
+    """True if a case may have a plane of nodes."""
+    schemes = manifest.axes.get("scheme", (manifest.fixed.get("scheme"),))
+    return any(str(scheme) in SCHEMES and SCHEMES[str(scheme)].planar for scheme in schemes)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RowsOfContact:
+    """Position of each surface node across the drag, of a plane of nodes."""
+
+    y: NDArray[np.float64] = as_field(NODE_Y)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RowsOfRecord:
+    """Position of each surface node of a record across the drag, of a plane of nodes."""
+
+    y: NDArray[np.float64] = as_field(RECORD_Y)
+
+
 def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """Initial contact of a case's members."""
     ensemble, text = own_ensemble("contact", ensemble)
@@ -218,7 +238,13 @@ CONTACT: Final = Kind(
     "contact",
     lambda manifest: "slip" not in manifest.stages or manifest.outputs.tractions,
     _contact_tasks,
-    (Part(Validity), Part(ContactState, whole=True), Part(ContactSummary), Part(SurfaceNodes)),
+    (
+        Part(Validity),
+        Part(ContactState, whole=True),
+        Part(ContactSummary),
+        Part(SurfaceNodes),
+        Part(RowsOfContact, wanted=_planar),
+    ),
     (
         Ragged("contact", "contact_node", "contact_row_size", output("tractions")),
         Ragged(
@@ -326,6 +352,7 @@ RECORD: Final = Kind(
         Part(EventStatistics),
         Part(FrictionRecord, whole=True),
         Part(Collective, wanted=_interface),
+        Part(RowsOfRecord, "node_", wanted=_planar),
     ),
     (
         Ragged("record", "event", "row_size", output("records")),
@@ -428,7 +455,12 @@ STATES: Final = Kind(
     "states",
     lambda manifest: bool(manifest.outputs.tractions_at) or manifest.outputs.subsurface,
     _states_tasks,
-    (Part(SurfaceStates, "surface_"), Part(InteriorEvents, "interior_"), Part(InteriorFields, "interior_")),
+    (
+        Part(SurfaceStates, "surface_"),
+        Part(InteriorEvents, "interior_"),
+        Part(InteriorFields, "interior_"),
+        Part(RowsOfContact, "surface_", wanted=_planar),
+    ),
     (
         Ragged("contact", "contact_node", "contact_row_size", output("tractions_at")),
         Ragged("interior", "interior_node", "interior_row_size", output("subsurface")),
@@ -499,6 +531,10 @@ DRIVE: Final = Kind(
 
 KINDS: Final = {kind.name: kind for kind in (COMPLIANCE, CONTACT, CONTACTS, RECORD, PATH, STATISTICS, STATES, DRIVE)}
 """Name -> kind of task: a stage each, none of which needs a later one."""
+
+
+ACROSS: Final = frozenset({"y", "node_y", "surface_y"})
+"""Columns of positions across the drag: only results of a plane of nodes have them."""
 
 
 class Layout(NamedTuple):

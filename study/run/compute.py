@@ -49,6 +49,8 @@ from nanoslip.study.plan.kinds import (
     InteriorEvents,
     Kind,
     Part,
+    RowsOfContact,
+    RowsOfRecord,
     SurfaceNodes,
     SurfaceStates,
     batches_of,
@@ -295,7 +297,8 @@ def _contact(task: Task, inputs: Inputs) -> Computed:
 
     def compute(case: Case, number: int) -> Member:
         state = initial_contact(case, compliance)
-        return Member((contact_validity(case, state), state, contact_summary(state), nodes), state.outcome)
+        across = RowsOfContact(state.y) if state.rows > 1 else None
+        return Member((contact_validity(case, state), state, contact_summary(state), nodes, across), state.outcome)
 
     return Computed(computed_members(CONTACT, task, compute))
 
@@ -325,13 +328,14 @@ def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs
         found = slider(case, (one or portion(case, compliance, *task.contacts, places) for one, task in each))
         plateau = plateau_of(found.record)
         together = collective(found.record, plateau, found.bound, found.lost)
-        values = (found.validity, plateau, found.statistics, found.record, together)
+        values: tuple[object, ...] = (found.validity, plateau, found.statistics, found.record, together)
         return Member(values, plateau.outcome.adding(found.record.outcome.message), plateau=plateau)
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
     valid = record_validity(case, start, record, end)
-    values = (valid, plateau, event_statistics(record), record, collective(record, plateau))
+    across = RowsOfRecord(record.node_y) if case.slab.scheme.planar else None
+    values = (valid, plateau, event_statistics(record), record, collective(record, plateau), across)
     node = stiffness_of_node(compliance, start.contact) if record.outcome.usable else 0.0
     return Member(values, plateau.outcome if record.outcome.ok else record.outcome, plateau=plateau, node=node)
 
@@ -369,11 +373,13 @@ def _states(task: Task, inputs: Inputs) -> Computed:
     states, outcome = states_at(case_of(task), compliance, task.events)
     values: tuple[object, ...] = ()
     if states:
-        values = (_surfaces(task.events, states),)
+        values = (_surfaces(task.events, states), None, None, None)
         if task.subsurface:
             inside = [interior_fields(task.slab, state.nodal_force) for state in states]
             nodes = [len(each.x) for each in inside]
-            values = (*values, InteriorEvents(np.repeat(task.events[: len(states)], nodes)), _behind(inside))
+            values = (values[0], InteriorEvents(np.repeat(task.events[: len(states)], nodes)), _behind(inside), None)
+        elif states[0].rows > 1:
+            values = (*values[:3], RowsOfContact(np.concatenate([state.y for state in states])))
     return Computed((Member(values, outcome),))
 
 
@@ -459,7 +465,7 @@ def _drive(task: Task, inputs: Inputs) -> Computed:
 
 def _slid(case: Case, task: Task, inputs: Inputs) -> Recorded:
     """The record of a member that has none yet."""
-    _, plateau, _, record, _ = computed_record(case, compliance_of(task, inputs), task.ensemble, {}).values
+    _, plateau, _, record, *_ = computed_record(case, compliance_of(task, inputs), task.ensemble, {}).values
     assert isinstance(record, FrictionRecord)
     assert isinstance(plateau, Plateau)
     return record, plateau

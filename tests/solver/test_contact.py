@@ -96,7 +96,7 @@ def test_slips_that_decide_the_contact_stay_within_the_first_window(scheme, pois
     monkeypatch.setattr(initial, "compiled_contact", seen)
     state = initial_contact(case, compliance)
     assert (state.outcome.ok, len(windows)) == (True, 1)
-    assert windows[0] != slice(0, 257)
+    assert len(windows[0]) < 257
     monkeypatch.setattr(initial, "expected_half_width", lambda _: 1.0)
     everywhere = initial_contact(case, compliance)
     assert np.array_equal(everywhere.contact, state.contact)

@@ -238,7 +238,7 @@ def test_windows_that_do_not_last_give_way_to_the_whole_surface(monkeypatch):
     monkeypatch.setattr(full_contact, "compiled_at", seen)
     record = slide_full_contact(case, initial_contact(case, compliance), compliance, Way(case.normal_load)).record
     assert len(record.displacement) == case.max_events
-    assert windows[0] != slice(0, 65) == windows[-1]
+    assert len(windows[0]) < 65 == len(windows[-1])
     assert len(windows) < 2 * full_contact.AT_FIRST
 
 
@@ -248,7 +248,7 @@ def test_a_slightly_rough_pin_is_not_followed_by_all_of_a_fine_slab():
     compliance = surface_compliance(smooth.slab)
     for case in (rough(random_profile(1e-7, 401, seed=1), smooth), smooth):
         window = compiled_at(case, compliance, initial_contact(case, compliance), whole=False).window
-        widths.append(window.stop - window.start)
+        widths.append(len(window))
     assert widths[0] < 2 * widths[1] < 513 / 3
 
 

@@ -79,7 +79,7 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
     n, moved = len(state.x), False
     for i in range(n):
         if state.contact[i]:
-            height = pin_height(constants, state.x[i] + state.inputs[i] - state.scalars.displacement)
+            height = pin_height(constants, i, state.x[i] + state.inputs[i] - state.scalars.displacement)
             lift = height - state.inputs[n + i]
             if abs(lift) > constants.slip.tolerance + BLUR * abs(height) and height < np.inf:
                 displace(state.response, state.tableau, state.inputs, i, 0.0, lift)
@@ -122,7 +122,7 @@ def _release(state: KernelState, i: int) -> bool:
 def _touch(state: KernelState, constants: KernelConstants, i: int) -> bool:
     """Bring node i into contact, stuck where it is; a penetration is pushed back along z."""
     j = len(state.x) + i
-    height = pin_height(constants, state.x[i] + state.response[i] - state.scalars.displacement)
+    height = pin_height(constants, i, state.x[i] + state.response[i] - state.scalars.displacement)
     if not pivot(state, i):
         return False
     state.scalars.dissipated -= displace(state.response, state.tableau, state.inputs, i, 0.0, height - state.inputs[j])
@@ -130,7 +130,7 @@ def _touch(state: KernelState, constants: KernelConstants, i: int) -> bool:
     state.rate[i], state.rate[j] = 0.0, 0.0
     add_two_rows(state.rate, state.tableau, i, state.scalars.pin_rate - rate_x, j, -rate_z)
     state.scalars.touches += 1
-    if not constants.inner_nodes[0] <= i <= constants.inner_nodes[1]:
+    if constants.outer[i]:
         state.scalars.touches_near_end += 1
     return True
 
@@ -234,7 +234,7 @@ def deepest_penetration(state: KernelState, constants: KernelConstants) -> int:
         i = from_front(k, n, state.scalars.ahead)
         if not state.contact[i]:
             xi = state.x[i] + state.response[i] - state.scalars.displacement
-            gap = pin_height(constants, xi) - state.response[n + i]
+            gap = pin_height(constants, i, xi) - state.response[n + i]
             if gap < deepest - constants.tolerance_gap:
                 found, deepest = i, gap
     return found
@@ -309,7 +309,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         node_slips[node] += 1
         scalars.slips += 1
         scalars.slips_since_refresh += 1
-        if abs(xi + along) > constants.half_width:
+        if abs(xi + along) > constants.half_width[node]:
             return Stop.DONE, EventKind.RELEASE, node
         if _refreshed_downhill(state, constants):
             return Stop.STEEP, EventKind.NOTHING, -1
@@ -357,7 +357,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
                 state.node_slips[i] += 1
                 state.scalars.slips += 1
                 state.scalars.slips_since_refresh += 1
-                if abs(state.x[i] + state.inputs[i] - displacement) > constants.half_width:
+                if abs(state.x[i] + state.inputs[i] - displacement) > constants.half_width[i]:
                     left = i
         if left >= 0:
             return Stop.DONE, EventKind.RELEASE, left
@@ -384,7 +384,7 @@ def _change_contact(state: KernelState, constants: KernelConstants, kind: EventK
         changed = _release(state, i)
     else:
         xi = state.x[i] + state.response[i] - state.scalars.displacement
-        if abs(state.x[i]) > constants.half_width or abs(xi) > constants.half_width:
+        if abs(state.x[i]) > constants.half_width[i] or abs(xi) > constants.half_width[i]:
             # The sharp edge of a punch meets a node that was not under it, or has passed over one within a step of the floor:
             # neither side of the edge is an equilibrium.
             return Stop.EDGE_REACHED
@@ -501,12 +501,12 @@ def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, neare
     n = len(state.x)
     scalars = state.scalars
     xi, xi_rate = state.x[i] + state.response[i] - scalars.displacement, state.rate[i] - scalars.pin_rate
-    height, height_rate = state.response[n + i], state.rate[n + i]
-    if abs(xi) > constants.half_width:
+    height, height_rate = state.response[n + i] - constants.across[i], state.rate[n + i]
+    if abs(xi) > constants.half_width[i]:
         # Outside a flat punch: the edge arrives, and meets a node that stands above the punch's face.
         if xi * xi_rate >= 0.0:
             return np.inf
-        step = (abs(xi) - constants.half_width * (1.0 - EDGE)) / abs(xi_rate)
+        step = (abs(xi) - constants.half_width[i] * (1.0 - EDGE)) / abs(xi_rate)
         return step if height + height_rate * step >= 0.0 else np.inf
     pin = constants.pin
     return float(_step_to_profile(pin.curvature, pin.rise, xi, xi_rate, height, height_rate, nearest))

@@ -145,11 +145,9 @@ def follow_path(
 ) -> tuple[Stop, int]:
     """Follow the path from event to event; returns why it stopped and how many events the record now holds.
 
-    until: δ_p, or the load where the pin rests, at which the path ends. node_slips: (n_x,) slips of each surface node in the
-    record, added to.
+    until: δ_p, or the load where the pin rests, at which the path ends. node_slips: (n,) slips of each node, added to.
     """
     scalars = state.scalars
-    of_window = node_slips[constants.first_node : constants.first_node + len(state.x)]
     for e in range(first, len(events.displacement)):
         step, kind, node = next_event(state, constants)
         left = _left(state, until)
@@ -163,12 +161,12 @@ def follow_path(
         events.displacement[e] = scalars.displacement
         events.force_before[e] = total_shear(state.contact, state.response)
         events.kind[e] = kind
-        events.node[e] = constants.first_node + node
+        events.node[e] = node
         status = answer_event(state, constants, kind, node)
         if status != Stop.DONE:
             return status, e
         _record(state, events, e)
-        events.extent[e] = add_slips(of_window, state.node_slips)
+        events.extent[e] = add_slips(node_slips, state.node_slips)
         if scalars.touches_near_end or _left_window(state, constants):
             return Stop.WINDOW_TOO_NARROW, e + 1
         if scalars.releases + scalars.touches > 0 or e % CHECK_EVENTS == 0:

@@ -174,16 +174,17 @@ class KernelConstants(NamedTuple):
 
     slip: SlipConstants
     pin: KernelPin
-    half_width: float
+    half_width: Floats
+    """(n,) of the pin over each node's row."""
+    across: Floats
+    """(n,) height of the pin over each node's row at ξ = 0: y²/2R of a ball, 0 in plane strain."""
     tolerance_gap: float
     """Penetration below which a free node counts as free."""
-    first_node: int
-    """Surface node that the window's node 0 is."""
-    inner_nodes: tuple[int, int]
-    """First and last node of the window that can touch without a node beyond the window being near."""
+    outer: NDArray[np.bool_]
+    """(n,) True if a node beyond the window may be near when this one touches."""
     window_until: tuple[float, float, float]
     """Displacement of the pin in its direction, and heights of the window's first and last node as the pin sees them, at which
-    a node beyond could be near though none touches at its end; infinite under a smooth pin: it meets one node after another."""
+    a node beyond could be near though no outer one touches; infinite under a smooth pin: it meets one node after another."""
 
 
 _SCALARS = np.dtype(list(Scalars.__annotations__.items()))
@@ -258,11 +259,11 @@ BLUR = 1e-15
 
 
 @compiled()
-def pin_height(constants: KernelConstants, xi: float) -> float:
-    """Height of the pin above its lowest point; infinite beyond its edges."""
-    if abs(xi) > constants.half_width:
+def pin_height(constants: KernelConstants, i: int, xi: float) -> float:
+    """Height of the pin over node i above its lowest point; infinite beyond its edges."""
+    if abs(xi) > constants.half_width[i]:
         return np.inf
-    return float(face_height(constants.pin.curvature, constants.pin.rise, xi))
+    return float(constants.across[i] + face_height(constants.pin.curvature, constants.pin.rise, xi))
 
 
 @compiled()
@@ -503,6 +504,8 @@ def respond(state: KernelState) -> None:
     set_rate(state)
 
 
+RINGS = 2
+"""Rings of free nodes that are followed around a contact on a plane of nodes; a touch in the outer one requires a new window."""
 MARGIN = 8
 """Free nodes followed on each side of the contact, at least."""
 

@@ -89,8 +89,8 @@ def _turn(state: KernelState, forward: bool) -> None:
 @compiled(inline="always")
 def _at_an_end(state: KernelState, constants: KernelConstants) -> bool:
     """True if a node in contact is the last one that there is."""
-    first, last = constants.inner_nodes
-    return bool((first == 0 and state.contact[0]) or (last == len(state.x) - 1 and state.contact[last]))
+    last = len(state.x) - 1
+    return bool((state.contact[0] and not constants.outer[0]) or (state.contact[last] and not constants.outer[last]))
 
 
 @compiled(inline="always")

@@ -4,9 +4,9 @@ A node's force is a hat of traction about it, the end nodes' too, as the surface
 at the nodes. All of it depends on distance alone: Toeplitz blocks, those along the force even and those across odd.
 """
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import scipy
@@ -16,10 +16,55 @@ from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, Scheme, Slab
 
 Vector = NDArray[np.float64]
 Dense = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class SurfaceConvolution(ABC):
+    """Displacements of n surface nodes that are all alike, per nodal force, in 1/G per unit depth."""
+
+    __slots__ = ()
+
+    @property
+    @abstractmethod
+    def under_itself(self) -> float:
+        """w of a node per normal force on it."""
+
+    @property
+    @abstractmethod
+    def most_across(self) -> float:
+        """The largest |u| of a node per normal force on any."""
+
+    @abstractmethod
+    def w(self, forces: Vector) -> Vector:
+        """w of all nodes, (n,), under normal forces f_z (n,)."""
+
+    @abstractmethod
+    def u(self, forces: Vector) -> Vector:
+        """u of all nodes, (n,), under normal forces f_z (n,)."""
+
+    @abstractmethod
+    def forces_about(self, w: Vector) -> Vector:
+        """Forces, (n,), that would cause these w on the circle: near the true forces, and found without a solve."""
+
+    @abstractmethod
+    def displacements(self, forces: Dense) -> Dense:
+        """[u; w] of all nodes under nodal forces [f_x; f_z]; both (2, n)."""
+
+    @abstractmethod
+    def window(self, nodes: Indices) -> Dense:
+        """Compliance [u; w] per [f_x; f_z] of these k nodes among each other, (2k, 2k); neighbours, if in a row."""
+
+    @abstractmethod
+    def entries(self, rows: Indices, columns: Indices) -> Dense:
+        """Compliance in these rows and columns of [u; w] and [f_x; f_z]."""
+
+    @abstractmethod
+    def uncoupled(self) -> Self:
+        """Drop the coupling: normal forces cause no u, and tangential forces no w."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Convolution:
+class Convolution(SurfaceConvolution):
     """Displacements of n evenly spaced nodes per nodal force, at 0, 1 … n-1 nodes from it; each (n,), in 1/G per unit depth.
 
     along_x: u under f_x, either way. along_z: w under f_z, either way. across: u under f_z to its right, the opposite of w
@@ -45,23 +90,32 @@ class Convolution:
         object.__setattr__(self, "_symbol", symbol)
         object.__setattr__(self, "_inverse", inverse)
 
+    @property
+    def under_itself(self) -> float:
+        return float(self.along_z[0])
+
+    @property
+    def most_across(self) -> float:
+        return float(np.abs(self.across).max())
+
     def w(self, forces: Vector) -> Vector:
-        """w of all nodes, (n,), under normal forces f_z (n,)."""
         return self._on_the_circle(self._symbol, forces)
 
     def u(self, forces: Vector) -> Vector:
-        """u of all nodes, (n,), under normal forces f_z (n,)."""
         return np.asarray(scipy.linalg.matmul_toeplitz((self.across, -self.across), forces))
 
-    def window(self, nodes: int) -> Dense:
-        """Compliance [u; w] per [f_x; f_z] of this number of neighbours, (2·nodes, 2·nodes)."""
+    def window(self, nodes: Indices) -> Dense:
+        n, k = len(self.along_x), len(nodes)
+        near = self.by_distance[:, :, n - k : n + k - 1]
+        blocks = np.lib.stride_tricks.sliding_window_view(near, k, axis=-1)[..., ::-1]
+        return np.array(blocks.transpose(0, 2, 1, 3), order="C").reshape(2 * k, 2 * k)
+
+    def entries(self, rows: Indices, columns: Indices) -> Dense:
         n = len(self.along_x)
-        near = self.by_distance[:, :, n - nodes : n + nodes - 1]
-        blocks = np.lib.stride_tricks.sliding_window_view(near, nodes, axis=-1)[..., ::-1]
-        return np.array(blocks.transpose(0, 2, 1, 3), order="C").reshape(2 * nodes, 2 * nodes)
+        (moved, to), (pushed, at) = divmod(rows[:, None], n), divmod(columns, n)
+        return np.asarray(self.by_distance[moved, pushed, n - 1 + to - at])
 
     def displacements(self, forces: Dense) -> Dense:
-        """[u; w] of all nodes under nodal forces [f_x; f_z]; both (2, n)."""
         f_x, f_z = forces
         # A layer that nothing holds sideways has no number for it.
         along = scipy.linalg.matmul_toeplitz(self.along_x, f_x) if f_x.any() else 0.0
@@ -69,11 +123,9 @@ class Convolution:
         return np.array([along + sideways[:, 1], self.w(f_z) - sideways[:, 0]])
 
     def uncoupled(self) -> "Convolution":
-        """Drop the coupling: normal forces cause no u, and tangential forces no w."""
         return Convolution(self.along_x, self.along_z, np.zeros_like(self.across))
 
     def forces_about(self, w: Vector) -> Vector:
-        """Forces, (n,), that would cause these w on the circle: near the true forces, and found without a solve."""
         return self._on_the_circle(self._inverse, w)
 
     def _on_the_circle(self, symbol: Vector, values: Vector) -> Vector:
@@ -94,11 +146,11 @@ class EndlessScheme(Scheme):
         return FEWEST_NODES <= n_x <= MOST_NODES and n_x % 2 == 1
 
     @abstractmethod
-    def convolution(self, slab: Slab) -> Convolution:
+    def convolution(self, slab: Slab) -> SurfaceConvolution:
         """Displacements per force by distance. Raises InvalidInput."""
 
     def matrix(self, slab: Slab) -> Dense:
-        return self.convolution(slab).window(slab.n_x)
+        return self.convolution(slab).window(np.arange(slab.nodes))
 
 
 def mean_log(distance: NDArray[Any]) -> Vector:

@@ -1,0 +1,108 @@
+"""Compliance of planes without ends, equal everywhere: a number for each offset of two nodes, n × n, and pair of directions.
+
+Node number column·n + row: columns along x, rows along y. Shear acts along x alone.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, SurfaceConvolution
+from nanoslip.solver.slab import FEWEST_NODES
+
+Vector = NDArray[np.float64]
+Dense = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+MOST_ACROSS = 513
+"""Nodes along a side: 263,169 in all, of which those near the contact are followed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlaneConvolution(SurfaceConvolution):
+    """Displacements of n by n evenly spaced nodes per nodal force, in 1/(G·L_x).
+
+    by_offset: [[u per f_x, u per f_z], [w per f_x, w per f_z]] at -(n-1) … n-1 nodes along x, and along y, from the force,
+    (2, 2, 2n-1, 2n-1).
+    """
+
+    by_offset: Dense
+    _spectrum: NDArray[np.complex128] = field(init=False)
+    _inverse: Vector = field(init=False)
+
+    def __post_init__(self) -> None:
+        offsets = np.arange(-(self._n - 1), self._n)
+        around = scipy.fft.next_fast_len(len(offsets), real=True)
+        circle = np.zeros((2, 2, around, around))
+        circle[:, :, offsets[:, None], offsets] = self.by_offset
+        object.__setattr__(self, "_spectrum", scipy.fft.rfft2(circle))
+        object.__setattr__(self, "_inverse", 1.0 / np.abs(self._spectrum[1, 1]))
+
+    @property
+    def _n(self) -> int:
+        return int(self.by_offset.shape[-1] + 1) // 2
+
+    @property
+    def under_itself(self) -> float:
+        return float(self.by_offset[1, 1, self._n - 1, self._n - 1])
+
+    @property
+    def most_across(self) -> float:
+        return float(np.abs(self.by_offset[0, 1]).max())
+
+    def w(self, forces: Vector) -> Vector:
+        return self._on_the_circle(self._spectrum[1, 1], forces)
+
+    def u(self, forces: Vector) -> Vector:
+        return self._on_the_circle(self._spectrum[0, 1], forces)
+
+    def forces_about(self, w: Vector) -> Vector:
+        return self._on_the_circle(self._inverse, w)
+
+    def displacements(self, forces: Dense) -> Dense:
+        return self._at_nodes((self._spectrum * self._transformed(forces)).sum(axis=1))
+
+    def window(self, nodes: Indices) -> Dense:
+        both = np.concatenate((nodes, nodes + self._n**2))
+        return self.entries(both, both)
+
+    def entries(self, rows: Indices, columns: Indices) -> Dense:
+        n, offsets = self._n, self.by_offset.shape[-1]
+        # The place of an entry among all is a sum of a number for its row and one for its column.
+        (moved, to), (pushed, at) = divmod(rows, n * n), divmod(columns, n * n)
+        row = (2 * moved * offsets + to // n + n - 1) * offsets + to % n + n - 1
+        column = (pushed * offsets - at // n) * offsets - at % n
+        return np.asarray(self.by_offset.ravel().take(row[:, None] + column))
+
+    def uncoupled(self) -> "PlaneConvolution":
+        table = self.by_offset.copy()
+        table[0, 1] = table[1, 0] = 0.0
+        return PlaneConvolution(table)
+
+    def _on_the_circle(self, symbol: NDArray[Any], values: Vector) -> Vector:
+        return self._at_nodes(symbol * self._transformed(values))
+
+    def _transformed(self, values: Dense) -> NDArray[np.complex128]:
+        """Transform on the circle of values (…, n²)."""
+        around = self._spectrum.shape[-2]
+        return np.asarray(scipy.fft.rfft2(values.reshape(*values.shape[:-1], self._n, self._n), (around, around)))
+
+    def _at_nodes(self, transform: NDArray[np.complex128]) -> Dense:
+        """Values at the nodes, (…, n²), that have this transform."""
+        n, around = self._n, self._spectrum.shape[-2]
+        found = scipy.fft.irfft2(transform, (around, around))[..., :n, :n]
+        return np.ascontiguousarray(found).reshape(*found.shape[:-2], n * n)
+
+
+class PlanarScheme(EndlessScheme):
+    """A body in three dimensions with n_x by n_x surface nodes, as far apart along y as along x."""
+
+    planar = True
+    sizes = f"an odd number from {FEWEST_NODES} to {MOST_ACROSS}"
+
+    @classmethod
+    def takes(cls, n_x: int) -> bool:
+        return FEWEST_NODES <= n_x <= MOST_ACROSS and n_x % 2 == 1
