@@ -391,9 +391,6 @@ class _Reader(NamedFiles):
         ratio."""
         stated = declared(Scales)
         content = self.in_si("scales", top.get("scales", {}), {**stated, YOUNG: YOUNG_MODULUS})
-        scheme = top.get("numerics", {}).get("scheme")
-        if isinstance(scheme, str) and scheme in SCHEMES and SCHEMES[scheme].planar:
-            content.setdefault("slab_depth", content.get("slab_width", Scales().slab_width))
         if YOUNG in content:
             modulus, poisson = content.pop(YOUNG), top.get("constants", {}).get("poisson", Slab().poisson)
             if "shear_modulus" in content or "poisson" in top.get("axes", {}) or "table" in top:
@@ -403,7 +400,7 @@ class _Reader(NamedFiles):
                 self.refuse(YOUNG, modulus, wrong.need, table="scales")
             else:
                 content["shear_modulus"] = modulus / (2.0 * (1.0 + poisson))
-        return Scales(**self.checked("scales", content, Scales, field_names(Scales)))
+        return Scales(**self.checked("scales", _with_depth(top, content), Scales, field_names(Scales)))
 
     def _top(self, document: dict[str, Any]) -> dict[str, Any]:
         """Top-level entries of the file with a known key and the right type; the others are refused."""
@@ -585,6 +582,13 @@ def _load_in_newton(constants: Columns, axes: Columns, scales: Scales) -> float:
 
 def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
     return {name: values[0] for name, values in columns.items() if values}
+
+
+def _with_depth(top: Mapping[str, Any], scales: dict[str, Any]) -> dict[str, Any]:
+    """Scales with the depth of a plane of nodes, which is a square, where none is given."""
+    scheme = top.get("numerics", {}).get("scheme")
+    planar = isinstance(scheme, str) and scheme in SCHEMES and SCHEMES[scheme].planar
+    return {"slab_depth": scales.get("slab_width", Scales().slab_width), **scales} if planar else scales
 
 
 # The effects that a manifest switches on and off: what is left out where one is off, and combinations that are refused.

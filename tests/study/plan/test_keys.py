@@ -28,6 +28,7 @@ BASES = {
     "punch": Case(pin="flat_punch"),
     "paper's scheme": Case(slab=Slab(scheme="biquadratic")),
     "half-plane": Case(slab=Slab(scheme="half_plane")),
+    "half-space": Case(slab=Slab(scheme="half_space")),
     "chain": Case(slab=Slab(scheme="chain")),
     "without coupling": Case(effects=Effects(coupling=False)),
     "without limits of events": Case(max_events=None, max_spacings=2.0),
@@ -188,9 +189,9 @@ def test_scales_matter_to_a_drive_by_its_dimensionless_numbers_only():
 
 def test_parameters_without_effect_are_named_as_a_campaign_names_them():
     always = {"loads", "measured_loads", *declared(LoadPath)}
-    assert without_effect(Case()) == {"half_width", "distribution", "seed", *always}
+    assert without_effect(Case()) == {"half_width", "start_y", "distribution", "seed", *always}
     punch = without_effect(Case(pin="flat_punch", heterogeneity=Heterogeneity(spread=0.1)))
-    assert punch == {"radius", *always}
+    assert punch == {"radius", "start_y", *always}
     assert "cycles" in without_effect(Case(path=LoadPath(slid=1.0)))
     assert not without_effect(Case(path=LoadPath(amplitude=1.0))) & {*declared(LoadPath)}
     uncoupled = without_effect(Case(effects=Effects(coupling=False)), OF_CONTACT)
