@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import nanoslip
+from nanoslip.solver.parameter import in_measure
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.variables import Described, rows
@@ -34,7 +35,7 @@ def tables_of_keys() -> Iterator[tuple[str, str]]:
 
 def _key(key: Key) -> Row:
     stated = key.stated
-    meaning = f"`{key.only}`: {stated.meaning}" if key.only else stated.meaning
+    meaning = f"`{key.only}`: {stated.long_name}" if key.only else stated.long_name
     meaning += f" ({stated.symbol})" * bool(stated.symbol) + f"; {stated.comment}" * bool(stated.comment)
     meaning += f" [{stated.unit}]" * (stated.unit not in ("", "1"))
     default = key.default if key.default in ("none", "needed") else f"`{key.default}` {key.unless}".strip()
@@ -75,7 +76,7 @@ def _marked(row: Row) -> Row:
 
 
 def _variable(each: Described) -> Row:
-    meaning = each.meaning + (f" ({each.symbol})" if each.symbol else "")
+    meaning = in_measure(each.meaning, each.measure) + (f" ({each.symbol})" if each.symbol else "")
     values = ", ".join(f"`{value}`" for value in each.values)
     remark = "; ".join(filter(None, (values, each.comment, "has a ±" if each.uncertainty else "")))
     return f"`{each.name}`", meaning, each.units, each.dims, remark

@@ -141,12 +141,13 @@ class Heterogeneity:
     roughness: Roughness = parameter(
         (),
         table="heterogeneity",
-        meaning="points (ξ, height) of the pin's roughness, in L_x",
+        meaning="points (ξ, height) of the pin's roughness",
         comment='as an axis a list of files, in which "none" is a smooth pin',
         columns=("xi", "height"),
         least=-FARTHEST_POINT,
         most=FARTHEST_POINT,
         need=f'|ξ| and |height| up to {FARTHEST_POINT:g} L_x; columns of a file in nm need x = "nm", z = "nm"',
+        measure="L_x",
     )
 
     def __post_init__(self) -> None:
@@ -227,32 +228,35 @@ class Case:
     radius: float = parameter(
         200.0,
         table="constants",
-        meaning="radius of the pin, in L_x",
+        meaning="radius of the pin",
         symbol="R/L_x",
         least=1e-12,
         most=1e24,
         scale="slab_width",
+        measure="L_x",
     )
     normal_load: float = parameter(
         1e-3,
         table="constants",
-        meaning="normal force, in G·L_x·L_y",
+        meaning="normal force",
         symbol="W/(G·L_x·L_y)",
         least=1e-30,
         most=1.0,
         note=" (at 1 the mean stress is G)",
         scale="force",
+        measure="G·L_x·L_y",
     )
     slab: Slab = field(default_factory=Slab)
     pin: PinShape = parameter("parabola", table="constants", meaning="shape of the pin", unit="")
     half_width: float = parameter(
         0.25,
         table="constants",
-        meaning="half-width of a flat punch, in L_x",
+        meaning="half-width of a flat punch",
         symbol="a/L_x",
         above=0.0,
         most=0.5,
         scale="slab_width",
+        measure="L_x",
     )
     initial_contact: InitialContact = parameter(
         "stick",
@@ -265,11 +269,12 @@ class Case:
     start: float = parameter(
         0.0,
         table="numerics",
-        meaning="start of the pin, in node spacings",
+        meaning="start of the pin",
         comment="pin position right of the slab's middle node",
         least=0.0,
         most=1.0,
         note=" (node spacings)",
+        measure="node spacings",
     )
     start_y: float = parameter(
         0.0,
@@ -292,20 +297,22 @@ class Case:
         None,
         table="limits",
         word="displacement",
-        meaning="longest displacement of a record, in L_x",
+        meaning="longest displacement of a record",
         above=0.0,
         scale="slab_width",
+        measure="L_x",
     )
     max_presliding: float | None = parameter(
         None,
         table="limits",
         word="presliding",
-        meaning="longest record, in presliding lengths",
+        meaning="longest record",
         comment="one is μ_i·W/K, the displacement at which a fully stuck contact reaches μ_i·W",
         above=0.0,
+        measure="presliding lengths",
     )
     max_spacings: float | None = parameter(
-        None, table="limits", word="spacings", meaning="longest record, in node spacings", above=0.0
+        None, table="limits", word="spacings", meaning="longest record", above=0.0, measure="node spacings"
     )
     spacing_events: int | None = parameter(
         None,

@@ -42,16 +42,23 @@ _SHARED: Final = {
 _KEY: Final = "quantity"
 
 
+def in_measure(meaning: str, measure: str) -> str:
+    """Meaning of a number with its unit, as a label: `mean step per event, in L_x`."""
+    return f"{meaning}, in {measure}" if measure else meaning
+
+
 @dataclass(frozen=True, slots=True)
 class Quantity:
     """Variable of a dataset: a result's number in the solver's units, scaled by the unit in `per`."""
 
     name: str
-    long_name: str
-    """Name short enough for the label of an axis, with its unit if that has no SI symbol."""
+    meaning: str
+    """Name short enough for the label of an axis."""
     units: str = "1"
     per: str = ""
     """One of SCALED."""
+    measure: str = ""
+    """Unit of a number without SI unit, as L_x; empty of pure numbers."""
     ensemble: bool = False
     """True if its mean over the members of an ensemble has an uncertainty and a count of the members with a value."""
     shared: Literal["", "plateau", "nodes"] = ""
@@ -81,7 +88,12 @@ class Quantity:
 
     def __post_init__(self) -> None:
         if self.per not in SCALED:
-            raise ValueError(f"per = {self.per!r} of {self.name or self.long_name}: needs one of {SCALED}")
+            raise ValueError(f"per = {self.per!r} of {self.name or self.meaning}: needs one of {SCALED}")
+
+    @property
+    def long_name(self) -> str:
+        """Meaning, with the measure."""
+        return in_measure(self.meaning, self.measure)
 
     @property
     def uncertainty(self) -> str:
@@ -115,24 +127,14 @@ class Quantity:
         """Companion variables: its ± and the count of members with a value; of words the count of members with each."""
         if not self.ensemble:
             return tuple(self.counts().values())
-        half = f"± of {self.long_name}"
-        return (
-            Quantity(self.uncertainty, half, self.units, self.per, comment=PLUS_MINUS),
+        half, unit = f"± of {self.meaning}", (self.units, self.per, self.measure)
+        found = (
+            Quantity(self.uncertainty, half, *unit, comment=PLUS_MINUS),
             Quantity(self.members, f"members that have {self.name}"),
-            *(
-                (
-                    Quantity(
-                        self.shared_error,
-                        f"shared part of the {half}",
-                        self.units,
-                        self.per,
-                        comment=_SHARED[self.shared],
-                    ),
-                )
-                if self.shared
-                else ()
-            ),
         )
+        if not self.shared:
+            return found
+        return (*found, Quantity(self.shared_error, f"shared part of the {half}", *unit, comment=_SHARED[self.shared]))
 
 
 def quantity(meaning: str, name: str = "", units: str = "1", **more: Any) -> Any:
@@ -207,6 +209,8 @@ class Parameter:
     word: str = ""
     """Key in a campaign file, if that is not the field's name."""
     unit: str = "1"
+    measure: str = ""
+    """Unit of a number without SI unit, as L_x; empty of pure numbers."""
     comment: str = ""
     """Full explanation, in sentences."""
     symbol: str = ""
@@ -229,6 +233,11 @@ class Parameter:
     """The scale (a method or property of `Scales`) that its value in SI is a multiple of."""
     si: Any = None
     """Default of a drive in SI, if that is not the field's own."""
+
+    @property
+    def long_name(self) -> str:
+        """Meaning, with the measure."""
+        return in_measure(self.meaning, self.measure)
 
     def holds(self, number: float) -> bool:
         """True if a number is in bounds."""

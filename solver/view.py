@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import Quantity, attributes, quantities
+from nanoslip.solver.parameter import Quantity, attributes, in_measure, quantities
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -121,7 +121,7 @@ def as_dataset(numbers: Iterable[Labelled], factors: Mapping[str, float], outcom
     for quantity, number in numbers:
         told = attributes(quantity)
         if quantity.per and quantity.per not in factors:
-            told |= {"units": "1", "long_name": f"{quantity.long_name}, in {OWN_UNITS[quantity.per]}"}
+            told |= {"units": "1", "long_name": in_measure(quantity.meaning, OWN_UNITS[quantity.per])}
         scaled = number * factors.get(quantity.per, 1.0) if quantity.per else number
         kinds[quantity.coordinate][quantity.name] = ((quantity.along,) if quantity.along else (), scaled, told)
     ended = {"outcome": str(outcome.ending), "message": outcome.message} if outcome else {}

@@ -64,7 +64,7 @@ class Winkler(Scheme):
 
     name = "winkler"
     bed_modulus: float = parameter(
-        1.0, table="numerics", meaning="stiffness of the springs per length, in G", above=0.0
+        1.0, table="numerics", meaning="stiffness of the springs per length", measure="G", above=0.0
     )
 
     def __post_init__(self) -> None:
@@ -91,7 +91,10 @@ def test_a_scheme(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
         found.surface_stiffness.values.ravel() / found.initial_contact_size.values.ravel(), [1 / 16, 1 / 8]
     )
     assert "bed_modulus" in scalar_table(found).header
-    assert describe("bed_modulus").meaning == "stiffness of the springs per length, in G"
+    assert (describe("bed_modulus").meaning, describe("bed_modulus").measure) == (
+        "stiffness of the springs per length",
+        "G",
+    )
     with pytest.raises(ManifestError, match=r"axes\.bed_modulus\[1\] = 0\.0: needs bed_modulus > 0"):
         campaign(lines.replace("2.0]", "0.0]"))
     with pytest.raises(ManifestError, match=r"numerics\.rows = 4: needs scheme = \"biquadratic\""):

@@ -24,7 +24,9 @@ def at_node(meaning: str, name: str, **more: Any) -> Any:
     return quantity(meaning, name, along="contact_node", **more)
 
 
-NODE_X: Final = Quantity("x", "x from the slab's middle, in L_x", coordinate=True, symbol="x/L_x", along="contact_node")
+NODE_X: Final = Quantity(
+    "x", "x from the slab's middle", coordinate=True, symbol="x/L_x", along="contact_node", measure="L_x"
+)
 """The places of surface nodes."""
 NODE_Y: Final = Quantity("y", "y from the slab's middle, in L_x", coordinate=True, symbol="y/L_x", along="contact_node")
 """Their places across the drag, 0 in plane strain."""
@@ -44,15 +46,16 @@ class ContactState(Viewed):
     nodal_force: NDArray[np.float64]
     displacement: float
     outcome: Outcome
-    pressure: Vector = at_node("pressure, in W/(L_x·L_y)", "pressure", symbol="p", per="contact_load")
-    shear: Vector = at_node("shear traction, in W/(L_x·L_y)", "shear", symbol="q", per="contact_load")
-    slip: Vector = at_node("slip of the node, in L_x", "slip", symbol="s/L_x")
-    gap: Vector = at_node("gap between slab and pin, in L_x", "gap")
+    pressure: Vector = at_node("pressure", "pressure", symbol="p", per="contact_load", measure="W/(L_x·L_y)")
+    shear: Vector = at_node("shear traction", "shear", symbol="q", per="contact_load", measure="W/(L_x·L_y)")
+    slip: Vector = at_node("slip of the node", "slip", symbol="s/L_x", measure="L_x")
+    gap: Vector = at_node("gap between slab and pin", "gap", measure="L_x")
     approach: float = quantity(
-        "approach of the pin, in L_x",
+        "approach of the pin",
         ensemble=True,
         of_grid=True,
         comment="depth of its lowest point below the undeformed surface at initial contact",
+        measure="L_x",
     )
     slips: int = quantity("node slips of initial contact", "initial_slips")
     first_node: int = 0
@@ -114,20 +117,22 @@ class ContactSummary:
 
     contact_size: int = quantity("nodes in contact after initial contact", "initial_contact_size")
     mean_pressure: float = quantity(
-        "mean pressure, in W/(L_x·L_y)",
+        "mean pressure",
         symbol="p",
         per="contact_load",
         ensemble=True,
         of_grid=True,
         comment="after initial contact: the load over the contact's width",
+        measure="W/(L_x·L_y)",
     )
     maximum_pressure: float = quantity(
-        "largest pressure, in W/(L_x·L_y)",
+        "largest pressure",
         symbol="p",
         per="contact_load",
         ensemble=True,
         of_grid=True,
         comment="after initial contact",
+        measure="W/(L_x·L_y)",
     )
     friction_force: float = quantity(
         "F/W after initial contact",

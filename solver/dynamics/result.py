@@ -75,7 +75,7 @@ class DynamicsResult(OneLine):
     """(256,) mean friction force in equal stretches of time: that of spring and damper, less by the change of momentum."""
     spring_force_range: float
     """Largest less least spring force in the second half of the time, in G·L_x·L_y."""
-    friction_work: float = quantity("work against friction, in W·L_x", per="normal_load")
+    friction_work: float = quantity("work against friction", per="normal_load", measure="W·L_x")
     """∫F dx: what friction took, the energy still stored in the elastic contact included."""
     stick_velocity: float = quantity(
         "velocity of a stuck pin",

@@ -23,16 +23,21 @@ class InteriorFields:
     x from the slab's middle, z ≤ 0 from the undeformed surface; u, w in L_x; stresses in G, tension positive.
     """
 
-    x: Vector = inside("x from the slab's middle, in L_x", "x", coordinate=True, symbol="x/L_x")
+    x: Vector = inside("x from the slab's middle", "x", coordinate=True, symbol="x/L_x", measure="L_x")
     z: Vector = inside(
-        "z above the surface, in L_x",
+        "z above the surface",
         "z",
         coordinate=True,
         symbol="z/L_x",
         comment="from the undeformed surface: 0 or less",
+        measure="L_x",
     )
-    u: Vector = inside("displacement to the right, in L_x", "u", symbol="u/L_x")
-    w: Vector = inside("displacement upwards, in L_x", "w", symbol="w/L_x")
-    stress_xx: Vector = inside("normal stress along x, in W/(L_x·L_y)", "stress_xx", symbol="σ_xx", per="contact_load")
-    stress_zz: Vector = inside("normal stress along z, in W/(L_x·L_y)", "stress_zz", symbol="σ_zz", per="contact_load")
-    stress_xz: Vector = inside("shear stress, in W/(L_x·L_y)", "stress_xz", symbol="σ_xz", per="contact_load")
+    u: Vector = inside("displacement to the right", "u", symbol="u/L_x", measure="L_x")
+    w: Vector = inside("displacement upwards", "w", symbol="w/L_x", measure="L_x")
+    stress_xx: Vector = inside(
+        "normal stress along x", "stress_xx", symbol="σ_xx", per="contact_load", measure="W/(L_x·L_y)"
+    )
+    stress_zz: Vector = inside(
+        "normal stress along z", "stress_zz", symbol="σ_zz", per="contact_load", measure="W/(L_x·L_y)"
+    )
+    stress_xz: Vector = inside("shear stress", "stress_xz", symbol="σ_xz", per="contact_load", measure="W/(L_x·L_y)")

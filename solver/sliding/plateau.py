@@ -52,12 +52,16 @@ class Plateau(Viewed):
             comment="plateau_mean over intrinsic_friction; NaN where that is 0 or infinite",
         ),
     )
-    spacings: float = quantity("length of the plateau, in node spacings", comment="of the steady part of the record")
+    spacings: float = quantity(
+        "length of the plateau", comment="of the steady part of the record", measure="node spacings"
+    )
     std: float = quantity(
         "standard deviation on the plateau", comment="of F/W over displacement, on the steady part of the record"
     )
-    start: float = quantity("start of the plateau, in L_x", comment="pin displacement where the steady part starts")
-    end: float = quantity("end of the plateau, in L_x", comment="pin displacement where the steady part ends")
+    start: float = quantity(
+        "start of the plateau", comment="pin displacement where the steady part starts", measure="L_x"
+    )
+    end: float = quantity("end of the plateau", comment="pin displacement where the steady part ends", measure="L_x")
     drift: float = math.nan
     outcome: Outcome = COMPLETED
 

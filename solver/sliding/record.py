@@ -44,7 +44,7 @@ class FrictionRecord(Viewed):
     """
 
     displacement: NDArray[np.float64] = quantity(
-        "pin displacement, in L_x", along="event", coordinate=True, symbol="δ_p/L_x"
+        "pin displacement", along="event", coordinate=True, symbol="δ_p/L_x", measure="L_x"
     )
     """Increasing."""
     force_before: NDArray[np.float64] = event(
@@ -62,7 +62,11 @@ class FrictionRecord(Viewed):
         comment="friction force over load when the cascade is over",
     )
     stiffness: NDArray[np.float64] = event(
-        "stiffness after the event, in G·L_y", "stiffness", symbol="dF/dδ_p", comment="from this event to the next"
+        "stiffness after the event",
+        "stiffness",
+        symbol="dF/dδ_p",
+        comment="from this event to the next",
+        measure="G·L_y",
     )
     kind: NDArray[np.int8] = event("trigger of the event", "kind", codes=EVENT_KINDS, dtype=np.int8)
     """Position in `EVENT_KINDS`."""
@@ -75,8 +79,12 @@ class FrictionRecord(Viewed):
     contact_size: NDArray[np.int32] = event("nodes in contact after the event", "contact_size", dtype=np.int32)
     extent: NDArray[np.int32] = event("nodes that slip in the cascade", "extent", dtype=np.int32)
     """Each counted once. They need not be neighbours, as shear reaches far through the slab."""
-    dissipated: NDArray[np.float64] = event("energy lost in the event, in W·L_x", "dissipated", per="normal_load")
-    node_x: NDArray[np.float64] = at_node("position of the surface node, in L_x", "x", symbol="x/L_x", coordinate=True)
+    dissipated: NDArray[np.float64] = event(
+        "energy lost in the event", "dissipated", per="normal_load", measure="W·L_x"
+    )
+    node_x: NDArray[np.float64] = at_node(
+        "position of the surface node", "x", symbol="x/L_x", coordinate=True, measure="L_x"
+    )
     """Positions (n_x,), as is the next; a surface without ends has one more for each new node that the pin has reached."""
     node_slips: NDArray[np.int64] = at_node("slips of the surface node in all events", "slips", dtype=np.int64)
     normal_load: float
@@ -94,7 +102,7 @@ class FrictionRecord(Viewed):
         comment="friction force over load",
     )
     initial_stiffness: float = quantity(
-        "initial stiffness, in G·L_y", of_grid=True, comment="dF/dδ_p before the first event"
+        "initial stiffness", of_grid=True, comment="dF/dδ_p before the first event", measure="G·L_y"
     )
     initial_slips: int = quantity("node slips of initial contact")
     initial_contact_size: int = quantity("nodes in contact after initial contact")
@@ -102,10 +110,11 @@ class FrictionRecord(Viewed):
         "end nodes of the surface in contact", comment="0 to 2, where the record begins or where it ends"
     )
     final_displacement: float = quantity(
-        "displacement at the end, in L_x",
+        "displacement at the end",
         symbol="δ_p/L_x",
         comment="pin displacement where the record ends",
         si=Quantity("", "displacement at the end", "m", "length"),
+        measure="L_x",
     )
     """The last event, or the displacement limit."""
     final_force: float = quantity(

@@ -56,7 +56,7 @@ class EventSizes(Viewed):
     """Fall of F/W; rises are 0."""
     energy: Vector = as_field(replace(_OF_RECORD["dissipated"], per=""))
     """Energy lost."""
-    step: Vector = event("displacement to the next event, in L_x", "step")
+    step: Vector = event("displacement to the next event", "step", measure="L_x")
     """Displacement to the next event; NaN of the last."""
 
     def _facts(self) -> Iterator[str]:

@@ -32,29 +32,31 @@ class EventStatistics(Labels):
         comment="friction force over load, of the whole record; NaN where the pin has not moved",
     )
     surface_stiffness: float = quantity(
-        "lateral stiffness, in G·L_y",
+        "lateral stiffness",
         ensemble=True,
         shared="nodes",
         of_grid=True,
         symbol="K",
         comment="of the contact before it slides (Eq. 15)",
         si=Quantity("", "lateral stiffness", "N m-1", "stiffness", symbol="K"),
+        measure="G·L_y",
     )
     events: int = quantity("events of the record")
     spacings: float = quantity(
-        "length of the record, in node spacings", "record_spacings", comment="the surface repeats each spacing"
+        "length of the record", "record_spacings", comment="the surface repeats each spacing", measure="node spacings"
     )
     presliding_lengths: float = quantity(
-        "record's length, in presliding lengths",
+        "record's length",
         "record_presliding_lengths",
         comment="of μ_i·W/K; run-in takes one and a half; infinite without friction",
+        measure="presliding lengths",
     )
     cycle_events: int = quantity(
         "events of the cycle at the end",
         comment="period with which the end of the record repeats exactly; 0: no period",
     )
     cycle_spacings: float = quantity(
-        "length of that cycle, in node spacings", comment="how far the pin moves in a cycle of cycle_events"
+        "length of that cycle", comment="how far the pin moves in a cycle of cycle_events", measure="node spacings"
     )
     """0 without one."""
     slips: int = quantity("events triggered by a slip")
@@ -64,14 +66,15 @@ class EventStatistics(Labels):
     cascade_releases: int = quantity("nodes that left contact in the record")
     cascade_touches: int = quantity("nodes that touched in the record")
     mean_step: float = quantity(
-        "mean step per event, in L_x",
+        "mean step per event",
         ensemble=True,
         comment="pin displacement from one event to the next",
         si=Quantity("", "mean step per event", "m", "length"),
+        measure="L_x",
     )
     mean_slips: float = quantity("mean number of node slips per event")
     mean_drop: float = quantity("mean drop of F/W per event", ensemble=True)
-    dissipated: float = quantity("energy lost in all events, in W·L_x", "dissipated_energy", per="normal_load")
+    dissipated: float = quantity("energy lost in all events", "dissipated_energy", per="normal_load", measure="W·L_x")
     """Energy in G·L_x²·L_y here."""
 
     def _facts(self) -> Iterator[str]:

@@ -139,12 +139,13 @@ class Validity:
         flags=tuple(_NAME_OF_BIT.get(1 << bit, "") for bit in range(FLAGS[-1].mask.bit_length())),
     )
     contact_half_width: float = quantity(
-        "half-width of the contact, in L_x",
+        "half-width of the contact",
         symbol="a/L_x",
         ensemble=True,
         of_grid=True,
         comment="after initial contact: half of the contact's width, without gaps in it; its edges are where the "
         "square of pressure, drawn through the last two nodes, is zero",
+        measure="L_x",
     )
 
 

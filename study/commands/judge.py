@@ -255,7 +255,7 @@ def describe_variables(name: str | None, as_json: bool) -> None:
         more = {"key": key.place, "allowed": key.allowed, "default": key.default, "example": key.example} if key else {}
         print_json([{**asdict(one), **more} for one in found] or [{"name": name, **more}])
     elif name is None:
-        cells = tuple((one.name, one.units, one.meaning) for one in found)
+        cells = tuple((one.name, one.measure or one.units, one.meaning) for one in found)
         print_table(Table(("variable", "unit", "meaning"), cells, labels=2))
     else:
         texts = [text_of(one) for one in found if key is None or one.name != key.name]

@@ -20,7 +20,7 @@ from numpy.typing import DTypeLike, NDArray
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import GRID_ERROR, Quantity, attributes, quantities
+from nanoslip.solver.parameter import GRID_ERROR, Quantity, attributes, in_measure, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.solver.view import ROUNDING
@@ -182,7 +182,7 @@ def parameters() -> dict[str, Quantity]:
     """The coordinates of a dataset by name: every parameter of cases and drives but files."""
     stated = {**parameters_of_a_case(), **drive_parameters()}
     return {
-        name: Quantity(name, each.meaning, each.unit, symbol=each.symbol, comment=each.comment)
+        name: Quantity(name, each.meaning, each.unit, measure=each.measure, symbol=each.symbol, comment=each.comment)
         for name, each in stated.items()
         if not (each.columns or each.listed)
     }
@@ -216,6 +216,8 @@ class Described:
     dims: str
     """Dimensions; `cases` are the dimensions of the cases."""
     units: str
+    measure: str
+    """Unit of a number without SI unit; empty of pure numbers."""
     meaning: str
     """Short enough for the label of an axis."""
     symbol: str
@@ -266,7 +268,7 @@ def by_name() -> dict[str, Described]:
 def text_of(variable: Described) -> str:
     """Description of a variable, line by line."""
     facts = {
-        "meaning": variable.meaning,
+        "meaning": in_measure(variable.meaning, variable.measure),
         "symbol": variable.symbol,
         "along": variable.dims,
         "unit": variable.units,
@@ -318,8 +320,9 @@ _GROUP = "group "
 def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Described]:
     for each in quantities:
         values = tuple(filter(None, each.flags)) or each.codes or each.words
-        facts = ("" if each.words else each.units, each.long_name, each.symbol, each.uncertainty, each.comment, values)
-        yield Described(each.name, group, dims, *facts)
+        units = "" if each.words else each.units
+        facts = (each.measure, each.meaning, each.symbol, each.uncertainty, each.comment, values)
+        yield Described(each.name, group, dims, units, *facts)
 
 
 # Of how many members the numbers of a dataset are, as not all members of an ensemble have each.

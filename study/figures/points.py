@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.solver.parameter import SHARED_ERROR
+from nanoslip.solver.parameter import SHARED_ERROR, in_measure
 from nanoslip.solver.sliding.validity import DOUBTFUL
 from nanoslip.study.dataset.access import Places, Selection, places
 from nanoslip.study.dataset.variables import (
@@ -38,7 +38,7 @@ LETTERS: Final = 3
 
 def description_of(name: str) -> Described:
     """Declaration of a variable; only its name without one."""
-    return by_name().get(name) or Described(name, "", "", "1", name, "", "", "", ())
+    return by_name().get(name) or Described(name, "", "", "1", "", name, "", "", "", ())
 
 
 def symbol(name: str) -> str:
@@ -49,12 +49,11 @@ def symbol(name: str) -> str:
 def label(name: str, over: str = "") -> str:
     """Axis label of a variable or its ratio to another: meaning, symbol, unit; for a ratio, the unit of the numerator."""
     found = description_of(name)
-    meaning, comma, measure = found.meaning.partition(", in ")
-    sign = f" {found.symbol}" if found.symbol not in meaning else ""
-    measured = "" if "/" in sign else comma + measure
+    sign = f" {found.symbol}" if found.symbol not in found.meaning else ""
+    measure = "" if "/" in sign else found.measure
     if over:
-        return f"{in_unit(meaning + sign, name)} over {short(over)}{measured}"
-    return in_unit(meaning + measured + sign, name)
+        return in_measure(f"{in_unit(found.meaning + sign, name)} over {short(over)}", measure)
+    return in_unit(in_measure(found.meaning, measure) + sign, name)
 
 
 def short(name: str) -> str:

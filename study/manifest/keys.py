@@ -89,7 +89,7 @@ def text_of(key: Key) -> str:
     """A key in full, line by line."""
     stated = key.stated
     facts = {
-        "meaning": stated.meaning,
+        "meaning": stated.long_name,
         "symbol": stated.symbol,
         "unit": stated.unit,
         "key": key.place,
@@ -106,7 +106,7 @@ def text_of_table(name: str) -> str:
     name = name.strip("[]")
     table = "drives" if name == "drive_axes" else name
     own = (key for key in keys() if (key.word in axes() if table == "axes" else table and key.table == table))
-    lines = [f"{key.word}: {key.stated.meaning}" for key in own]
+    lines = [f"{key.word}: {key.stated.long_name}" for key in own]
     return "\n  ".join([f"[{name}]", *lines]) if lines else ""
 
 

@@ -156,12 +156,10 @@ def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
 
 
 def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
-    """Meaning and unit of a number, in SI or in the unit that its meaning names."""
-    meaning, unit = str(each.attrs.get("long_name", each.name)), readable(str(each.attrs.get("units", "1")))
-    if unit:
-        return meaning, unit
-    head, _, own = meaning.partition(", in ")
-    return head, own
+    """Meaning and unit of a number as it is declared, else as the dataset states them."""
+    if known := variables.by_name().get(str(each.name)):
+        return known.meaning, known.measure or readable(known.units)
+    return str(each.attrs.get("long_name", each.name)), readable(str(each.attrs.get("units", "1")))
 
 
 MOST_ROWS: Final = 500

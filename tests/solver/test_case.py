@@ -63,7 +63,7 @@ class Fruit(Sweet):
 class Made:
     plain: float = quantity("a number")
     called: float = quantity("another", "its_own_name", "m", per="length", ensemble=True)
-    with_twin: float = quantity("a length, in L_x", si=of.Quantity("", "a length", "m", "length"))
+    with_twin: float = quantity("a length", measure="L_x", si=of.Quantity("", "a length", "m", "length"))
     undeclared: float
 
 

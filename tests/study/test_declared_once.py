@@ -32,7 +32,8 @@ class LongestStep(EventStatistics):
     """The statistics, and one more of them."""
 
     longest_step: float = quantity(
-        "longest way between two events, in L_x",
+        "longest way between two events",
+        measure="L_x",
         ensemble=True,
         si=Quantity("", "longest way between two events", "m", "length"),
     )

@@ -47,10 +47,11 @@ class Chain(Scheme):
     leaf_stiffness: float = parameter(
         0.8,
         table="numerics",
-        meaning="leaf springs of a chain, in G/L_x",
+        meaning="leaf springs of a chain",
         comment="stiffness per length of surface",
         least=1e-6,
         most=1e6,
+        measure="G/L_x",
     )
     coupling_stiffness: float = parameter(
         30.0,
@@ -64,10 +65,11 @@ class Chain(Scheme):
     foundation_stiffness: float = parameter(
         12.0,
         table="numerics",
-        meaning="foundation springs of a chain, in G/L_x",
+        meaning="foundation springs of a chain",
         comment="stiffness per length of surface of the springs under the blocks",
         least=1e-6,
         most=1e6,
+        measure="G/L_x",
     )
 
     def __post_init__(self) -> None:

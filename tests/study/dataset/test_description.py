@@ -5,6 +5,7 @@ from dataclasses import fields
 import pytest
 import xarray as xr
 
+from nanoslip.solver.parameter import in_measure
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.collect import collect
@@ -58,7 +59,7 @@ def test_every_number_of_a_record_but_its_settings_is_declared() -> None:
 def test_every_variable_of_a_dataset_is_described_as_it_describes_itself(dataset: xr.Dataset) -> None:
     for name, variable in flattened(dataset).items():
         row, attributes = row_of(name), variable.attrs
-        assert row.meaning == attributes["long_name"], name
+        assert in_measure(row.meaning, row.measure) == attributes["long_name"], name
         beside = attributes.get("ancillary_variables", "").split()
         assert row.uncertainty == next((each for each in beside if each.endswith("_uncertainty")), ""), name
         told = {"units": row.units, "symbol": row.symbol, "comment": row.comment}
