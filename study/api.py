@@ -2,7 +2,7 @@
 
 import os
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from functools import partial
 from pathlib import Path
@@ -28,11 +28,10 @@ from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import files_named_in, load_manifest, parse_manifest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import console
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, StoreError
-from nanoslip.study.run.campaign import compute_plan
+from nanoslip.study.run.campaign import Rest, compute
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import Measured, Report
 from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm, sharing
@@ -127,14 +126,13 @@ def run(
         if not farm.root:
             return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
-        again = {"recompute_foreign": recompute_foreign, "retry": retry}
-        show, journal = partial(_shown, progress), Journal(folder, "nanoslip.run")
-        store, failed = compute_plan(farm, plan, lease, show, journal, partial(_warn, 5), **again)
-        if failed:
+        show, warn, journal = partial(_shown, progress), partial(_warn, 5), Journal(folder, "nanoslip.run")
+        ended = compute(farm, plan, journal, lease, show, warn, recompute_foreign=recompute_foreign, retry=retry)
+        if failed := ended.failed + ended.given_up:
             _warn(3, f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)")
         path = folder / file.FILE
-        file.write(collect(plan, store), path)
-        store.prepare()  # sets aside what could not be read
+        file.write(collect(plan, ended.store), path)
+        ended.store.prepare()  # sets aside what could not be read
         if out is not None:
             return file.read(path)
         with file.read(path) as opened:
@@ -194,7 +192,7 @@ def fit(
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         show, warn = partial(_shown, progress), partial(_warn, 4)
         return question.answer(
-            lambda plan: compute_plan(farm, plan, lease, show, Journal(folder), warn)[0], folder, points, holes
+            lambda plan: compute(farm, plan, Journal(folder), lease, show, warn).store, folder, points, holes
         )
 
 
@@ -276,11 +274,9 @@ def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
     return ProcessFarm(agents)
 
 
-def _shown(
-    progress: bool | None, tasks: Sequence[Task], processes: int, measured: Measured
-) -> AbstractContextManager[Report]:
+def _shown(progress: bool | None, rest: Rest, processes: int, measured: Measured) -> AbstractContextManager[Report]:
     """Show progress if requested, or if standard error is a terminal."""
-    errors = console(stderr=True)
+    errors, tasks = console(stderr=True), rest.left.tasks
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
     if watched if progress is None else progress:
         return open_progress(tasks, errors, processes, measured)

@@ -31,7 +31,7 @@ from nanoslip.study.plan.plan import out_of_reach
 from nanoslip.study.report.console import Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, Store, write_files
-from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_plan
+from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.farm import Farm, open_farm
 from nanoslip.study.run.journal import Journal, measured_in
@@ -204,15 +204,15 @@ def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
         expected = {without_numbers(line): line for plan in plans for line in out_of_reach(plan)}
         print_sentences(expected.values(), stderr=True)
 
-    def progress(tasks: Any, processes: int, measured: Any) -> Any:
-        if not tasks:
+    def progress(rest: Rest, processes: int, measured: Any) -> Any:
+        if not (tasks := rest.left.tasks):
             return nullcontext(lambda *_: None)
         warn(f"{question.manifest.title}: {counted(len(tasks), 'task')} of new points, {processes} {farm.unit}")
         return open_progress(tasks, console(stderr=True), processes, measured)
 
     with Lease(out, farm.interruption.request) as lease:
         return question.answer(
-            lambda plan: compute_plan(farm, plan, lease, progress, Journal(out), warn)[0], out, points, holes
+            lambda plan: compute(farm, plan, Journal(out), lease, progress, warn).store, out, points, holes
         )
 
 

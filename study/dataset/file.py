@@ -16,7 +16,6 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.study.dataset.content import problem_of
 from nanoslip.study.dataset.texts import TEXTS, Table, are_stored, are_texts, as_group, decoded, encoded, table_of
 from nanoslip.study.results.files import NO_FILE, write_to, written_whole
 from nanoslip.study.results.store import StoreError
@@ -259,6 +258,8 @@ def read(path: Path) -> xr.Dataset:
     if problem := _other_format(root.attrs):
         root.close()
         raise OtherFormatError(f"{path}: {problem}")
+    from nanoslip.study.dataset.content import problem_of  # noqa: PLC0415  a run writes its file and reads none
+
     if problem := problem_of({"": root, **groups}):
         root.close()
         raise StoreError(f"{path}: {problem}")

@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass, replace
 from itertools import accumulate
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Final, NamedTuple, TypeVar
 
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
@@ -16,6 +16,7 @@ from nanoslip.study.plan.task import Task
 from nanoslip.study.results.files import looks
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
+from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.dispatch import Done, Measured, Report, Tally, Watch
 from nanoslip.study.run.executor import Left, drop_intermediates, given_up, left
 from nanoslip.study.run.farm import Farm
@@ -117,17 +118,53 @@ Warn = Callable[[str], object]
 class Rest:
     """Remaining tasks of a campaign, or of a shard of it."""
 
-    plan: Plan
-    store: Store
-    """Store of its results: a shard's is a folder in the campaign's."""
-    out: Path
-    """The campaign's folder."""
     left: Left
     foreign: Mapping[str, Origins]
     """Finished results of other software."""
 
 
-def rest_of(
+class Ended(NamedTuple):
+    """A run that has ended."""
+
+    store: Store
+    failed: int
+    """Tasks that failed, or needed one that did."""
+    given_up: int
+    """Tasks that were not tried, as they, or one that they need, had failed before."""
+
+
+Show = Callable[[Rest, int, Measured], AbstractContextManager[Report]]
+"""Called with what is left, on how many processes, and what such tasks took before; gives what to call at the end of each."""
+
+
+def compute(
+    farm: Farm,
+    plan: Plan,
+    journal: Journal,
+    lease: Lease,
+    show: Show,
+    warn: Warn,
+    out: Path | None = None,
+    **again: bool,
+) -> Ended:
+    """Compute all that is left of a plan in the leased folder of a journal, and have its results on disk.
+
+    warn: called with each problem of the folder. out: the campaign's folder, where the journal's is that of a shard.
+    again: `recompute_foreign`: results of other software count as unfinished; `retry`: try failed tasks again.
+    Raises ShortageError, FarmError, StoreError if no result can be kept any more, UnfinishedError.
+    """
+    store = Store(journal.out)
+    rest = _rest_of(plan, store, out or journal.out, journal, warn, **again)
+    try:
+        failed = _compute(farm, plan, store, out or journal.out, rest, journal, lease, show)
+    except (StoreError, ShortageError, FarmError) as error:
+        journal.end(INTERRUPTED if isinstance(error, UnfinishedError) else WRONG_INPUT)
+        raise
+    journal.end(FAILURES if failed or rest.left.given_up else 0)
+    return Ended(store, failed, len(rest.left.given_up))
+
+
+def _rest_of(
     plan: Plan,
     store: Store,
     out: Path,
@@ -136,15 +173,10 @@ def rest_of(
     recompute_foreign: bool = False,
     retry: bool = False,
 ) -> Rest:
-    """Remaining tasks of a plan, after merging existing shards. Requires the lease of the folder. Raises StoreError.
-
-    recompute_foreign: results of other software count as unfinished. retry: try failed tasks again. warn: called with each
-    problem of the folder.
-    """
+    """Remaining tasks of a plan, after merging existing shards. Requires the lease of the folder. Raises StoreError."""
     store.prepare()
-    into = store.folder.parent
-    blame(plan, store, journal, into)
-    if into != out:  # a shard looks at what was merged, too
+    blame(plan, store, journal, journal.out)
+    if journal.out != out:  # a shard looks at what was merged, too
         merged = Store(out)
         failures = {**merged.failures(), **store.failures()}
         finished = finished_with(plan, store.inventory(), merged.inventory(), given_up(failures, retry))
@@ -154,20 +186,15 @@ def rest_of(
         finished, failures = store.inventory(), dict(store.failures())
     foreign = plan.foreign(finished)
     ours = finished.keys() - foreign.keys() if recompute_foreign else finished
-    return Rest(plan, store, out, left(plan, failures, ours, retry), foreign)
+    return Rest(left(plan, failures, ours, retry), foreign)
 
 
-Show = Callable[[Sequence[Task], int, Measured], AbstractContextManager[Report]]
-"""Called with tasks to be computed, on how many processes, and what such tasks took before; gives what to call at their ends."""
-
-
-def compute_rest(farm: Farm, rest: Rest, journal: Journal, lease: Lease, show: Show) -> int:
-    """Compute all that is left, and have its results on disk; returns how many tasks failed, or needed one that did.
-
-    Raises ShortageError, StoreError if no result can be kept any more, UnfinishedError.
-    """
-    tasks, into = rest.left.tasks, rest.store.folder.parent
-    if short := shortages(rest.plan, tasks, farm.here):
+def _compute(
+    farm: Farm, plan: Plan, store: Store, out: Path, rest: Rest, journal: Journal, lease: Lease, show: Show
+) -> int:
+    """Compute what is left; returns how many tasks failed, or needed one that did."""
+    tasks = rest.left.tasks
+    if short := shortages(plan, tasks, farm.here):
         raise ShortageError("\n".join(short))
     if tasks:
         farm.run([WarmUp(miniatures(tasks))], Watch())
@@ -175,35 +202,17 @@ def compute_rest(farm: Farm, rest: Rest, journal: Journal, lease: Lease, show: S
     farm.interruption.at_request = journal.forget  # whatever ends the run from then on is no task
     with ExitStack() as stack:
         stack.callback(journal.forget)
-        journal.show(stack.enter_context(show(tasks, farm.size, measured_in(into, rest.out))))
+        journal.show(stack.enter_context(show(rest, farm.size, measured_in(journal.out, out))))
         tally = farm.run(tasks, journal)
     journal.computed(tally)
     _check_whole(tally, lease)
     farm.settle()
-    rest.store.settle()
-    if missing := unseen(tasks, journal.undone, rest.store):
+    store.settle()
+    if missing := unseen(tasks, journal.undone, store):
         raise UnfinishedError(missing)
     if tasks:
-        drop_intermediates(rest.plan, rest.store)
+        drop_intermediates(plan, store)
     return tally.crashed
-
-
-def compute_plan(
-    farm: Farm, plan: Plan, lease: Lease, show: Show, journal: Journal, warn: Warn, **again: bool
-) -> tuple[Store, int]:
-    """Compute all that is left of a plan in the leased folder of a journal; returns its store, and how many tasks failed, now or
-    before. Raises as `compute_rest`.
-
-    again: see `rest_of`.
-    """
-    rest = rest_of(plan, Store(journal.out), journal.out, journal, warn, **again)
-    try:
-        failed = compute_rest(farm, rest, journal, lease, show) + len(rest.left.given_up)
-    except StoreError as error:
-        journal.end(INTERRUPTED if isinstance(error, UnfinishedError) else WRONG_INPUT)
-        raise
-    journal.end(FAILURES if failed else 0)
-    return rest.store, failed
 
 
 def _check_whole(tally: Tally, lease: Lease) -> None:

@@ -23,7 +23,6 @@ from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
 from nanoslip.solver.effects import SPARED, LeftOut
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, stiffness_of_node, surface_compliance
 from nanoslip.solver.elasticity.fields import InteriorFields
-from nanoslip.solver.elasticity.interior import interior_fields
 from nanoslip.solver.ensemble import Ensemble, change_by, needed
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
@@ -375,6 +374,8 @@ def _states(task: Task, inputs: Inputs) -> Computed:
     if states:
         values = (_surfaces(task.events, states), None, None, None)
         if task.subsurface:
+            from nanoslip.solver.elasticity.interior import interior_fields  # noqa: PLC0415  few campaigns look inside
+
             inside = [interior_fields(task.slab, state.nodal_force) for state in states]
             nodes = [len(each.x) for each in inside]
             values = (values[0], InteriorEvents(np.repeat(task.events[: len(states)], nodes)), _behind(inside), None)
