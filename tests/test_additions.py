@@ -95,9 +95,9 @@ def test_a_scheme(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
         "stiffness of the springs per length",
         "G",
     )
-    with pytest.raises(ManifestError, match=r"axes\.bed_modulus\[1\] = 0\.0: needs bed_modulus > 0"):
+    with pytest.raises(ManifestError, match=r"axes\.bed_modulus\[1\] = 0\.0: "):
         campaign(lines.replace("2.0]", "0.0]"))
-    with pytest.raises(ManifestError, match=r"numerics\.rows = 4: needs scheme = \"biquadratic\""):
+    with pytest.raises(ManifestError, match=r"numerics\.rows = 4: .*biquadratic"):
         campaign(lines.replace("n_x = 17", "n_x = 17\nrows = 4"))
 
 
@@ -140,11 +140,11 @@ def test_an_integrator(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> N
     assert found.steps_per_period == 200_000
     assert describe("steps_per_period").meaning == "steps in a period of pin and spring"
     assert found.steps > 1000
-    with pytest.raises(ManifestError, match=r"drives\[0\]\.steps_per_period = 0: needs 1 to 1000000000"):
+    with pytest.raises(ManifestError, match=r"drives\[0\]\.steps_per_period = 0: "):
         campaign(lines + "steps_per_period = 0\n")
-    with pytest.raises(ManifestError, match=r"drives\[0\]\.steps_per_period = 7: needs integrator = \"half_steps\""):
+    with pytest.raises(ManifestError, match=r"drives\[0\]\.steps_per_period = 7: .*half_steps"):
         campaign(DRIVEN + "steps_per_period = 7\n")
-    with pytest.raises(ManifestError, match='surface_compliance = false: needs integrator = "exact"'):
+    with pytest.raises(ManifestError, match=r"surface_compliance = false: .*exact"):
         campaign(lines + "surface_compliance = false\n")
 
 
@@ -176,9 +176,9 @@ def test_a_parameter(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> Non
     assert found.tiredness.attrs["long_name"] == "how tired a node is"
     assert "tiredness" in scalar_table(found).header
     assert describe("tiredness").meaning == "how tired a node is"
-    with pytest.raises(ManifestError, match=r"axes\.tired\[1\] = 2: needs 0 ≤ tired ≤ 1"):
+    with pytest.raises(ManifestError, match=r"axes\.tired\[1\] = 2: "):
         campaign(lines.replace("1]", "2]"))
-    with pytest.raises(ManifestError, match=r"numerics\.tired = 1: belongs in \[slip\] or \[axes\]"):
+    with pytest.raises(ManifestError, match=r"numerics\.tired = 1: .*\[slip\] or \[axes\]"):
         campaign("numerics.tired = 1")
 
 
@@ -190,7 +190,7 @@ def test_what_is_said_of_a_campaign_is_said_in_its_words(
     path = tmp_path / "toy.toml"
     path.write_text('title = "A toy"\n[axes]\nresidual_shear = [0.0, 0.5]\ntired = [0.5, 1]\nradius = [200.0, 1e-6]\n')
     plan = make_plan(load_manifest(path))
-    assert plan.cases[-1].outcome.message == "tired = 1.0 with residual_shear = 0.5: needs 0"
+    assert plan.cases[-1].outcome.message.startswith("tired = 1.0 with residual_shear = 0.5: ")
     assert {"tired=0.5", "tired=1"} <= {word for task in plan.tasks for word in task.label.split()}
     code, out, _ = main("plan", path)
     assert code == 0

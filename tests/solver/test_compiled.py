@@ -199,7 +199,7 @@ def test_only_kernels_that_count_references_are_handed_new_arrays():
 
 
 def test_python_calls_what_is_declared_for_it():
-    with pytest.raises(TypeError, match="first_root: a kernel that Python calls is declared with entry=True"):
+    with pytest.raises(TypeError, match=r"first_root: .*entry=True"):
         first_root(1.0, -2.0, 1.0)
 
 

@@ -73,7 +73,7 @@ def test_a_pin_that_is_pulled_too_little_says_so_and_slips_once_pulled_as_said(s
 
 
 def test_a_stage_at_rest_is_told_from_a_spring_too_weak():
-    assert pulled(stage_velocity=0.0)[1].outcome.message == "the stage is at rest: raise stage_velocity"
+    assert pulled(stage_velocity=0.0)[1].outcome.message.endswith("raise stage_velocity")
 
 
 def test_a_pin_that_follows_in_slips_too_short_is_to_have_a_softer_spring_or_a_faster_stage():
@@ -82,7 +82,7 @@ def test_a_pin_that_follows_in_slips_too_short_is_to_have_a_softer_spring_or_a_f
     result, found = pulled(**stiff)
     assert found.outcome.ending is Ending.NO_SLIP
     assert result.micro_slips > 100
-    assert found.outcome.message.endswith(": lower spring_stiffness, or raise stage_velocity")
+    assert found.outcome.message.endswith("lower spring_stiffness, or raise stage_velocity")
     for change in (softer, faster | {"duration": PAPER.duration}):  # as far as before
         assert len(pulled(**stiff | change)[0].slip_time)
 
@@ -115,7 +115,7 @@ def test_the_ramp_of_a_pin_that_its_damper_drags_is_no_amplitude():
     short, long = (
         count_sticks(integrate(BACKWARD.profile, replace(drive, duration=time), 5.0), drive) for time in (400.0, 2400.0)
     )
-    assert short.unsettled.startswith("the end of the loading ramp is in the second half of the time")
+    assert "the loading ramp" in short.unsettled
     assert math.isnan(short.spring_force_amplitude)
     assert not long.unsettled
     assert 0.0 < long.spring_force_amplitude < 0.02  # f/(cV) of a period of 1/2: 0.05·0.5/10, and the first tooth's
@@ -144,7 +144,7 @@ def test_what_is_said_of_a_drive_a_little_too_short_is_never_rounded_up():
     slides = float(motion.time[-1] - motion.slip_time[0])
     friction = friction_coefficients(replace(motion, settling_time=slides / 1.9996), RECORD, PLATEAU)
     assert friction.outcome.ending is Ending.NO_PLATEAU
-    assert "slid for 1.99 oscillation periods; averaging μ_k needs 2" in friction.outcome.message
+    assert "1.99 oscillation periods" in friction.outcome.message
 
 
 @pytest.mark.parametrize(("stage_velocity", "damping_ratio"), [(5e-3, 1.0), (1e-2, 0.5)])
@@ -185,7 +185,7 @@ def test_the_first_slip_is_measured_from_the_highest_force_of_the_record_run_in_
     friction = friction_coefficients(replace(motion, slip_force=pulls), high, PLATEAU)
     stated = (reached * held, max(reached - 1.0, 0.0) * held) if known else (np.nan, np.nan)
     assert (friction.static_friction, friction.static_friction_excess) == pytest.approx(stated, nan_ok=True)
-    assert ("is inertia and damper" in friction.outcome.message) is not known
+    assert ("inertia and damper" in friction.outcome.message) is not known
 
 
 def test_a_driving_force_that_is_mostly_inertia_is_no_static_friction():
@@ -195,12 +195,12 @@ def test_a_driving_force_that_is_mostly_inertia_is_no_static_friction():
     assert result.slip_force[0] > 2.0 * RECORD.force_before.max()
     assert math.isnan(found.static_friction)
     assert found.every_static_friction[0] == result.slip_force[0] / LOAD
-    assert "is inertia and damper" in found.outcome.message
+    assert "inertia and damper" in found.outcome.message
     found = pulled(**fast, step_limit=result.steps // 2)[1]
     assert found.outcome.ending is Ending.STEP_LIMIT
     assert math.isnan(found.static_friction)
     assert "% of the duration" in found.outcome.message
-    assert "is inertia and damper" in found.outcome.message
+    assert "inertia and damper" in found.outcome.message
 
 
 def test_a_drive_given_up_after_its_first_slip_ran_off_has_its_static_friction():
@@ -357,7 +357,7 @@ def test_the_loading_ramp_is_no_amplitude():
     short, long, ended = (count_sticks(integrate(falling, drive, 20.0), drive) for drive in drives)
     assert short.macroscopic_slips > 1
     assert np.isnan([short.spring_force_amplitude, short.stick_slip_period]).all()
-    assert short.unsettled.startswith("the first slip is in the second half of the time")
+    assert short.unsettled.startswith("the first slip")
     assert short.unsettled.endswith("raise duration")
     assert (math.isfinite(long.spring_force_amplitude), long.unsettled) == (True, "")
     assert ended.unsettled.endswith("raise max_slips")
@@ -378,7 +378,7 @@ def test_a_stiff_spring_leads_the_pin_along_in_micro_slips():
     still_rising = count_sticks(integrate(profile, early, 5.0), early)
     assert still_rising.regime == "micro_slip"
     assert math.isnan(still_rising.spring_force_amplitude)
-    assert still_rising.unsettled.startswith("the end of the loading ramp is in the second half")
+    assert "the loading ramp" in still_rising.unsettled
     short = replace(slow, duration=50.0, stage_velocity=1e-5)
     assert count_sticks(integrate(profile, short, 5.0), short).regime == "sticks"
 
@@ -546,7 +546,7 @@ def test_teeth_below_the_rounding_of_the_position_are_refused_and_an_even_profil
     drive = Drive(1e-9, 1.0, 1e3, 1e6, integrator=RK4(1e3), samples=10)
     refused = integrate(FINE, drive, 1e-9).outcome
     assert refused.ending is Ending.ROUNDING
-    assert "of the friction profile's mean tooth" in refused.message
+    assert "mean tooth" in refused.message
     assert integrate(constant_profile(0.5), drive, 1e-9).outcome.ok
 
 
@@ -595,8 +595,8 @@ def test_the_bounds_of_proportion_are_where_they_are_said_to_be():
     stiffer = replace(drive, spring_stiffness=1.1 * STIFFEST * stiffness)
     for lawful in (drive, slow, replace(slow, duration=0.9, stage_velocity=0.0)):  # a pin at rest is a question, too
         assert disproportion(lawful, *PAPERS) == ""
-    assert "is 1.1e+03 times the contact's stiffness" in disproportion(stiffer, *PAPERS)
-    assert "is 0.009 of what makes the pin slide" in disproportion(replace(slow, duration=0.9), *PAPERS)
+    assert "1.1e+03 times" in disproportion(stiffer, *PAPERS)
+    assert "0.009 of" in disproportion(replace(slow, duration=0.9), *PAPERS)
 
 
 def test_a_drive_in_si_is_warned_of_once_and_computed_all_the_same():

@@ -72,13 +72,13 @@ def test_slips_without_end_are_advised_by_their_cause():
     case = Case(slab=slab, intrinsic_friction=0.0, slip_rule=SlipRule(cascade_limit=3000))
     outcome = initial_contact(case, surface_compliance(slab)).outcome
     assert outcome.ending is Ending.CASCADE_LIMIT
-    assert 'raise it, or use initial_contact = "frictionless"' in outcome.message
+    assert 'initial_contact = "frictionless"' in outcome.message
     assert outcome.message.endswith(", or lower poisson")
     for other in (replace(case, initial_contact="frictionless"), replace(case, slab=replace(slab, poisson=0.3))):
         assert initial_contact(other, surface_compliance(other.slab)).outcome.ok
     with_friction = replace(case, intrinsic_friction=0.5, slab=Slab(17), slip_rule=SlipRule(residual_shear=0.5))
     found = advised(with_friction, OUTCOME_OF_STOP[Stop.CASCADE_LIMIT])
-    assert found.message.endswith(": raise it, or lower slip.residual_shear")
+    assert found.message.endswith("lower slip.residual_shear")
 
 
 def test_pillars_that_sway_are_to_be_lower():

@@ -416,7 +416,7 @@ def test_after_first_touch_only_the_tangential_block_is_read(monkeypatch):
 def test_what_means_nothing_is_refused():
     with pytest.raises(InvalidInput, match=r"residual_shear = 1\.0 with pin_translation = false"):
         replace(CONSTANT, slip_rule=CLASSICAL.slip_rule)
-    with pytest.raises(InvalidInput, match="friction = false: needs the stage contact alone"):
+    with pytest.raises(InvalidInput, match="friction = false"):
         slide(replace(CONSTANT, effects=Effects(friction=False)), OF_WIDE)
     with pytest.raises(InvalidInput, match="needs a finite"):
         replace(CLASSICAL, intrinsic_friction=math.inf)

@@ -39,7 +39,7 @@ def test_no_plateau_is_found_on_the_loading_ramp():
     plateau = plateau_of(record_from(flat, STIFFNESS * flat))
     assert plateau.outcome.ending is Ending.NO_PLATEAU
     assert np.isnan(plateau.mean)
-    assert "1.5 presliding lengths, run-in takes 1.5" in plateau.outcome.message
+    assert "1.5 presliding lengths" in plateau.outcome.message
 
 
 def test_a_contact_without_stiffness_never_forgets_and_without_friction_there_is_no_run_in():
@@ -63,7 +63,7 @@ def test_too_few_events_are_no_plateau():
     assert plateau_of(record_from(steps, STIFFNESS * steps)).outcome.ok
     refused = plateau_of(record_from(steps[:-1], STIFFNESS * steps[:-1])).outcome
     assert refused.ending is Ending.NO_PLATEAU
-    assert refused.message.startswith("7 events after run-in: needs 8; raise limits.events")
+    assert refused.message.endswith("needs 8; raise limits.events")
 
 
 @pytest.mark.parametrize(("tail", "limit"), [(0.0, "limits.events"), (1e-7, "limits.presliding")])

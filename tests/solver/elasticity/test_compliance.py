@@ -82,7 +82,7 @@ def test_only_a_bad_end_on_a_bad_operator_is_explained() -> None:
     assert explained(bad, broken, ~everywhere) is bad
     assert "ill-conditioned" in explained(bad, _with_eigenvalues(1e-12), everywhere).message
     message = explained(bad, broken, everywhere).message
-    assert message.startswith("no slip; the biquadratic operator of the 33 nodes in contact is not positive definite")
+    assert "biquadratic operator of the 33 nodes" in message
     assert "galerkin" in message
 
 
@@ -136,11 +136,11 @@ def test_over_and_under_determined_input_is_refused_by_node_and_pair() -> None:
     k = stiffness(SLAB)
     both = blank(k)
     both.u[5] = 0.0
-    with pytest.raises(InvalidInput, match=r"node = 5: needs one of u and f_x .*: over-determined"):
+    with pytest.raises(InvalidInput, match=r"node = 5: .*over-determined"):
         solve_mixed(k, both)
     neither = blank(k)
     neither.f_z[7] = np.nan
-    with pytest.raises(InvalidInput, match="node = 7: needs one of w and f_z, has neither: under-determined"):
+    with pytest.raises(InvalidInput, match=r"node = 7: .*under-determined"):
         solve_mixed(k, neither)
     short = blank(k)
     with pytest.raises(InvalidInput, match="one value per node"):

@@ -58,7 +58,7 @@ def test_xarray_itself_joins_the_scalars_of_both(folders, whole, tmp_path):
     for name in ("plateau_mean", "outcome", "static_friction", "record_id", "case_id"):
         xr.testing.assert_equal(joined[name], whole[name].sel(radius=[25.0, 50.0]))
     assert set(joined.dims) == {"intrinsic_friction", "radius", "aspect_ratio", "n_x", "drive"}
-    with pytest.raises(ValueError, match=r"join datasets with nanoslip\.concat"):
+    with pytest.raises(ValueError, match=r"nanoslip\.concat"):
         joined.nanoslip.record(radius=50.0, intrinsic_friction=0.5)
 
 
@@ -128,12 +128,12 @@ def test_cases_of_an_outer_join_that_nobody_has_are_pending():
     assert (hole["outcome"].item(), hole["message"].item(), hole["validity_flags"].item()) == ("pending", "", 0)
     assert joined["validity_flags"].dtype == parts[0]["validity_flags"].dtype
     assert joined.nanoslip.events().sizes["event"] == 60
-    with pytest.raises(ValueError, match="this case has no record"):
+    with pytest.raises(ValueError, match="no record"):
         joined.nanoslip.record(radius=60.0, normal_load=1e-3)
     for part in parts:
         there = joined["final_displacement"].sel(radius=part["radius"], normal_load=part["normal_load"])
         np.testing.assert_array_equal(there.values.ravel(), part["final_displacement"].values.ravel())
-    with pytest.raises(ValueError, match='join = \'inner\': needs "product" or "outer"'):
+    with pytest.raises(ValueError, match="join = 'inner'"):
         concat(parts, join="inner")  # type: ignore[arg-type]
 
 
@@ -153,16 +153,16 @@ def test_each_dataset_may_have_an_axis_that_the_other_has_not():
 def test_results_that_contradict_each_other_are_refused():
     one = computed()
     other = one.assign(plateau_mean=one["plateau_mean"] + 0.1, peak_friction=one["peak_friction"] + 0.1)
-    with pytest.raises(NotJoinableError, match="dataset 2: peak_friction differs from that of dataset 1"):
+    with pytest.raises(NotJoinableError, match=r"dataset 2: peak_friction .*dataset 1"):
         concat([one, other])
 
 
 def test_what_is_no_dataset_is_refused(tmp_path):
     with pytest.raises(StoreError, match="no dataset"):
         concat([tmp_path])
-    with pytest.raises(NotJoinableError, match=r"dataset 1: no dataset: needs what nanoslip\.open"):
+    with pytest.raises(NotJoinableError, match="dataset 1: no dataset"):
         concat([xr.Dataset()])
-    with pytest.raises(NotJoinableError, match="needs at least one"):
+    with pytest.raises(NotJoinableError, match="no datasets"):
         concat([])
 
 

@@ -57,7 +57,7 @@ def test_nothing_to_show_is_refused_with_the_reason() -> None:
     steep = Case(normal_load=1.0, radius=0.1, slab=Slab(n_x=17))
     with pytest.raises(InvalidInput, match=f"no contact after event 0: {Ending.STEEP_PIN}: "):
         moments_of(steep, (0,))
-    with pytest.raises(InvalidInput, match="no event 9: the record ends before"):
+    with pytest.raises(InvalidInput, match="no event 9"):
         moments_of(Case(max_events=5, slab=Slab(n_x=17)), (9,))
     with pytest.raises(InvalidInput, match="friction = false"):
         moments_of(Case(effects=Effects(friction=False), slab=Slab(n_x=17)), (0, 5))
@@ -122,13 +122,13 @@ def test_a_film_in_mp4_needs_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         film.frames(CASE, (0, 5), path)
         assert path.read_bytes()[4:8] == b"ftyp"
     monkeypatch.setattr(film.FILMS["mp4"], "isAvailable", lambda: False)
-    with pytest.raises(InvalidInput, match=r"pin\.mp4: needs the program ffmpeg, .* or take \.gif"):
+    with pytest.raises(InvalidInput, match=r"pin\.mp4: .*ffmpeg, .*\.gif"):
         film.frames(CASE, (0, 5), path)
 
 
 def test_what_cannot_be_drawn_is_refused_before_anything_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(film, "moments_of", None)
-    with pytest.raises(InvalidInput, match=r"pin\.jpg: needs a name that ends in \.pdf, \.svg, \.png, \.gif, \.mp4"):
+    with pytest.raises(InvalidInput, match=r"pin\.jpg: .*\.pdf, \.svg, \.png, \.gif, \.mp4"):
         film.frames(CASE, (0,), "pin.jpg")
     with pytest.raises(InvalidInput, match=rf"pin\.png: 11 events: a strip holds at most {MOST_IN_STRIP}"):
         film.frames(CASE, range(11), "pin.png")

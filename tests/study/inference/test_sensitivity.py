@@ -192,7 +192,7 @@ def test_of_values_that_are_alike_nothing_is_known():
     noise = np.random.default_rng(0).standard_normal(20)
     for values, error in ((np.full(20, 3.0), np.nan), (np.zeros(20), np.nan), (np.full(20, 3.0), 0.1), (noise, 1.0)):
         assert "values are alike" in of_points(x, values, error).unknown
-    assert "values are the same" in of_points(x, np.where(x[:, 0] + x[:, 1] > 0.0, 3.0, np.nan), 0.1).unknown
+    assert "are the same" in of_points(x, np.where(x[:, 0] + x[:, 1] > 0.0, 3.0, np.nan), 0.1).unknown
     doubtful = of_points(x, noise, 0.8 * float(noise.std()))
     assert not doubtful.unknown
     shares = np.concatenate([doubtful.first, doubtful.total])

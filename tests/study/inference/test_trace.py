@@ -288,7 +288,7 @@ def test_the_command_prints_draws_and_gives_numbers_to_scripts(main: Main, tmp_p
     given = ("--time", "ms", "--force", "mN", "--load", "100 N", "--velocity", "2 mm/s")
     code, text, errors = main("trace", file, *given, "-o", picture)
     assert (code, errors) == (0, "")
-    assert "separated by semicolons, below 1 line" in text
+    assert "semicolons, below 1 line" in text
     assert "N/m" in text
     assert picture.read_bytes().startswith(b"\x89PNG")
     found = json.loads(main("trace", file, *given, "--json")[1])

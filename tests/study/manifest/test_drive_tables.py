@@ -145,7 +145,7 @@ def test_a_duration_in_periods_is_that_many_of_the_pin_on_its_spring(tmp_path):
         assert driven.duration == pytest.approx(30.0 * 2.0 * math.pi / math.sqrt(driven.spring_stiffness), rel=1e-14)
     assert NamedDrive.of("a", duration_periods=3).dimensionless(Scales()) == Drive.from_si(duration_periods=3)
     assert NamedDrive.of("a", stage_travel=4e-4).in_si.duration == 4e-4 / 2e-3
-    with pytest.raises(InvalidInput, match=r"stage_velocity = 0\.0: needs stage_velocity > 0 with stage_travel"):
+    with pytest.raises(InvalidInput, match=r"stage_velocity = 0\.0: .*stage_travel"):
         NamedDrive.of("a", stage_travel=1, stage_velocity=0)
-    with pytest.raises(InvalidInput, match="duration_periods = 3: needs to be left out beside duration = 1"):
+    with pytest.raises(InvalidInput, match=r"duration_periods = 3: .*duration = 1"):
         Drive.from_si(duration_periods=3, duration=1)

@@ -88,7 +88,7 @@ def test_sliding_without_friction_is_refused_before_anything_is_computed(tmp_pat
     good, refused = plan.cases
     assert good.outcome.ok
     assert refused.outcome.ending is Ending.INVALID
-    assert refused.outcome.message.startswith('friction = false: needs stages = ["contact"]')
+    assert refused.outcome.message.startswith("friction = false: ")
     assert [task.kind for task in plan.tasks] == ["compliance", "record"]
 
 
@@ -133,7 +133,7 @@ def test_what_is_off_is_foreseen_without_its_bytes(coupling, pin_translation):
 def test_a_half_plane_has_no_inside(tmp_path):
     plan = planned(tmp_path, 'axes.scheme = ["galerkin", "half_plane"]\noutputs.subsurface = true')
     assert [case.outcome.ok for case in plan.cases] == [True, False]
-    assert "needs a scheme that has a grid" in plan.cases[1].outcome.message
+    assert "has a grid" in plan.cases[1].outcome.message
     found = effects(plan.manifest)
     assert found["finite slab (scheme)"] == "on, off"
 

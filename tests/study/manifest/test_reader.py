@@ -69,7 +69,7 @@ def test_an_empty_cell_leaves_a_schemes_setting_out(tmp_path):
     assert [each.case.flat["coupling_stiffness"] for each in (slab, given, own) if each.case] == [None, 3.0, 30.0]
     assert "coupling_stiffness" not in slab.parameters
     written(tmp_path, "radius,n_x\n,17\n", "cases.csv")
-    with pytest.raises(ManifestError, match='line 2: radius = "": needs a number'):
+    with pytest.raises(ManifestError, match='line 2: radius = ""'):
         read(tmp_path, 'title = "x"\ntable = "cases.csv"')
 
 
@@ -306,24 +306,24 @@ def test_of_very_many_problems_the_first_are_listed_and_the_rest_counted(tmp_pat
 def test_a_file_whose_name_writes_to_terminals_is_refused(tmp_path, odd):
     path = tmp_path / f"{odd}.toml"
     path.write_text('title = "x"')
-    with pytest.raises(ManifestError, match="name of a file: needs to be one line without control characters") as error:
+    with pytest.raises(ManifestError, match="one line") as error:
         load_manifest(path)
     assert str(error.value).isprintable()
 
 
 def test_a_device_or_a_folder_is_no_file(tmp_path):
     """A device would be read without end."""
-    with pytest.raises(ManifestError, match="cannot be read: not a regular file"):
+    with pytest.raises(ManifestError, match="regular file"):
         load_manifest(tmp_path)
     path = tmp_path / "x.toml"
     path.write_text('title = "x"\ntable = "/dev/zero"\n')
-    with pytest.raises(ManifestError, match="/dev/zero: cannot be read: not a regular file"):
+    with pytest.raises(ManifestError, match=r"/dev/zero: .*regular file"):
         load_manifest(path)
 
 
 def test_text_in_another_encoding_is_refused(tmp_path):
     (tmp_path / "latin.toml").write_bytes('title = "µ"'.encode("latin-1"))
-    with pytest.raises(ManifestError, match="byte 9: not UTF-8 text"):
+    with pytest.raises(ManifestError, match=r"byte 9: .*UTF-8"):
         load_manifest(tmp_path / "latin.toml")
 
 

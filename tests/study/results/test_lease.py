@@ -252,7 +252,7 @@ def test_a_run_whose_lease_is_gone_when_it_wakes_stops(tmp_path, capsys):
         (tmp_path / FILE).unlink()
         assert stopped.wait(5.0 * SOON)
         assert ours.look() == ours.lost
-    assert "run again to continue" in ours.lost
+    assert "run again" in ours.lost
     assert capsys.readouterr().err.split() == ours.lost.split()
     assert list(tmp_path.iterdir()) == []
 
@@ -267,7 +267,7 @@ def test_a_run_that_was_silent_until_another_took_over_stops_names_it_and_leaves
         time.sleep(SOON)
     assert path.stat().st_mtime == 0.0
     assert json.loads(path.read_text())["host"] == "elsewhere"
-    assert "another run has taken over, process 1 on elsewhere" in ours.lost
+    assert "process 1 on elsewhere" in ours.lost
     assert capsys.readouterr().err.split() == ours.lost.split()
 
 
@@ -283,11 +283,11 @@ def test_the_command_whose_lease_is_lost_ends_with_exit_code_99_and_in_python_it
 
     monkeypatch.setattr(executor, "run_task", overtaken)
     code, _, errors = main("run", campaign, "--out", out, "--serial")
-    assert (code, errors.count("another run has taken over")) == (99, 1)
+    assert (code, errors.count("another run")) == (99, 1)
     assert json.loads((out / FILE).read_text())["host"] == "elsewhere"
     assert not (out / "results.nc").exists()
     (out / FILE).unlink()
-    with pytest.raises(StoreError, match="another run has taken over"):
+    with pytest.raises(StoreError, match="another run"):
         nanoslip.run(campaign, out)
 
 
@@ -314,5 +314,5 @@ def test_a_command_that_wakes_after_another_has_done_its_work_computes_none_of_i
 def test_a_run_in_a_folder_where_another_is_at_work_is_exit_code_2(main, campaign, tmp_path):
     with Lease(tmp_path):
         code, _, errors = main("run", campaign, "--out", tmp_path, "--serial")
-        assert (code, errors.count("a run is at work there")) == (2, 1)
+        assert (code, errors.count("is at work")) == (2, 1)
         assert main("status", campaign, "--out", tmp_path)[0] == 0

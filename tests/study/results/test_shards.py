@@ -26,7 +26,7 @@ def test_a_shard_is_read_and_has_a_folder_of_its_own(tmp_path):
 
 @pytest.mark.parametrize("text", ["", "3", "0/10", "11/10", "1/0", "-1/3", "1.5/3", "1/3/5", "٣/٥", "9999999/9999999"])
 def test_what_is_no_shard_is_refused(text):
-    with pytest.raises(ValueError, match="of at most 999999 parts"):
+    with pytest.raises(ValueError, match="at most 999999"):
         Shard.parse(text)
 
 
@@ -95,7 +95,7 @@ def test_what_a_killed_run_has_not_finished_writing_is_named_and_left_out(tmp_pa
         journal.write('{"run": "cut sh')
     filled(tmp_path, 2, TWO)
     assert merge_shards(tmp_path) == []
-    assert "its end was torn" in " ".join(capsys.readouterr().err.split())
+    assert "was torn" in " ".join(capsys.readouterr().err.split())
     assert store.finished() == {TWO}
     assert len(attempts.read(tmp_path)) == 2
 
@@ -106,7 +106,7 @@ def test_a_shard_where_a_run_is_at_work_is_left_to_it_and_named(tmp_path, store)
     with Lease(busy):
         (said,) = merge_shards(tmp_path)
     assert f"{busy}" in said
-    assert "a run is at work there" in said
+    assert "is at work" in said
     assert (store.finished(), Store(busy).finished()) == ({ONE}, {TWO})
 
 

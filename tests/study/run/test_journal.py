@@ -83,7 +83,7 @@ def test_it_names_software_machine_and_job(tmp_path, monkeypatch):
 def test_a_campaign_has_its_dataset_where_its_journal_cannot_be_written(main, campaign, tmp_path):
     (tmp_path / runs.RUNS_FILE).mkdir()
     code, _, said = main("run", campaign, "--out", tmp_path, "--serial")
-    assert (code, said.count("runs.jsonl: cannot be written")) == (0, 1)
+    assert (code, said.count("runs.jsonl: ")) == (0, 1)
     assert (tmp_path / "results.nc").is_file()
 
 

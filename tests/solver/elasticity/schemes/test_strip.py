@@ -151,7 +151,7 @@ def test_an_incompressible_layer_slides_as_the_half_plane_does() -> None:
 
 
 def test_what_no_layer_can_do_is_refused_by_name() -> None:
-    with pytest.raises(InvalidInput, match="support = 'right_side': needs bonded or frictionless with scheme strip"):
+    with pytest.raises(InvalidInput, match=r"support = 'right_side'.* bonded or frictionless"):
         Slab(support="right_side", scheme="strip")
-    with pytest.raises(InvalidInput, match="needs friction = false, as nothing holds the slab"):
+    with pytest.raises(InvalidInput, match="friction = false"):
         Case(slab=Slab(support="frictionless", scheme="strip"))
