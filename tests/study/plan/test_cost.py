@@ -234,7 +234,7 @@ def test_many_that_do_not_fit_are_counted(tmp_path, machine):
     plan = planned(tmp_path, f"axes.radius = {list(range(1, 30))}")
     lines = memory.shortages(plan, plan.tasks)
     assert len(lines) == memory.NAMED + 1
-    assert lines[-1].startswith("25 more tasks")
+    assert "25 more tasks" in lines[-1]
 
 
 def test_ranks_of_one_machine_share_its_memory_and_a_compliance(tmp_path, machine):

@@ -54,7 +54,7 @@ def test_lines_that_are_no_attempt_are_left_out_and_named(tmp_path, line):
         file.write(line)  # cut short: no end of line
     attempts.add(tmp_path, attempt("next"))
     assert attempts.final(tmp_path, "this").keys() == {"good", "next"}
-    assert attempts.lost(tmp_path).endswith("(line 2)")
+    assert "(line 2)" in attempts.lost(tmp_path)
 
 
 def test_no_bit_of_an_attempt_changes_without_being_named(tmp_path):
