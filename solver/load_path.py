@@ -34,16 +34,15 @@ class LoadPath:
     """
 
     amplitude: float = _way(
-        "amplitude, in presliding lengths",
+        "amplitude",
         comment="of cycles about their middle; one presliding length is μ_i·W/K",
         need='0 to 1e6 presliding lengths; a length as "2 um" is a stroke',
+        measure="presliding lengths",
     )
-    stroke: float = _way("amplitude of cycles, in L_x", scale="slab_width", note=" (L_x)")
+    stroke: float = _way("amplitude of cycles", scale="slab_width", note=" (L_x)", measure="L_x")
     cycles: int = parameter(6, table="path", meaning="cycles forward and back", least=1, most=10**6)
     slid: float = _way(
-        "way before cycles, in presliding lengths",
-        comment="one is μ_i·W/K",
-        note=" (presliding lengths)",
+        "way before cycles", comment="one is μ_i·W/K", note=" (presliding lengths)", measure="presliding lengths"
     )
     visited_loads: Numbers = parameter(
         (),
@@ -133,17 +132,19 @@ class Loops:
     """Numbers of the cycles with which a path ends; NaN without any. F/W: over the load of the cycles."""
 
     cycle_amplitude: float = quantity(
-        "amplitude, in presliding lengths",
+        "amplitude",
         ensemble=True,
         comment="of the cycles, from their middle to either side; one length is μ_i·W/K",
+        measure="presliding lengths",
     )
     loss_per_cycle: float = quantity(
-        "energy lost in a cycle, in W·L_x",
+        "energy lost in a cycle",
         per="normal_load",
         ensemble=True,
         comment="mean over the later half of the cycles",
+        measure="W·L_x",
     )
-    first_loss: float = quantity("energy lost in the first cycle, in W·L_x", per="normal_load", ensemble=True)
+    first_loss: float = quantity("energy lost in the first cycle", per="normal_load", ensemble=True, measure="W·L_x")
     turn_friction: float = quantity(
         "F/W at the turns",
         symbol="F/W",
@@ -151,11 +152,12 @@ class Loops:
         comment="half of the difference between both ends of a leg, mean over the later half of the cycles",
     )
     secant_stiffness: float = quantity(
-        "secant stiffness of a cycle, in G·L_y",
+        "secant stiffness of a cycle",
         ensemble=True,
         of_grid=True,
         comment="difference of friction force between both ends of a leg over that of displacement",
         si=Quantity("", "secant stiffness of a cycle", "N m-1", "stiffness"),
+        measure="G·L_y",
     )
     closure: float = quantity(
         "gap of F/W between the last two cycles",
@@ -174,11 +176,12 @@ class Loops:
         comment="loss_per_cycle over 4π times the elastic energy at a turn, ½·F·amplitude",
     )
     path_stiffness: float = quantity(
-        "stiffness before the path, in G·L_y",
+        "stiffness before the path",
         ensemble=True,
         of_grid=True,
         comment="dF/dδ_p of the contact with all nodes stuck",
         si=Quantity("", "stiffness before the path", "N m-1", "stiffness"),
+        measure="G·L_y",
     )
 
 
@@ -194,8 +197,8 @@ class Turns:
     direction: NDArray[np.int8] = of_leg(
         "direction of the leg", "direction", dtype=np.int8, comment="1 to the right, -1 to the left"
     )
-    begin: NDArray[np.float64] = of_leg("displacement at its begin, in L_x", "begin", symbol="δ_p/L_x")
-    end: NDArray[np.float64] = of_leg("displacement at its end, in L_x", "end", symbol="δ_p/L_x")
+    begin: NDArray[np.float64] = of_leg("displacement at its begin", "begin", symbol="δ_p/L_x", measure="L_x")
+    end: NDArray[np.float64] = of_leg("displacement at its end", "end", symbol="δ_p/L_x", measure="L_x")
     first_load: NDArray[np.float64] = of_leg("load at its begin, over normal_load", "first_load", per="normal_load")
     last_load: NDArray[np.float64] = of_leg("load at its end, over normal_load", "last_load", per="normal_load")
     first_force: NDArray[np.float64] = of_leg(
@@ -204,8 +207,8 @@ class Turns:
     last_force: NDArray[np.float64] = of_leg(
         "F/W at its end", "last_friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
     )
-    lost: NDArray[np.float64] = of_leg("energy lost on the leg, in W·L_x", "loss", per="normal_load")
-    load_work: NDArray[np.float64] = of_leg("work of the load, in W·L_x", "load_work", per="normal_load")
+    lost: NDArray[np.float64] = of_leg("energy lost on the leg", "loss", per="normal_load", measure="W·L_x")
+    load_work: NDArray[np.float64] = of_leg("work of the load", "load_work", per="normal_load", measure="W·L_x")
     events: NDArray[np.int64] = of_leg("events of the leg", "events", dtype=np.int64)
     slips: NDArray[np.int64] = of_leg("node slips of the leg", "slips", dtype=np.int64)
 
@@ -220,7 +223,7 @@ class PathLine:
     """Friction force over displacement along all legs, (points,): ends of legs, and before and after each event."""
 
     displacement: NDArray[np.float64] = of_line(
-        "pin displacement, in L_x", "displacement", symbol="δ_p/L_x", coordinate=True
+        "pin displacement", "displacement", symbol="δ_p/L_x", coordinate=True, measure="L_x"
     )
     force: NDArray[np.float64] = of_line(
         "F/W along the path", "friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
