@@ -211,7 +211,6 @@ class Case:
 
     intrinsic_friction: μ_i; `inf` is adhesive stick. start: in node spacings, right of the middle. max_presliding: in μ_i·W/K.
     path: ends by itself, not by the limits.
-    initial_contact: `stick` (at u = 0, then slips), `frictionless` (then stuck), `gradual` (load raised event by event).
     """
 
     # Forces are known to 1e-12 of the load: a limit of shear must be well above that, or none.
@@ -263,8 +262,7 @@ class Case:
         table="numerics",
         meaning="loading at initial contact",
         unit="",
-        comment="nodes are held at u = 0 and slip afterwards; or stick after frictionless contact; or the load is raised event "
-        "by event",
+        comment="nodes held at u = 0 slip afterwards; or stick after frictionless contact; or the load rises event by event",
     )
     start: float = parameter(
         0.0,
@@ -279,11 +277,12 @@ class Case:
     start_y: float = parameter(
         0.0,
         table="numerics",
-        meaning="start of the pin across the drag, in node spacings",
+        meaning="start of the pin across the drag",
         comment="pin position beside the slab's middle row of nodes; schemes with a plane of nodes only",
         least=0.0,
         most=1.0,
         note=" (node spacings)",
+        measure="node spacings",
     )
     slip_rule: SlipRule = field(default_factory=SlipRule)
     effects: Effects = field(default_factory=Effects)

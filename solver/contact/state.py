@@ -28,7 +28,9 @@ NODE_X: Final = Quantity(
     "x", "x from the slab's middle", coordinate=True, symbol="x/L_x", along="contact_node", measure="L_x"
 )
 """The places of surface nodes."""
-NODE_Y: Final = Quantity("y", "y from the slab's middle, in L_x", coordinate=True, symbol="y/L_x", along="contact_node")
+NODE_Y: Final = Quantity(
+    "y", "y from the slab's middle", coordinate=True, symbol="y/L_x", along="contact_node", measure="L_x"
+)
 """Their places across the drag, 0 in plane strain."""
 
 

@@ -30,7 +30,7 @@ def at_node(meaning: str, name: str, **more: Any) -> Any:
 
 
 RECORD_Y: Final = Quantity(
-    "record_node_y", "position across the drag, in L_x", coordinate=True, symbol="y/L_x", along="record_node"
+    "record_node_y", "position across the drag", coordinate=True, symbol="y/L_x", along="record_node", measure="L_x"
 )
 """Position of surface nodes across the drag, on a plane of nodes."""
 
