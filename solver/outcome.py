@@ -7,58 +7,61 @@ without an inverse (`SingularOperator`). Both name the offending value and what 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final
+from typing import Final, Self
 
 
 class Ending(StrEnum):
     """Reason why a computation stopped. `COMPLETED` is the only success of a computation that was begun."""
 
-    COMPLETED = "completed"
-    """A requested limit of the case (events, displacement, duration) was reached."""
-    INVALID = "invalid"
-    """The input means nothing: a value out of range or a combination that excludes itself."""
-    SINGULAR_OPERATOR = "singular_operator"
-    """A matrix that must be invertible is not (to working precision)."""
-    CONTACT_NOT_CONVERGED = "contact_not_converged"
-    """No contact set satisfied constraints I and III within the iteration limit."""
-    SLIP_UNBOUNDED = "slip_unbounded"
-    """A node's shear does not fall when it slips: Coulomb friction has no unique answer there."""
-    CASCADE_LIMIT = "cascade_limit"
-    """One event needed more slips than the limit allows."""
-    OVERSHOT = "overshot"
-    """A step as small as allowed moved the pin further than the friction law lets it."""
-    ENERGY_CREATED = "energy_created"
-    """Events of the record created energy, which friction cannot."""
-    CONTACT_LOST = "contact_lost"
-    """No node was left that could carry the load (the pin left the slab)."""
-    EDGE_REACHED = "edge_reached"
-    """The sharp edge of a flat punch came upon a node that was not under it."""
-    STEEP_PIN = "steep_pin"
-    """The pin is too steep where it touches: what lies along and across the slab is no longer shear and pressure."""
-    ROUNDING = "rounding"
-    """Rounding decides the result, as the numbers of this case differ by too many orders of magnitude."""
-    NO_EVENT = "no_event"
-    """No further event exists: the contact sticks however far the pin moves."""
-    NO_PLATEAU = "no_plateau"
-    """The friction record never became steady."""
-    NO_SLIP = "no_slip"
-    """The driven pin never slipped macroscopically, so there is no static friction to measure."""
-    STEP_LIMIT = "step_limit"
-    """An integrator needed more steps than the limit allows."""
-    UNSTABLE_STEP = "unstable_step"
-    """The requested time step is beyond the integrator's stability limit."""
-    REVERSED = "reversed"
-    """The driven pin slipped back although it was not to (`reverse_motion` of its drive)."""
-    NEEDS_FAILED = "needs_failed"
-    """An input of this computation failed."""
-    NOT_NEEDED = "not_needed"
-    """No computation needed: earlier results suffice. Nothing failed, and there are no values."""
-    OUT_OF_MEMORY = "out_of_memory"
-    """The machine ran out of memory: another machine may compute the case."""
-    TIMED_OUT = "timed_out"
-    """The computation did not end in the time that it was given: it hangs, or is much more work than estimated."""
-    CRASHED = "crashed"
-    """The computation raised what it never should, or its process died: a defect of the program, not of the case."""
+    meaning: str
+
+    def __new__(cls, value: str, meaning: str = "") -> Self:
+        """Word for files and tables, and its meaning in a sentence."""
+        self = str.__new__(cls, value)
+        self._value_, self.meaning = value, meaning
+        return self
+
+    COMPLETED = "completed", "a requested limit of the case (events, displacement, duration) was reached"
+    INVALID = "invalid", "the input means nothing: a value out of range or a combination that excludes itself"
+    SINGULAR_OPERATOR = "singular_operator", "a matrix that must be invertible is not (to working precision)"
+    CONTACT_NOT_CONVERGED = (
+        "contact_not_converged",
+        "no contact set satisfied constraints I and III within the iteration limit",
+    )
+    SLIP_UNBOUNDED = (
+        "slip_unbounded",
+        "a node's shear does not fall when it slips: Coulomb friction has no unique answer there",
+    )
+    CASCADE_LIMIT = "cascade_limit", "one event needed more slips than the limit allows"
+    OVERSHOT = "overshot", "a step as small as allowed moved the pin further than the friction law lets it"
+    ENERGY_CREATED = "energy_created", "events of the record created energy, which friction cannot"
+    CONTACT_LOST = "contact_lost", "no node was left that could carry the load (the pin left the slab)"
+    EDGE_REACHED = "edge_reached", "the sharp edge of a flat punch came upon a node that was not under it"
+    STEEP_PIN = (
+        "steep_pin",
+        "the pin is too steep where it touches: what lies along and across the slab is no longer shear and pressure",
+    )
+    ROUNDING = (
+        "rounding",
+        "rounding decides the result, as the numbers of this case differ by too many orders of magnitude",
+    )
+    NO_EVENT = "no_event", "no further event exists: the contact sticks however far the pin moves"
+    NO_PLATEAU = "no_plateau", "the friction record never became steady"
+    NO_SLIP = "no_slip", "the driven pin never slipped macroscopically, so there is no static friction to measure"
+    STEP_LIMIT = "step_limit", "an integrator needed more steps than the limit allows"
+    UNSTABLE_STEP = "unstable_step", "the requested time step is beyond the integrator's stability limit"
+    REVERSED = "reversed", "the driven pin slipped back although it was not to (`reverse_motion` of its drive)"
+    NEEDS_FAILED = "needs_failed", "an input of this computation failed"
+    NOT_NEEDED = "not_needed", "no computation needed: earlier results suffice. Nothing failed, and there are no values"
+    OUT_OF_MEMORY = "out_of_memory", "the machine ran out of memory: another machine may compute the case"
+    TIMED_OUT = (
+        "timed_out",
+        "the computation did not end in the time that it was given: it hangs, or is much more work than estimated",
+    )
+    CRASHED = (
+        "crashed",
+        "the computation raised what it never should, or its process died: a defect of the program, not of the case",
+    )
 
 
 LONGEST_MESSAGE = 1000

@@ -9,8 +9,9 @@ the ringing of the start: a pin that slides oscillates from its last slip on, an
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +22,14 @@ from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by
 from nanoslip.solver.parameter import quantity
 
 Regime = Literal["sticks", "stick_slip", "slides", "micro_slip"]
-"""Regimes: no macroscopic slip; slips that end in stick; a last slip that continues longer than any earlier cycle; and no
-macroscopic slip, but a pin that keeps up with the stage."""
-REGIMES: Final[tuple[Regime, ...]] = get_args(Regime)
+REGIMES: Final[Mapping[str, str]] = {
+    "sticks": "no macroscopic slip",
+    "stick_slip": "macroscopic slips that end in stick, or any other motion",
+    "slides": "the last slip did not end, and lasted longer than any cycle before it, from one slip's start to the next one's",
+    "micro_slip": "no macroscopic slip, but in the second half of the time the pin keeps up with more than half the stage's "
+    "velocity, in slips shorter than presliding_length",
+}
+"""Regime -> its meaning."""
 RISING: Final = 0.1
 """Largest rise left by the loading ramp, as a share of the spring force's range in the second half, with a valid amplitude."""
 
@@ -44,11 +50,8 @@ class StickSlipCount:
     time_stuck: float = quantity("share of time without macroscopic slip", ensemble=True)
     regime: Regime | None = quantity(
         "regime of the pin",
-        comment="sticks: no macroscopic slip; micro_slip: none, but in the second half of the time the pin keeps up with "
-        "more than half the stage's velocity, in slips shorter than presliding_length; slides: the last one did not end, and "
-        "lasted longer than any cycle before it, from one slip's start to the next one's; stick_slip: all else; empty where "
-        "the drive ended early",
-        words=REGIMES,
+        comment=f"{'; '.join(f'{name}: {meaning}' for name, meaning in REGIMES.items())}; empty where the drive ended early",
+        words=tuple(REGIMES),
     )
     spring_force_amplitude: float = quantity(
         "peak-to-peak spring force over load",

@@ -11,7 +11,6 @@ from typing import Final
 
 import click
 
-from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.accuracy.measurement import FULL, QUICK, as_table, default_setup, measure, setup_of, write
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
@@ -19,7 +18,7 @@ from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import compare, file, verify as verification
 from nanoslip.study.dataset.access import columns_of
 from nanoslip.study.dataset.compare import Verdict
-from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, text_of
+from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, text_of, word_of
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.figures.points import worded
@@ -241,8 +240,7 @@ def _print_findings(findings: list[Finding]) -> None:
 def describe_variables(name: str | None, as_json: bool) -> None:
     """Print one variable or key in full, or a table of all variables."""
     key = keys.key_of(name) if name else None
-    flag = next((f"{each.name}: {each.meaning}; {each.advice}" for each in FLAGS if each.name == name), "")
-    if not as_json and (text := flag or keys.text_of_table(name or "")):
+    if not as_json and (text := word_of(name or "") or keys.text_of_table(name or "")):
         print_sentences(text.splitlines())
         return
     try:

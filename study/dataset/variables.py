@@ -19,6 +19,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
+from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import GRID_ERROR, Quantity, attributes, in_measure, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
@@ -265,6 +266,14 @@ def by_name() -> dict[str, Described]:
     return {each.name: each for each in reversed(list(_all(beside=True)))}
 
 
+def word_of(name: str) -> str:
+    """Meaning of a flag, of an ending or of a regime, with advice, as a line; empty of another name."""
+    meanings: dict[str, str] = {each.name: f"{each.meaning}; {each.advice}" for each in FLAGS}
+    meanings |= {each.value: each.meaning for each in Ending}
+    meanings.update(REGIMES)
+    return f"{name}: {meanings[name]}" if name in meanings else ""
+
+
 def text_of(variable: Described) -> str:
     """Description of a variable, line by line."""
     facts = {
@@ -279,6 +288,8 @@ def text_of(variable: Described) -> str:
     }
     if variable.name == "validity_flags":
         facts |= {each.name: f"{each.meaning}; {each.advice}" for each in FLAGS}
+    if variable.name in (OUTCOMES[""][0].name, OUTCOMES[DRIVE][0].name):
+        facts |= {each.value: each.meaning for each in Ending}
     return "\n".join([variable.name, *(f"  {what}: {text}" for what, text in facts.items() if text)])
 
 

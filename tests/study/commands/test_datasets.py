@@ -9,6 +9,7 @@ import netCDF4
 import pytest
 
 from nanoslip.solver.dynamics.regime import REGIMES
+from nanoslip.solver.outcome import Ending
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.commands import cli, draw
 from nanoslip.study.dataset import file
@@ -165,6 +166,12 @@ def test_all_variables_are_listed_with_unit_and_meaning(main):
     assert (code, [one.name for one in rows() if one.name not in said]) == (0, [])
     (line,) = (line for line in said.splitlines() if line.startswith("sample_velocity "))
     assert line.split(maxsplit=3)[1:3] == ["m", "s-1"]
+
+
+def test_every_flag_ending_and_regime_is_explained_by_its_name(main):
+    for name in (*(flag.name for flag in FLAGS), *Ending, *REGIMES):
+        code, said, _ = main("describe", name)
+        assert (code, said.partition(":")[0], len(said.split()) > 3) == (0, name, True), name
 
 
 @pytest.mark.parametrize(

@@ -473,7 +473,7 @@ def _tried(seed: int, between: float, misfit: float) -> PowerLaw:
 
 # Panels stand at the values that they show, and every regime has its own number, colour and count.
 
-WORDS = xr.DataArray([[*REGIMES], [REGIMES[1], REGIMES[1], "", REGIMES[0]]], dims=("velocity", "stiffness"))
+WORDS = xr.DataArray([[*REGIMES], ["stick_slip", "stick_slip", "", "sticks"]], dims=("velocity", "stiffness"))
 
 
 def test_tiles_lie_at_their_coordinates_whatever_the_order_of_dimensions() -> None:
