@@ -32,6 +32,8 @@ from tests.study.dataset.campaigns import compute
 
 Campaign = Callable[[str], tuple[Plan, xr.Dataset]]
 
+BED, STEPS, TIRED = "stiffness of the springs per length", "steps in a period of pin and spring", "how tired a node is"
+
 DRIVEN = """
 limits.events = 200
 ensemble.members = 1
@@ -63,9 +65,7 @@ class Winkler(Scheme):
     """Independent springs under every node."""
 
     name = "winkler"
-    bed_modulus: float = parameter(
-        1.0, table="numerics", meaning="stiffness of the springs per length", measure="G", above=0.0
-    )
+    bed_modulus: float = parameter(1.0, table="numerics", meaning=BED, measure="G", above=0.0)
 
     def __post_init__(self) -> None:
         check(self)
@@ -86,13 +86,13 @@ def test_a_scheme(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len({task.key for task in plan.tasks}) == 4  # two compliances, two records
     assert found.outcome.values.ravel().tolist() == ["completed", "completed"]
     assert found.scheme == "winkler"
-    assert found.bed_modulus.attrs["long_name"] == "stiffness of the springs per length, in G"
+    assert found.bed_modulus.attrs["long_name"] == f"{BED}, in G"
     np.testing.assert_allclose(
         found.surface_stiffness.values.ravel() / found.initial_contact_size.values.ravel(), [1 / 16, 1 / 8]
     )
     assert "bed_modulus" in scalar_table(found).header
     assert (describe("bed_modulus").meaning, describe("bed_modulus").measure) == (
-        "stiffness of the springs per length",
+        BED,
         "G",
     )
     with pytest.raises(ManifestError, match=r"axes\.bed_modulus\[1\] = 0\.0: "):
@@ -117,7 +117,7 @@ class HalfSteps(Method):
 
     name = "half_steps"
     rests = False
-    steps_per_period: int = parameter(100_000, meaning="steps in a period of pin and spring", least=1, most=10**9)
+    steps_per_period: int = parameter(100_000, meaning=STEPS, least=1, most=10**9)
 
     def __post_init__(self) -> None:
         check(self)
@@ -138,7 +138,7 @@ def test_an_integrator(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> N
     assert plan.tasks[-1].key != other.tasks[-1].key
     assert found.integrator == "half_steps"
     assert found.steps_per_period == 200_000
-    assert describe("steps_per_period").meaning == "steps in a period of pin and spring"
+    assert describe("steps_per_period").meaning == STEPS
     assert found.steps > 1000
     with pytest.raises(ManifestError, match=r"drives\[0\]\.steps_per_period = 0: "):
         campaign(lines + "steps_per_period = 0\n")
@@ -157,7 +157,7 @@ def test_an_integrator_that_nobody_registered_is_refused(campaign: Campaign) -> 
 class Tired(SlipRule):
     """A slip rule with a parameter more."""
 
-    tiredness: float = parameter(0.0, table="slip", word="tired", meaning="how tired a node is", least=0.0, most=1.0)
+    tiredness: float = parameter(0.0, table="slip", word="tired", meaning=TIRED, least=0.0, most=1.0)
 
     def __post_init__(self) -> None:
         check(self)
@@ -173,9 +173,9 @@ def test_a_parameter(campaign: Campaign, monkeypatch: pytest.MonkeyPatch) -> Non
     assert len({task.key for task in plan.tasks}) == 3  # one compliance
     assert len({case.case_id for case in plan.cases}) == 2
     assert found.tiredness.values.tolist() == [0.0, 1.0]
-    assert found.tiredness.attrs["long_name"] == "how tired a node is"
+    assert found.tiredness.attrs["long_name"] == TIRED
     assert "tiredness" in scalar_table(found).header
-    assert describe("tiredness").meaning == "how tired a node is"
+    assert describe("tiredness").meaning == TIRED
     with pytest.raises(ManifestError, match=r"axes\.tired\[1\] = 2: "):
         campaign(lines.replace("1]", "2]"))
     with pytest.raises(ManifestError, match=r"numerics\.tired = 1: .*\[slip\] or \[axes\]"):

@@ -67,7 +67,7 @@ def test_a_pin_that_is_pulled_too_little_says_so_and_slips_once_pulled_as_said(s
     told, advice = found.outcome.message.split(": raise ")
     reached, least, most = map(float, re.findall(r"0\.\d+", told))
     assert 0.1 < reached < least < most
-    assert advice == "the drive's duration, stage_velocity or spring_stiffness"
+    assert all(name in advice for name in little)
     for name, value in little.items():
         assert len(pulled(**little | {name: value * 1.1 * most / reached})[0].slip_time), name
 
@@ -82,7 +82,7 @@ def test_a_pin_that_follows_in_slips_too_short_is_to_have_a_softer_spring_or_a_f
     result, found = pulled(**stiff)
     assert found.outcome.ending is Ending.NO_SLIP
     assert result.micro_slips > 100
-    assert found.outcome.message.endswith("lower spring_stiffness, or raise stage_velocity")
+    assert "lower spring_stiffness" in found.outcome.message
     for change in (softer, faster | {"duration": PAPER.duration}):  # as far as before
         assert len(pulled(**stiff | change)[0].slip_time)
 

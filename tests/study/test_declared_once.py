@@ -26,16 +26,18 @@ from nanoslip.study.run import compute as computing
 from tests.conftest import SMALL
 from tests.study.dataset.campaigns import compute
 
+WAY, FALL = "longest way between two events", "fall of F/W in the event"
+
 
 @dataclass(frozen=True, slots=True)
 class LongestStep(EventStatistics):
     """The statistics, and one more of them."""
 
     longest_step: float = quantity(
-        "longest way between two events",
+        WAY,
         measure="L_x",
         ensemble=True,
-        si=Quantity("", "longest way between two events", "m", "length"),
+        si=Quantity("", WAY, "m", "length"),
     )
 
 
@@ -43,7 +45,7 @@ class LongestStep(EventStatistics):
 class WithFalls(FrictionRecord):
     """The record, and one more column of its events."""
 
-    fall: NDArray[np.float64] = event("fall of F/W in the event", "fall", per="normal_load")
+    fall: NDArray[np.float64] = event(FALL, "fall", per="normal_load")
 
 
 def parts_of(value: Any) -> dict[str, Any]:
@@ -90,7 +92,7 @@ def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path, monkeypat
     assert found["longest_step"].item() == longest
     assert found["longest_step"].dims == found["mean_step"].dims
     assert found["longest_step"].attrs == {
-        "long_name": "longest way between two events, in L_x",
+        "long_name": f"{WAY}, in L_x",
         "units": "1",
         "ancillary_variables": "longest_step_uncertainty longest_step_members",
     }
@@ -98,7 +100,7 @@ def test_a_new_scalar_is_in_results_dataset_and_descriptions(tmp_path, monkeypat
     assert found["longest_step_si"].attrs["units"] == "m"
     assert describe("longest_step").uncertainty == "longest_step_uncertainty"
     twin = describe("longest_step_si")
-    assert (twin.dims, twin.units, twin.meaning) == ("cases", "m", "longest way between two events")
+    assert (twin.dims, twin.units, twin.meaning) == ("cases", "m", WAY)
     assert "completed" in found["drive_outcome"].values
 
 
@@ -111,10 +113,10 @@ def test_a_new_column_of_events_is_in_results_dataset_and_descriptions(tmp_path,
     run = Accessor(found).record(intrinsic_friction=0.5)
     assert run["event_fall"].dims == ("event",)
     np.testing.assert_array_equal(run["event_fall"], result.arrays["fall"] * (1.0 / result.scalars["normal_load"][0]))
-    assert run["event_fall"].attrs["long_name"] == "fall of F/W in the event"
+    assert run["event_fall"].attrs["long_name"] == FALL
     assert describe("event_fall").dims == "event"
     (row,) = (row for row in rows() if row.name == "event_fall")
-    assert (row.dims, row.units, row.meaning) == ("event", "1", "fall of F/W in the event")
+    assert (row.dims, row.units, row.meaning) == ("event", "1", FALL)
     assert "completed" in found["drive_outcome"].values  # made of the record as it always was
 
 

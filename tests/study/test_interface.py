@@ -84,7 +84,7 @@ def test_a_wrong_number_or_sharing_is_a_problem_of_the_file() -> None:
     with pytest.raises(nanoslip.ManifestError) as caught:
         computed(interface={"contacts": 0, "loads": "gaussian"})
     assert "interface.contacts = 0: " in str(caught.value)
-    assert 'interface.loads = "gaussian": needs one of equal, exponential, heights' in str(caught.value)
+    assert 'interface.loads = "gaussian"' in str(caught.value)
 
 
 def test_a_look_at_a_slider_is_one_at_its_first_contact(tmp_path: Path) -> None:

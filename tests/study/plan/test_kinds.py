@@ -82,7 +82,7 @@ def test_a_datum_too_near_is_a_result_of_the_contact_itself():
     shallow = replace(ENDLESS, slab=Slab(65, 0.3, scheme="half_plane"))
     outcome = run(contact_task(shallow)).outcome
     assert outcome.ending is Ending.INVALID
-    assert "needs a deeper datum" in outcome.message
+    assert "deeper datum" in outcome.message
 
 
 def test_a_record_without_a_plateau_says_so_and_is_kept():
@@ -109,7 +109,7 @@ def test_a_record_without_a_plateau_stands_in_the_way_of_drives_alone():
 def test_a_drive_over_a_record_without_a_plateau_says_so():
     result = drive(replace(CASE, max_events=5))
     assert result.outcome.ending is Ending.NO_PLATEAU
-    assert result.outcome.message.startswith("the friction record has none")
+    assert result.outcome.message.startswith("the friction record")
     assert not first(result)
 
 

@@ -172,7 +172,7 @@ def test_damage_is_named_once_and_as_wide_as_the_terminal(store, capsys, monkeyp
         assert store.finished() == set()
         assert store.find("a" * 20) is None
     said = capsys.readouterr().err
-    assert said.count("not a whole result") == 1
+    assert said.count("a whole result") == 1
     assert all(len(line) <= 60 or " " not in line for line in said.splitlines())
 
 
