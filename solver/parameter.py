@@ -83,6 +83,8 @@ class Quantity:
     """True if a column gives the displacement, time or place of the other columns."""
     dtype: DTypeLike = np.float64
     """Type of a column's values while they are gathered."""
+    counted: bool = False
+    """True if each member has a whole number of it."""
     si: "Quantity | None" = None
     """A second variable that gives the number in SI, or as a share of μ_i; called after it, with `_si`, without a name."""
 
@@ -154,7 +156,7 @@ def as_field(declared: Quantity) -> Any:
 def quantities(kind: type, prefix: str = "") -> Mapping[str, Quantity]:
     """Name of each number (prefix and field) of a dataclass that is declared as a quantity -> its declaration."""
     return {
-        f"{prefix}{item.name}": _named(item.metadata[_KEY], f"{prefix}{item.name}")
+        f"{prefix}{item.name}": replace(_named(item.metadata[_KEY], f"{prefix}{item.name}"), counted=item.type is int)
         for item in fields(kind)
         if _KEY in item.metadata
     }

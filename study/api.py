@@ -120,7 +120,7 @@ def run(
     >>> data.initial_contact_size.dims[-1], data.outcome.values.ravel().tolist()
     ('normal_load', ['completed', 'completed'])
     """
-    plan = make_plan(_manifest(campaign))
+    plan = make_plan(manifest_of(campaign))
     with ExitStack() as stack:
         folder, farm = _computing(stack, out, jobs, comm)
         if not farm.root:
@@ -183,7 +183,7 @@ def fit(
     """
     targets = [Target(name, *given) for name, given in numbers.items()]
     ranges = vary if isinstance(vary, Mapping) else dict.fromkeys(vary)
-    question = question_of(_manifest(campaign), targets, ranges, fixed)
+    question = question_of(manifest_of(campaign), targets, ranges, fixed)
     question.check(Path("" if out is None else out))
     with ExitStack() as stack:
         folder, farm = _computing(stack, out, jobs, comm)
@@ -249,7 +249,8 @@ def concat(sources: Iterable[Source], join: Literal["product", "outer"] = "produ
         return joined(roots, names, holes=join == "outer")
 
 
-def _manifest(campaign: Campaign) -> Manifest:
+def manifest_of(campaign: Campaign) -> Manifest:
+    """Read a campaign: a file, the name of a shipped one, or a dict. Raises ManifestError."""
     if not isinstance(campaign, Mapping):
         return load_manifest(shipped.campaign_file(Path(campaign)))
     try:

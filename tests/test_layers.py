@@ -25,13 +25,13 @@ ORDER = {
     "nanoslip.solver.contact.kernels": "state events path",
     "nanoslip.solver.sliding": "kernels record plateau validity slide path statistics interface slider power_law sizes",
     "nanoslip.solver.sliding.kernels": "slide",
-    "nanoslip.solver.dynamics": "friction_limit kernels result coefficients duration regime integrators stick_slip",
+    "nanoslip.solver.dynamics": "friction_limit kernels result coefficients duration regime integrators critical stick_slip",
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.solver.driven": "kernels contact_drive",
     "nanoslip.solver.driven.kernels": "drive",
     "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance origin "
     "manifest plan results dataset run figures inference report accuracy api commands",
-    "nanoslip.study.manifest": "units parameters problems columns surface checker manifest keys reader cases",
+    "nanoslip.study.manifest": "units parameters vocabulary problems columns surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan",
     "nanoslip.study.results": "files entry attempts shard store",
     "nanoslip.study.dataset": "texts variables content file collect access compare verify",
@@ -39,8 +39,8 @@ ORDER = {
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures batch_means recording trace",
-    "nanoslip.study.accuracy": "effects measurement",
-    "nanoslip.study.commands": "words plans reading datasets prepare run conduct draw look judge infer trace cli",
+    "nanoslip.study.accuracy": "effects deciding measurement",
+    "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
 
@@ -58,6 +58,7 @@ HOMES = {
         "nanoslip.study.figures",
         "nanoslip.study.inference",
         "nanoslip.study.api",
+        "nanoslip.study.commands.answering",
         "nanoslip.study.commands.datasets",
         "nanoslip.study.commands.infer",
         "nanoslip.study.commands.trace",

@@ -78,6 +78,32 @@ class StickSlipCount:
     """Time at which an amplitude and a period may begin to be measured, as far as the ringing of the start is concerned."""
 
 
+@dataclass(frozen=True, slots=True)
+class CriticalPoint:
+    """Velocity of the stage and stiffness of its spring beyond which a pin does not stick any more; NaN if unknown."""
+
+    critical_velocity: float = quantity(
+        "critical velocity of the stage",
+        "",
+        "m s-1",
+        per="velocity",
+        ensemble=True,
+        symbol="V_c",
+        comment="above it the pin no longer sticks; at the drive's spring, mass and damping ratio, pulled from rest over the "
+        "same record, without `memory`; by bisection to 2 %; NaN if the regime does not change within a factor of 16,000 of "
+        "the drive's own, or a drive fails",
+    )
+    critical_stiffness: float = quantity(
+        "critical stiffness of the spring",
+        "",
+        "N m-1",
+        per="stiffness",
+        ensemble=True,
+        symbol="k_c",
+        comment="above it the pin no longer sticks; at the drive's velocity, mass and damping ratio; as critical_velocity",
+    )
+
+
 def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     """Re-sticks of a drive, time stuck, regime, and amplitude and period of repeated slips."""
     slips, resticks = len(result.slip_time), int(np.count_nonzero(~np.isnan(result.restick_time)))

@@ -174,24 +174,26 @@ def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, s
             yield effect.name, case, drives, ""
 
 
-def _tasks(scenes: Scenes, case: Case, drives: Drives, ensemble: Ensemble) -> Iterator[tuple[str, Task]]:
-    """The label of a drive or nothing, and a task; needed ones first."""
-    slides = "slip" in scenes.manifest.stages
-    if not slides or {*scenes.variables} & {*OF_CONTACTS}:
+def tasks_of(
+    manifest: Manifest, case: Case, drives: Drives, ensemble: Ensemble, names: Sequence[str]
+) -> Iterator[tuple[str, Task]]:
+    """The label of a drive or nothing, and a task; needed ones first. names: the requested variables."""
+    slides = "slip" in manifest.stages
+    if not slides or {*names} & {*OF_CONTACTS}:
         yield "", contact_task(case, ensemble, scalars_only=True)
     if slides:
         record = record_task(case, ensemble)
         yield from (("", batch) for batch in all_batches(case, record.ensemble))
         yield "", record
     for label, drive in drives.items():
-        yield label, drive_task(case, drive, ensemble, scalars_only=True, fitted=scenes.manifest.outputs.fit)
+        yield label, drive_task(case, drive, ensemble, scalars_only=True, fitted=manifest.outputs.fit)
 
 
 def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> Computed:
     """Results of a case and its drives. done: results and their core seconds; new ones are added."""
     found: dict[Place, TaskResult] = {}
     for ensemble in (Ensemble(), scenes.ensemble):  # the first one loads libraries and compiles kernels
-        tasks = list(_tasks(scenes, case, drives, ensemble))
+        tasks = list(tasks_of(scenes.manifest, case, drives, ensemble, scenes.variables))
         seconds, compliance = 0.0, compliance_task(case.slab)
         shared = [("", compliance)] if any(compliance.key in task.needs for _, task in tasks) else []
         for label, task in (*shared, *tasks):
@@ -207,9 +209,14 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> Compute
     return Computed(found, seconds)
 
 
+def key_of(variable: str, result: TaskResult) -> str:
+    """Name in a result of the scalar that is a variable of the dataset."""
+    return next(key for key, each in declared(KINDS[result.kind]).items() if each.name == variable)
+
+
 def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -> Change:
     """Change of a number between two results with the same members."""
-    key = next(key for key, each in declared(KINDS[whole.kind]).items() if each.name == variable)
+    key = key_of(variable, whole)
     values = np.array([each.scalars.get(key, [math.nan] * len(whole.scalars[key])) for each in (without, whole)], float)
     difference, mean = mean_of(values[0] - values[1]), abs(float(mean_of(values[1]).mean)) or math.nan
     ended = without.outcome

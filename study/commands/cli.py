@@ -198,14 +198,15 @@ def plan() -> None:
 
 
 @command("look:explain_case", CAMPAIGN, PARAMETERS, OUT)
-@flag("--grid", "show_grid", help="Measure what twice as many nodes change and cost, too.")
+@flag("--grid", "show_grid", help="Measure what twice as many nodes change and cost, however long.")
 @flag("--effects", "show_effects", help="Measure what each of its effects changes and costs, too.")
 def explain() -> None:
     """Explain the cost and the errors of one case of CAMPAIGN.
 
     KEY=VALUE select the case by its parameters, not by those of a drive. The output has the estimated time, the measured error of
-    the grid, and the cost of half that error. For a computed case it has the largest part of the error of each number, and
-    what halves it. --effects adds the output of `nanoslip effects` for this case.
+    the grid, and the cost of half that error. For a computed case it ranks what decides its number: starts, grid, node spacing,
+    the stress that a slip drops, the length of the record; each with what it takes to know better. --effects adds the output of
+    `nanoslip effects` for this case.
 
     Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5 --effects
     """
@@ -445,11 +446,14 @@ def show_case() -> None:
 @flag("--contact", help="Compute initial contact only.")
 @flag("--drive", help="Pull the pin by the paper's drive, too. Any key of [[drives]] implies it.")
 @click.option("--stroke", metavar="AMPLITUDE", help="Move the pin forth and back: presliding lengths, or with a unit.")
+@flag("--critical", help="Find the velocity and the spring above which the pin no longer sticks. Implies --drive.")
+@flag("--all", "everything", help="Show all numbers and lines.")
 def try_case() -> None:
     """Compute one case now and show it; nothing is written to disk.
 
     KEY=VALUE are keys of a campaign: parameters, [scales], [ensemble], [outputs] and [[drives]]. All others have their defaults:
-    the paper's case at 129 nodes, over eight presliding lengths.
+    the paper's case at 129 nodes, over eight presliding lengths. The answer comes first and last: friction with the ± of its
+    starts, then what decides it beside them: the same case on half and twice the node spacing, in a few seconds.
 
     Example: nanoslip try radius=50 normal_load=1e-3
     """

@@ -9,6 +9,7 @@ from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
 from nanoslip.solver.parameter import Parameter
 from nanoslip.solver.sliding.validity import nodes_for
 from nanoslip.study import api, shipped
+from nanoslip.study.commands.answering import middle_answer
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of
 from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.reading import left_out, separation
@@ -42,15 +43,15 @@ from nanoslip.study.results.store import StoreError, write_files
 
 def write_report(campaign: Path, out: Path | None) -> None:
     """Write the page of a campaign's dataset; the run that made it has printed its table."""
-    into = folder(campaign, out)
+    into, manifest = folder(campaign, out), load_manifest(campaign)
     with file.reading(into / file.FILE) as opened:
-        if not is_of(opened, load_manifest(campaign)):
+        if not is_of(opened, manifest):
             run, collect = (advised(each, campaign, into) for each in ("run", "collect"))
             raise StoreError(
                 f"{into / file.FILE}: no dataset of {campaign} as it is now: {run} computes what is missing, "
                 f"{collect} takes what is finished"
             )
-        written = page.write(opened, into)
+        written = page.write(opened, into, middle_answer(opened, manifest))
     note(whole(f"report: {written}"))
 
 

@@ -1,7 +1,7 @@
 """Commands that show results: report, figure, show, try, frames, profile, effects, explain."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from importlib import import_module
@@ -14,15 +14,18 @@ import xarray as xr
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of
 from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.parameter import GRID_ERROR
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
 from nanoslip.study import api
+from nanoslip.study.accuracy.deciding import SECONDS
 from nanoslip.study.accuracy.effects import FINER, Influence, Scenes, influences, scenes_of
+from nanoslip.study.commands.answering import answer_of, ranking
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
 from nanoslip.study.commands.plans import counted, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import scales_of
-from nanoslip.study.manifest.cases import campaign_of, expand
+from nanoslip.study.manifest.cases import CampaignCase, campaign_of, expand
 from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, make_case, si_line, words
@@ -46,28 +49,44 @@ def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, 
         _draw().format_of(picture)
     with dataset_of(campaign, out) as found:
         note(found.attrs.get("title", "no title"))
-        show_case(found, given, picture)
+        _show_case(single(found, given), found, picture)
 
 
 # `nanoslip try`: one case from the command line, computed at once; nothing stays on disk.
 
 
 def try_campaign(
-    parameters: tuple[str, ...], contact: bool, drive: bool, stroke: str | None, picture: Path | None
+    parameters: tuple[str, ...],
+    contact: bool,
+    drive: bool,
+    critical: bool,
+    stroke: str | None,
+    everything: bool,
+    picture: Path | None,
 ) -> None:
-    """Compute one case in this process and print it, or draw it. stroke: amplitude of a path forth and back."""
-    if contact and drive:
-        raise click.UsageError("--contact and --drive exclude each other")
+    """Compute one case in this process and print its answer, or draw it.
+
+    stroke: amplitude of a path forth and back. everything: print all numbers and lines.
+    """
+    if contact and (drive or critical):
+        raise click.UsageError("--contact and --drive exclude each other, --critical is of a drive")
     given = assignments(parameters) | ({"amplitude": stroke} if stroke else {})
     if picture:
         _draw().format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
-        found = api.run(campaign_of(given, contact, drive), progress=True)
+        content = campaign_of(given | ({"critical": "true"} if critical else {}), contact, drive or critical)
+        manifest, found = api.manifest_of(content), api.run(content, progress=True)
     for ending, message in variables.OUTCOMES.values():
         if ending.name in found and found[ending.name].item() == Ending.INVALID:
             raise Refusal(found[message.name].item())
     print_sentences(_idle(given, contact))
-    show_case(found, {}, picture)
+    case = single(found, {})
+    answer = answer_of(case, manifest, expand(manifest)[0])
+    note(answer)
+    _show_case(
+        case, found, picture, () if everything else BRIEF["path" if "loss_per_cycle" in case else manifest.stages[-1]]
+    )
+    note(answer)  # which has scrolled away
 
 
 def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:
@@ -149,6 +168,10 @@ def explain_case(
         measured = {each.variable: _of_finer(each) for each in finer}
     path, cost = folder(campaign, out) / file.FILE, roughly(3.0 * seconds)
     print_sentences(_errors(path, manifest, parameters, cost, measured))
+    if ranked := _ranking(path, manifest, parameters, case, cost, math.inf if show_grid else SECONDS):
+        title, table = ranked
+        note(f"what decides {title}, the largest first:")
+        print_table(table)
     if show_effects:
         print_changes(campaign, scenes)
 
@@ -169,6 +192,17 @@ def _errors(
                 return list(error_lines(single(found, assignments(parameters)), cost, measured, SHOWN))
     lines = [f"{name}: {each.cure}" for name, each in measured.items()]
     return [*lines, "not computed yet: afterwards explain names the largest error of each number"]
+
+
+def _ranking(
+    path: Path, manifest: Manifest, parameters: tuple[str, ...], of: CampaignCase, cost: str, most: float
+) -> tuple[str, Table] | None:
+    """Influences on the main number of a computed case, the largest first."""
+    if path.is_file():
+        with file.reading(path) as found:
+            if is_of(found, manifest):
+                return ranking(single(found, assignments(parameters)), manifest, of, cost, most)
+    return None
 
 
 SHOWN: Final = 3
@@ -218,31 +252,43 @@ _NAMES: Final = ("case_id", "case")
 """Coordinates that are no parameters."""
 
 
-def show_case(dataset: xr.Dataset, given: Mapping[str, str], picture: Path | None) -> None:
-    """Print the case that parameters single out, or write its picture besides. Raises Refusal if it is not one case."""
-    case = single(dataset, given)
-    _print_numbers(case, dataset)
-    lines = list(curves(case))
+BRIEF: Final[Mapping[str, tuple[str, ...]]] = {
+    "contact": ("contact_half_width", "approach", "mean_pressure", "maximum_pressure", "initial_stiffness", GRID_ERROR),
+    "slip": ("plateau_mean", "peak_friction", "surface_stiffness", "contact_half_width", "events", "record_spacings"),
+    "path": ("loss_per_cycle", "turn_friction", "equivalent_damping", "closure", "shaken_down", "contact_half_width"),
+    "dynamics": (
+        *("static_friction", "kinetic_friction", "regime", "critical_velocity", "critical_stiffness"),
+        *("stick_slip_period", "spring_force_amplitude", "surface_stiffness", "contact_half_width", "record_spacings"),
+    ),
+}
+"""Last stage, or a path -> the numbers that its question calls for."""
+
+
+def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, names: Collection[str] = ()) -> None:
+    """Print a case of a dataset, or write its picture besides. names: only these numbers, and the last line."""
+    _print_numbers(case, dataset, names)
+    lines = list(curves(case))[-1 if names else 0 :]
     if lines and variables.are_means(case):
         note("lines are those of the first member")
     if picture:
         _draw().write({picture: _draw().drawn(lines, picture)})
     else:
         print_lines(lines)
-    if lines and (answer := summary.answer(case)):  # which has scrolled away
+    if lines and not names and (answer := summary.answer(case)):  # which has scrolled away
         note(answer)
 
 
-def _print_numbers(case: xr.Dataset, dataset: xr.Dataset) -> None:
-    """Print parameters, outcome and numbers of a case; several drives as rows."""
+def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]) -> None:
+    """Print parameters, outcome and numbers of a case, all or only these; several drives as rows."""
     values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
     scales = scales_of(dataset.attrs)
     in_si = [si_line(scales, values, {})] if scales else []
-    print_sentences([f"case {_label(case, dataset)}", *in_si, *summary.ending_lines(case)])
-    table, others = summary.case_table(case)
+    endings = [line for line in summary.ending_lines(case) if not (names and line.endswith(f": {Ending.COMPLETED}"))]
+    print_sentences([f"case {_label(case, dataset)}", *in_si, *endings])
+    table, others = summary.case_table(case, names)
     if table.rows:
         print_table(table)
-    print_sentences(f"{why}: {', '.join(names)}" for why, names in others.items())
+    print_sentences(f"{why}: {', '.join(there)}" for why, there in others.items())
     if "drive_outcome" in case and case["drive_outcome"].dims:
         note("several drives; drive=NAME, or values of their parameters, shows one:")
         print_table(summary.scalar_table(case, why=False))

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import Case
+from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import mean_of, needed
 from nanoslip.solver.outcome import Outcome
@@ -47,6 +47,7 @@ from nanoslip.study.dataset.variables import (
     Series,
     all_groups,
     factors,
+    in_si_too,
     parameters,
     scalars,
     texts,
@@ -61,6 +62,7 @@ from nanoslip.study.plan.plan import CaseTasks, Plan, case_outcome, drive_outcom
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, without_effect
 from nanoslip.study.results import files
 from nanoslip.study.results.store import Store
+from nanoslip.study.toml_text import from_toml
 
 # Where each case and drive of a campaign lies in its dataset: the dimensions, and the settings of drives along theirs.
 
@@ -104,7 +106,7 @@ def layout_of(manifest: Manifest) -> Layout:
     if manifest.design != "product":
         return Layout({"case": tuple(range(manifest.case_count))}, ("case",), drive_axes, position)
     values = {**{name: (value,) for name, value in labels_of(manifest).standard.items()}, **manifest.axes}
-    further = (name for name, each in manifest.axes.items() if name not in STANDARD and len(each) > 1)
+    further = (name for name in manifest.axes if name not in STANDARD)
     axes = {name: tuple(values[name]) for name in (*STANDARD, *further)}
     order = tuple(dict.fromkeys([*(name for name in manifest.axes if name in axes), *axes]))
     return Layout(axes, order, drive_axes, position)
@@ -170,7 +172,19 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
             once = len(set(there)) == 1 and len(there) >= able and name not in along
             placed = ((), there[0]) if once else (dims, _at(places, values).reshape(layout.shape))
             found[name] = (*placed, attributes(_parameter(name)))
-    return found | drive_coordinates(manifest, layout)
+    return found | _in_si(manifest, found) | drive_coordinates(manifest, layout)
+
+
+def _in_si(manifest: Manifest, found: Mapping[str, Any]) -> dict[str, Any]:
+    """Coordinates with lengths and loads in m and N beside the others, if a campaign gives scales."""
+    if "scales" not in from_toml(manifest.text):
+        return {}
+    sizes = {name: getattr(manifest.scales, parameters_of_a_case()[name].scale) for name in in_si_too()}
+    given = {name: found[name] for name in sizes if name in found}
+    return {
+        in_si_too()[name].name: (dims, np.asarray(values, float) * sizes[name], attributes(in_si_too()[name]))
+        for name, (dims, values, _) in given.items()
+    }
 
 
 def _values(case: CampaignCase, names: Sequence[str], exclusions: tuple[Exclusion, ...]) -> tuple[Any, ...]:
@@ -472,10 +486,18 @@ def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
         return replace(series, columns={name: each for name, each in series.columns.items() if name not in apart})
 
     wanted = {
-        group.name: tuple(each for each in group.series if each.kind in kinds and each.wanted(manifest))
+        group.name: tuple(
+            _requested(each, manifest) for each in group.series if each.kind in kinds and each.wanted(manifest)
+        )
         for group in all_groups().values()
     }
     return [Runs(Group(name, tuple(map(own, series))), meanwhile) for name, series in wanted.items() if series]
+
+
+def _requested(series: Series, manifest: Manifest) -> Series:
+    """A series without the columns that a campaign does not request."""
+    apart = left_out(KINDS[series.kind], manifest)
+    return replace(series, columns={name: each for name, each in series.columns.items() if name not in apart})
 
 
 def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:

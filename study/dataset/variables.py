@@ -27,7 +27,7 @@ from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
-from nanoslip.study.manifest.parameters import with_symbol
+from nanoslip.study.manifest.parameters import UNITS, with_symbol
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.kinds import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, column, declared
 from nanoslip.study.plan.task import PENDING, TaskResult
@@ -189,6 +189,22 @@ def parameters() -> dict[str, Quantity]:
     }
 
 
+@cache
+def in_si_too() -> dict[str, Quantity]:
+    """Parameter of a case -> the coordinate that has it in SI, of campaigns that give scales."""
+    stated = {name: each for name, each in parameters_of_a_case().items() if each.scale in UNITS and not each.columns}
+    return {
+        name: Quantity(
+            f"{name}_si",
+            each.meaning.partition(", in ")[0],
+            UNITS[each.scale],
+            symbol=each.symbol.partition("/")[0],
+            comment=f"{name} times its scale",
+        )
+        for name, each in stated.items()
+    }
+
+
 def factors(case: Case, scales: Scales, drive: NamedDrive | None) -> dict[str, float]:
     """`Quantity.per` -> what a value in the solver's units is multiplied with: shares of W or μ_i, or SI."""
     friction = case.intrinsic_friction
@@ -306,7 +322,7 @@ def _all(beside: bool = False) -> Iterator[Described]:
         yield from _of(_GROUPS.get(kind, kind), dims, around)
     for group in all_groups().values():
         yield from _of("the runs of a case", f"{CASES}, drive" if group.driven else CASES, (group.id,))
-    yield from _of("parameters", "where they vary", (DRIVE_NAME, *parameters().values()))
+    yield from _of("parameters", "where they vary", (DRIVE_NAME, *parameters().values(), *in_si_too().values()))
     for group in all_groups().values():
         counts = [series[0].count for series in group.samples.values()]
         yield from _of(f"{_GROUP}{group.name}", group.name, (group.label, *group.owners, *counts))
@@ -352,6 +368,12 @@ def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.Variable, ...]:
 def of_drives() -> set[str]:
     """The variables of the results of drives, but for those beside means."""
     return {each.name for _, each in scalars(DRIVE)}
+
+
+@cache
+def counts() -> set[str]:
+    """The variables that count something."""
+    return {each.name for kind in KINDS.values() for each in declared(kind).values() if each.counted}
 
 
 def fewer(case: xr.Dataset, name: str) -> str:

@@ -249,6 +249,7 @@ class Checker:
         self.beside = beside
         self.load_unit = math.nan
         """normal_load in N, of which loads of a path are multiples; NaN without one of all cases."""
+        self.width_given = False
         self.problems: list[Problem] = []
 
     def place(self, table: str = "") -> Place:
@@ -304,10 +305,14 @@ class Checker:
         try:
             if stated.listed:
                 return given._replace(value=loads_over(given.value, self.load_unit))
-            return given._replace(value=plain(given.key, given.value, stated, scales))
+            value = plain(given.key, given.value, stated, scales)
         except InvalidInput as error:
             self.problems.append(given.problem(error.need))
             return None
+        if scales and stated.scale == "slab_width" and value is not given.value and not self.width_given:
+            self.problems.append(given.problem("slab_width in [scales] beside it, the width L_x that lengths are over"))
+            return None
+        return given._replace(value=value)
 
     def in_si(self, where: str, content: Mapping[str, Any], known: Mapping[str, Parameter]) -> dict[str, Any]:
         """Entries of a table in SI, with numbers in the units of their keys; invalid ones are refused."""

@@ -204,6 +204,12 @@ class Outputs:
     fit: bool = parameter(
         True, meaning="Eq. 16-19 fitted to the spring force of each drive", unit="", comment="variables `fitted_…`"
     )
+    critical: bool = parameter(
+        False,
+        meaning="velocity and stiffness above which the pin of each drive no longer sticks",
+        unit="",
+        comment="by bisection: some fifty drives of each member",
+    )
     tractions: bool = parameter(
         False,
         meaning="pressure and shear after initial contact",

@@ -12,6 +12,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import PHYSICS, SCHEMES, Slab
+from nanoslip.solver.view import with_error
 from nanoslip.study.manifest.units import quantity
 
 Value = float | int | str
@@ -224,6 +225,9 @@ def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequenc
         sizes = [float(value) * getattr(scales, stated[name].scale) for value in given[name]]
         said.append(f"{stated[name].symbol.partition('/')[0]} = {_span(sizes, UNITS[stated[name].scale])}")
     apart = [scales.slab_width / (int(n_x) - 1) for n_x in given["n_x"]]
+    said += [f"L_y = {compact(scales.slab_depth, 'm')}", f"G = {compact(scales.shear_modulus, 'Pa')}"]
+    if len({*given["poisson"]}) == 1:
+        said.append(f"E = {compact(2.0 * (1.0 + float(given['poisson'][0])) * scales.shear_modulus, 'Pa')}")
     return f"in SI: {', '.join(said)}, nodes {_span(apart, 'm')} apart"
 
 
@@ -240,13 +244,14 @@ def _span(values: Sequence[float], unit: str) -> str:
     return " to ".join(ends)
 
 
-def compact(value: float, unit: str) -> str:
-    """A value in SI with the prefix that suits it, to four digits: 15.62 μm."""
+def compact(value: float, unit: str, error: float | None = None) -> str:
+    """A value in SI with the prefix that suits it, to four digits, or rounded beside its ±: 15.62 μm."""
     if unit == "kg":  # which has a prefix already
         value, unit = 1e3 * value, "g"
     thousands = min(max(Decimal(f"{value:.4g}").adjusted() // 3, -10), 10)
     size = float(Decimal(value).scaleb(-3 * thousands))
-    return f"{size:.4g} {'qryzafpnμm kMGTPEZYRQ'[thousands + 10].strip()}{unit}"
+    said = f"{size:.4g}" if error is None else with_error(size, error * 10.0 ** (-3 * thousands))
+    return f"{said} {'qryzafpnμm kMGTPEZYRQ'[thousands + 10].strip()}{unit}"
 
 
 def as_written(unit: str) -> str:

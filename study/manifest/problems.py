@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from nanoslip.solver.case import parameters_of_a_case
-from nanoslip.solver.drive import parameters_of_a_drive
+from nanoslip.solver.drive import Scales, parameters_of_a_drive
 from nanoslip.solver.outcome import ABSENT, SHOWN, InvalidInput, NanoslipError
-from nanoslip.study.manifest.parameters import axes, of_symbol, table_of
+from nanoslip.solver.parameter import declared
+from nanoslip.study.manifest.parameters import YOUNG, axes, of_symbol, table_of
+from nanoslip.study.manifest.vocabulary import beyond, key_meant
 from nanoslip.study.toml_text import shown
 
 LONGEST_PATH = 200
@@ -116,14 +118,23 @@ def unknown(word: str, allowed: Collection[str]) -> str:
 
 
 def meant_by(word: str, allowed: Collection[str]) -> str:
-    """Remark on a misplaced or misspelt word; empty for any other text."""
+    """Remark on a misplaced or misspelt word, or one of physics beyond the model; empty for any other text."""
+    if place := _home(word):
+        return place
+    symbol = of_symbol(word, {**parameters_of_a_case(), **parameters_of_a_drive()})
+    near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
+    meant = symbol if symbol != word else key_meant(word) or ("" if beyond(word) else "".join(near))
+    if meant:
+        return f"unknown; did you mean {meant}" + (
+            f", which {_home(meant)}?" if meant not in allowed and _home(meant) else "?"
+        )
+    return beyond(word)
+
+
+def _home(word: str) -> str:
+    """Table in which a known word belongs, as a remark; empty for any other."""
     if table := table_of(word):
         return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
-    of_drives = parameters_of_a_drive()
-    if word in of_drives:
+    if word in parameters_of_a_drive():
         return "belongs in [[drives]] or [drive_axes]"
-    meant = of_symbol(word, {**parameters_of_a_case(), **of_drives})
-    if meant != word:
-        return f"unknown; did you mean {meant}" + ("?" if meant in allowed else f", which {unknown(meant, allowed)}?")
-    near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
-    return f"unknown; did you mean {near[0]}?" if near else ""
+    return "belongs in [scales]" if word in (*declared(Scales), YOUNG) else ""

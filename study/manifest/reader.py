@@ -323,7 +323,7 @@ class _Reader(NamedFiles):
 
     def manifest(self, text: str) -> Manifest:
         top = self._top(_document(self.path, text))
-        scales = self._scales(top)
+        scales, self.width_given = self._scales(top), "slab_width" in top.get("scales", {})
         table = self.table(top)
         _spread_path(top)
         given = self.plain(table.columns, scales) if table else self._axes(top, scales)

@@ -42,6 +42,8 @@ STATISTICS: Final = 0.04
 for 400 events, 1.0 for 20,000 and 2.5 for 160,000."""
 STEP: Final = 6e-8
 """Time of a step of a drive: a tooth passed, a time step, a sample."""
+PROBES: Final = 50.0
+"""Drives that a critical velocity and stiffness take: 2 to 9 to bracket each, 8 to bisect, some of them twice as long."""
 FIT: Final = 8e-3
 """Time of a fit of Eq. 16-19, samples aside: three least squares of some fifteen steps (8 to 19 ms for 200 to 2000 samples)."""
 
@@ -234,15 +236,12 @@ def drive_steps(drive: Drive, case: Case) -> float:
     return duration / step if step else 0.0 if drive.profile == "mean" else teeth
 
 
-def drive_seconds(drive: Drive, case: Case, fitted: bool) -> float:
-    """Seconds of motion and fit: steps, and samples; and of the contact that is slid as far as the stage moves."""
+def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False) -> float:
+    """Seconds of motion and fit: steps, and samples; of the contact that is slid as far as the stage moves; of bisections."""
     way = drive.stage_velocity * drive_duration(drive, case) if drive.memory else 0.0
     contact = touch_seconds(case) + _slide_seconds(case, way / sizes_of(case).step) if way else 0.0
-    return (
-        contact
-        + FIT * fitted
-        + STEP * (min(drive_steps(drive, case), drive.step_limit) + 50.0 * min(drive.samples, MOST_SAMPLES))
-    )
+    steps = (1.0 + PROBES * critical) * min(drive_steps(drive, case), drive.step_limit)
+    return contact + FIT * fitted + STEP * (steps + 50.0 * min(drive.samples, MOST_SAMPLES))
 
 
 # Bytes of the arrays of contacts and friction records while they are computed.
@@ -375,7 +374,7 @@ def _drive(task: Task) -> Estimate:
     case, drive = case_of(task), drive_of(task)
     numbers = 5.0 * drive.samples  # twice that with the fit's columns, beside the record
     memory = _FLOAT * (2.0 * numbers + 16.0 * sizes_of(case).events)
-    return Estimate(task.ensemble.likely * drive_seconds(drive, case, task.fitted), memory, numbers)
+    return Estimate(task.ensemble.likely * drive_seconds(drive, case, task.fitted, task.critical), memory, numbers)
 
 
 ESTIMATES: Final[Mapping[str, Callable[[Task], Estimate]]] = {

@@ -17,7 +17,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.state import NODE_X, NODE_Y, ContactState, ContactSummary
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
-from nanoslip.solver.dynamics.regime import StickSlipCount
+from nanoslip.solver.dynamics.regime import CriticalPoint, StickSlipCount
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.dynamics.stick_slip import StickSlipFit
 from nanoslip.solver.effects import LeftOut
@@ -472,20 +472,36 @@ STATES: Final = Kind(
 
 
 def drive_task(
-    case: Case, drive: Drive, ensemble: Ensemble = ALONE, *, scalars_only: bool = False, fitted: bool = True
+    case: Case,
+    drive: Drive,
+    ensemble: Ensemble = ALONE,
+    *,
+    scalars_only: bool = False,
+    fitted: bool = True,
+    critical: bool = False,
 ) -> Task:
     """The motion of the pin over the friction records of a case's members.
 
-    fitted: whether Eq. 16-19 are fitted to its spring force. Members that its target needs beyond those records are slid too.
+    fitted: whether Eq. 16-19 are fitted to its spring force. critical: whether its critical point is computed.
+    Members that its target needs beyond those records are slid too.
     """
     record = record_task(case, ensemble)
     own, text = own_ensemble("drive", ensemble)
-    marks = (*scalars_only_mark(scalars_only), *(() if fitted else ("unfitted",)))
+    marks = (*scalars_only_mark(scalars_only), *(() if fitted else ("unfitted",)), *(("critical",) if critical else ()))
     key = task_key("drive", record.key, _text_of(drive), text, *marks)
     more = compliance_needs(case.slab) if own.within is not None or drive.memory else ()
     needs = (record.key, *more)
     return Task(
-        key, "drive", case.slab, case, drive, ensemble=own, needs=needs, scalars_only=scalars_only, fitted=fitted
+        key,
+        "drive",
+        case.slab,
+        case,
+        drive,
+        ensemble=own,
+        needs=needs,
+        scalars_only=scalars_only,
+        fitted=fitted,
+        critical=critical,
     )
 
 
@@ -499,7 +515,12 @@ def _drive_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     outputs = manifest.outputs
     bare = not (outputs.trajectory or outputs.phases)
     return tuple(
-        Wanted(drive_task(case, drive, manifest.ensemble, scalars_only=bare, fitted=outputs.fit), label)
+        Wanted(
+            drive_task(
+                case, drive, manifest.ensemble, scalars_only=bare, fitted=outputs.fit, critical=outputs.critical
+            ),
+            label,
+        )
         for label, drive in _dimensionless(manifest)
     )
 
@@ -518,6 +539,7 @@ DRIVE: Final = Kind(
         Part(FrictionCoefficients),
         Part(StickSlipFit, "fitted_", wanted=output("fit")),
         Part(StickSlipCount),
+        Part(CriticalPoint, wanted=output("critical")),
         Part(DynamicsResult, whole=True),
         Part(LeftOut, wanted=lambda manifest: manifest.ensemble.within is not None),
     ),

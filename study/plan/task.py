@@ -49,6 +49,8 @@ class Task:
     """True if the result's arrays are left out."""
     fitted: bool = True
     """True if the closed form is fitted to the motion; drive tasks only."""
+    critical: bool = False
+    """True if the critical velocity and stiffness are computed, too; drive tasks only."""
     intermediate: bool = False
     """True if only other tasks need the result, not the campaign."""
     ensemble: Ensemble = ALONE

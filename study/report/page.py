@@ -263,15 +263,15 @@ def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
     return found
 
 
-def write(dataset: xr.Dataset, out: Path) -> Path:
+def write(dataset: xr.Dataset, out: Path, answer: str = "") -> Path:
     """Write the page of a dataset into a folder, with the runs that are written down there. Raises StoreError."""
     path = out / FILE
-    write_files({path: page(dataset, runs.read(out)).encode()})
+    write_files({path: page(dataset, runs.read(out), answer).encode()})
     return path
 
 
-def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
-    """The page as HTML. journal: the runs that computed its results, as far as they are known."""
+def page(dataset: xr.Dataset, journal: Sequence[Run], answer: str = "") -> str:
+    """The page as HTML. journal: the runs that computed its results, as far as they are known. answer: its first sentence."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("nanoslip.study.report"),
         autoescape=True,
@@ -286,6 +286,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
     titles = (*(each.title for each in sections), "Cases", "About these numbers", *(["Runs"] if journal else []))
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
+        answer=answer,
         titles=(*titles, "Campaign", "Provenance"),
         long=LONG,
         manifest=dataset.attrs.get("manifest", ""),
@@ -296,7 +297,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run]) -> str:
         flags=summary.cautions(dataset),
         facts={
             "Cost": [cost(journal)],
-            "Largest errors": list(spread_lines(dataset)),
+            "Errors by starts, grid and effects left out": list(spread_lines(dataset)),
             "In SI": list(in_si(dataset)),
             "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
         },

@@ -4,7 +4,7 @@ import functools
 import math
 import operator
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Final, NamedTuple, TypeAlias
@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
+from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import GRID_ERROR, quantities
@@ -34,6 +35,8 @@ from nanoslip.study.toml_text import from_toml
 
 MOST: float = 1e12
 """Whole numbers below it are written as such."""
+FEW_COUNTED: Final = 10.0
+"""Means of counts are whole numbers from here on, and have one digit below it."""
 NOTHING = "–"
 """Cell of an unknown number."""
 
@@ -81,15 +84,17 @@ _SAID_APART: Final = {
 """Variables that are no numbers of the case, or appear in its line."""
 
 
-def case_table(case: xr.Dataset) -> tuple[Table, dict[str, list[str]]]:
+def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, dict[str, list[str]]]:
     """Name, value with its unit, and meaning of each scalar that one case has; and why others are not among them -> their names.
 
-    case: of nanoslip.study.dataset.access; what lies along a dimension is left out.
+    case: of nanoslip.study.dataset.access; what lies along a dimension is left out. names: only these; () all.
     """
     rows: list[tuple[str, ...]] = []
     others: dict[str, list[str]] = {"0 here": [], "not known here": []}
     for name in sorted(map(str, case.data_vars), key=lambda name: (*SHOWN, name).index(name)):
-        if case[name].dims or name in _SAID_APART or name.endswith((UNCERTAINTY, "members", "_si")):
+        if (names and name not in names) or case[name].dims or name in _SAID_APART:
+            continue
+        if name.endswith((UNCERTAINTY, "members", "_si")):
             continue  # ±, count of members and size in SI are shown with their variable
         if (value := _text(case, name, 6)) == NOTHING:
             others["not known here"].append(name)
@@ -118,8 +123,12 @@ def ending_lines(case: xr.Dataset) -> Iterator[str]:
 
 
 def answer(case: xr.Dataset) -> str:
-    """Friction coefficients, regime and plateau of one case in a line, and how it ended unless it is completed."""
-    there = {SHOWN[name]: _text(case, name, 4) for name in list(SHOWN)[:4] if name in case and not case[name].dims}
+    """Friction, regime and plateau of one case in a line, of a contact its half-width; and how it ended unless completed."""
+    names = [name for name in _ANSWER if name in case and not case[name].dims]
+    names = names or [name for name in ("loss_per_cycle", "contact_half_width") if name in case][:1]
+    there = {SHOWN[name]: _text(case, name, 4) for name in names}
+    if there.get(SHOWN["kinetic_friction"], NOTHING) != NOTHING:
+        there.pop(SHOWN["plateau_mean"], None)  # which is the same
     endings = (case[each.name] for each, _ in variables.OUTCOMES.values() if each.name in case)
     failed = dict.fromkeys(str(each.item()) for each in endings if not each.dims and each.item() != COMPLETED)
     return ", ".join([*(f"{title} {value}" for title, value in there.items() if value != NOTHING), *failed])
@@ -134,6 +143,8 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
         return with_error(value, float(values[error]))
     if isinstance(value, str | bool):
         return worded(tallies_over(values, name, values[name])[0])
+    if name in variables.counts() and value != round(value):
+        return plain(round(value, 0 if abs(value) >= FEW_COUNTED else 1), digits)
     return plain(value, digits)
 
 
@@ -202,7 +213,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
 
     why: behind an outcome its message, too. scales: to have lengths and loads of the axes in SI beside them.
     """
-    asked = [name for name in main_numbers(dataset) if name in dataset]
+    asked = [name for name in (*main_numbers(dataset), "regime") if name in dataset]
     columns = {name: SHOWN.get(name, symbol(name)) for name in (*asked, *SHOWN) if name in dataset}
     numbers = {
         *columns,
@@ -214,22 +225,22 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     }
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
-    dataset = dataset.assign({name: dataset[name].round() for name in _COUNTS if name in dataset})
     of = cases_of(dataset)
     varying = _varying(dataset, of)
     labels = [in_unit(_name(name), name) for name in varying]
     titles = [
         f"{title} of contact" if title in labels else title for title in columns.values()
     ]  # a punch is given its own
-    flagged = variables.VALIDITY.name in dataset and dataset[variables.VALIDITY.name].any()
+    masks = dataset[variables.VALIDITY.name].values if variables.VALIDITY.name in dataset else np.zeros(1, np.int32)
+    flagged = bool((masks != masks.flat[0]).any()) or (masks.size == 1 and bool(masks.any()))  # in all rows: said below
     header = (*labels, *titles, "outcome [flag]" if flagged else "outcome")
     rows: list[tuple[str, ...]] = []
     failed = set()
     for case in each_case(dataset, of, most):
         ending, flags, message = _ending(case)
-        if ending not in _UNHURT and bool(_missed(case)):
+        if ending not in _UNHURT and bool(_missed(case)) and not _follows(case).item():
             failed.add(len(rows))
-        told = f"{ending}{flags}{message}" if why else f"{ending}{flags}"
+        told = f"{ending}{flags if flagged else ''}{message if why else ''}"
         rows.append((*(_label(case, name, scales) for name in varying), *(_cell(case, name) for name in columns), told))
     if more := of.size - len(rows):
         rows.append((*("…" for _ in header[1:]), f"{more} more"))
@@ -245,7 +256,8 @@ def main_numbers(dataset: xr.Dataset) -> list[str]:
         named = (*named, "plateau_mean")
     elif "loss_per_cycle" in dataset:
         named = (*named, "loss_per_cycle")
-    return list(dict.fromkeys(filter(None, named)))
+    critical = quantities(CriticalPoint) if "critical_velocity" in dataset else ()
+    return list(dict.fromkeys(filter(None, (*named, *critical))))
 
 
 def _missed(dataset: xr.Dataset) -> xr.DataArray:
@@ -255,6 +267,13 @@ def _missed(dataset: xr.Dataset) -> xr.DataArray:
         return dataset["static_friction"].isnull() | dataset["max_slips"].isnull()
     missing = [dataset[name].isnull() for name in names if name in dataset]
     return xr.DataArray(True) if len(missing) < max(len(names), 1) else functools.reduce(operator.or_, missing)
+
+
+def _follows(dataset: xr.Dataset) -> xr.DataArray:
+    """True for drives of micro slips: without μ_s, their regime is the answer, unless [target] names numbers."""
+    if "regime" not in dataset or _target(dataset)[1]:
+        return xr.DataArray(False)
+    return dataset["regime"] == "micro_slip"
 
 
 def flag_summary(dataset: xr.Dataset) -> list[str]:
@@ -335,8 +354,12 @@ def _reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str]
 
 def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     """Numbers of cases, then drives by ending, each with True if it is a failure: failures first, the most frequent first."""
+    follows = _follows(dataset)
     found = [
-        (f"{count} {kind or 'case'}{'s' if count > 1 else ''}: {word.replace('_', ' ')}", word != COMPLETED)
+        (
+            f"{count} {kind or 'case'}{'s' if count > 1 else ''}: {word.replace('_', ' ')}",
+            word != COMPLETED and not bool(follows.where(dataset[ending.name] == word, True).all()),
+        )
         for kind, (ending, _) in variables.OUTCOMES.items()
         if ending.name in dataset
         for word, count in Counter(dataset[ending.name].values.ravel().tolist()).most_common()
@@ -356,7 +379,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
 
     asked: for cases that miss a requested number, else for the others.
     """
-    lines, missed = [], _missed(dataset)
+    lines, missed = [], _missed(dataset) & ~_follows(dataset)
     for what, outcomes, messages, groups in _reasons(dataset):
         failed = missed if set(missed.dims) <= set(outcomes.dims) else xr.DataArray(True)
         hurt = np.broadcast_to(
@@ -415,6 +438,8 @@ SHOWN: Final = {
     "static_friction": "μ_s",
     "kinetic_friction": "μ_k",
     "regime": "regime",
+    "critical_velocity": "V_c (m/s)",
+    "critical_stiffness": "k_c (N/m)",
     "plateau_mean": "plateau F/W",
     "peak_friction": "peak F/W",
     "loss_per_cycle": "loss/(W·L_x)",
@@ -433,12 +458,11 @@ SHOWN: Final = {
     "mean_pressure": "mean p·L_x·L_y/W",
     "maximum_pressure": "max p·L_x·L_y/W",
     "members": "members",
-    "largest_error": "largest error",
+    "largest_error": "± of starts or grid",
 }
 """Variable -> title of its column in tables of cases, on the terminal and on a page; numbers of one case have this order, too.
 What cases are computed for comes first: a narrow terminal leaves out the last ones."""
-_COUNTS: Final = ("events",)
-"""Whole numbers whose means over members are marked as means."""
+_ANSWER: Final = ("static_friction", "kinetic_friction", "regime", "plateau_mean")
 _UNHURT: Final = (COMPLETED, PENDING)
 """Endings that are no failure."""
 _LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()

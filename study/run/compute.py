@@ -18,7 +18,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState, contact_summary
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.integrators import measured
-from nanoslip.solver.dynamics.regime import count_sticks
+from nanoslip.solver.dynamics.regime import CriticalPoint, count_sticks
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
 from nanoslip.solver.effects import SPARED, LeftOut
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, stiffness_of_node, surface_compliance
@@ -448,7 +448,16 @@ class _Pulling:
             return Member((), error.outcome)
         fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None
         count = count_sticks(motion, drive)
-        return Member((coefficients, fit, count, motion), coefficients.outcome.adding(count.unsettled), plateau=plateau)
+        critical = _critical(record, plateau, drive) if self.task.critical else None
+        values = (coefficients, fit, count, critical, motion)
+        return Member(values, coefficients.outcome.adding(count.unsettled), plateau=plateau)
+
+
+def _critical(record: FrictionRecord, plateau: Plateau, drive: Drive) -> CriticalPoint:
+    """The critical point of a drive, by a module that other drives do without."""
+    from nanoslip.solver.dynamics.critical import critical_point  # noqa: PLC0415
+
+    return critical_point(record, plateau, drive)
 
 
 PAIRS: Final = 2

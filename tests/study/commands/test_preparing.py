@@ -38,6 +38,8 @@ def test_a_starter_is_commented_fine_and_computes(main, tmp_path, monkeypatch, n
     content = tomllib.loads(text)
     for table in SMALLER.keys() & content.keys():
         content[table] |= SMALLER[table]
+    if content.get("axes", {}).pop("n_x", None):  # its two grids are the smaller one
+        assert content["numerics"]["n_x"]
     content.setdefault("ensemble", SMALLER["ensemble"])
     monkeypatch.chdir(tmp_path / "mine")
     found = nanoslip.run(content)

@@ -10,7 +10,8 @@ from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
 
-AXES = """[axes]
+AXES = """scales.slab_width = 1e-3
+[axes]
 intrinsic_friction = {from = 0.1, to = 0.9}
 radius = {from = "20 mm", to = 400, scale = "log"}
 initial_contact = ["stick", "gradual"]

@@ -35,6 +35,15 @@ def read(text: str, **beside: str) -> Manifest:
     return parse_manifest(Path("mine.toml"), text, beside)
 
 
+def test_a_length_asks_for_the_width_that_it_is_over_and_a_load_for_none() -> None:
+    """A ball of 5 mm was taken for one on a slab 1 mm wide."""
+    for lines in ('constants.radius = "5 mm"', 'axes.radius = [100, "5 mm"]', 'limits.displacement = "10 um"'):
+        with pytest.raises(ManifestError, match=r"needs slab_width in \[scales\]"):
+            read(f'title = "x"\n{lines}')
+        assert read(f'title = "x"\n{lines}\nscales.slab_width = "10 mm"').path
+    assert read('title = "x"\nconstants.normal_load = "100 N"').tables["constants"] == {"normal_load": 1e-3}
+
+
 def test_a_load_per_length_is_that_of_plane_strain_over_the_depth_of_the_slab() -> None:
     per_length = IN_UNITS.replace('"100 N", 2e-3, "0.3 kN"', '"10 N/mm", "2e4 N/m", "30 kN/m"')
     assert read(per_length).axes["normal_load"] == pytest.approx([1e-3, 2e-3, 3e-3], rel=1e-15)
@@ -52,7 +61,9 @@ def test_loads_and_lengths_are_multiples_of_the_campaigns_own_scales() -> None:
 
 
 def test_cells_of_a_table_have_units_too() -> None:
-    given = read('title = "x"\ntable = "t"', table="normal_load,radius\n100 N,20 cm\n0.002,100\n")
+    given = read(
+        'title = "x"\ntable = "t"\nscales.slab_width = 1e-3', table="normal_load,radius\n100 N,20 cm\n0.002,100\n"
+    )
     assert given.axes == {"normal_load": (1e-3, 2e-3), "radius": (200.0, 100.0)}
 
 
@@ -105,4 +116,5 @@ def test_python_takes_units_and_a_line_says_all_in_si() -> None:
     }
     assert api.run({"title": "x", **small}, progress=False)["normal_load"].item() == 1e-3
     line = si_line(Scales(slab_width=2e-3), {"n_x": 129}, {"normal_load": (1e-3, 2e-3)})
-    assert line == "in SI: L_x = 2 mm, R = 400 mm, W = 200 N to 400 N, L_z = 2 mm, nodes 15.62 μm apart"
+    sizes = "L_x = 2 mm, R = 400 mm, W = 200 N to 400 N, L_z = 2 mm, L_y = 10 mm, G = 10 GPa, E = 26.67 GPa"
+    assert line == f"in SI: {sizes}, nodes 15.62 μm apart"

@@ -23,6 +23,7 @@ from nanoslip.study.report.summary import (
     cautions,
     drive_summary,
     ending_lines,
+    endings,
     factored,
     failure_summary,
     plain,
@@ -91,13 +92,38 @@ def test_every_drive_of_the_axes_is_a_row_that_names_its_place() -> None:
 
 
 def test_numbers_are_still_there_where_members_differ_in_their_regime_and_a_terminal_is_narrow() -> None:
-    """What a campaign is asked is a number; the words of a regime may be left out."""
+    """The regime is an answer, too: it is never left out, however narrow the terminal."""
     mixed = over_axes().isel(spring_stiffness=[0], stage_velocity=[1, 2])
     mixed["regime"][:] = "stick_slip"
     mixed = mixed.assign({f"regime_{word}_members": count for word, count in MIXED.items()})
     said = io.StringIO()
     Console(file=said, width=45).print(scalar_table(mixed))
-    assert said.getvalue().endswith("not shown, for lack of width: regime\n")
+    assert "regime" in said.getvalue()
+    assert "not shown" not in said.getvalue()
+
+
+def test_a_pin_that_follows_in_micro_slips_is_an_answer_and_a_number_of_the_target_that_it_lacks_none() -> None:
+    """No red badge, row or sentence; one that only sticks was not pulled long enough."""
+    data = over_axes().isel(spring_stiffness=[0], stage_velocity=[1, 2])
+    data["static_friction"] = data["static_friction"] * np.nan
+    data["drive_outcome"][:] = "no_slip"
+    data["drive_message"][:] = "its slips are too short"
+    for word, red in (("micro_slip", False), ("sticks", True)):
+        data["regime"][:] = word
+        assert bool(scalar_table(data).failed) == red
+        assert bool(failure_summary(data)) == red
+        assert dict(endings(data))["2 drives: no slip"] == red
+    data["regime"][:] = "micro_slip"
+    data.attrs["manifest"] = '[target]\nwithin = 0.01\nof = ["static_friction"]'
+    assert scalar_table(data).failed == {0, 1}
+
+
+def test_flags_that_all_rows_have_are_said_once_below() -> None:
+    """They took the width of numbers, in every row."""
+    data = ensembles([0.01, 0.01]).assign(outcome=("normal_load", ["completed"] * 2), message=("normal_load", [""] * 2))
+    for masks, title, cell in (([1, 1], "outcome", "completed"), ([1, 0], "outcome [flag]", "completed [few_nodes]")):
+        table = scalar_table(data.assign(validity_flags=("normal_load", np.array(masks, np.int32))))
+        assert (table.header[-1], table.rows[0][-1]) == (title, cell)
 
 
 def ensembles(errors: list[float], asked: str = "[target]\nwithin = 0.02") -> xr.Dataset:

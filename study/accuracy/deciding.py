@@ -1,0 +1,127 @@
+"""Influences on a number beside its starts: the spacing of the nodes that slip, and the stress that a slip drops.
+
+The case is computed again on half and twice the node spacing. Where slips drop no stress, all nodes slide at μ_i times their
+pressure, and F is μ_i·W: that needs no computation.
+"""
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
+from nanoslip.solver.outcome import InvalidInput
+from nanoslip.study.accuracy.effects import key_of, tasks_of
+from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.parameters import make_case
+from nanoslip.study.plan.cost import estimate
+from nanoslip.study.plan.kinds import compliance_task
+from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.run.compute import run_task
+from nanoslip.study.run.progress import roughly
+
+MAIN: Final = ("contact_half_width", "plateau_mean")
+"""Main number of a case that does not slide, and of one that does."""
+SECONDS: Final = 5.0
+"""Core seconds that a reader waits for what decides, for each of both spacings, unless asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spacing:
+    """A number of a case on another node spacing."""
+
+    word: str
+    """`half` or `twice` the node spacing."""
+    n_x: int
+    value: float = math.nan
+    """Mean over FEWEST members; NaN if unknown."""
+    problem: str = ""
+    """Reason if it is unknown."""
+
+
+class Deciding(NamedTuple):
+    """Influences on a number of a case beside its starts."""
+
+    variable: str
+    spacings: tuple[Spacing, ...]
+    without_drop: float
+    """F/W if slips drop no stress; NaN for another number, and where that is the case itself."""
+
+    @property
+    def computed(self) -> list[Spacing]:
+        """Spacings whose number is known."""
+        return [each for each in self.spacings if math.isfinite(each.value)]
+
+
+def deciding(manifest: Manifest, case: CampaignCase, most: float = SECONDS) -> Deciding:
+    """Compute the main number of a case on half and twice its node spacing. most: core seconds for each; longer is left out."""
+    assert case.case is not None
+    slides = "slip" in manifest.stages
+    variable = MAIN[slides]
+    spaces, own = case.case.slab.n_x - 1, manifest.ensemble
+    ensemble = Ensemble(FEWEST, places=own.places)
+    found, rate = list[Spacing](), 0.0
+    for word, n_x in (
+        ("twice", round(spaces / 2) + 1),
+        ("half", 2 * spaces + 1),
+    ):  # the cheap one tells what the other takes
+        try:
+            other = _on(manifest, case, n_x)
+        except InvalidInput as error:
+            found.append(Spacing(word, n_x, problem=str(error)))
+            continue
+        tasks = _tasks(manifest, other, ensemble, variable)
+        expected = sum(estimate(task)[0] for task in tasks)
+        if (seconds := (rate or 1.0) * expected) > most:
+            found.append(Spacing(word, n_x, problem=f"left out, {roughly(seconds)}"))
+            continue
+        if not rate:  # loads libraries and compiles kernels
+            _computed(word, n_x, variable, _tasks(manifest, other, Ensemble(), variable))
+        begun = time.process_time()
+        found.append(_computed(word, n_x, variable, tasks))
+        rate = (time.process_time() - begun) / expected
+    rule = case.case.slip_rule
+    drops = slides and rule.residual_shear < 1.0 and math.isfinite(case.case.intrinsic_friction)
+    return Deciding(variable, tuple(found[::-1]), case.case.intrinsic_friction if drops else math.nan)
+
+
+def _on(manifest: Manifest, case: CampaignCase, n_x: int) -> Case:
+    """The case with this number of nodes. Raises InvalidInput."""
+    own = zip(case.labels.names, case.values, strict=True)
+    return make_case({**manifest.fixed, **{name: value for name, value in own if value is not None}, "n_x": n_x})
+
+
+def _tasks(manifest: Manifest, case: Case, ensemble: Ensemble, variable: str) -> list[Task]:
+    tasks = [task for _, task in tasks_of(manifest, case, {}, ensemble, (variable,))]
+    compliance = compliance_task(case.slab)
+    return [*([compliance] if any(compliance.key in task.needs for task in tasks) else []), *tasks]
+
+
+def _computed(word: str, n_x: int, variable: str, tasks: list[Task]) -> Spacing:
+    results = dict[str, TaskResult]()
+    for task in tasks:
+        results[task.key] = run_task(task, results)
+        for array in results[task.key].arrays.values():
+            array.setflags(write=False)  # as a store gives it: kernels are compiled for that
+    last = results[tasks[-1].key]
+    values = last.scalars.get(key_of(variable, last), [math.nan])
+    value = float(mean_of(np.array(values, float)).mean)
+    return Spacing(word, n_x, value, "" if math.isfinite(value) else f"{last.outcome.ending} with n_x = {n_x}")
+
+
+def deciding_words(found: Deciding, title: str = "", digits: int = 3) -> Iterator[str]:
+    """Word influences as parts of a sentence: `0.42 to 0.48 with half and twice the node spacing`. title: of the number."""
+    known = found.computed
+    values = dict.fromkeys(f"{each.value:.{digits}g}" for each in sorted(known, key=lambda each: each.value))
+    unknown = "".join(f" ({each.word}: {each.problem})" for each in found.spacings if each not in known)
+    if known:
+        yield f"{title}{' to '.join(values)} with {' and '.join(each.word for each in known)} the node spacing{unknown}"
+    elif unknown:
+        yield f"other node spacings{unknown}"
+    if math.isfinite(found.without_drop):
+        yield f"{found.without_drop:.{digits}g} if slips drop no stress"

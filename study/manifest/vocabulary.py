@@ -1,0 +1,60 @@
+"""Other words for the keys of a campaign, as people of the field call them, and words for physics beyond the model."""
+
+from collections.abc import Mapping
+from typing import Final
+
+MEANT: Final[Mapping[str, str]] = {
+    "aspect_ratio": "thickness height slab_height slab_thickness film_thickness layer_thickness coating_thickness l_z lz h",
+    "young_modulus": "youngs_modulus young elastic_modulus e_modulus modulus e",
+    "shear_modulus": "g",
+    "slab_width": "width slab_length length l_x lx",
+    "slab_depth": "depth l_y ly line_length",
+    "radius": "pin_radius ball_radius tip_radius ball tip curvature diameter",
+    "normal_load": "load force normal_force weight line_load w f_n fn",
+    "intrinsic_friction": "mu friction_coefficient coefficient_of_friction cof local_friction",
+    "poisson": "poissons_ratio poisson_ratio poisson_s_ratio nu",
+    "n_x": "nodes n nodes_x mesh elements resolution",
+    "stage_velocity": "speed velocity sliding_speed sliding_velocity drive_velocity v",
+    "spring_stiffness": "stiffness spring spring_constant machine_stiffness",
+    "pin_mass": "mass slider_mass m",
+    "damping_ratio": "damping damper zeta",
+    "stage_travel": "distance sliding_distance travel",
+    "duration": "time t_end sliding_time",
+    "roughness": "rms surface_roughness asperities",
+    "members": "repeats repetitions replicas starts",
+}
+"""Key -> other words for it."""
+BEYOND: Final[Mapping[str, tuple[str, str]]] = {
+    "rate and state": (
+        "rate ageing aging state rate_and_state rate_state rsf d_c critical_slip_distance healing contact_time dwell hold_time",
+        "QDYN (https://ydluo.github.io/qdyn) has rate-and-state friction",
+    ),
+    "adhesion": (
+        "adhesion surface_energy work_of_adhesion jkr dmt pull_off capillary",
+        "Tamaas (https://pypi.org/project/tamaas) has adhesive contact of rough surfaces",
+    ),
+    "plasticity": (
+        "plasticity yield_stress yield_strength hardness hardening",
+        "Tamaas (https://pypi.org/project/tamaas) has elastic-plastic contact",
+    ),
+    "wear": (
+        "wear wear_rate wear_coefficient archard",
+        "finite elements with a wear law have it, such as COMSOL's contact with generalized Archard wear",
+    ),
+    "viscoelasticity and temperature": (
+        "viscoelastic viscoelasticity viscosity relaxation_time loss_tangent loss_modulus strain_rate temperature heat lubricant",
+        "finite elements with such a material have it",
+    ),
+}
+"""Physics that is not modelled -> words that sound like it, and a tool that has it."""
+
+
+def key_meant(word: str) -> str:
+    """The key that people call by this word; empty if there is none."""
+    return next((key for key, words in MEANT.items() if word.lower() in words.split()), "")
+
+
+def beyond(word: str) -> str:
+    """Sentence on physics that the model does not have, by a word that sounds like it; empty for any other."""
+    found = ((what, tool) for what, (words, tool) in BEYOND.items() if word.lower() in words.split())
+    return next((f"{what}: not modelled here; {tool}" for what, tool in found), "")

@@ -1,0 +1,70 @@
+"""A pin sticks below its critical velocity and stiffness, and slides above, over the same record."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nanoslip
+from nanoslip.solver.dynamics.critical import RESOLUTION, STRIDE, STRIDES, boundary, critical_point
+from nanoslip.solver.dynamics.integrators import measured
+from nanoslip.solver.dynamics.regime import count_sticks
+from tests.conftest import Main
+
+CASE = nanoslip.Case(radius=50.0, slab=nanoslip.Slab(n_x=17), max_presliding=4.0)
+
+
+@pytest.mark.parametrize("first", [1e-3, 0.9, 1.1, 5e3])
+def test_a_boundary_is_found_from_either_side_to_its_resolution(first: float) -> None:
+    found = boundary(lambda value: value < 1.0, first)
+    assert 1.0 / RESOLUTION < found < RESOLUTION
+
+
+def test_what_never_changes_or_fails_has_no_boundary() -> None:
+    asked: list[float] = []
+    assert math.isnan(boundary(lambda value: asked.append(value) is None, 1.0))
+    assert (len(asked), max(asked)) == (STRIDES + 1, STRIDE**STRIDES)
+    assert math.isnan(boundary(lambda value: None if value > 2.0 else True, 1.0))
+    assert math.isnan(boundary(lambda value: True, 0.0))  # a stage at rest
+
+
+def test_beyond_the_critical_point_a_pin_slides_and_before_it_sticks() -> None:
+    record = nanoslip.friction_record(CASE)
+    plateau, drive = nanoslip.plateau_of(record), nanoslip.Drive.from_si(spring_stiffness=3e6)
+    found = critical_point(record, plateau, drive)
+    for key, value in (("stage_velocity", found.critical_velocity), ("spring_stiffness", found.critical_stiffness)):
+        regimes = []
+        for factor in (0.5, 2.0):
+            pulled = replace(drive, **{key: value * factor})
+            regimes.append(count_sticks(measured(record, plateau, pulled)[0], pulled).regime)
+        assert regimes[0] == "stick_slip"
+        assert regimes[1] in ("slides", "micro_slip")
+
+
+def test_a_campaign_has_it_on_request_of_each_member_in_si(main: Main) -> None:
+    campaign = {
+        "title": "x",
+        "stages": ["contact", "slip", "dynamics"],
+        "constants": {"radius": 50.0},
+        "numerics": {"n_x": 17},
+        "limits": {"presliding": 4},
+        "ensemble": {"members": 3},
+        "drives": [{"name": "own", "spring_stiffness": 3e6, "samples": 1}],
+        "outputs": {"fit": False},
+    }
+    without = nanoslip.run(campaign)
+    found = nanoslip.run({**campaign, "outputs": {"fit": False, "critical": True}})
+    assert "critical_velocity" not in without
+    assert found.static_friction.identical(without.static_friction)
+    each = found.nanoslip.tree["drive_ensemble"].critical_velocity.values
+    assert found.critical_velocity.item() == pytest.approx(each.mean())
+    assert found.critical_velocity_uncertainty.item() > 0.0
+    drive = {**campaign["drives"][0], "stage_velocity": 1.05 * each.max()}  # type: ignore[dict-item]
+    faster = nanoslip.run({**campaign, "drives": [drive]})
+    assert faster.regime.item() == "slides"
+    words = ("radius=50", "n_x=17", "presliding=4", "members=3", "spring_stiffness=3e6", "samples=1", "fit=false")
+    code, text, _ = main("try", *words, "--critical")
+    assert (code, text.startswith("the pin no longer sticks above stage velocity ")) == (0, True)
+    assert f"{np.round(1e3 * found.critical_velocity.item(), 1):g}" in text.splitlines()[0]
+    assert main("try", "--critical", "--contact")[0] == 2

@@ -1,0 +1,98 @@
+"""What decides a number beside its starts: another spacing is another campaign, and slips that drop no stress leave μ_i."""
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nanoslip.study import api
+from nanoslip.study.accuracy.deciding import Deciding, deciding, deciding_words
+from nanoslip.study.manifest.cases import expand
+from tests.conftest import Main
+
+CASE: dict[str, Any] = {
+    "title": "x",
+    "stages": ["contact", "slip"],
+    "constants": {"radius": 50.0, "intrinsic_friction": 0.25},
+    "numerics": {"n_x": 17},
+    "limits": {"presliding": 3},
+    "ensemble": {"members": 3},
+}
+CONTACT = {**CASE, "stages": ["contact"], "limits": {}}
+
+
+def found_in(campaign: dict[str, Any], most: float = math.inf) -> Deciding:
+    manifest = api.manifest_of(campaign)
+    return deciding(manifest, expand(manifest)[0], most)
+
+
+@pytest.mark.parametrize(("campaign", "variable"), [(CASE, "plateau_mean"), (CONTACT, "contact_half_width")])
+def test_half_and_twice_the_spacing_are_campaigns_of_their_own(campaign: dict[str, Any], variable: str) -> None:
+    """Of as many members, to the last bit; the grid's own rows follow n_x."""
+    found = found_in(campaign)
+    assert (found.variable, [(each.word, each.n_x) for each in found.spacings]) == (
+        variable,
+        [("half", 33), ("twice", 9)],
+    )
+    for each in found.spacings:
+        other = api.run({**campaign, "numerics": {"n_x": each.n_x}}, progress=False)
+        assert each.value == other[variable].item()
+
+
+def test_slips_that_drop_no_stress_leave_the_intrinsic_friction() -> None:
+    """All nodes slide at μ_i times their pressure: no computation is needed for it."""
+    assert found_in(CASE).without_drop == 0.25
+    sliding = api.run({**CASE, "slip": {"residual_shear": 1.0}, "limits": {"presliding": 20}}, progress=False)
+    assert sliding["final_friction"].item() == pytest.approx(0.25, rel=1e-9)
+    assert math.isnan(found_in({**CASE, "slip": {"residual_shear": 1.0}}).without_drop)
+    assert math.isnan(found_in(CONTACT).without_drop)
+
+
+def test_a_spacing_that_takes_too_long_or_is_refused_is_left_out_with_the_reason() -> None:
+    found = found_in(CASE, 0.0)
+    assert (found.computed, [each.problem.startswith("left out, ") for each in found.spacings]) == ([], [True, True])
+    few = found_in({**CASE, "numerics": {"n_x": 17, "bottom_row": 17}})
+    assert [each.word for each in few.computed] == ["half"]
+    (words, _) = deciding_words(few)
+    assert "(twice: bottom_row = 17: " in words
+
+
+def test_a_try_begins_and_ends_with_its_answer_and_what_decides_it(main: Main) -> None:
+    code, text, _ = main("try", "n_x=17", "presliding=3", "radius=50", "intrinsic_friction=0.25", "members=3")
+    first, *_, last = text.splitlines()
+    half, twice = (each.value for each in found_in(CASE).spacings)
+    (low, high) = re.findall(r"; (\S+) to (\S+) with half and twice the node spacing; 0\.25 if slips drop", first)[0]
+    assert (code, first) == (0, last)
+    assert (float(low), float(high)) == pytest.approx(sorted((half, twice)), rel=5e-3)
+    rows = [line for line in text.partition("──\n")[2].partition("\n\n")[0].splitlines() if line[:1].strip()]
+    assert 5 <= len(rows) <= 8
+    assert text.count("┤") == 12
+    assert main("try", "n_x=17", "presliding=3", "radius=50", "members=3", "--all")[1].count("\n") > 2 * len(rows) + 25
+
+
+def test_explain_ranks_what_decides_and_a_page_begins_with_its_middle_case(main: Main, tmp_path: Path) -> None:
+    file, out = tmp_path / "mine.toml", tmp_path / "out"
+    file.write_text(
+        'title = "x"\nstages = ["contact", "slip"]\naxes.radius = [50.0, 60.0, 70.0]\nnumerics.n_x = 17\n'
+        "limits.presliding = 3\nensemble.members = 3\n"
+    )
+    assert main("run", file, "--out", out, "--serial")[0] == 0
+    text = main("explain", file, "radius=60", "--out", out)[1].partition("what decides plateau F/W ")[2]
+    shares = [float(each) for each in re.findall(r" (\d+\.\d)% ", text)]
+    assert shares == sorted(shares, reverse=True)
+    named = ("the node spacing", "starts", "slips that drop no stress", "the third dimension")
+    assert all(each in text for each in named)
+    assert main("report", file, "--out", out)[0] == 0
+    page = (out / "report.html").read_text("utf-8")
+    assert "<p>The middle case, R/L<sub>x</sub> = 60: plateau F/W " in page
+
+
+def test_means_of_counts_are_whole_or_have_one_digit(main: Main) -> None:
+    """Of eight starts 98.375 events were shown, as if they were so exactly known."""
+    text = main("try", "n_x=17", "presliding=3", "radius=50", "--drive", "--all")[1]
+    counted = dict(re.findall(r"^(\w+) +(\S+)  ", text, re.M))
+    for name in ("events", "slips", "micro_slips", "macroscopic_slips", "cascade_slips"):
+        value = counted[name]
+        assert "." not in value or re.fullmatch(r"\d\.\d", value), (name, value)

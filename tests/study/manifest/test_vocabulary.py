@@ -1,0 +1,44 @@
+"""Words of the field lead to one key each, and words of physics beyond the model to the tool that has it."""
+
+import pytest
+
+from nanoslip.solver.drive import Scales
+from nanoslip.solver.parameter import declared
+from nanoslip.study.manifest.cases import tables
+from nanoslip.study.manifest.parameters import YOUNG
+from nanoslip.study.manifest.problems import unknown
+from nanoslip.study.manifest.vocabulary import BEYOND, MEANT, beyond
+from tests.conftest import Main
+
+KEYS = {key for keys in tables().values() for key in keys} | {*declared(Scales), YOUNG}
+
+
+def test_every_word_is_no_key_and_leads_to_one_that_is() -> None:
+    words = [word for line in (*MEANT.values(), *(line for line, _ in BEYOND.values())) for word in line.split()]
+    assert len(words) == len({*words})
+    assert {*MEANT} <= KEYS
+    assert not {*words} & KEYS
+
+
+@pytest.mark.parametrize(
+    ("word", "key"),
+    [
+        ("thickness", "aspect_ratio"),
+        ("youngs_modulus", "young_modulus"),
+        ("load", "normal_load"),
+        ("E", "young_modulus"),
+        ("Speed", "stage_velocity"),
+        ("width", "slab_width"),
+    ],
+)
+def test_a_word_of_the_field_leads_to_one_key(main: Main, word: str, key: str) -> None:
+    code, _, errors = main("try", f"{word}=1")
+    assert (code, errors) == (2, f"Error: {word} = 1: unknown; did you mean {key}?\n")
+    assert unknown(word, ("radius",)).startswith(f"unknown; did you mean {key}, which belongs in [")
+
+
+@pytest.mark.parametrize("word", ["rate", "ageing", "adhesion", "wear", "viscosity"])
+def test_a_word_of_other_physics_names_what_has_it(main: Main, word: str) -> None:
+    assert "not modelled here; " in beyond(word)
+    code, _, errors = main("try", f"{word}=1")
+    assert (code, errors) == (2, f"Error: {word} = 1: {beyond(word)}\n")
