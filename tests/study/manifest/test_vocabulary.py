@@ -25,7 +25,7 @@ def test_every_word_is_no_key_and_leads_to_one_that_is() -> None:
     [
         ("thickness", "aspect_ratio"),
         ("youngs_modulus", "young_modulus"),
-        ("load", "normal_load"),
+        ("normal_force", "normal_load"),
         ("E", "young_modulus"),
         ("Speed", "stage_velocity"),
         ("width", "slab_width"),
