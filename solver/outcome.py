@@ -95,6 +95,8 @@ class Outcome:
 
     ending: Ending
     message: str = ""
+    longer: bool = False
+    """True if a longer drive helps: which key says how long is the reader's to name."""
 
     def __post_init__(self) -> None:
         message = self.message
@@ -111,9 +113,13 @@ class Outcome:
         """True if all computed numbers are valid, though some may be missing: the outcome names them."""
         return self.ending in _USABLE
 
-    def adding(self, more: str) -> "Outcome":
+    def adding(self, more: str, longer: bool = False) -> "Outcome":
         """Outcome with a longer message."""
-        return Outcome(self.ending, "; ".join(filter(None, (self.message, more))))
+        return Outcome(self.ending, "; ".join(filter(None, (self.message, more))), self.longer or longer)
+
+    def naming(self, key: str) -> "Outcome":
+        """Outcome whose message advises to raise the key that gives the duration of the drive, if a longer one helps."""
+        return self if not self.longer else Outcome(self.ending, f"{self.message}; raise {key}")
 
 
 _USABLE = frozenset({Ending.COMPLETED, Ending.NO_PLATEAU, Ending.NO_SLIP})

@@ -146,7 +146,8 @@ def drawn(picture: Picture, axes: "Axes | None") -> "Axes":
 
 def in_words(outcome: Outcome) -> str:
     """Outcome of a computation in words, with advice."""
-    return f"{outcome.ending}: {outcome.message}" if outcome.message else str(outcome.ending)
+    message = outcome.naming("duration").message
+    return f"{outcome.ending}: {message}" if message else str(outcome.ending)
 
 
 def with_error(number: float, uncertainty: float) -> str:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.dynamics.result import DynamicsResult
+from nanoslip.solver.dynamics.result import DynamicsResult, raising
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.plateau import Plateau
@@ -75,13 +75,16 @@ def friction_coefficients(
     slides = float(result.time[-1] - result.slip_time[0])
     if outcome.ok and slides < PERIODS * result.settling_time:
         periods = math.floor(100.0 * slides / result.settling_time) / 100.0  # never rounded up to those that are needed
-        message = f"the pin slid for {periods:g} oscillation periods; averaging μ_k needs {PERIODS:g}: raise {ended_by}"
-        outcome = Outcome(Ending.NO_PLATEAU, f"the friction force is not steady: {message}")
+        message = (
+            f"the pin slid for {periods:g} oscillation periods; averaging μ_k needs {PERIODS:g}{raising(ended_by)}"
+        )
+        outcome = Outcome(Ending.NO_PLATEAU, f"the friction force is not steady: {message}", ended_by == "duration")
     if outcome.ok:
         blocks, complaint = steady_blocks(result.binned_force / record.normal_load)
         kinetic = nan if complaint else float(blocks.mean())
         if complaint:
-            outcome = Outcome(Ending.NO_PLATEAU, f"the friction force {complaint}: raise {ended_by}")
+            message = f"the friction force {complaint}{raising(ended_by)}"
+            outcome = Outcome(Ending.NO_PLATEAU, message, ended_by == "duration")
     return FrictionCoefficients(
         static_friction=first,
         static_friction_excess=_beyond(record, first),
@@ -100,8 +103,9 @@ def _no_slip(result: DynamicsResult, plateau: Plateau, normal_load: float) -> Ou
     elif reached < plateau.peak and spring[-1] == spring.max():  # that of a stuck pin only rises
         message = (
             f"the pin is pulled with F/W = {reached:.3g} in the end, it slips at {plateau.mean:.3g} to {plateau.peak:.3g}: "
-            "raise the drive's duration, stage_velocity or spring_stiffness"
+            "raise stage_velocity or spring_stiffness"
         )
+        return Outcome(Ending.NO_SLIP, message, longer=True)
     else:
         message = (
             f"pulled with F/W = {reached:.3g} the pin slips, but never by more than {result.presliding_length:.3g} L_x, which "

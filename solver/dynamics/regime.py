@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.duration import lag_time
-from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by
+from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by, raising
 from nanoslip.solver.parameter import quantity
 
 Regime = Literal["sticks", "stick_slip", "slides", "micro_slip"]
@@ -155,7 +155,7 @@ def _unsettled(result: DynamicsResult, drive: Drive, late: NDArray[np.bool_], ri
     else:
         return ""
     missing = "spring_force_amplitude and stick_slip_period are not known"
-    return f"{what} is in the second half of the time, so {missing}: raise {ended_by(result, drive)}"
+    return f"{what} is in the second half of the time, so {missing}{raising(ended_by(result, drive))}"
 
 
 def _ramp_left(result: DynamicsResult, drive: Drive, slips: int) -> float:

@@ -114,6 +114,11 @@ class DynamicsResult(OneLine):
         return Picture("time t, in √(m/(G·L_y))", "force over load", tuple(curves))
 
 
+def raising(key: str) -> str:
+    """Advice to raise the parameter that ended a drive; empty of the duration, which `Outcome.longer` stands for."""
+    return "" if key == "duration" else f": raise {key}"
+
+
 def ended_by(result: DynamicsResult, drive: Drive) -> str:
     """Parameter that ended a drive: `max_slips`, `duration`, or `step_limit` (no duration, and twice the time exceeds it)."""
     ended = int(np.count_nonzero(np.isfinite(result.restick_time)))

@@ -32,7 +32,7 @@ from nanoslip.study.plan.kinds import (
     names_of,
     record_task,
 )
-from nanoslip.study.plan.plan import advised, evenly
+from nanoslip.study.plan.plan import evenly, key_of_duration
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
 
@@ -146,7 +146,7 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
                 variable, drive = place
                 where, before = f"{number}, drive {drive}" if drive else f"{number}", whole.results[place]
                 if not (ended := before.outcome).ok:
-                    ended = advised(ended, named[drive]) if drive else ended
+                    ended = ended.naming(key_of_duration(named[drive])) if drive else ended
                     failed[f"case {where}: {ended.ending}: {ended.message}"] = None
                 elif problem:
                     changes[effect, variable].append(Change(where, problem=problem))
@@ -219,7 +219,7 @@ def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -
     key = key_of(variable, whole)
     values = np.array([each.scalars.get(key, [math.nan] * len(whole.scalars[key])) for each in (without, whole)], float)
     difference, mean = mean_of(values[0] - values[1]), abs(float(mean_of(values[1]).mean)) or math.nan
-    ended = without.outcome
+    ended = without.outcome.naming("duration")
     problem = "" if ended == whole.outcome else ended.message if ended.ok else f"{ended.ending}: {ended.message}"
     return Change(where, float(difference.mean) / mean, float(difference.uncertainty) / mean, problem)
 

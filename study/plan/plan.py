@@ -8,10 +8,9 @@ import heapq
 import math
 import operator
 import os
-import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Final, NamedTuple, TypeVar
 
@@ -250,15 +249,13 @@ def drive_outcome(
     if case.case is None or drive.drive is None:
         return case.outcome if case.case is None else drive.outcome
     found = outcomes.get(plan.case_tasks[case.case_id].get(("drive", drive.label), ""))
-    return case_outcome(plan, case, outcomes) if as_its_case(found) else found and advised(found, drive)
+    return case_outcome(plan, case, outcomes) if as_its_case(found) else found and found.naming(key_of_duration(drive))
 
 
-def advised(outcome: Outcome, drive: CampaignDrive) -> Outcome:
-    """The outcome with advice on how long to drive that names the key which the file gives."""
-    key = next((name for name in DURATIONS if name in drive.given and drive.settings[name] is not None), "")
-    longer = rf"raise \1{key}" if key else "name a longer duration"
-    message = re.sub(r"raise (the drive's )?duration", longer, outcome.message)
-    return outcome if message == outcome.message else replace(outcome, message=message)
+def key_of_duration(drive: CampaignDrive) -> str:
+    """The key by which a drive's table gives its duration, for advice."""
+    given = (name for name in DURATIONS if name in drive.given and drive.settings[name] is not None)
+    return next(given, "duration, now auto")
 
 
 def ended(plan: Plan, outcomes: Mapping[str, Outcome]) -> tuple[Counter[str], Counter[str]]:

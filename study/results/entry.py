@@ -88,7 +88,7 @@ def packed(result: TaskResult) -> bytes:
     if any(array.dtype.hasobject for array in arrays.values()):
         raise ValueError(f"{result.key}: an array of objects; needs numbers or texts")
     rows = [(name, array.dtype.str, array.shape, _fortran(array)) for name, array in arrays.items()]
-    members = [(each.ending.value, each.message) for each in result.members]
+    members = [(each.ending.value, each.message, each.longer) for each in result.members]
     table = _filled(_json({"scalars": dict(result.scalars), "arrays": rows, "members": members}), b" ")
     body = b"".join((table, *(_filled(array.tobytes("A"), b"\0") for array in arrays.values())))
     meta = _meta_bytes(result.kind, result.outcome, result.origins)
@@ -98,7 +98,7 @@ def packed(result: TaskResult) -> bytes:
 
 @lru_cache(maxsize=256)  # most results say the same of themselves
 def _meta_bytes(kind: str, outcome: Outcome, origins: Origins) -> bytes:
-    ending = {"ending": outcome.ending.value, "message": outcome.message}
+    ending = {"ending": outcome.ending.value, "message": outcome.message, "longer": outcome.longer}
     return _filled(_json({"kind": kind, **ending, "origins": as_data(origins)}), b" ", LEAST)
 
 
@@ -153,7 +153,7 @@ def result_of(head: Head, numbers: Any) -> TaskResult:
     try:
         table = json.loads(str(numbers[: head.table], "ascii"))
         arrays = dict(_arrays(table["arrays"], numbers, head.table))
-        members = tuple([Outcome(Ending(ending), message) for ending, message in table["members"]])
+        members = tuple([Outcome(Ending(ending), *more) for ending, *more in table["members"]])
     except NO_RESULT:
         raise CorruptResultError(NOT_OURS) from None
     return TaskResult(head.key, head.meta.kind, head.meta.outcome, table["scalars"], arrays, members, head.meta.origins)
@@ -176,7 +176,8 @@ def _meta(text: bytes) -> Meta:
         isinstance(each, str) for each in (found["kind"], *(v for one in found["origins"] for v in one.values()))
     ):
         raise TypeError("no texts")
-    return Meta(found["kind"], Outcome(Ending(found["ending"]), found["message"]), from_data(found["origins"]))
+    outcome = Outcome(Ending(found["ending"]), found["message"], bool(found.get("longer")))
+    return Meta(found["kind"], outcome, from_data(found["origins"]))
 
 
 def _fortran(array: NDArray[Any]) -> bool:

@@ -19,6 +19,7 @@ from nanoslip.solver.contact.state import ContactState, contact_summary
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.dynamics.regime import CriticalPoint, count_sticks
+from nanoslip.solver.dynamics.result import ended_by
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip
 from nanoslip.solver.effects import SPARED, LeftOut
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance, stiffness_of_node, surface_compliance
@@ -240,7 +241,7 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
         for each, count in counts.most_common()
         if (message := first[each])
     ]
-    return Outcome(ending, "; ".join(messages))
+    return Outcome(ending, "; ".join(messages), any(each.longer for each in members))
 
 
 @lru_cache(maxsize=64)
@@ -449,8 +450,9 @@ class _Pulling:
         fit = fit_stick_slip(motion, drive, record.normal_load) if self.task.fitted else None
         count = count_sticks(motion, drive)
         critical = _critical(record, plateau, drive) if self.task.critical else None
-        values = (coefficients, fit, count, critical, motion)
-        return Member(values, coefficients.outcome.adding(count.unsettled), plateau=plateau)
+        longer = bool(count.unsettled) and ended_by(motion, drive) == "duration"
+        outcome = coefficients.outcome.adding(count.unsettled, longer)
+        return Member((coefficients, fit, count, critical, motion), outcome, plateau=plateau)
 
 
 def _critical(record: FrictionRecord, plateau: Plateau, drive: Drive) -> CriticalPoint:

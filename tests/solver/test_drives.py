@@ -64,7 +64,7 @@ def test_a_pin_that_is_pulled_too_little_says_so_and_slips_once_pulled_as_said(s
     found = pulled(**little)[1]
     assert found.outcome.ending is Ending.NO_SLIP
     assert np.isnan([found.static_friction, found.kinetic_friction]).all()
-    told, advice = found.outcome.message.split(": raise ")
+    told, advice = found.outcome.naming("duration").message.split(": raise ")
     reached, least, most = map(float, re.findall(r"0\.\d+", told))
     assert 0.1 < reached < least < most
     assert all(name in advice for name in little)
@@ -358,7 +358,7 @@ def test_the_loading_ramp_is_no_amplitude():
     assert short.macroscopic_slips > 1
     assert np.isnan([short.spring_force_amplitude, short.stick_slip_period]).all()
     assert short.unsettled.startswith("the first slip")
-    assert short.unsettled.endswith("raise duration")
+    assert "raise" not in short.unsettled  # a longer drive helps, whatever its file calls that
     assert (math.isfinite(long.spring_force_amplitude), long.unsettled) == (True, "")
     assert ended.unsettled.endswith("raise max_slips")
 

@@ -271,9 +271,9 @@ def test_a_drive_without_a_duration_ends_where_its_numbers_are_known():
 @pytest.mark.parametrize(
     ("given", "advice"),
     [
-        ({"stage_travel": 9e-5}, "raise the drive's stage_travel"),
-        ({"duration_periods": 4}, "raise the drive's duration_periods"),
-        ({"duration": 0.05}, "raise the drive's duration"),
+        ({"stage_travel": 9e-5}, "; raise stage_travel"),
+        ({"duration_periods": 4}, "; raise duration_periods"),
+        ({"duration": 0.05}, "; raise duration"),
         ({"max_slips": 1, "spring_stiffness": 2e4}, "raise max_slips"),
     ],
 )
