@@ -7,9 +7,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.solver.ensemble import student
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, MARKERS, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, MARKERS, CampaignFigure, Claim, column, exponent
 
 PANELS: Final = {"static_excess": "excess F_max/F - 1", "fluctuation": "fluctuation of F"}
 """Variable -> its label."""
@@ -19,16 +18,6 @@ def of_way(dataset: xr.Dataset, way: str, spread: float, name: str) -> tuple[Any
     """A number of the slider and its ±, each over the numbers of contacts."""
     found = dataset.squeeze().sel(initial_contact=way, spread=spread)
     return found[name].values, found[f"{name}_uncertainty"].values
-
-
-def exponent(contacts: Any, values: Any, errors: Any) -> tuple[float, float]:
-    """Fit the exponent of a power law, each value weighted by its relative ±, with its own ±."""
-    x, y, weight = np.log(contacts), np.log(values), (values / errors) ** 2
-    x0, y0 = (weight @ x) / weight.sum(), (weight @ y) / weight.sum()
-    square = weight @ (x - x0) ** 2
-    slope = float(weight @ ((x - x0) * (y - y0)) / square)
-    scatter = float(weight @ (y - y0 - slope * (x - x0)) ** 2) / (len(x) - 2)
-    return slope, float(student(len(x) - 1) * np.sqrt(max(scatter, 1.0) / square))
 
 
 def draw(dataset: xr.Dataset) -> Figure:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.dynamics.stick_slip import stick_slip
+from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import scales_of
@@ -60,6 +61,16 @@ def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0
         return f"{low:.{digits}g} from every start" if len(found) > 1 else f"{low:.{digits}g}"
     mean, _, deviation = with_error(found.mean(), found.std(ddof=1)).partition(" ± ")
     return f"{mean} (s.d. {deviation}, {low:.{digits}g} to {high:.{digits}g})"
+
+
+def exponent(at: Any, values: Any, errors: Any) -> tuple[float, float]:
+    """Fit the exponent of a power law, each value weighted by its relative ±, with its own ±."""
+    x, y, weight = np.log(at), np.log(values), (values / errors) ** 2
+    x0, y0 = (weight @ x) / weight.sum(), (weight @ y) / weight.sum()
+    square = weight @ (x - x0) ** 2
+    slope = float(weight @ ((x - x0) * (y - y0)) / square)
+    scatter = float(weight @ (y - y0 - slope * (x - x0)) ** 2) / (len(x) - 2)
+    return slope, float(student(len(x) - 1) * np.sqrt(max(scatter, 1.0) / square))
 
 
 # A drawing surface at the width of a journal's column, and its files: the same dataset gives the same bytes.

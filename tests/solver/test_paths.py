@@ -292,9 +292,59 @@ HARD = {
 @pytest.mark.parametrize("name", HARD)
 def test_hard_paths_are_lawful_or_an_outcome(name):
     case, way = HARD[name]
-    path = led(case, **way)
+    assert_lawful_or_named(led(case, **way), case)
+
+
+def assert_lawful_or_named(path, case):
+    """The laws hold where the path ends, to rounding of its largest load; one that broke off says why, with advice."""
+    if not path.start.outcome.ok:
+        assert path.outcome.message
+        return
     last = path.legs[-1].normal_load if path.legs else case.normal_load
     errors = law_errors(path.end, replace(case, normal_load=last), surface_compliance(case.slab))
     scale = max(path.legs, key=lambda leg: leg.first_load).first_load / last if path.legs else 1.0
     assert {law for law, error in errors.items() if not error <= scale * LIMITS[law]} == set()
     assert path.legs if path.outcome.ok else path.outcome.message
+    assert all(np.isfinite(leg.lost) and np.isfinite(leg.final_force) for leg in path.legs)
+
+
+def random_scene(rng):
+    """A case with a path of any kind."""
+    friction, load = (float(np.exp(rng.uniform(*np.log(ends)))) for ends in ((1e-3, 3.0), (1e-7, 1e-2)))
+    length = friction * load  # a presliding length, at K = 1
+    legs = zip((rng.uniform(-10.0, 10.0, 4) * length).tolist(), np.exp(rng.uniform(-3.0, 1.0, 4)).tolist(), strict=True)
+    kinds = (
+        {"amplitude": float(np.exp(rng.uniform(*np.log((1e-4, 10.0))))), "cycles": int(rng.integers(1, 4))},
+        {"stroke": float(rng.uniform(0.1, 10.0)) * length, "cycles": 1, "slid": float(rng.uniform(0.0, 3.0))},
+        {"slid": float(rng.uniform(0.1, 5.0)), "visited_loads": tuple(np.exp(rng.uniform(-6.0, 2.0, 3)).tolist())},
+        {"legs": tuple(legs)},
+    )
+    return Case(
+        slab=Slab(
+            n_x=int(rng.choice([9, 17, 33])),
+            scheme=str(rng.choice(["half_plane", "strip", "galerkin", "biquadratic", "chain"])),
+            poisson=float(rng.uniform(0.0, 0.45)),
+            aspect_ratio=float(rng.choice([1.0, 3.0])),
+        ),
+        intrinsic_friction=friction,
+        radius=float(np.exp(rng.uniform(*np.log((1.0, 2000.0))))),
+        normal_load=load,
+        start=float(rng.uniform()),
+        initial_contact=str(rng.choice(["stick", "frictionless", "gradual"])),
+        slip_rule=SlipRule(str(rng.choice(["worst_first", "simultaneous"])), float(rng.choice([0.0, 0.5, 0.9]))),
+        heterogeneity=Heterogeneity(spread=float(rng.choice([0.0, 0.2]))),
+        path=LoadPath(**kinds[int(rng.integers(len(kinds)))]),
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(40))
+def test_random_paths_are_lawful_or_an_outcome(seed):
+    """400 scenes, ten a seed; most of them go all of their way."""
+    rng, whole = np.random.default_rng(seed), 0
+    for _ in range(10):
+        case = random_scene(rng)
+        path = friction_path(case)
+        assert_lawful_or_named(path, case)
+        whole += path.outcome.ok
+    assert whole >= 4
