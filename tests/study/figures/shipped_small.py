@@ -31,6 +31,11 @@ SMALLER: Mapping[str, str] = {
     "damping_ratio = [0.01, 0.3]\npin_mass = [0.016, 0.5]",
     "maps/friction": "numerics.n_x = 65\n[axes]\nintrinsic_friction = [0.2, 0.5]\nradius = [50.0, 200.0]\n"
     "aspect_ratio = [1.0, 2.0]\nnormal_load = [5e-4, 1e-3]",
+    "paths/reversal": "axes = {scheme = ['biquadratic', 'strip'], n_x = [33, 65], start = [0.0, 0.25, 0.5]}",
+    "paths/pulse": "axes = {scheme = ['biquadratic', 'strip'], n_x = [33, 65], start = [0.0, 0.25, 0.5]}",
+    "paths/swing": "axes = {scheme = ['biquadratic', 'strip'], n_x = [33, 65], start = [0.0, 0.25, 0.5]}",
+    "paths/coulomb": "axes.n_x = [17, 33]\nensemble.members = 3",
+    "paths/loss": "axes = {scheme = ['biquadratic', 'half_plane'], n_x = [33, 65]}\nensemble.members = 3",
     "schemes": "axes.n_x = [33, 65]",
     "figures/choices": "numerics.n_x = 33\nlimits.events = 300\n[axes]\nradius = [200.0]\nsupport = ['bonded', 'right_side']\n"
     "first_spacing = ['equal']\ninitial_contact = ['stick']\nslip_order = ['worst_first', 'simultaneous']\n"

@@ -32,6 +32,7 @@ from modulation import BINS, modulation
 from power_law import PowerLaw, fit_power_law
 from preparation import exponent, of_way
 from punch import INNER, closed_form as pressure_of_half_plane, pressure
+from reversal import ASSUMED, Line, Path as ReversedPath, numbers_of as numbers_of_reversal
 from schemes import DEFAULTS
 from scipy import stats
 from shear import over_mean_of_ends
@@ -561,7 +562,7 @@ FIGURES = shipped_figures()
 
 
 def test_every_campaign_of_figures_has_a_figure_and_the_other_way_round() -> None:
-    folders = ("figures/", "maps/", "interface/")
+    folders = ("figures/", "maps/", "interface/", "paths/")
     campaigns = {name for name in shipped.campaigns() if name.startswith(folders) or name == "schemes"}
     assert {figure.campaign for figure in FIGURES.values()} == campaigns
     assert set(SMALLER) <= campaigns
@@ -590,3 +591,11 @@ def test_a_table_has_no_empty_row_and_no_number_that_is_none(name: str) -> None:
     for claim in claims:
         assert claim.meaning
         assert claim.found not in ("", "none", "nan"), claim
+
+
+def test_a_pin_that_obeys_eq_13_to_15_has_the_numbers_that_these_state() -> None:
+    """A constant limit of 0.5 μ_i·W, unloading with K."""
+    way = np.linspace(0.0, 4.0, 401)
+    back = Line(way, np.maximum(0.5 - way, -0.5))
+    path = ReversedPath(0.0, Line(way, np.full(len(way), 0.5)), back, Line(way, np.minimum(way - 0.5, 0.5)), 1.0)
+    assert list(numbers_of_reversal(path).values()) == pytest.approx([float(each) for each in ASSUMED], abs=1e-12)
