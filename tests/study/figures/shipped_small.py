@@ -49,8 +49,9 @@ def small(campaign: str) -> xr.Dataset:
     """The dataset of a shipped campaign with the values of `SMALLER`."""
     path = shipped.campaigns()[campaign]
     content = tomllib.loads(path.read_text("utf-8"))
-    if "table" in content:
-        content["table"] = str(path.parent / content["table"])
+    for place, key in ((content, "table"), (content.get("path", {}), "legs")):
+        if key in place:
+            place[key] = str(path.parent / place[key])
     for table, changes in tomllib.loads(SMALLER.get(campaign, "")).items():
         content[table] = {**content.get(table, {}), **changes} if isinstance(changes, Mapping) else changes
     return nanoslip.run(content)
