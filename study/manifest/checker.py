@@ -171,10 +171,12 @@ def _scale_of(column: Column, unit: str, size: float) -> float:
         return 1.0
     scale = scale_of(column.unit, unit)
     require(column.name, column.unit, math.isfinite(scale), f"a unit of {unit}, or none")
-    require(column.name, column.unit, math.isfinite(size), ONE_LOAD)
+    require(column.name, column.unit, math.isfinite(size), ONE_LOAD if unit == "N" else WIDTH)
     return scale / size
 
 
+WIDTH: Final = "slab_width in [scales] beside it, the width L_x that lengths are over"
+"""Condition of lengths with a unit."""
 ONE_LOAD: Final = "one normal_load in [constants], or loads over normal_load"
 """Condition of loads in N along a path."""
 
@@ -310,7 +312,7 @@ class Checker:
             self.problems.append(given.problem(error.need))
             return None
         if scales and stated.scale == "slab_width" and value is not given.value and not self.width_given:
-            self.problems.append(given.problem("slab_width in [scales] beside it, the width L_x that lengths are over"))
+            self.problems.append(given.problem(WIDTH))
             return None
         return given._replace(value=value)
 
@@ -438,7 +440,7 @@ class NamedFiles(Checker):
         if word == "roughness" and isinstance(name, dict):
             return self._surface(given, scales, number)
         if isinstance(name, str):
-            units = (scales.slab_width, self.load_unit)
+            units = (scales.slab_width if self.width_given else math.nan, self.load_unit)
             read = partial(read_legs, units=units) if word == "legs" else partial(read_rows, word)
             return self._read(read, word, name, number)
         columns = " and ".join(in_files()[word].columns)

@@ -39,6 +39,7 @@ load = [0.8, 1.0]
 [ensemble]
 members = 3
 """
+WIDTH = '[scales]\nslab_width = "1 mm"\n'
 FORCE = 1e10 * 1e-3 * 1e-2
 """G·L_x·L_y of the default scales, in N."""
 
@@ -110,7 +111,8 @@ def test_without_a_path_no_case_is_named_by_one(tmp_path):
 
 
 def test_amplitudes_with_units_are_strokes_and_lists_in_the_table_are_axes(tmp_path):
-    assert manifest_of(tmp_path, '[path]\namplitude = ["1 um", "3 um"]\n').axes == {"stroke": (1e-3, 3e-3)}
+    strokes = manifest_of(tmp_path, f'{WIDTH}[path]\namplitude = ["1 um", "3 um"]\n')
+    assert strokes.axes == {"stroke": (1e-3, 3e-3)}
     assert manifest_of(tmp_path, "[path]\namplitude = [0.1, 1]\ncycles = [1, 6]\n").case_count == 4
 
 
@@ -129,7 +131,7 @@ def test_loads_with_units_are_shares_of_the_load(tmp_path):
 )
 def test_legs_come_from_a_file_with_units_in_its_header(tmp_path, text, points):
     (tmp_path / "legs.csv").write_text(text)
-    manifest = manifest_of(tmp_path, '[path]\nlegs = "legs.csv"\n')
+    manifest = manifest_of(tmp_path, f'{WIDTH}[path]\nlegs = "legs.csv"\n')
     (case,) = make_plan(manifest).cases
     np.testing.assert_allclose(case.case.path.legs, points)
     assert manifest.files["legs"] == text
@@ -156,6 +158,7 @@ def test_what_a_path_excludes_is_refused_by_key(tmp_path):
         "displacement, load\n1, 1\n2, 0\n",
         "displacement, load\n1, 1\n2,\n3, 1\n4, 1\n",
         "displacement [s], load\n1, 1\n2, 1\n",
+        "displacement [um], load\n1, 1\n2, 1\n",
         "x, y\n1, 1\n2, 1\n",
         "displacement, load\n1, 1\n",
     ],
