@@ -14,12 +14,14 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve_violations
 from nanoslip.solver.contact.kernels.state import (
     FORWARD,
+    MOST_PIVOTS,
     RESIDUAL_LIMIT,
     RINGS,
     Direction,
     KernelConstants,
     KernelPin,
     KernelState,
+    Pivots,
     Rise,
     SlipConstants,
     Stop,
@@ -299,12 +301,12 @@ def _state(
     few = compliance.slab.nodes <= FEW and compliance.lasting
     set_up = _set_up_before if few else _set_up
     matrix, inverted = set_up(compliance, window.tobytes(), contact.tobytes())
-    entries, nodes = 2 * len(contact) + 1, len(contact)
+    entries, nodes, padded = 2 * len(contact) + 1, len(contact), in_lines(inverted)
     sticks = math.isinf(case.intrinsic_friction)
     friction_of_nodes = np.zeros(nodes) if sticks else node_friction(case, first_node)[window]
     return KernelState(
         matrix=matrix,
-        tableau=in_lines(inverted),
+        tableau=padded,
         response=np.zeros(entries),
         inputs=np.zeros(entries),
         rate=np.zeros(entries),
@@ -316,6 +318,12 @@ def _state(
         node_slips=np.zeros(nodes, np.int64),
         work=np.zeros((2, entries)),
         scalars=new_scalars(displacement, direction),
+        pivots=Pivots(
+            np.zeros((MOST_PIVOTS, 2, padded.shape[1])),
+            np.zeros((MOST_PIVOTS, 4)),
+            np.zeros(MOST_PIVOTS, np.int64),
+            np.zeros(entries, np.int64),
+        ),
     )
 
 

@@ -12,11 +12,12 @@ from nanoslip.solver.contact.kernels.state import (
     KernelState,
     Rise,
     Stop,
-    add_two,
     add_two_rows,
     equilibrium_residual,
     face_height,
     first_root,
+    follow_all,
+    follow_at,
     knot_ahead,
     piece_entered,
     pin_height,
@@ -36,21 +37,23 @@ def pivot(state: KernelState, i: int) -> bool:
     """Exchange inputs and responses of node i (a principal pivot with a 2 × 2 block); False where the block is singular."""
     n = len(state.x)
     p, q = i, n + i
-    t = state.tableau
+    t, pivots, scalars = state.tableau, state.pivots, state.scalars
+    if scalars.pivots == len(pivots.nodes):
+        follow_all(state)
+    follow_at(state, i)
     a, b, c, d = t[p, p], t[q, p], t[p, q], t[q, q]  # the block itself is [[a, b], [c, d]]: storage is transposed
     determinant = a * d - b * c
     scale = abs(a * d) + abs(b * c)
     if not abs(determinant) > 1e-14 * scale:
         return False
     ia, ib, ic, id_ = d / determinant, -b / determinant, -c / determinant, a / determinant
-    row_p, row_q = t[p], t[q]
-    for j in range(2 * n + 1):
-        if j != p and j != q:  # noqa: PLR1714 - a tuple of both takes longer to compile
-            # What the pivot's two inputs must be to hold its old responses, per unit of input j.
-            first = -(ia * t[j, p] + ib * t[j, q])
-            second = -(ic * t[j, p] + id_ * t[j, q])
-            add_two(t[j], first, row_p, second, row_q)
-            t[j, p], t[j, q] = first, second
+    row_p, row_q, k = t[p], t[q], scalars.pivots
+    pivots.nodes[k] = i
+    pivots.inverses[k, 0], pivots.inverses[k, 1], pivots.inverses[k, 2], pivots.inverses[k, 3] = ia, ib, ic, id_
+    for j in range(t.shape[1]):
+        pivots.rows[k, 0, j], pivots.rows[k, 1, j] = row_p[j], row_q[j]
+    scalars.pivots = k + 1
+    pivots.followed[p], pivots.followed[q] = k + 1, k + 1
     for j in range(2 * n + 1):  # whole rows at once would take numba longer to compile
         first, second = row_p[j], row_q[j]
         row_p[j], row_q[j] = ia * first + ic * second, ib * first + id_ * second
@@ -82,6 +85,7 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
             height = pin_height(constants, i, state.x[i] + state.inputs[i] - state.scalars.displacement)
             lift = height - state.inputs[n + i]
             if abs(lift) > constants.slip.tolerance + BLUR * abs(height) and height < np.inf:
+                follow_at(state, i)
                 displace(state.response, state.tableau, state.inputs, i, 0.0, lift)
                 moved = True
     return moved
@@ -91,6 +95,7 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
 def _refresh_after_changes(state: KernelState) -> None:
     """Recompute response, rate and equilibrium residual from time to time, after changes of the contact."""
     state.scalars.changes_since_refresh += 1
+    state.scalars.unchecked += 1
     if state.scalars.changes_since_refresh < REFRESH_CHANGES:
         return
     state.scalars.changes_since_refresh = 0
@@ -302,6 +307,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         if scalars.slips >= constants.slip.cascade_limit:
             return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
         xi = x[node] + inputs[node] - displacement
+        follow_at(state, node)
         along, down = slip_move(y, tableau, node_friction, node, xi, curvature, rise, residual_shear)
         if not abs(along) < np.inf:
             return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
@@ -338,6 +344,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
             offends = size > tolerance and size + state.active_friction[i] * y[n + i] > tolerance
             if offends or i in (first, worst):  # the worst one may offend by the rounding of the search alone
                 xi = state.x[i] + state.inputs[i] - displacement
+                follow_at(state, i)
                 along[i], down[i] = slip_move(
                     y,
                     state.tableau,

@@ -93,6 +93,19 @@ CHECK_EVENTS = 64
 """Events after which the equilibrium residual is computed, changes of the contact or not."""
 
 
+WIDE = 256
+"""Nodes of a window above which its matrix, no longer in a processor's cache, is read for the residual less often."""
+CHECK_CHANGES, CHECK_WIDE = 16, 1024
+"""Touches and releases, and events, after which the residual of a wide window is computed."""
+
+
+@compiled(inline="always")
+def _is_due(state: KernelState, event: int) -> bool:
+    """True if the equilibrium residual is to be computed after this event, one with changes or the last of CHECK_EVENTS."""
+    wide = len(state.x) > WIDE
+    return bool(not wide or state.scalars.unchecked >= CHECK_CHANGES or event % CHECK_WIDE == 0)
+
+
 @compiled(inline="always")
 def stretching(state: KernelState) -> float:
     """Change of shear and its limits per unit step along the path, summed over all nodes."""
@@ -171,7 +184,9 @@ def follow_path(
             return Stop.WINDOW_TOO_NARROW, e + 1
         if scalars.releases + scalars.touches > 0 or e % CHECK_EVENTS == 0:
             project_onto_pin(state, constants)
-            scalars.residual = max(scalars.residual, equilibrium_residual(state))
+            if _is_due(state, e):
+                scalars.unchecked = 0
+                scalars.residual = max(scalars.residual, equilibrium_residual(state))
         if scalars.residual > RESIDUAL_LIMIT:
             return Stop.INACCURATE, e + 1
     return Stop.FULL, len(events.displacement)

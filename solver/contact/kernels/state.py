@@ -93,9 +93,29 @@ class Scalars(Protocol):
     """Touches and releases since response and rate were last summed afresh because of them."""
     touches_near_end: int
     """Touches near the ends of the window."""
+    pivots: int
+    """Pivots that some rows of the tableau may not have followed yet (`Pivots`)."""
+    unchecked: int
+    """Touches and releases since the equilibrium residual was last computed."""
 
     def __getitem__(self, name: str) -> Any: ...
     def __setitem__(self, name: str, value: float) -> None: ...
+
+
+class Pivots(NamedTuple):
+    """Pivots that rows of the tableau follow when they are needed, or all together when there is no room for another one.
+
+    A row that follows several at once is read from memory once: most of a pivot's time on a wide window.
+    """
+
+    rows: Floats
+    """(k, 2, row length) the node's two rows before each pivot."""
+    inverses: Floats
+    """(k, 4) inverse of the pivot's 2 × 2 block."""
+    nodes: NDArray[np.int64]
+    """(k,)"""
+    followed: NDArray[np.int64]
+    """(N,) number of these pivots that each row has followed."""
 
 
 class KernelState(NamedTuple):
@@ -126,6 +146,7 @@ class KernelState(NamedTuple):
     work: Floats
     """(2, N) for what a kernel notes while it runs."""
     scalars: Scalars
+    pivots: Pivots
 
 
 # What a scene does not call for is None in these constants, and is left out of the kernels that are compiled for them.
@@ -387,12 +408,46 @@ RESIDUAL_LIMIT = 1e-11
 """Relative residual of the prescribed displacements or of the load at which the tableau is rebuilt."""
 
 
+@compiled()
+def follow(state: KernelState, j: int) -> None:
+    """Let row j of the tableau follow the pivots that it has not followed yet."""
+    n, t, pivots = len(state.x), state.tableau, state.pivots
+    for k in range(pivots.followed[j], state.scalars.pivots):
+        p, q = pivots.nodes[k], n + pivots.nodes[k]
+        # What the pivot's two inputs must be to hold its old responses, per unit of input j.
+        first = -(pivots.inverses[k, 0] * t[j, p] + pivots.inverses[k, 1] * t[j, q])
+        second = -(pivots.inverses[k, 2] * t[j, p] + pivots.inverses[k, 3] * t[j, q])
+        add_two(t[j], first, pivots.rows[k, 0], second, pivots.rows[k, 1])
+        t[j, p], t[j, q] = first, second
+    pivots.followed[j] = state.scalars.pivots
+
+
+@compiled(inline="always")
+def follow_at(state: KernelState, i: int) -> None:
+    """Let both rows of node i follow all pivots."""
+    j, followed, pivots = len(state.x) + i, state.pivots.followed, state.scalars.pivots
+    if followed[i] != pivots:
+        follow(state, i)
+    if followed[j] != pivots:
+        follow(state, j)
+
+
+@compiled(entry=True)
+def follow_all(state: KernelState) -> None:
+    """Let all rows of the tableau follow all pivots, which makes room for others."""
+    for j in range(len(state.inputs)):
+        follow(state, j)
+    state.pivots.followed[:] = 0
+    state.scalars.pivots = 0
+
+
 @compiled(entry=True)
 def refresh(state: KernelState) -> None:
     """Sum the response afresh from the inputs."""
     state.response[:] = 0.0
     for j in range(len(state.inputs)):
         if state.inputs[j] != 0.0:
+            follow(state, j)
             add(state.response, state.inputs[j], state.tableau[j])
     state.scalars.slips_since_refresh = 0
 
@@ -404,8 +459,10 @@ def set_rate(state: KernelState) -> None:
     if state.scalars.pin_rate != 0.0:
         for i in range(len(state.x)):
             if state.contact[i]:
+                follow(state, i)
                 add(state.rate, state.scalars.pin_rate, state.tableau[i])
     if state.scalars.load_rate != 0.0:
+        follow(state, 2 * len(state.x))
         add(state.rate, -state.scalars.load_rate, state.tableau[2 * len(state.x)])
 
 
@@ -487,7 +544,9 @@ def _refine(state: KernelState) -> None:
         return
     for i in range(n):
         if state.contact[i]:
+            follow_at(state, i)
             add_two_rows(state.response, state.tableau, i, missing[i], n + i, missing[n + i])
+    follow(state, 2 * n)
     add(state.response, missing[2 * n], state.tableau[2 * n])
     equilibrium_residual(state)
     for i in range(n):
@@ -506,6 +565,8 @@ def respond(state: KernelState) -> None:
 
 RINGS = 2
 """Rings of free nodes that are followed around a contact on a plane of nodes; a touch in the outer one requires a new window."""
+MOST_PIVOTS = 16
+"""Pivots that rows of the tableau may follow later: their rows fit a processor's cache."""
 MARGIN = 8
 """Free nodes followed on each side of the contact, at least."""
 
