@@ -21,14 +21,14 @@ from nanoslip.study.accuracy.deciding import SECONDS
 from nanoslip.study.accuracy.effects import FINER, Influence, Scenes, influences, scenes_of
 from nanoslip.study.commands.answering import answer_of, ranking
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
-from nanoslip.study.commands.plans import counted, refusals
+from nanoslip.study.commands.plans import BALL, counted, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import scales_of
 from nanoslip.study.manifest.cases import CampaignCase, campaign_of, expand
 from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import STANDARD, make_case, si_line, words
+from nanoslip.study.manifest.parameters import STANDARD, make_case, resembles_ball, si_line, words
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
@@ -79,7 +79,7 @@ def try_campaign(
     for ending, message in variables.OUTCOMES.values():
         if ending.name in found and found[ending.name].item() == Ending.INVALID:
             raise Refusal(found[message.name].item())
-    print_sentences(_idle(given, contact))
+    print_sentences([*_idle(given, contact), *([BALL] if resembles_ball(given) else [])])
     case = single(found, {})
     answer = answer_of(case, manifest, expand(manifest)[0])
     note(answer)

@@ -15,6 +15,7 @@ import threadpoolctl
 
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.manifest.parameters import resembles_ball
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import Origins, census, here
@@ -28,6 +29,7 @@ from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import Measured
 from nanoslip.study.run.executor import left
 from nanoslip.study.run.journal import measured_in
+from nanoslip.study.toml_text import from_toml
 
 # Output for scripts: one JSON document instead of text. The keys are in docs/commands.md.
 
@@ -74,6 +76,18 @@ def idle_lines(plan: Plan) -> list[str]:
     given = {*manifest.axes, *manifest.fixed} - {*manifest.tables["limits"]}
     cases = [case.case for case in plan.cases if case.case is not None]
     return list(idle(cases, given, manifest.stages == ("contact",)))
+
+
+BALL: Final = 'radius is a length, slab_depth is not given: plane strain computes a cylinder; scheme = "half_space" computes a ball'
+"""Advice where the keys of a case resemble a ball."""
+
+
+def ball_lines(plan: Plan) -> list[str]:
+    """Advice if a campaign computes a cylinder where its keys resemble a ball."""
+    top = from_toml(plan.manifest.text)
+    tables = [top.get(name, {}) for name in ("scales", "constants", "numerics", "axes")]
+    given = {key: value for table in tables if isinstance(table, dict) for key, value in table.items()}
+    return [BALL] if resembles_ball(given) else []
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,7 +94,8 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
             plan = plans.planned(campaign)
             note(_counted(campaign, plan))
             expected = (f"expected: {line}" for line in expected_lines(plan, outlook_of(plan)))
-            print_sentences([*plans.idle_lines(plan), *duration_lines(plan), *expected])
+            advice = [*plans.idle_lines(plan), *plans.ball_lines(plan), *duration_lines(plan)]
+            print_sentences([*advice, *expected])
         except ManifestError as error:
             problems += error.problems
     if problems:

@@ -7,6 +7,8 @@ from dataclasses import fields
 from decimal import Decimal
 from typing import Any, Final, TypeVar
 
+import numpy as np
+
 from nanoslip.solver.case import PIN_SIZES, STOP_CONDITIONS, Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import InvalidInput
@@ -213,6 +215,18 @@ def _converted(number: str, unit: str, into: str, scales: Scales | None) -> Deci
         if scales is None:
             raise
         return quantity(number, unit, "N/m") * Decimal(str(scales.slab_depth))
+
+
+def resembles_ball(given: Mapping[str, Any]) -> bool:
+    """True if keys of a campaign, as typed, suggest a ball where a cylinder is computed.
+
+    That is a radius as a length, with scales but no depth, in plane strain.
+    """
+    radii, schemes, pins = (np.ravel(given.get(key, "")).tolist() for key in ("radius", "scheme", "pin"))
+    a_length = any(isinstance(each, str) and _QUANTITY.fullmatch(each) for each in radii)
+    plane = not any(each in SCHEMES and (SCHEMES[each].planar or not SCHEMES[each].continuum) for each in schemes)
+    scaled = bool({"slab_width", "shear_modulus", YOUNG} & given.keys()) and "slab_depth" not in given
+    return a_length and plane and scaled and "flat_punch" not in pins
 
 
 def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequence[Any]]) -> str:
