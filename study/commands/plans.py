@@ -78,7 +78,9 @@ def idle_lines(plan: Plan) -> list[str]:
     return list(idle(cases, given, manifest.stages == ("contact",)))
 
 
-BALL: Final = 'radius is a length, slab_depth is not given: plane strain computes a cylinder; scheme = "half_space" computes a ball'
+BALL: Final = (
+    'radius is a length, no slab_depth: plane strain computes a cylinder; scheme = "half_space" computes a ball'
+)
 """Advice where the keys of a case resemble a ball."""
 
 

@@ -47,6 +47,8 @@ class Moment:
     """Number of the event, or of the turn."""
     x: NDArray[np.float64]
     """Places of the surface nodes, in L_x."""
+    y: NDArray[np.float64]
+    """Across the drag; 0 in plane strain."""
     displacement: float
     friction: float
     """F/W."""
@@ -69,6 +71,11 @@ class Moments:
     """Record up to the last of the events, or the whole path."""
     outcome: Outcome
     """Outcome of the last frame, or of the path; if it is not ok, or the record ends early, some requested events are missing."""
+
+    @property
+    def planar(self) -> bool:
+        """True if the nodes lie on a plane, not in a row."""
+        return bool(self.moments[0].y.any())
 
     @property
     def counted(self) -> str:
@@ -138,6 +145,7 @@ def _moment(event: int, before: ContactState | None, now: ContactState, case: Ca
     return Moment(
         event=event,
         x=now.x,
+        y=now.y,
         displacement=now.displacement,
         friction=share * now.friction_force,
         pressure=share * now.pressure,
@@ -158,6 +166,8 @@ PRESSURE, SHEAR, MARK = COLORS[:3]
 def strip(shown: Moments) -> Figure:
     """Moments side by side; below them the record, where each of them is a numbered point."""
     count = len(shown.moments)
+    if shown.planar:
+        return _strip_of_maps(shown)
     with column(4.2, max(3.35, 0.6 + 1.35 * count)) as figure:
         grid = figure.add_gridspec(3, count, height_ratios=(1.0, 0.6, 0.8))
         for number, moment in enumerate(shown.moments):
@@ -173,10 +183,56 @@ def strip(shown: Moments) -> Figure:
 
 def draw_frame(figure: Figure, shown: Moments, moment: Moment) -> None:
     """Draw one moment of a film on an empty figure: the contact, and beside it the record with a point that moves."""
+    if shown.planar:
+        grid = figure.add_gridspec(2, 3)
+        _draw_maps([figure.add_subplot(grid[0, place]) for place in range(3)], shown, moment, titles=True)
+        _draw_record(figure.add_subplot(grid[1, :]), shown, (moment,))
+        return
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 0.6))
     _draw_contact(figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), shown, moment)
     _draw_record(figure.add_subplot(grid[:, 1]), shown, (moment,))
     legend(figure)
+
+
+def _strip_of_maps(shown: Moments) -> Figure:
+    """Maps of pressure, shear and slip of the moments side by side; below them the record."""
+    count = len(shown.moments)
+    with column(6.0, max(3.35, 0.9 + 1.35 * count)) as figure:
+        grid = figure.add_gridspec(4, count, height_ratios=(1.0, 1.0, 1.0, 0.9))
+        for number, moment in enumerate(shown.moments):
+            maps = [figure.add_subplot(grid[row, number]) for row in range(3)]
+            drawn = _draw_maps(maps, shown, moment)
+            maps[0].set_title(f"{shown.counted} {moment.event}")
+            for axes in maps if number else ():
+                axes.set(ylabel="", yticklabels=[])
+            for axes, (each, label) in zip(maps, drawn, strict=True) if number == count - 1 else ():
+                figure.colorbar(each, ax=axes, label=label)
+        _draw_record(figure.add_subplot(grid[3, :]), shown, shown.moments)
+    return figure
+
+
+def _draw_maps(maps: Sequence[Any], shown: Moments, moment: Moment, titles: bool = False) -> list[tuple[Any, str]]:
+    """Pressure, shear and slip over x and y on three axes; nodes that slipped since the moment before are marked.
+
+    Returns what was drawn, each with its label.
+    """
+    drawn = []
+    rows = int(np.count_nonzero(moment.x == moment.x[0]))
+    for axes, (name, label) in zip(maps, MAPS.items(), strict=True):
+        values = np.where(moment.pressure > 0.0, getattr(moment, name), np.nan)
+        x, y, colors = (each.reshape(-1, rows).T for each in (moment.x, moment.y, values))
+        low, high = _range(getattr(each, name) for each in shown.moments)
+        drawn.append((axes.pcolormesh(x, y, colors, vmin=low, vmax=high, shading="nearest"), typeset(label)))
+        axes.plot(moment.x[moment.slipped], moment.y[moment.slipped], ".", color=MARK, markersize=1.5)
+        axes.set(aspect="equal", xlim=_span(shown), ylim=_span(shown, across=True))
+        axes.set(xlabel=typeset("x/L_x") if titles or axes is maps[-1] else "", ylabel=typeset("y/L_x"))
+        if titles:
+            axes.set_title(typeset(label))
+    return drawn
+
+
+MAPS: Final = {"pressure": "p·L_x·L_y/W", "shear": "q·L_x·L_y/W", "slip": "slip s/L_x"}
+"""Field of a moment that is drawn over x and y -> its label."""
 
 
 def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> None:
@@ -215,12 +271,12 @@ def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
         axes.annotate(text, places[events[0]], (3, -8), textcoords="offset points", fontsize=6.0)
 
 
-def _span(shown: Moments) -> tuple[float, float]:
-    """The part of the surface that is ever in contact, and a little on either side."""
-    x = shown.moments[0].x
-    ever = np.concatenate([moment.x[moment.pressure > 0.0] for moment in shown.moments])
-    first, last = ever.min(), ever.max()
-    margin = 0.1 * (last - first) + 2.0 * (x[1] - x[0])
+def _span(shown: Moments, across: bool = False) -> tuple[float, float]:
+    """The part of the surface, along or across the drag, that is ever in contact, and a little on either side."""
+    places = [moment.y if across else moment.x for moment in shown.moments]
+    ever = np.concatenate([at[moment.pressure > 0.0] for at, moment in zip(places, shown.moments, strict=True)])
+    first, last, spacing = ever.min(), ever.max(), float(np.diff(np.unique(places[0])).min())
+    margin = 0.1 * (last - first) + 2.0 * spacing
     return float(first - margin), float(last + margin)
 
 

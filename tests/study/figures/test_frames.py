@@ -132,3 +132,19 @@ def test_what_cannot_be_drawn_is_refused_before_anything_is_computed(monkeypatch
         film.frames(CASE, (0,), "pin.jpg")
     with pytest.raises(InvalidInput, match=rf"pin\.png: 11 events: a strip holds at most {MOST_IN_STRIP}"):
         film.frames(CASE, range(11), "pin.png")
+
+
+def test_a_plane_of_nodes_is_drawn_as_maps(tmp_path: Path) -> None:
+    """Pressure, shear and slip of each moment over x and y, nodes that slipped marked; strips and films."""
+    case = Case(slab=Slab(9, scheme="half_space"), max_events=40)
+    shown = moments_of(case, (0, 20, 40))
+    assert shown.planar
+    axes = strip(shown).axes
+    assert len(axes) == 3 * 3 + 3 + 1  # maps, their colors, the record
+    meshes = [each.collections[0] for each in axes[:9]]
+    assert {mesh.get_array().shape for mesh in meshes} == {(9, 9)}
+    there = shown.moments[1].pressure > 0.0
+    assert np.count_nonzero(~np.ma.getmaskarray(meshes[3].get_array())) == there.sum()
+    assert len(axes[3].lines[0].get_xdata()) == shown.moments[1].slipped.sum() > 0
+    film.frames(case, (0, 20), tmp_path / "film.gif")
+    assert (tmp_path / "film.gif").stat().st_size > 1000
