@@ -89,7 +89,7 @@ class Slab:
         table="numerics",
         meaning="surface nodes",
         comment="their spacing L_x/(n_x - 1) is the size of the elements that slip",
-        need="2^N + 1 with N from 2 to 20; strip, half_plane, half_space: odd",
+        need="2^N + 1 with N from 2 to 20; strip, half_plane, half_space, layer: odd",
     )
     aspect_ratio: float = parameter(
         1.0,
@@ -119,7 +119,7 @@ class Slab:
             settings = SCHEMES.named(settings)()
         require("n_x", self.n_x, settings.takes(self.n_x), settings.sizes)
         taken = settings.incompressible or self.poisson < 0.5
-        require("poisson", self.poisson, taken, "less than 0.5 with a grid; strip, half_plane, half_space take 0.5")
+        require("poisson", self.poisson, taken, "less than 0.5 with a grid; others take 0.5")
         object.__setattr__(self, "scheme", settings.completed(self))
 
     @classmethod

@@ -20,7 +20,7 @@ ORDER = {
     "nanoslip.solver": "compiled compiling last outcome parameter view slab load_path case ensemble drive effects elasticity "
     "contact sliding dynamics driven simulate",
     "nanoslip.solver.elasticity": "fields grid condensation grid_scheme schemes interior compliance",
-    "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane planar half_space strip chain",
+    "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane planar half_space strip layer chain",
     "nanoslip.solver.contact": "kernels closed_forms pin state soundness normal convolved compiled_contact coulomb initial",
     "nanoslip.solver.contact.kernels": "state events path",
     "nanoslip.solver.sliding": "kernels record plateau validity slide path statistics interface slider power_law sizes",

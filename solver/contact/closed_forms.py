@@ -38,6 +38,17 @@ def film_half_width(normal_load: float, radius: float, poisson: float, height: f
     return float(max(flat, flowing))
 
 
+def film_radius(normal_load: float, radius: float, poisson: float, height: float) -> float:
+    """Radius of a ball's contact on a bonded film much thinner than it: a guess, the wider of two limits.
+
+    Pressed flat, it is a bed of springs (λ+2G)/height: W = π k a⁴/(4R). Nearly incompressible, it gives way sideways, w = -∇²p
+    height³/3G: p = 3 (a² - r²)²/(32 R height³), W = π a⁶/(32 R height³).
+    """
+    flat = (2 * radius * normal_load * height * (1 - 2 * poisson) / (math.pi * (1 - poisson))) ** 0.25
+    flowing = (32 * radius * normal_load * height**3 / math.pi) ** (1 / 6)
+    return float(max(flat, flowing))
+
+
 def hertz_half_width(normal_load: float, radius: float, poisson: float) -> float:
     """Half-width of Hertz's contact on a half-plane, a² = 2WR(1-ν)/(πG), in L_x."""
     return math.sqrt(2 * normal_load * radius * (1 - poisson) / math.pi)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.closed_forms import film_half_width
+from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
 from nanoslip.solver.contact.pin import Pin, expected_half_width, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import STEEP_PIN, energy_created
 from nanoslip.solver.contact.state import ContactState, contact_width
@@ -240,7 +240,8 @@ def _guess(case: Case) -> float:
     slab, expected = case.slab, expected_half_width(case)
     if case.pin == "flat_punch" or slab.scheme.bottomless:
         return expected
-    return min(expected, film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio))
+    film = film_radius if slab.scheme.planar else film_half_width
+    return min(expected, film(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio))
 
 
 def nodes_for(pin: Pin) -> int | None:

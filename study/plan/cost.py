@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Final, NamedTuple
 
 from nanoslip.solver.case import MOST_EVENTS, Case
-from nanoslip.solver.contact.closed_forms import film_half_width
+from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
 from nanoslip.solver.contact.kernels.path import STRETCHES
 from nanoslip.solver.contact.kernels.state import RINGS, margin
 from nanoslip.solver.contact.pin import expected_half_width
@@ -95,7 +95,8 @@ def sizes_of(case: Case) -> Sizes:
     slab, rule = case.slab, case.slip_rule
     hertz = across = _nodes_across(case, expected_half_width(case))
     if case.pin != "flat_punch" and not slab.scheme.bottomless:
-        half_width = film_half_width(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
+        film = film_radius if slab.scheme.planar else film_half_width
+        half_width = film(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio)
         across = min(hertz, _nodes_across(case, half_width)) if half_width > slab.aspect_ratio else hertz
     stiffness = _lateral_stiffness(slab, across)
     nodes = across
@@ -121,7 +122,7 @@ def _nodes_across(case: Case, half_width: float) -> float:
 
 
 def _lateral_stiffness(slab: Slab, nodes: float) -> float:
-    """A half-space: Mindlin's 8aG/(2-ν). A half-plane: Flamant's displacement down to its reference depth.
+    """A half-space: Mindlin's 8aG/(2-ν); a film πa²G/height. A half-plane: Flamant's displacement down to its reference depth.
 
     A slab held at its side: a rod of half its length. Else Timoshenko's cantilever; its sheared width grows under the contact by
     45 degrees up to the slab's, and the contact keeps its top from turning by as much of it as it covers. A slab held at one node
@@ -131,7 +132,8 @@ def _lateral_stiffness(slab: Slab, nodes: float) -> float:
     if isinstance(scheme, Chain):
         return scheme.lateral_stiffness(slab, nodes)
     if scheme.planar:
-        return 4.0 * width / (2.0 - slab.poisson)
+        film = 0.0 if scheme.bottomless else math.pi / 4.0 * width**2 / height
+        return max(4.0 * width / (2.0 - slab.poisson), film)
     if scheme.endless:
         return math.pi / (soft * max(math.log(4.0 * height / width), 1.0))
     if slab.support == "right_side":

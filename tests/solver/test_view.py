@@ -187,10 +187,10 @@ SLAB = "from nanoslip.solver.slab import SCHEMES; print(*sorted(SCHEMES))"
 @pytest.mark.parametrize(
     ("program", "said"),
     [
-        (SLAB, ["biquadratic", "chain", "galerkin", "half_plane", "half_space", "strip"]),
+        (SLAB, ["biquadratic", "chain", "galerkin", "half_plane", "half_space", "layer", "strip"]),
         (
             "from nanoslip import Slab; Slab; " + SLAB,
-            ["biquadratic", "chain", "galerkin", "half_plane", "half_space", "strip"],
+            ["biquadratic", "chain", "galerkin", "half_plane", "half_space", "layer", "strip"],
         ),
         ("from nanoslip.solver.drive import INTEGRATORS; print(*sorted(INTEGRATORS))", ["exact", "rk4"]),
         ("import sys, nanoslip.solver; print({'xarray', 'matplotlib'} & set(sys.modules) or 'none')", ["none"]),

@@ -8,6 +8,7 @@ from nanoslip.solver.elasticity.schemes.chain import Chain
 from nanoslip.solver.elasticity.schemes.galerkin import Galerkin
 from nanoslip.solver.elasticity.schemes.half_plane import HalfPlane
 from nanoslip.solver.elasticity.schemes.half_space import HalfSpace
+from nanoslip.solver.elasticity.schemes.layer import Layer
 from nanoslip.solver.elasticity.schemes.strip import Strip
 
-__all__ = ["Biquadratic", "Chain", "Galerkin", "HalfPlane", "HalfSpace", "Strip"]
+__all__ = ["Biquadratic", "Chain", "Galerkin", "HalfPlane", "HalfSpace", "Layer", "Strip"]

@@ -46,9 +46,9 @@ class Strip(EndlessScheme):
         nodes = min(slab.n_x, math.ceil(REACH * height / spacing) + 2)  # farther off the base holds all
         places = np.arange(nodes)
         image = soft / math.pi * (mean_log(places + 2j * height / spacing) - mean_log(places + 0j))
-        waves, weights = _gauss(height, (nodes + 1) * spacing)
+        waves, weights = gauss(height, (nodes + 1) * spacing)
         weights *= np.sinc(waves * spacing / (2.0 * math.pi)) ** 2 / (math.pi * waves)
-        transforms = weights * _rests(waves * height, slab)
+        transforms = weights * remainders(waves * height, slab)
         found = np.zeros((3, slab.n_x))
         found[:2, :nodes] = image
         found[2, :nodes] = (1.0 - 2.0 * slab.poisson) / 4.0 * np.sign(places)
@@ -60,7 +60,7 @@ class Strip(EndlessScheme):
         return Convolution(*found)
 
 
-def _rests(xi: Vector, slab: Slab) -> Vector:
+def remainders(xi: Vector, slab: Slab) -> Vector:
     """k times the remainder of the transforms along x, along z and across, without the half-plane and its image, (3, waves).
 
     From ξ = kH, with all exponentials as q = exp(-2ξ): none overflows, and nothing large cancels.
@@ -78,7 +78,7 @@ def _rests(xi: Vector, slab: Slab) -> Vector:
     return np.array([along_x, along_z, -((kappa - 1.0) * (2.0 * kappa + square) / 4.0 + 2.0 * xi**2) / under])
 
 
-def _gauss(height: float, farthest: float) -> tuple[Vector, Vector]:
+def gauss(height: float, farthest: float) -> tuple[Vector, Vector]:
     """Places and weights of a rule for smooth functions of kH times exp(-2kH) and waves up to `farthest` from the force."""
     panels = max(PANELS, math.ceil(LAST * farthest / height / TURN))
     places, weights = np.polynomial.legendre.leggauss(POINTS)

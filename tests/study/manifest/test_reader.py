@@ -188,7 +188,7 @@ WRONG = {
     "numerics.n_x = 100": ": needs 2^N + 1 with N from 2 to 20: 5, 9, 17, 33, 65, 129 … 1048577",
     'numerics.scheme = "half_plane"\naxes.n_x = [101, 100]': "axes.n_x[1] = 100: needs an odd number from 5 to 1048577",
     "constants.poisson = 0.51": ": needs -1 < poisson ≤ 0.5",
-    "constants.poisson = 0.5": ": needs less than 0.5 with a grid; strip, half_plane, half_space take 0.5",
+    "constants.poisson = 0.5": ": needs less than 0.5 with a grid; others take 0.5",
     'numerics.support = "glued"': ": needs one of bonded, frictionless, right_side",
     "slip.residual_shear = 1.5": ": needs 0 ≤ residual_shear ≤ 1",
     'axes.n_x = [17, 33]\nnumerics.rows = 7\nnumerics.scheme = "biquadratic"': (
