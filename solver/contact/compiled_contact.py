@@ -361,6 +361,7 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
         if inaccurate:
             fresh = tableau(state.matrix, state.contact)
             state.tableau[:, : len(fresh)] = fresh
+            state.scalars["pivots"], state.pivots.followed[:] = 0, 0
             state.scalars["residual"] = 0.0
             respond(state)
         resolved = answer_violations(compiled)
