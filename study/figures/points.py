@@ -95,9 +95,9 @@ def in_text(value: Any) -> str:
     return powers if len(powers) < len(plain) and abs(int(exponent)) > 3 else plain
 
 
-def hyphenated(text: str) -> str:
-    """A text with the regimes in it as people write them: stick-slip."""
-    return re.sub("|".join(REGIMES), lambda found: found.group().replace("_", "-"), text)
+def hyphenated(word: str) -> str:
+    """A regime as people write it, stick-slip; any other word as it is."""
+    return word.replace("_", "-") if word in REGIMES else word
 
 
 LONGEST: Final = 30

@@ -21,7 +21,7 @@ from nanoslip.solver.parameter import GRID_ERROR, quantities
 from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.access import scales_of, tallies_over
+from nanoslip.study.dataset.access import scales_of, tallies_over, values_over
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.figures.points import hyphenated, in_text, in_unit, listed, readable, symbol, unit_of, worded
 from nanoslip.study.manifest.manifest import Stage, TargetTable
@@ -338,18 +338,19 @@ def _reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str]
 
     Messages that differ in numbers alone are one; that of a drive is None if its case has it. The most frequent come first.
     """
-    of_cases: set[str] = set()
+    above = [each.name for each in variables.OUTCOMES[""]]
     for run, (outcome, message) in variables.OUTCOMES.items():
         if outcome.name in dataset:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
             kinds = list(map(variables.without_numbers, texts))
+            cases = zip(*(values_over(dataset[each], dataset[outcome.name]) for each in above), strict=True)
             groups: Alike = {}
-            for number, (ending, kind) in enumerate(zip(endings, kinds, strict=True)):
-                inherited = any(known in kind for known in of_cases)
+            for number, (ending, kind, (ended, why)) in enumerate(zip(endings, kinds, cases, strict=True)):
+                same = kind != "" and kind == variables.without_numbers(why)
+                inherited = bool(run) and (same or (ending == ended and ended not in _UNHURT))
                 groups.setdefault((ending, None if inherited else kind), []).append(number)
             ordered = dict(sorted(groups.items(), key=lambda item: -len(item[1])))
             yield run or "case", dataset[outcome.name], texts, ordered
-            of_cases = {kind for kind in kinds if kind}
 
 
 def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
