@@ -12,7 +12,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.plans import advised, counted, planned
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.access import one_case
+from nanoslip.study.dataset.access import one_case, scales_of
 from nanoslip.study.dataset.collect import collect, coordinates, is_made_of, layout_of, made_of, write_state
 from nanoslip.study.dataset.variables import OUTCOMES, means_of
 from nanoslip.study.manifest.cases import CampaignCase
@@ -97,7 +97,8 @@ def _print(dataset: xr.Dataset, path: Path) -> None:
 
 def print_summary(dataset: xr.Dataset) -> None:
     """Print a dataset's cases, outcomes of its drives with advice, missed targets, and advice of validity flags."""
-    table, alike = summary.factored(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES))
+    scales = scales_of(dataset.attrs) if any(str(name).endswith("_si") for name in dataset.coords) else None
+    table, alike = summary.factored(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES, scales=scales))
     print_table(table)
     print_sentences([*alike, means_of(dataset), *summary.drive_summary(dataset)])
     print_sentences(summary.failure_summary(dataset), FAILED)
