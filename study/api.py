@@ -16,7 +16,7 @@ import xarray as xr
 
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor, file
-from nanoslip.study.dataset.access import joined
+from nanoslip.study.dataset.access import joined, shared_scalars
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.inference.campaign import question_of
@@ -232,11 +232,14 @@ def open(path: Place) -> xr.Dataset:
     return file.read(given / file.FILE if given.is_dir() else given)
 
 
-def concat(sources: Iterable[Source], join: Literal["product", "outer"] = "product") -> xr.Dataset:
+def concat(
+    sources: Iterable[Source], join: Literal["product", "outer"] = "product", *, scalars: bool = False
+) -> xr.Dataset:
     """One dataset, in memory, of the cases of several, with records, trajectories and contacts.
 
     sources: datasets, paths of results.nc, or folders with one; cases of a full product of axes, or lists of cases, numbered on.
     join: "outer" if cases of the product may be missing (`pending`). Attributes that differ are omitted.
+    scalars: join the numbers that all have, without records, trajectories and contacts: stages and outputs may differ.
 
     Raises StoreError if a path is no dataset, ValueError with what differs if they do not fit together.
     """
@@ -246,20 +249,24 @@ def concat(sources: Iterable[Source], join: Literal["product", "outer"] = "produ
     names = [f"dataset {number}" if isinstance(each, xr.Dataset) else str(each) for number, each in enumerate(given, 1)]
     with ExitStack() as stack:
         roots = [each if isinstance(each, xr.Dataset) else stack.enter_context(open(each)) for each in given]
-        return joined(roots, names, holes=join == "outer")
+        return joined(shared_scalars(roots) if scalars else roots, names, holes=join == "outer")
 
 
 def manifest_of(campaign: Campaign) -> Manifest:
     """Read a campaign: a file, the name of a shipped one, or a dict. Raises ManifestError."""
     if not isinstance(campaign, Mapping):
         return load_manifest(shipped.campaign_file(Path(campaign)))
+    given, frames = dict(campaign), dict[str, str]()
+    frame: Any = given.get("table")
+    if hasattr(frame, "to_csv"):  # a DataFrame of pandas
+        given["table"], frames["table"] = "table.csv", frame.to_csv(index=False)
     try:
-        text = as_toml(campaign)
+        text = as_toml(given)
     except TypeError as error:
         raise ManifestError.in_file(DICT, remark=str(error)) from None
-    named = files_named_in(campaign).items()
-    beside = {key: BETWEEN.join(read_text(Path(name)) for name in names) for key, names in named}
-    return parse_manifest(DICT, text, beside)
+    named = {key: names for key, names in files_named_in(given).items() if key not in frames}
+    beside = {key: BETWEEN.join(read_text(Path(name)) for name in names) for key, names in named.items()}
+    return parse_manifest(DICT, text, beside | frames)
 
 
 def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:

@@ -24,7 +24,7 @@ def from_toml(text: str) -> dict[str, Any]:
 def as_toml(document: Mapping[str, Any]) -> str:
     """TOML text of a document: values, then tables, then arrays of tables. Keys whose value is None are left out.
 
-    Takes text, numbers, truth values, paths, lists, tuples, mappings, and arrays and scalars of numpy.
+    Takes text, numbers, truth values, paths, lists, tuples, ranges, mappings, and arrays and scalars of numpy.
     Raises TypeError, naming the key, where a value is none of these.
     """
     values, sections = [], []
@@ -62,7 +62,7 @@ def _value(value: Any, where: str) -> str:
     if isinstance(value, Mapping):
         inside = (f"{_key(key)} = {_value(each, f'{where}.{key}')}" for key, each in value.items() if each is not None)
         return "{" + ", ".join(inside) + "}"
-    if isinstance(value, list | tuple):
+    if isinstance(value, list | tuple | range):
         return "[" + ", ".join(_value(each, f"{where}[{place}]") for place, each in enumerate(value)) + "]"
     if hasattr(value, "tolist"):  # of numpy
         return _value(value.tolist(), where)

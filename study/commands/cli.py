@@ -203,7 +203,7 @@ def plan() -> None:
 def explain() -> None:
     """Explain the cost and the errors of one case of CAMPAIGN.
 
-    KEY=VALUE select the case by its parameters, not by those of a drive. The output has the estimated time, the measured error of
+    KEY=VALUE select the case, and a drive, as those of `show`. The output has the estimated time, the measured error of
     the grid, and the cost of half that error. For a computed case it ranks what decides its number: starts, grid, node spacing,
     the stress that a slip drops, the length of the record; each with what it takes to know better. --effects adds the output of
     `nanoslip effects` for this case.
@@ -535,7 +535,7 @@ def fit() -> None:
 @click.option("--records", "table", flag_value="records", help="The events of all friction records instead of cases.")
 @click.option("--paths", "table", flag_value="paths", help="The points of all paths instead of cases.")
 @click.option("--trajectories", "table", flag_value="trajectories", help="The samples of all drives instead of cases.")
-@click.option("-o", "--output", type=NEW_FILE, help="Write this file [default: standard output].")
+@click.option("-o", "--output", type=NEW_FILE, help="Write this file; - is standard output [default].")
 def export() -> None:
     """Write CAMPAIGN's numbers as a table.
 

@@ -82,7 +82,7 @@ def export_dataset(campaign: Path, out: Path | None, form: str | None, table: st
         columns, title = columns_of(found, table), str(found.attrs.get("title", ""))
     as_asked = form or ("json" if output and output.suffix.lower() == ".json" else "csv")
     text = as_json(columns, title) if as_asked == "json" else as_csv(columns)
-    if output is None:
+    if output is None or str(output) == "-":
         click.echo(text, nl=False)
         return
     write_files({output: text.encode()})

@@ -25,9 +25,10 @@ from nanoslip.study.commands.plans import BALL, counted, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import scales_of
+from nanoslip.study.dataset.variables import DRIVE_NAME
 from nanoslip.study.manifest.cases import CampaignCase, campaign_of, expand
 from nanoslip.study.manifest.checker import number_or_text
-from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import STANDARD, make_case, resembles_ball, si_line, words
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -153,7 +154,9 @@ def explain_case(
 ) -> None:
     """Print cost and errors, and perhaps what grid and effects change, of the case of a campaign that has these parameters."""
     manifest = load_manifest(campaign)
-    case = chosen(manifest, expand(manifest), assignments(parameters))
+    of_drives = {*drive_parameters(), DRIVE_NAME.name}
+    given = {key: value for key, value in assignments(parameters).items() if key not in of_drives}
+    case = chosen(manifest, expand(manifest), given)
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)

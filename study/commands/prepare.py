@@ -193,11 +193,21 @@ def _time(found: plans.Standing, ranks: int) -> str:
     tasks = found.remaining
     if not tasks:
         return "time left: none, all tasks are finished"
-    alone, together = (roughly(makespan(tasks, number, found.measured.seconds)) for number in (1, ranks))
-    several = f", {together} on {ranks} (--ranks for another number)" if ranks > 1 else ""
     count = found.measured.tasks({task.kind for task in tasks})
+    times = (makespan(tasks, number, found.measured.seconds) for number in (1, ranks))
+    alone, together = (roughly(each) if count else _range(each) for each in times)
+    several = f", {together} on {ranks} (--ranks for another number)" if ranks > 1 else ""
     known = f"by what {plans.counted(count, 'task')} took" if count else "a first guess"
     return f"time left: {alone} on 1 rank{several}, {known}"
+
+
+GUESS: Final = 10.0
+"""Factor within which a time is known before any task has run."""
+
+
+def _range(seconds: float) -> str:
+    """A first guess as a range: `0.4 s to 40 s`."""
+    return " to ".join(roughly(each).removeprefix("about ") for each in (seconds / GUESS, seconds * GUESS))
 
 
 def _ensembles(found: plans.Standing) -> Iterator[str]:

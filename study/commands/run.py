@@ -6,10 +6,11 @@ from pathlib import Path
 from nanoslip.study.commands.plans import refusals
 from nanoslip.study.commands.words import folder
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.report.console import note
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.farm import open_farm
-from nanoslip.study.run.launch import computing, processes_started
+from nanoslip.study.run.launch import computing, cores, processes_started
 
 
 def run_campaign(
@@ -22,6 +23,8 @@ def run_campaign(
     if processes_started() == 1:  # of several ranks the root reads it, as all others wait for its answer
         load_manifest(campaign)  # what is wrong is answered before anything is loaded that computes
     into = folder(campaign, out)
+    if jobs and jobs > cores():
+        note(f"-j {jobs}: {cores()} cores here; more processes than cores are no faster", stderr=True)
     with refusals(FarmError):
         farm = open_farm(computing(shard.folder(into) if shard else into), grace, serial, jobs)
     with farm:

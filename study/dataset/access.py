@@ -571,6 +571,17 @@ def joined(roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = Fa
     return carrying(root, groups | {software: _software([groups_of(each)[software] for each in roots])})
 
 
+def shared_scalars(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
+    """The datasets with the variables alone that all of them have, and with no group but the software."""
+    shared = set.intersection(*({*map(str, root.data_vars)} for root in roots)) - run_names() if roots else set()
+    kept = [[str(name) for name in root.data_vars if name in shared] for root in roots]
+    software = SOFTWARE[0].name
+    return [
+        carrying(root[names].copy(), {software: groups_of(root)[software]})
+        for root, names in zip(roots, kept, strict=True)
+    ]
+
+
 def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> None:
     """Raise NotJoinableError unless all have the same variables and groups."""
     if not roots:
@@ -582,7 +593,9 @@ def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> No
         for mine, theirs in ((root.data_vars, first.data_vars), (groups_of(root), groups_of(first))):
             if odd := sorted(map(str, mine.keys() ^ theirs.keys())):
                 said = f"{', '.join(odd[:4])}: {'there alone' if odd[0] in mine else f'only in {sources[0]}'}"
-                raise NotJoinableError(f"{source}: {said}: needs the same stages and outputs in all campaigns")
+                raise NotJoinableError(
+                    f"{source}: {said}: needs the same stages and outputs in all campaigns, or scalars=True"
+                )
         if (_CASE in root.dims) != (_CASE in first.dims):
             raise NotJoinableError(f"{source}: a list of cases beside a product of axes: needs all of one design")
 

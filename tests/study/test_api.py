@@ -8,10 +8,12 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import rich.console
 import xarray as xr
 
+import nanoslip
 from nanoslip.study import api
 from nanoslip.study.api import fit, open as open_dataset, run
 from nanoslip.study.manifest.problems import ManifestError
@@ -204,3 +206,46 @@ def test_a_rank_of_several_is_told_that_it_computes_all_by_itself(monkeypatch):
         fit(campaign, {"contact_half_width": (0.15, 0.01)}, {"radius": (20.0, 40.0)}, points=16, progress=False)
     with pytest.raises(ValueError, match="jobs = 1, out = None"):
         fit(campaign, {"contact_half_width": (0.15, 0.01)}, {"radius": (20.0, 40.0)}, comm=object())  # type: ignore[call-overload]
+
+
+def test_a_range_and_a_frame_of_pandas_are_an_axis_and_a_table() -> None:
+    small = {"title": "x", "stages": ["contact"], "ensemble": {"members": 1}}
+    strip = {**small, "numerics": {"scheme": "strip"}}
+    along = nanoslip.run({**strip, "axes": {"n_x": range(17, 34, 16)}})
+    assert along["n_x"].values.tolist() == [17, 33]
+    listed = nanoslip.run({**small, "numerics": {"n_x": 17}, "table": pd.DataFrame({"radius": [50.0, 0.1 + 0.2]})})
+    assert listed["radius"].values.tolist() == [50.0, 0.1 + 0.2]
+
+
+def test_studies_with_unlike_outputs_join_by_their_scalars_alone() -> None:
+    """Without that word they are refused; the datasets themselves keep their groups."""
+    small = {"title": "x", "stages": ["contact", "slip"], "ensemble": {"members": 1}, "numerics": {"n_x": 17}}
+    one = nanoslip.run({**small, "axes": {"radius": [50.0]}, "limits": {"events": 50}})
+    other = nanoslip.run(
+        {**small, "axes": {"radius": [100.0]}, "limits": {"events": 50}, "outputs": {"records": False}}
+    )
+    with pytest.raises(ValueError, match="scalars=True"):
+        nanoslip.concat([one, other])
+    both = nanoslip.concat([one, other], scalars=True)
+    assert both.peak_friction.sel(radius=100.0).item() == other.peak_friction.item()
+    assert both.sizes["radius"] == 2
+    assert one.nanoslip.record().sizes["event"] > 0
+    with pytest.raises(ValueError, match="record"):
+        both.nanoslip.record(radius=50.0)
+
+
+def test_every_key_of_axes_is_a_dimension_and_lengths_and_loads_are_in_si_where_scales_are_given() -> None:
+    """An axis of one value was a coordinate without a dimension, which `xr.merge` gave to all values."""
+    campaign = {
+        "title": "x",
+        "stages": ["contact"],
+        "ensemble": {"members": 1},
+        "numerics": {"n_x": 17},
+        "axes": {"normal_load": [1e-3]},
+    }
+    found = nanoslip.run(campaign)
+    assert ("normal_load" in found.contact_half_width.dims, "normal_load_si" in found.coords) == (True, False)
+    given = nanoslip.run({**campaign, "scales": {"slab_width": "2 mm", "shear_modulus": "1 MPa"}})
+    assert given.normal_load_si.dims == ("normal_load",)
+    assert (given.normal_load_si.item(), given.normal_load_si.units) == (pytest.approx(1e-3 * 1e6 * 2e-3 * 1e-2), "N")
+    assert (given.radius_si.item(), given.radius_si.units) == (pytest.approx(0.4), "m")

@@ -62,7 +62,7 @@ def test_nothing_is_overwritten(main, tmp_path, there):
 
 
 def test_a_starter_that_cannot_be_written_is_one_clear_message(main, campaign):
-    for words, wanted in ((("swep",), "no starter; there are contact, "), (("sweep", campaign / "x.toml"), "written")):
+    for words, wanted in ((("swep",), "no starter; there are afm, "), (("sweep", campaign / "x.toml"), "written")):
         code, _, said = main("new", *words)
         assert (code, said.count("\n"), wanted in said) == (2, 1, True)
 
