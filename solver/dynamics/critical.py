@@ -34,7 +34,8 @@ def critical_point(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Cr
             changed = replace(bare, **changes)
         except InvalidInput:  # beyond the range of a drive
             return None
-        regime = count_sticks(measured(record, plateau, changed)[0], changed).regime
+        motion = replace(measured(record, plateau, changed)[0], forgotten=True)  # its own regime, next to the border
+        regime = count_sticks(motion, changed).regime
         return None if regime is None else regime in STICKING
 
     return CriticalPoint(

@@ -63,10 +63,20 @@ class FrictionLimit:
     @property
     def steady_force(self) -> float:
         """Mean of F̃ over one period, in G·L_x·L_y."""
+        width, middle = self._repeated()
+        return float(width @ middle / width.sum())
+
+    @property
+    def uneven_work(self) -> float:
+        """Largest work, from tooth to tooth of one period, by which F̃ differs from its mean, in G·L_x²·L_y."""
+        width, middle = self._repeated()
+        return float(np.ptp(np.cumsum(width * (middle - self.steady_force))))
+
+    def _repeated(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Width and mean force of each tooth of one period."""
         repeats = slice(self.periodic_from, None)
         width = np.diff(self.edges[repeats])
-        middle = self.force[repeats] + 0.5 * self.slope[repeats] * width
-        return float(width @ middle / width.sum())
+        return width, self.force[repeats] + 0.5 * self.slope[repeats] * width
 
     def limit(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """F̃ at each x, in G·L_x·L_y; at a jump, the value to its right (left of 0: to its left)."""

@@ -339,6 +339,26 @@ def test_an_amplitude_without_a_duration_is_that_of_two_hundred_periods(count):
     assert known >= count / 8
 
 
+@pytest.mark.parametrize("numbers", [(20, 23, 27), pytest.param(range(40), marks=pytest.mark.slow)])
+def test_no_regime_near_the_border_of_stick_slip_changes_within_two_hundred_periods(numbers):
+    """Numbers 9, 20 and 39 stick and slip for long before one slip does not end: they have no regime, the others have theirs."""
+    chance, found = np.random.default_rng(7), []
+    for number in range(max(numbers) + 1):
+        spring = STIFFNESS * 10.0 ** chance.uniform(-3.5, -1.5)
+        damping_ratio = float(chance.choice([0.02, 0.05, 0.1]))
+        stage = 10.0 ** chance.uniform(-1.3, -0.3) * (PLATEAU.peak - PLATEAU.mean) * LOAD / math.sqrt(spring)
+        if number in numbers:
+            drive = Drive(spring, damping_ratio, stage, samples=1)
+            ramp = 2.0 * PLATEAU.mean * LOAD / spring / stage
+            longer = replace(drive, duration=ramp + 200.0 * 2.0 * math.pi / math.sqrt(spring))
+            now, later = (count_sticks(measured(RECORD, PLATEAU, each)[0], each) for each in (drive, longer))
+            found.append(now.regime)
+            assert now.regime in (None, later.regime), number
+            assert (now.regime is None) <= np.isnan([now.spring_force_amplitude, now.stick_slip_period]).all()
+    assert found.count(None) == sum(number in (9, 20, 39) for number in numbers)
+    assert {"stick_slip", "slides"} < set(found)
+
+
 def test_what_repeats_is_not_told_without_a_whole_cycle_in_the_second_half():
     for slips, ends in (([], []), ([10.0], [30.0]), ([10.0, 60.0], [30.0, 70.0]), ([60.0], [math.nan])):
         found = counted(slips, ends)
