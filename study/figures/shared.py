@@ -1,6 +1,8 @@
 """Shared by all figures: drawing surface, tables of claims or numbers, and closed-form stick-slip of a drive."""
 
 import io
+import itertools
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -25,6 +27,7 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import scales_of
 from nanoslip.study.figures.points import Columns, ordered
+from nanoslip.study.manifest.columns import rows_as_csv
 
 # A table of claims: the paper's statement, the dataset's number, and why the two differ.
 
@@ -242,8 +245,12 @@ class Sort:
 
 def csv_of(columns: Columns) -> str:
     """Columns as CSV with a line of names; numbers have nine digits, missing ones are empty."""
-    table = xr.Dataset({name: ("row", values) for name, values in columns.items()}).to_dataframe()
-    return str(table.to_csv(index=False, float_format="%.9g", lineterminator="\n"))
+    rows = zip(*(map(_cell, np.asarray(each).tolist()) for each in columns.values()), strict=True)
+    return rows_as_csv(itertools.chain([columns], rows))
+
+
+def _cell(value: object) -> object:
+    return value if not isinstance(value, float) else "" if math.isnan(value) else f"{value:.9g}"
 
 
 # Choice of the few runs that are drawn of many, spread over the values of every axis.

@@ -82,11 +82,6 @@ class ManifestError(NanoslipError):
         return "\n".join([*lines, *([f"and {more} problems more"] if more > 0 else [])])
 
 
-def lines_of(error: ManifestError) -> tuple[str, ...]:
-    """All problems of an error, a line each."""
-    return tuple(map(str, error.problems))
-
-
 def key_shown(key: str) -> str:
     """A key of a campaign file, at most SHOWN characters; in quotes where it is not a single word."""
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else shown(key)

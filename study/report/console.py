@@ -7,7 +7,7 @@ import textwrap
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import rich.table
@@ -16,6 +16,8 @@ from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.segment import Segment
 from rich.text import Text
+
+from nanoslip.study.toml_text import one_line
 
 if TYPE_CHECKING:
     from rich.status import Status
@@ -44,7 +46,7 @@ def wrapped(text: str, width: int, first: str = INDENT, later: str = INDENT) -> 
 
     first, later: what the first line and the others begin with.
     """
-    joined = _TOGETHER.sub(lambda found: whole(found.group()), text)
+    joined = _TOGETHER.sub(lambda found: whole(found.group()), _escaped(text))
     lines = textwrap.wrap(
         joined, width, initial_indent=first, subsequent_indent=later, break_long_words=False, break_on_hyphens=False
     )
@@ -140,6 +142,11 @@ def _lines(lines: Iterable[str], style: str = "") -> Text:
     return Text("\n".join(lines), style)
 
 
+def _escaped(text: str) -> str:
+    """A text in which letters that terminals obey are escaped, but line breaks."""
+    return text if one_line(text) else "".join(x if x == "\n" or one_line(x) else ascii(x)[1:-1] for x in text)
+
+
 def console(stderr: bool = False, unlimited: int = WIDE) -> Console:
     """Standard output or error as a console of rich: as wide as the terminal or COLUMNS, `unlimited` without either."""
     found = Console(stderr=stderr, highlight=False, markup=False)
@@ -151,7 +158,8 @@ def console(stderr: bool = False, unlimited: int = WIDE) -> Console:
 def print_table(*tables: Table) -> None:
     """Print tables to standard output, between empty lines."""
     for each in tables:
-        console().print("", each, soft_wrap=True)
+        header, *rows = (tuple(map(_escaped, row)) for row in (each.header, *each.rows))
+        console().print("", replace(each, header=header, rows=tuple(rows)), soft_wrap=True)
     console().print()
 
 

@@ -78,6 +78,11 @@ def added(opened: netCDF4.Dataset) -> None:
     opened.setncattr("temperature", 20.0)
 
 
+def noted(opened: netCDF4.Dataset) -> None:
+    """A text of somebody's own in the manifest, where TOML allows any letter."""
+    opened.setncattr("manifest", f'{opened.getncattr("manifest")}\n[mine]\nnote = "a\\u202eb\\u001b[31m"\n')
+
+
 REFUSED: dict[str, Damage] = {
     "no title": lost("title"),
     "title NaN": stated("", "title", np.nan),
@@ -121,6 +126,7 @@ REFUSED: dict[str, Damage] = {
     "outcomes lost": renamed("outcome"),
     "record names lost": renamed("record_id"),
     "records lost": renamed("record"),
+    "records of other names": filled("record_id", 12345),
     "software lost": renamed("software"),
     "row sizes lost": renamed("record/row_size"),
     "row sizes too large": filled("record/row_size", 10**9),
@@ -138,6 +144,7 @@ ANSWERED: dict[str, Damage] = {
     "nothing": lambda _: None,
     "long title": stated("", "title", "x" * 10**5),
     "no manifest": lost("manifest"),
+    "manifest that turns": noted,
     "no scales": lost("slab_width"),
     "no version": lost("nanoslip_version"),
     "other flags": stated("validity_flags", "flag_meanings", "a"),

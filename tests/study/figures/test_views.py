@@ -298,6 +298,12 @@ def test_a_table_is_read_back_as_it_was() -> None:
     assert text == 'name,value\n"a, b",0.333333333\nc,\n'
 
 
+@pytest.mark.parametrize("formula", ["=1+1", "+cmd", "-cmd", "@sum", "-2+3"])
+def test_no_text_of_a_table_is_a_formula_and_numbers_stay_numbers(formula) -> None:
+    text = csv_of({formula: np.array([formula, "-0.5"], dtype=object), "value": np.array([-1.5, -1e-300])})
+    assert text == f"'{formula},value\n'{formula},-1.5\n-0.5,-1e-300\n"
+
+
 def test_runs_without_anything_in_them_are_said_and_not_drawn() -> None:
     """Records that are given up at their first event."""
     data = campaign(

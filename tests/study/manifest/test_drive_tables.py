@@ -7,7 +7,8 @@ import pytest
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.study.manifest.manifest import NamedDrive, drive_parameters
-from nanoslip.study.manifest.problems import ManifestError, lines_of
+from nanoslip.study.manifest.problems import ManifestError
+from tests.study.manifest.problems import lines_of
 from tests.study.manifest.test_reader import said
 from tests.study.plan.running import read
 

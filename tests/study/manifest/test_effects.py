@@ -20,7 +20,7 @@ from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.manifest.manifest import NamedDrive
-from nanoslip.study.manifest.problems import ManifestError, lines_of
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import effects
 from nanoslip.study.plan.cost import sliding_bytes
 from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, needed_kinds, record_task, states_task
@@ -30,6 +30,7 @@ from nanoslip.study.results.store import Store
 from nanoslip.study.run import compute as computing
 from nanoslip.study.run.compute import run_task
 from tests.study.dataset.campaigns import compute
+from tests.study.manifest.problems import lines_of
 from tests.study.plan.running import planned, run
 
 ALONE = "ensemble.members = 1\n"

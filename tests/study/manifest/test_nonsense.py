@@ -17,10 +17,11 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.variables import factors
 from nanoslip.study.manifest.manifest import EnsembleTable, Outputs, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, words_of
-from nanoslip.study.manifest.problems import ManifestError, lines_of
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store
+from tests.study.manifest.problems import lines_of
 
 PLAIN = (
     *("-1", "0", "-0.0", "nan", "inf", "-inf", "1e308", "1e-308", "5e-324", "0.5", "true", "false"),

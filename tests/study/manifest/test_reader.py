@@ -10,9 +10,10 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
-from nanoslip.study.manifest.problems import MOST_LINES, ManifestError, lines_of
+from nanoslip.study.manifest.problems import MOST_LINES, ManifestError
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.plan import make_plan
+from tests.study.manifest.problems import lines_of
 
 ROOT = Path(__file__).parents[3]
 CAMPAIGNS = ROOT / "campaigns"

@@ -11,10 +11,11 @@ from nanoslip.solver.sliding.validity import nodes_for
 from nanoslip.study import api
 from nanoslip.study.commands.draw import pin_under
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.problems import ManifestError, lines_of
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
 from tests.conftest import Main
+from tests.study.manifest.problems import lines_of
 
 AFM = Path("afm.txt")
 IN_NANOMETRES = NamedSurface("afm.txt", "nm", "nm", "none")

@@ -8,9 +8,10 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study import api
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import si_line
-from nanoslip.study.manifest.problems import ManifestError, lines_of
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
+from tests.study.manifest.problems import lines_of
 
 IN_UNITS = """title = "x"
 stages = ["contact", "slip", "dynamics"]

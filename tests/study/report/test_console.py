@@ -10,7 +10,16 @@ import rich.console
 from rich.cells import cell_len
 
 from nanoslip.study.report import console
-from nanoslip.study.report.console import WIDE, Table, note, print_error, print_sentences, print_table, whole
+from nanoslip.study.report.console import (
+    WIDE,
+    Table,
+    note,
+    print_entries,
+    print_error,
+    print_sentences,
+    print_table,
+    whole,
+)
 
 PROSE = "The drives of four cases did not slip, as the spring that pulls them is too soft for the time they have. " * 2
 TYPED = "nanoslip run campaigns/a question of mine.toml --recompute-foreign"
@@ -195,3 +204,13 @@ def test_outcomes_stand_below_their_rows_before_what_was_asked_for_is_left_out()
     assert "    μ_s: 1.5 ± 0.1" in texts(table, 40)
     assert texts(table, 60)[-1] == "not shown, for lack of width: events"
     assert texts(table, 120)[0].split() == list(table.header)
+
+
+def test_no_text_that_is_printed_is_obeyed_by_a_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    hostile = "a\u202eb\x1b[31m\ud800 ±"
+    print_table(Table((hostile, hostile), ((hostile, hostile),)))
+    print_sentences([hostile])
+    print_entries({"key": hostile})
+    shown = capsys.readouterr().out
+    assert all(line.isprintable() for line in shown.splitlines())
+    assert shown.count("a\\u202eb\\x1b[31m\\ud800 ±") == 6
