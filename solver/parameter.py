@@ -35,9 +35,9 @@ PLUS_MINUS: Final = (
 SHARED_ERROR: Final = "_shared_error"
 """After a number's name: the part of its ± that all members share."""
 _SHARED: Final = {
-    "plateau": "part of ± that more members do not reduce: drift along the record, and memory of a pressed pin in records "
-    "shorter than two node spacings",
+    "plateau": "part of ± that more members do not reduce: drift along the record",
     "nodes": "part of ± by one node more or less in contact, where members do not show it",
+    "events": "0; NaN, as ±, of records shorter than two node spacings: events come in bursts that all members may miss",
 }
 _KEY: Final = "quantity"
 
@@ -61,8 +61,9 @@ class Quantity:
     """Unit of a number without SI unit, as L_x; empty of pure numbers."""
     ensemble: bool = False
     """True if its mean over the members of an ensemble has an uncertainty and a count of the members with a value."""
-    shared: Literal["", "plateau", "nodes"] = ""
-    """Part of the error that all members share beside their scatter: length of the record, or whole nodes; empty if none."""
+    shared: Literal["", "plateau", "nodes", "events"] = ""
+    """Part of the error that all members share beside their scatter: drift of the record, whole nodes, or bursts of events; empty
+    if none."""
     alike: str = ""
     """Variable of words that must agree in all members, or there is no mean; nor is there if a member lacks the number."""
     of_grid: bool = False

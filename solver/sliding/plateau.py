@@ -20,9 +20,6 @@ from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, lab
 
 FEWEST_EVENTS: Final = 8
 """Fewest events of a steady part: fewer do not determine the mean of a sawtooth."""
-PRESSED: Final = 0.2
-"""Shared error of records shorter than two node spacings, in standard deviations of a start: measured by
-tests.verification.coverage. A pin just pressed down is not a pin that has slid."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -163,15 +160,23 @@ def plateau_of(record: FrictionRecord) -> Plateau:
 def shared_error(plateaus: Sequence[Plateau]) -> float:
     """The part of the ± of a mean plateau that all its starts share, as F/W; more starts do not reduce it.
 
-    Drift from half to half that chance does not explain (two-way analysis of variance: Searle et al., Variance Components, 1992),
-    and of records shorter than two node spacings the memory of the pressed pin. Zero with constant pressures, NaN of one start.
+    Drift from half to half that chance does not explain (two-way analysis of variance: Searle et al., Variance Components, 1992).
+    NaN of one start.
     """
-    means, drifts, spacings = (np.array([getattr(p, name) for p in plateaus]) for name in ("mean", "drift", "spacings"))
+    drifts = np.array([each.drift for each in plateaus])
     if len(plateaus) < 2:
         return math.nan
-    steady = 0.5 * student(2) * math.sqrt(max(drifts.mean() ** 2 - drifts.var(ddof=1) / len(drifts), 0.0))
-    short = ((spacings > 0.0) & (spacings < SPACINGS - 0.5)).any()
-    return math.hypot(steady, PRESSED * means.std(ddof=1) * short)
+    return 0.5 * float(student(2)) * math.sqrt(max(drifts.mean() ** 2 - drifts.var(ddof=1) / len(drifts), 0.0))
+
+
+def shared_by_events(plateaus: Sequence[Plateau]) -> float:
+    """The shared error of a mean over events: 0, or NaN (unknown) if records are shorter than two node spacings.
+
+    Half of the events come in a tenth of a spacing, so that starts with short records miss them together. With constant pressures
+    records have no spacings, and each is its start's own.
+    """
+    long = [each.spacings == 0.0 or each.spacings > SPACINGS - 0.5 for each in plateaus]
+    return 0.0 if len(plateaus) > 1 and all(long) else math.nan
 
 
 def _moments(steady: Teeth) -> tuple[float, float]:

@@ -68,12 +68,13 @@ class EventStatistics(Labels):
     mean_step: float = quantity(
         "mean step per event",
         ensemble=True,
+        shared="events",
         comment="pin displacement from one event to the next",
         si=Quantity("", "mean step per event", "m", "length"),
         measure="L_x",
     )
     mean_slips: float = quantity("mean number of node slips per event")
-    mean_drop: float = quantity("mean drop of F/W per event", ensemble=True)
+    mean_drop: float = quantity("mean drop of F/W per event", ensemble=True, shared="events")
     dissipated: float = quantity("energy lost in all events", "dissipated_energy", per="normal_load", measure="W·L_x")
     """Energy in G·L_x²·L_y here."""
 

@@ -31,7 +31,7 @@ from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
 from nanoslip.solver.simulate import over_contact
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import Portion
-from nanoslip.solver.sliding.plateau import Plateau, plateau_of, shared_error
+from nanoslip.solver.sliding.plateau import Plateau, plateau_of, shared_by_events, shared_error
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.solver.sliding.slide import slide_to_state, states_at
@@ -211,7 +211,8 @@ def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[floa
     """The error of a mean that all members share."""
     if quantity.shared == "nodes":
         return shared_by_nodes(np.array(values, float), float(np.mean([member.node for member in members])))
-    return shared_error([member.plateau for member in members if member.plateau])
+    plateaus = [member.plateau for member in members if member.plateau]
+    return shared_by_events(plateaus) if quantity.shared == "events" else shared_error(plateaus)
 
 
 def _arrays(kind: Kind, member: Member) -> dict[str, NDArray[Any]]:

@@ -13,7 +13,7 @@ from nanoslip.solver.elasticity.compliance import stiffness_of_node, surface_com
 from nanoslip.solver.ensemble import Ensemble, mean_of, student
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.plateau import FEWEST_EVENTS, PRESSED, RUN_IN, plateau_of, shared_error, teeth
+from nanoslip.solver.sliding.plateau import FEWEST_EVENTS, RUN_IN, plateau_of, shared_by_events, shared_error, teeth
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.statistics import LONGEST_CYCLE, cycle_of, event_statistics, shared_by_nodes
 from tests.synthetic import FRICTION, LOAD, SPACING, STIFFNESS, modulated_record, noisy_record, record_from
@@ -97,15 +97,22 @@ def test_drift_compares_whole_spacings_where_there_are_two():
     assert abs(one.drift) > 0.1 * AMPLITUDE * LEVEL
 
 
-def test_starts_share_the_drift_and_the_memory_of_the_pressed_pin():
-    known = plateau_of(noisy_record())
-    means = 0.3 + 0.01 * np.array([1.0, -1.0, 1.0, -1.0])
-    short = [replace(known, mean=mean, drift=0.0, spacings=0.2) for mean in means]
-    assert shared_error(short) == pytest.approx(PRESSED * means.std(ddof=1), rel=1e-12)
-    long = [replace(each, spacings=2.0, drift=0.02) for each in short]
-    assert shared_error(long) == pytest.approx(0.01 * student(2), rel=1e-12)
-    assert shared_error([replace(each, spacings=0.0) for each in short]) == 0.0  # constant pressures: no spacings
-    assert math.isnan(shared_error(short[:1]))
+def test_starts_share_a_drift():
+    drifting = [replace(plateau_of(noisy_record()), drift=0.02)] * 4
+    assert shared_error(drifting) == pytest.approx(0.01 * student(2), rel=1e-12)
+    assert (
+        shared_error([replace(each, drift=drift) for each, drift in zip(drifting, (1, -1, 1, -1), strict=True)]) == 0.0
+    )
+    assert math.isnan(shared_error(drifting[:1]))
+
+
+@pytest.mark.parametrize(
+    ("spacings", "known"), [(0.01, False), (1.0, False), (2.0, True), (0.0, True), (math.nan, False)]
+)
+def test_means_over_events_have_an_error_if_records_have_met_all_bursts(spacings, known):
+    """Half of the events come in a tenth of a node spacing; with constant pressures, 0 spacings, nothing else is ever met."""
+    found = [replace(plateau_of(noisy_record()), spacings=each) for each in (2.0, spacings)]
+    assert shared_by_events(found) == pytest.approx(0.0 if known else math.nan, nan_ok=True)
 
 
 def test_a_record_goes_on_to_two_spacings_if_its_events_allow():

@@ -22,7 +22,7 @@ from nanoslip.solver.elasticity.compliance import SurfaceCompliance, stiffness_o
 from nanoslip.solver.ensemble import Ensemble, Mean, mean_of
 from nanoslip.solver.outcome import SolverError
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.plateau import Plateau, plateau_of, shared_error
+from nanoslip.solver.sliding.plateau import Plateau, plateau_of, shared_by_events, shared_error
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.statistics import event_statistics, shared_by_nodes
@@ -106,7 +106,8 @@ def means(members: Sequence[Member]) -> tuple[Mean, ...]:
     """Of each of the OBSERVABLES, with the ± that a dataset states."""
     columns, plateaus = np.array([member.numbers for member in members]).T, [member.plateau for member in members]
     nodes = shared_by_nodes(columns[-1], float(np.mean([member.node for member in members])))
-    shared = {"plateau": shared_error(plateaus), "μ_k": shared_error(plateaus), "K": nodes}
+    drift, bursts = shared_error(plateaus), shared_by_events(plateaus)
+    shared = {"plateau": drift, "μ_k": drift, "mean step": bursts, "mean drop": bursts, "K": nodes}
     return tuple(mean_of(each, shared.get(name, 0.0)) for name, each in zip(OBSERVABLES, columns, strict=True))
 
 

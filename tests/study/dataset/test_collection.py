@@ -82,7 +82,7 @@ def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
 def test_no_number_of_a_result_is_lost(small):
     plan, store, _ = small
     # Of parameters; zero at initial contact; spring_force_amplitude where it means something; for drives over the record.
-    known_apart = {"normal_load", "spacing", "presliding_length", "displacement", "spring_force_range"}
+    known_apart = {"normal_load", "spacing", "presliding_length", "displacement", "spring_force_range", "forgotten"}
     known_apart |= {f"plateau_{name}" for name in ("first_event", "last_event", "peak", "drift")}
     for task in plan.tasks:
         result = store.read(task.key)
@@ -417,7 +417,7 @@ def test_a_number_is_the_mean_over_members_with_its_error_and_count(four: Four) 
     for name, key, at in (
         ("plateau_mean", record, case),
         ("surface_stiffness", record, case),
-        ("mean_step", record, case),
+        ("contact_half_width", record, case),
         ("static_friction", drive, pulled),
         ("kinetic_friction", drive, pulled),
     ):
@@ -430,8 +430,9 @@ def test_a_number_is_the_mean_over_members_with_its_error_and_count(four: Four) 
         assert (f"{name}_shared_error" in at) == (f"{name}_shared_error" in of)
         assert at.get(f"{name}_shared_error", 0.0) == shared
     assert case["events"].item() == 200.0
-    in_meters = case["mean_step_uncertainty"].item() * plan.manifest.scales.slab_width
-    assert case["mean_step_si_uncertainty"].item() == pytest.approx(in_meters, rel=1e-15)
+    in_si = case["surface_stiffness_uncertainty"].item() * plan.manifest.scales.stiffness
+    assert case["surface_stiffness_si_uncertainty"].item() == pytest.approx(in_si, rel=1e-15)
+    assert np.isnan([case[f"mean_step{end}"].item() for end in ("_uncertainty", "_shared_error")]).all()  # 200 events
     assert (case["members"].item(), said(case["drive_members"])) == (4, {4})
     assert "member" not in found.dims
 
@@ -516,7 +517,7 @@ def test_members_with_the_same_events_are_one_start_and_give_no_error(build: Bui
     assert one["mean_slips"] == 1.0
     assert np.isnan(one["plateau_mean_uncertainty"])
     found = collect(*build(FOUR.replace("radius = [50.0]", "radius = [50.0, 1e9]"))).squeeze()
-    for name in ("plateau_mean", "mean_step", "static_friction"):
+    for name in ("plateau_mean", "static_friction"):
         known = np.isfinite(found[f"{name}_uncertainty"]).any([dim for dim in found[name].dims if dim != "radius"])
         assert (name, known.values.tolist()) == (name, [True, False])
     assert np.isfinite(found["plateau_mean"]).all()
