@@ -331,7 +331,7 @@ def measured(
         motion = integrate(limit, replace(drive, duration=duration), record.initial_stiffness, over)
         if over is None and drive.duration is None and ended_by(motion, drive) != "max_slips":
             ends = partial(_slips_end, motion, drive, limit, may_slide)
-            motion = replace(motion, forgotten=start_is_forgotten(motion, drive, limit, ends))
+            motion = replace(motion, forgotten=start_is_forgotten(motion, drive, limit.period, ends))
         return motion, friction_coefficients(motion, record, plateau, ended_by(motion, drive))
 
     last = lasting(drive.duration)

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.duration import lag_time
-from nanoslip.solver.dynamics.friction_limit import FrictionLimit
 from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by, raising
 from nanoslip.solver.parameter import quantity
 
@@ -140,20 +139,18 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     return StickSlipCount(slips, resticks, stuck, regime, result.spring_force_range, period)
 
 
-def start_is_forgotten(
-    result: DynamicsResult, drive: Drive, limit: FrictionLimit, slips_end: Callable[[], bool]
-) -> bool:
+def start_is_forgotten(result: DynamicsResult, drive: Drive, pattern: float, slips_end: Callable[[], bool]) -> bool:
     """True if a longer drive has the same regime, as far as slips and record tell.
 
     A pin that slides has met the whole repeated record with less ringing than would stop it.
-    slips_end: whether slips that have all ended go on to do so.
+    pattern: length of that record, in L_x. slips_end: whether slips that have all ended go on to do so.
     """
     if not result.outcome.ok or not len(result.slip_time) or result.settling_time < lag_time(drive):
         return True  # without slips, or dragged by its damper, a pin has one regime
     if _regime(result) == "slides":
         stopping = 2.0 * RISING * math.sqrt(drive.spring_stiffness) * drive.stage_velocity
         begins = max(_ringing_ends(result, drive, stopping), 0.5 * result.end_time)
-        return drive.stage_velocity * (result.end_time - begins) >= limit.period
+        return drive.stage_velocity * (result.end_time - begins) >= pattern
     return slips_end()
 
 

@@ -37,7 +37,8 @@ def test_beyond_the_critical_point_a_pin_slides_and_before_it_sticks() -> None:
         regimes = []
         for factor in (0.5, 2.0):
             pulled = replace(drive, **{key: value * factor})
-            regimes.append(count_sticks(measured(record, plateau, pulled)[0], pulled).regime)
+            motion = replace(measured(record, plateau, pulled)[0], forgotten=True)  # its own, so near to the border
+            regimes.append(count_sticks(motion, pulled).regime)
         assert regimes[0] == "stick_slip"
         assert regimes[1] in ("slides", "micro_slip")
 
