@@ -40,12 +40,13 @@ class Reference:
 
     def __init__(self, case: Case, compliance: SurfaceCompliance) -> None:
         self.case, self.c = case, compliance.matrix
-        self.spacing = compliance.x[1] - compliance.x[0]
-        self.x = compliance.x - case.start * self.spacing
+        self.spacing = 1.0 / (case.slab.n_x - 1)
+        self.x, y = compliance.x - case.start * self.spacing, compliance.y - case.start_y * self.spacing
+        self.across = y**2 / (2.0 * case.radius)  # 0 in plane strain
         self.n = len(self.x)
         self.mu, self.normal_load = case.intrinsic_friction, case.normal_load
         self.nothing = 1e-12 * case.normal_load
-        self.contact = np.abs(self.x) <= 0.3
+        self.contact = np.hypot(self.x, y) <= 0.3
         self.u, self.delta = np.zeros(self.n), 0.0
         self.counts = [0, 0, 0]
         self._find_stuck_contact()
@@ -54,7 +55,7 @@ class Reference:
 
     def height(self, u: np.ndarray) -> np.ndarray:
         """The pin's height above its lowest point over every node, with the nodes at x + u."""
-        return (self.x + u - self.delta) ** 2 / (2.0 * self.case.radius)
+        return (self.x + u - self.delta) ** 2 / (2.0 * self.case.radius) + self.across
 
     def answer(
         self, u: np.ndarray, v: np.ndarray, normal_load: float
@@ -148,7 +149,7 @@ class Reference:
             else:
                 xi, moving = self.x[i] + u[i] - self.delta, du[i] - 1.0
                 radius = self.case.radius
-                gap = xi**2 / (2 * radius) - v[i]
+                gap = xi**2 / (2 * radius) + self.across[i] - v[i]
                 roots = np.roots([moving**2 / (2 * radius), xi * moving / radius - dv[i], gap])
                 ahead = [root.real for root in roots if abs(root.imag) < 1e-300 and root.real >= 0.0]
                 if ahead and xi * moving / radius - dv[i] < 0.0:

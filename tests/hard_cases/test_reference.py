@@ -1,5 +1,6 @@
 """Two implementations agree: the compiled sliding with a plain one that solves from scratch, contact with an LCP."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -58,6 +59,17 @@ def test_sliding_agrees_with_solving_from_scratch(name: str, scheme: str) -> Non
     """Kind, node, slips, releases and touches of every event; displacements and forces to 1e-9."""
     displacement, force = _disagreement(_case(scheme, name))
     # Up to a thousand slips, each solved to rounding times the contact's condition (1e2).
+    assert displacement < 1e-9
+    assert force < 1e-9
+
+
+@pytest.mark.everyday(1)
+@pytest.mark.parametrize("scheme", ["half_space", "layer"])
+@pytest.mark.parametrize("name", ["paper", "slippery", "half of the shear stays", "between two nodes"])
+def test_a_ball_slides_as_by_solving_from_scratch(name: str, scheme: str) -> None:
+    """The same of a plane of nodes: 40 events, some hundred nodes."""
+    case = replace(_case(scheme, name), start=0.3, start_y=0.21, normal_load=1e-3, radius=60.0)
+    displacement, force = _disagreement(case)
     assert displacement < 1e-9
     assert force < 1e-9
 

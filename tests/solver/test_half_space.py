@@ -112,6 +112,36 @@ def test_cattaneo_and_mindlin_in_partial_slip():
         assert math.sqrt(stuck.sum() / math.pi) / 32 == pytest.approx(A * (1 - expected) ** (1 / 3), abs=0.5 / 32)
 
 
+@pytest.mark.slow
+def test_a_published_case_of_another_program():
+    """Example `cattaneo` of CONTACT (repository eve70a/CONTACT), its reference output.
+
+    Two equal bodies, ν = 0.42, G = 200, R = 50, are a rigid ball on a half-space of G = 100 without coupling; squares of 0.13333.
+    Both shear directions are limited there, so shear differs a little where nodes slide.
+    """
+    width, shear_modulus, mu = 18 * 0.4 / 3, 100.0, 0.4
+    slab = Slab(19, poisson=0.42, scheme="half_space")
+    case = Case(
+        mu, 50.0 / width, 9.1954 / (shear_modulus * width**2), slab, max_events=None, max_displacement=8.155e-3 / width
+    )
+    case = replace(case, effects=Effects(coupling=False), slip_rule=SlipRule(residual_shear=1.0))
+    compliance = surface_compliance(slab)
+    start = initial_contact(case, compliance)
+    assert start.contact.sum() == 177
+    assert start.approach * width == pytest.approx(0.01998, rel=5e-4)
+    assert start.pressure.max() * shear_modulus == pytest.approx(4.393, rel=5e-4)
+    _, end = slide_to_state(case, compliance, start)
+    assert end.friction_force / (mu * case.normal_load) == pytest.approx(0.875, rel=3e-3)
+    middle = slice(9 * 19 + 9, 17 * 19, 19)  # along x from the middle, at y = 0
+    pressure, shear = start.pressure[middle] * shear_modulus, end.shear[middle] * shear_modulus
+    np.testing.assert_allclose(pressure, [4.39, 4.35, 4.23, 4.03, 3.72, 3.28, 2.65, 1.44], atol=0.006)
+    np.testing.assert_allclose(
+        shear, [0.879, 0.895, 0.948, 1.09, 1.49, 1.31, 1.06, 0.576], rtol=0.04
+    )  # the pin has moved on by 0.06 spacings
+    stuck = end.contact & (np.abs(end.shear) < mu * end.pressure * (1 - 1e-9))
+    assert abs(int(stuck.sum()) - 45) <= 4
+
+
 @pytest.mark.parametrize("start", [(0.0, 0.0), (0.5, 0.5), (0.5, 0.0), (0.37, 0.21)])
 def test_a_record_obeys_all_laws_wherever_it_starts(start):
     case = ball(17, start=start[0], start_y=start[1])
