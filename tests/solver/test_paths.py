@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Effects, Heterogeneity, Interface, SlipRule
+from nanoslip.solver.contact.closed_forms import MindlinLoops
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import Direction
 from nanoslip.solver.elasticity.compliance import surface_compliance
@@ -161,14 +162,6 @@ def test_random_legs_of_classical_sliding_obey_the_laws(scheme):
 UNCOUPLED = {"effects": Effects(coupling=False), "initial_contact": "frictionless"}
 
 
-def jaeger(q):
-    """g(q) of δ = Q/K + B μW g(q) in plane strain (Jaeger), and the loss of a Masing loop over B (μW)²: 4 q g(q) - 8 ∫g."""
-    u = 1.0 - q
-    g = u * np.log(u) + q
-    integral = q**2 / 2 + (u**2 - 1) / 4 - u**2 / 2 * np.log(u)
-    return g, 4 * q * g - 8 * integral
-
-
 def masing(n_x, amplitude):
     case = case_of(n_x=n_x, intrinsic_friction=0.05, slip_rule=SlipRule(residual_shear=1.0), **UNCOUPLED)
     path = led(case, amplitude=amplitude, cycles=2)
@@ -187,12 +180,11 @@ def test_classical_loops_are_masings_with_the_closed_forms_loss(n_x, close):
     want = force[-1] - 2.0 * np.interp(half, x, force)
     np.testing.assert_allclose(np.interp(x[-1] - 2.0 * half, back[::-1], falling[::-1]), want, atol=1e-6 * bearing)
     assert up.final_force == pytest.approx(virgin.final_force, rel=1e-9)
-    stretch = (1 - case.slab.poisson) / (2 * np.pi)
-    g, loss = jaeger(q)
-    assert x[-1] == pytest.approx(bearing * q / virgin.initial_stiffness + stretch * bearing * g, rel=close)
+    form = MindlinLoops(virgin.initial_stiffness, case.slab.poisson, bearing)
+    assert x[-1] == pytest.approx(form.amplitude(q), rel=close)
     found = loops_of(path)
     assert found.loss_per_cycle == pytest.approx(found.first_loss, rel=1e-6)
-    assert found.loss_per_cycle == pytest.approx(stretch * bearing**2 * loss, rel=close)
+    assert found.loss_per_cycle == pytest.approx(form.loss(form.amplitude(q)), rel=close)
     # A closed loop's area is its loss.
     loop = np.concatenate([leg.curve() for leg in path.legs[-2:]], axis=1)
     area = float((loop[1, 1:] + loop[1, :-1]) @ np.diff(loop[0])) / 2
@@ -202,6 +194,22 @@ def test_classical_loops_are_masings_with_the_closed_forms_loss(n_x, close):
     labelled = path.to_xarray()
     assert labelled.loss_per_cycle * W == pytest.approx(found.loss_per_cycle)
     assert path.plot().get_xlabel()
+
+
+def test_the_closed_form_of_loops_is_masings_integral_cubic_when_small_and_plastic_when_large():
+    """Loss is 8 times the area between the virgin curve and its chord (Masing): 4 q g - 8 ∫ g; (2/3) B (μW)² q³ for small q."""
+    form, share = MindlinLoops(1.8, 1.0 / 3.0, 5e-4), np.array([1e-4, 1e-3, 0.1, 0.6, 1.0])
+    curve = np.linspace(0.0, 1.0, 200_001) * share[:, None]
+    force = form.bearing * curve
+    place = form.amplitude(curve)
+    under = ((force[:, 1:] + force[:, :-1]) * np.diff(place)).sum(axis=1) / 2
+    loss = 8 * (under - force[:, -1] * place[:, -1] / 2)
+    np.testing.assert_allclose(form.loss(place[:, -1])[2:], loss[2:], rtol=1e-4)
+    cubic = 2 / 3 * form.compliance * form.bearing**2 * share**3
+    np.testing.assert_allclose(form.loss(place[:, -1])[:2], cubic[:2], rtol=1e-3)
+    # Beyond sliding each turn adds its way at μW, four times in a cycle.
+    most = place[-1, -1]
+    assert form.loss(3 * most) - form.loss(most) == pytest.approx(4 * form.bearing * 2 * most)
 
 
 @pytest.mark.parametrize(("direction", "slips"), [(0.45, False), (0.55, True)])

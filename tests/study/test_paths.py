@@ -217,3 +217,14 @@ def test_paths_are_the_same_over_ranks_and_resumed(nanoslip, tmp_path):
         result.unlink()
     assert nanoslip("run", tmp_path / "loops.toml", "--out", tmp_path / "out0").returncode == 0
     assert (tmp_path / "out0" / "results.nc").read_bytes() == bytes_of[3]
+
+
+@pytest.mark.everyday(1)
+@pytest.mark.parametrize("stroke", ["0.5", "1 um"])
+def test_a_stroke_of_one_case_is_tried_and_drawn_within_80_columns(main, monkeypatch, stroke):
+    monkeypatch.setenv("COLUMNS", "80")
+    code, said, _ = main("try", "--stroke", stroke, "n_x=17", "members=2", "slab_width=1 mm")
+    assert code == 0
+    assert "loss_per_cycle" in said
+    assert max(map(len, said.splitlines())) <= 80
+    assert said.count("┤") > 5

@@ -8,10 +8,20 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.study.figures import frames as film
-from nanoslip.study.figures.frames import MOST, MOST_IN_STRIP, Moments, draw_frame, events_of, moments_of, strip
+from nanoslip.study.figures.frames import (
+    MOST,
+    MOST_IN_STRIP,
+    Moments,
+    draw_frame,
+    events_of,
+    moments_of,
+    strip,
+    usual_events,
+)
 
 # What a film shows is what the record knows: forces, limits of shear, and which nodes slip in an event.
 
@@ -148,3 +158,16 @@ def test_a_plane_of_nodes_is_drawn_as_maps(tmp_path: Path) -> None:
     assert len(axes[3].lines[0].get_xdata()) == shown.moments[1].slipped.sum() > 0
     film.frames(case, (0, 20), tmp_path / "film.gif")
     assert (tmp_path / "film.gif").stat().st_size > 1000
+
+
+def test_moments_of_a_path_are_its_turns() -> None:
+    """Both ends of the strokes, with the force that the path has there."""
+    case = Case(slab=Slab(n_x=17), path=LoadPath(amplitude=2.0, cycles=1))
+    shown = moments_of(case, range(9))
+    assert [moment.event for moment in shown.moments] == [0, 1, 2, 3]
+    assert usual_events(case) == "0:3"
+    places = [moment.displacement for moment in shown.moments]
+    assert places == pytest.approx([0.0, places[1], -places[1], places[1]])
+    ends = [leg.direction * leg.final_force / case.normal_load for leg in shown.record.legs]
+    assert [moment.friction for moment in shown.moments[1:]] == pytest.approx(ends)
+    assert strip(shown).axes[0].get_title().split() == ["turn", "0"]

@@ -48,6 +48,16 @@ def test_a_rising_line_goes_from_the_bottom_left_to_the_top_right_without_a_gap(
     assert max(map(len, marked)) <= 4  # a quarter of the way, and a dot on either side
 
 
+def test_a_line_that_turns_is_drawn_as_a_loop():
+    """A circle: each column but the outermost has its upper and its lower half, with nothing between."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 2001)
+    rows = letters(text_plot(np.sin(turn), np.cos(turn), LABELS))
+    middle = [row[WIDTH // 2] for row in rows]
+    assert middle[0] != BLANK != middle[-1]
+    assert set(middle[1:-1]) == {BLANK}
+    assert rows[HEIGHT // 2][0] != BLANK != rows[HEIGHT // 2][-1]
+
+
 def test_a_single_high_tooth_between_many_points_is_seen():
     x = np.linspace(0.0, 1.0, 10_001)
     y = np.where(np.arange(x.size) == 5000, 1.0, 0.0)
