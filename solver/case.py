@@ -429,7 +429,6 @@ def _refuse_by_rows(case: Case) -> None:
             "plane strain, as a profile says nothing across the drag",
         ),
         (case.interface.contacts > 1, "contacts", case.interface.contacts, "one contact with a plane of nodes"),
-        (bool(case.path), "path", ABSENT, "plane strain, as paths on a plane of nodes are not held by any test"),
     ]
     for refused, key, value, need in excluded:
         if refused:

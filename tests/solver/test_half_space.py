@@ -15,6 +15,7 @@ from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.path import follow
 from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.physics import assert_contact_laws
 
@@ -186,6 +187,21 @@ def test_the_grid_follows_the_ball_and_a_record_far_along_repeats():
     assert force[0].mean() == pytest.approx(force[1].mean(), rel=0.02)
 
 
+@pytest.mark.parametrize(
+    "path",
+    [LoadPath(amplitude=0.8, cycles=2, visited_loads=(2.0, 1.0)), LoadPath(legs=((-0.3, 1.0), (0.1, 1.5), (0.1, 1.0)))],
+)
+def test_a_path_obeys_the_laws_at_every_turn_and_the_grid_follows_it_to_the_left(path):
+    case = replace(ball(17, 0.3, path=path, heterogeneity=Heterogeneity(spread=0.1)), normal_load=4e-3, radius=20.0)
+    compliance, states = surface_compliance(case.slab), []
+    assert follow(case, compliance, states.append).outcome.ok
+    for state in states:
+        assert_contact_laws(state, replace(case, normal_load=state.normal_force), compliance)
+    if path.legs:
+        assert min(state.first_node for state in states) < 0
+        assert not any(state.first_node % 17 for state in states)
+
+
 def test_friction_of_a_node_depends_on_its_column_and_row_alone():
     drawn = Heterogeneity(spread=0.3, seed=5)
     small, large = (node_friction(ball(n_x, heterogeneity=drawn)).reshape(n_x, n_x) for n_x in (9, 17))
@@ -206,7 +222,6 @@ def test_what_needs_a_plane_or_is_not_computed_on_one_is_refused():
         "start_y": lambda: Case(start_y=0.3),
         "roughness": lambda: ball(heterogeneity=Heterogeneity(roughness=((0.0, 0.0), (0.1, 1e-6)))),
         "contacts": lambda: ball(interface=Interface(contacts=5)),
-        "path": lambda: ball(path=LoadPath(amplitude=0.5)),
         "n_x": lambda: Slab(2049, scheme="half_space"),
         "support": lambda: Slab(9, support="frictionless", scheme="half_space"),
     }.items():
