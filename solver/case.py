@@ -417,22 +417,11 @@ def _refuse_with_classical_sliding(case: Case) -> None:
 
 def _refuse_by_rows(case: Case) -> None:
     """Raise InvalidInput for what needs a plane of nodes, or is not computed on one."""
-    beside = {"scheme": case.slab.scheme.name}
     if not case.slab.scheme.planar:
         require("start_y", case.start_y, case.start_y == 0.0, '0, as plane strain has no y; or scheme = "half_space"')
-        return
-    excluded: list[tuple[bool, str, object, str]] = [
-        (
-            bool(case.heterogeneity.roughness),
-            "roughness",
-            ABSENT,
-            "plane strain, as a profile says nothing across the drag",
-        ),
-        (case.interface.contacts > 1, "contacts", case.interface.contacts, "one contact with a plane of nodes"),
-    ]
-    for refused, key, value, need in excluded:
-        if refused:
-            raise InvalidInput(key, value, need, beside)
+    elif case.heterogeneity.roughness:
+        need = "plane strain, as a profile says nothing across the drag"
+        raise InvalidInput("roughness", ABSENT, need, {"scheme": case.slab.scheme.name})
 
 
 def _refuse_with_a_path(case: Case) -> None:

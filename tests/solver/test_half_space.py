@@ -15,8 +15,10 @@ from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.interface import batches
 from nanoslip.solver.sliding.path import follow
 from nanoslip.solver.sliding.slide import slide, slide_to_state
+from nanoslip.solver.sliding.slider import portion, slider
 from tests.physics import assert_contact_laws
 
 A, R = 0.25, 200.0
@@ -202,6 +204,17 @@ def test_a_path_obeys_the_laws_at_every_turn_and_the_grid_follows_it_to_the_left
         assert not any(state.first_node % 17 for state in states)
 
 
+@pytest.mark.parametrize("loads", ["equal", "exponential", "heights"])
+def test_contacts_of_one_slider_add_up(loads):
+    """K of equal contacts is that of one times their number; of others it is less, as a ~ W^(1/3) is concave."""
+    case = ball(17, 0.3, interface=Interface(contacts=4, loads=loads))
+    compliance = surface_compliance(case.slab)
+    found = slider(case, (portion(case, compliance, *batch, Ensemble()) for batch in batches(4)))
+    assert (found.record.outcome.ok, found.lost) == (True, 0)
+    share = found.record.initial_stiffness / (4 * 8 * A / 1.7)
+    assert share == pytest.approx(1.0, rel=0.02) if loads == "equal" else 0.7 < share < 1.0
+
+
 def test_friction_of_a_node_depends_on_its_column_and_row_alone():
     drawn = Heterogeneity(spread=0.3, seed=5)
     small, large = (node_friction(ball(n_x, heterogeneity=drawn)).reshape(n_x, n_x) for n_x in (9, 17))
@@ -221,7 +234,6 @@ def test_what_needs_a_plane_or_is_not_computed_on_one_is_refused():
     for key, wrong in {
         "start_y": lambda: Case(start_y=0.3),
         "roughness": lambda: ball(heterogeneity=Heterogeneity(roughness=((0.0, 0.0), (0.1, 1e-6)))),
-        "contacts": lambda: ball(interface=Interface(contacts=5)),
         "n_x": lambda: Slab(2049, scheme="half_space"),
         "support": lambda: Slab(9, support="frictionless", scheme="half_space"),
     }.items():
