@@ -65,22 +65,22 @@ class Flag(Enum):
     few_nodes = (
         1,
         f"fewer than {FEWEST_NODES} nodes in contact, or {FEWEST_IN_PLANE} of a plane of nodes",
-        "raise radius (half_width of a punch) or n_x",
+        "raise n_x; or of a given pin lower scales.slab_width, so that the nodes are closer",
     )
     near_ends = (
         2,
         f"contact nearer to an end of the slab than {NEAR:g} of its half-width",
-        "lower normal_load, radius (half_width of a punch) or the record's limits",
+        "widen the slab: of a given pin raise scales.slab_width; or lower the record's limits",
     )
     outgrown = (
         4,
         "contact reaches the end of the surface and is cut off there",
-        "lower normal_load, radius (half_width of a punch) or the record's limits",
+        "widen the slab: of a given pin raise scales.slab_width; or lower the record's limits",
     )
     whole_slab = (
         8,
         "the pin covers the whole slab: slab width, not load and radius, sets the contact size",
-        "lower normal_load or radius (half_width of a punch)",
+        "widen the slab: of a given pin raise scales.slab_width",
     )
     beyond_contact = (
         16,
@@ -90,7 +90,7 @@ class Flag(Enum):
     large_strain = (
         32,
         f"mean pressure above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
-        "lower normal_load, or raise radius (half_width of a punch)",
+        "take it for linear elasticity beyond its range: finite strains need finite elements",
     )
     unresolved_slab = (
         128,
