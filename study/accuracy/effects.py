@@ -30,6 +30,7 @@ from nanoslip.study.plan.kinds import (
     declared,
     drive_task,
     names_of,
+    path_task,
     record_task,
 )
 from nanoslip.study.plan.plan import evenly, key_of_duration
@@ -120,8 +121,13 @@ def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, mem
         raise ManifestError.in_file(manifest.path, need)
     own = manifest.ensemble
     ensemble = Ensemble(members or (min(own.members, MEMBERS) if own.members > 1 else MEMBERS), places=own.places)
-    variables = own.of or TargetTable(within=0.5).variables(manifest.stages[-1])
+    usual = TargetTable(within=0.5).variables(manifest.stages[-1])
+    variables = own.of or (OF_LOOPS if manifest.paths and not drives else usual)
     return Scenes(manifest, tuple(evenly(possible, count)), dict(evenly(drives, count)), ensemble, variables)
+
+
+OF_LOOPS: Final = ("loss_per_cycle", "turn_friction")
+"""Main numbers of a campaign with paths."""
 
 
 def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
@@ -181,7 +187,9 @@ def tasks_of(
     slides = "slip" in manifest.stages
     if not slides or {*names} & {*OF_CONTACTS}:
         yield "", contact_task(case, ensemble, scalars_only=True)
-    if slides:
+    if case.path:
+        yield "", path_task(case, ensemble, scalars_only=True)
+    if slides and (drives or not case.path):
         record = record_task(case, ensemble)
         yield from (("", batch) for batch in all_batches(case, record.ensemble))
         yield "", record

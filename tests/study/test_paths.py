@@ -13,12 +13,13 @@ from nanoslip.solver.parameter import declared
 from nanoslip.solver.simulate import friction_path
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.path import line_of, loops_of, turns_of
+from nanoslip.study.accuracy.effects import scenes_of, tasks_of
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.figures.shared import View
 from nanoslip.study.figures.views import SORTS
-from nanoslip.study.manifest.cases import naming
+from nanoslip.study.manifest.cases import expand, naming
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -200,6 +201,14 @@ def test_numbers_of_loops_are_in_tables_and_no_closure_is_drawn(loops):
     names = {each.name for each in SORTS["answer"].of(loops) if isinstance(each, View)}
     assert "loss_per_cycle" in names
     assert not any("closure" in name for name in names)
+
+
+def test_effects_of_a_campaign_with_paths_change_its_loops(tmp_path):
+    manifest = manifest_of(tmp_path, LOOPS)
+    scenes = scenes_of(manifest, expand(manifest), 1)
+    assert "loss_per_cycle" in scenes.variables
+    tasks = tasks_of(manifest, scenes.cases[0].case, scenes.drives, scenes.ensemble, scenes.variables)
+    assert {task.kind for _, task in tasks} == {"path"}
 
 
 @pytest.mark.slow
