@@ -27,6 +27,10 @@ SIGNIFICANT: Final = 5.0
 """Standard errors beyond which a change is no accident (one motion in four hundred with eight blocks)."""
 
 
+INERTIAL: Final = 0.1
+"""Share of the contact's own peak above which what inertia and damper add to it is no friction, and stands beside μ_s."""
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FrictionCoefficients(Labels):
     """Macroscopic friction of one drive, as forces over W; NaN if it could not be measured (see `outcome`).

@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
+from nanoslip.solver.dynamics.coefficients import INERTIAL
 from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.outcome import Ending
@@ -140,12 +141,26 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     if value in ("", NOTHING) or value != value:  # noqa: PLR0124  NaN is not
         return NOTHING
     if error in values:
-        return with_error(value, float(values[error]))
+        return with_error(value, float(values[error])) + (_two_parts(values) if name == "static_friction" else "")
     if isinstance(value, str | bool):
         return worded(tallies_over(values, name, values[name])[0])
     if name in variables.counts() and value != round(value):
         return plain(round(value, 0 if abs(value) >= FEW_COUNTED else 1), digits)
     return plain(value, digits)
+
+
+def _inertial(values: xr.Dataset) -> xr.DataArray:
+    """True if inertia and damper add more than INERTIAL to the contact's own peak in μ_s."""
+    excess = values.get("static_friction_excess", xr.DataArray(0.0))
+    return excess > INERTIAL * (values["static_friction"] - excess)
+
+
+def _two_parts(values: xr.Dataset) -> str:
+    """The contact's own part of μ_s and that of inertia and damper, as ` (0.498 + 0.415)`; empty if the second one is small."""
+    if not bool(_inertial(values)):
+        return ""
+    excess = values["static_friction_excess"].item()
+    return f" ({values['static_friction'].item() - excess:.3g} + {excess:.3g})"
 
 
 def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
@@ -219,6 +234,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
         *columns,
         *(f"{name}{end}" for name in columns for end in (UNCERTAINTY, "_members")),
         *(count for name in columns for count in variables.words_counted().get(name, {}).values()),
+        "static_friction_excess",
         variables.MEMBERS.name,
         variables.DRIVE_MEMBERS.name,
         variables.VALIDITY.name,
@@ -414,11 +430,16 @@ def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
-    """Number of drives by outcome and by regime (of most members); nothing of few, as the table shows them."""
+    """Number of drives by outcome and by regime (of most members), nothing of few, as the table shows them; and advice on μ_s."""
     many = [dataset[name] for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
     counts = [(each, Counter(filter(None, each.values.ravel().tolist())).most_common()) for each in many]
     counted = [(each, ", ".join(f"{count} {hyphenated(word)}" for word, count in found)) for each, found in counts]
-    return [f"{each.name} of {each.size} drives: {said}" for each, said in counted if said]
+    inertial = int(_inertial(dataset).sum()) if "static_friction" in dataset else 0
+    advice = (
+        f"μ_s of {inertial} of {dataset['static_friction'].size} drives: inertia and damper add over {INERTIAL:.0%} to the "
+        "contact's peak, as (peak + addition); lower stage_velocity, spring_stiffness or damping_ratio"
+    )
+    return [*(f"{each.name} of {each.size} drives: {said}" for each, said in counted if said), *[advice][:inertial]]
 
 
 def words(label: dict[str, Value]) -> str:
