@@ -433,10 +433,11 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
     """Number of drives by outcome and by regime (of most members), nothing of few, as the table shows them; and advice on μ_s."""
     many = [dataset[name] for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
     counts = [(each, Counter(filter(None, each.values.ravel().tolist())).most_common()) for each in many]
-    counted = [(each, ", ".join(f"{count} {hyphenated(word)}" for word, count in found)) for each, found in counts]
-    inertial = int(_inertial(dataset).sum()) if "static_friction" in dataset else 0
+    counted = [(each, ", ".join(f"{count} {hyphenated(word)}" for word, count in words_)) for each, words_ in counts]
+    found = _inertial(dataset) if "static_friction" in dataset else xr.DataArray(False)
+    inertial = int(found.sum())
     advice = (
-        f"μ_s of {inertial} of {dataset['static_friction'].size} drives: inertia and damper add over {INERTIAL:.0%} to the "
+        f"μ_s of {inertial} of {found.size} drives: inertia and damper add over {INERTIAL:.0%} to the "
         "contact's peak, as (peak + addition); lower stage_velocity, spring_stiffness or damping_ratio"
     )
     return [*(f"{each.name} of {each.size} drives: {said}" for each, said in counted if said), *[advice][:inertial]]
