@@ -102,12 +102,13 @@ class ContactState(Viewed):
         return {"contact_load": 1.0 / self.normal_force if self.contact.any() else float("nan")}
 
     def _picture(self) -> Picture:
-        """Pressure and shear over the nodes in contact and their neighbours."""
-        touching = np.flatnonzero(self.contact)
+        """Pressure and shear over the nodes in contact and their neighbours; of a plane over the row of the largest pressure."""
+        row = slice(int(np.argmax(self.pressure)) % self.rows, None, self.rows)
+        touching = np.flatnonzero(self.contact[row])
         shown = slice(max(touching[0] - 2, 0), touching[-1] + 3) if len(touching) else slice(None)
         share = self._factors()["contact_load"]
         curves = [
-            Curve(self.x[shown], share * values[shown], name, ".-")
+            Curve(self.x[row][shown], share * values[row][shown], name, ".-")
             for name, values in (("pressure p", self.pressure), ("shear q", self.shear))
         ]
         return Picture("place x/L_x", "traction, in W/(L_x·L_y)", tuple(curves))

@@ -215,6 +215,13 @@ def test_contacts_of_one_slider_add_up(loads):
     assert share == pytest.approx(1.0, rel=0.02) if loads == "equal" else 0.7 < share < 1.0
 
 
+def test_a_picture_of_a_contact_is_of_the_row_with_the_largest_pressure():
+    state = touched(ball(17))
+    shear, pressure = (line.get_ydata() for line in reversed(state.plot().lines))
+    assert len(shear) == len(pressure) < 17
+    assert pressure.max() == pytest.approx(state.pressure.max() / state.normal_force)
+
+
 def test_friction_of_a_node_depends_on_its_column_and_row_alone():
     drawn = Heterogeneity(spread=0.3, seed=5)
     small, large = (node_friction(ball(n_x, heterogeneity=drawn)).reshape(n_x, n_x) for n_x in (9, 17))
