@@ -298,6 +298,15 @@ class Accessor:
         """
         return self._seen("contact", event, selection)
 
+    def row(self, **selection: Any) -> xr.Dataset:
+        """Contact of one case after all its events; of a plane of nodes the row with the largest pressure."""
+        seen = self.contact(**selection)
+        if "y" not in seen.coords or not np.ptp(seen["y"].values):
+            return seen
+        pressure = seen["pressure"].transpose(..., "contact_node").values
+        y = seen["y"].values
+        return seen.isel(contact_node=np.flatnonzero(y == y[int(pressure.reshape(-1, len(y)).max(axis=0).argmax())]))
+
     def interior(self, event: int | None = None, **selection: Any) -> xr.Dataset:
         """Displacements and stresses of the nodes inside the slab of one case, with the coordinates `x` and `z`; as `contact`."""
         return self._seen("interior", event, selection)

@@ -11,7 +11,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.solver.contact.closed_forms import MindlinLoops, flat_punch_pressure, hertz
+from nanoslip.solver.contact.closed_forms import MindlinLoops, flat_punch_pressure, hertz, hertz_radius
+from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor, id_of, places, scales_of, values_over
@@ -172,7 +173,7 @@ def contact_columns(dataset: xr.Dataset, run: Run) -> Columns:
 
     Of many nodes those are left that can be told apart: where pressure or shear is least or largest nearby.
     """
-    seen = Accessor(dataset).contact(**run.selection)
+    seen = Accessor(dataset).row(**run.selection)
     seen = seen if "event" in seen.dims else seen.expand_dims("event")
     events, x, pressure, shear = (seen[name].values for name in ("event", "x", "pressure", "shear"))
     near = _near(x, pressure)
@@ -190,12 +191,24 @@ def contact_columns(dataset: xr.Dataset, run: Run) -> Columns:
 
 def half_plane(case: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Pressure at x (n,) in W/(L_x·L_y) that a pin of this shape has on a half-plane without friction."""
+    if "scheme" in case and SCHEMES[str(case["scheme"].item())].planar:
+        return _half_space(case, np.hypot(x, float(case["y"].values[0])))
     if str(case["pin"].item()) == "flat_punch":
         half_width = float(case["half_width"])
         inside = np.abs(x) < half_width * (1.0 - 1e-9)
         return np.where(inside, flat_punch_pressure(np.where(inside, x, 0.0), half_width, 1.0), 0.0)
     load = float(case["normal_load"])
     return hertz(load, float(case["radius"]), float(case["poisson"])).pressure(x) / load
+
+
+def _half_space(case: xr.Dataset, r: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Pressure under a ball (Hertz) or disc (Boussinesq) on a half-space, at the distance r (n,) from its axis."""
+    if str(case["pin"].item()) == "flat_punch":
+        a = float(case["half_width"])
+        squared = 1.0 - (r / a) ** 2
+        return np.where(squared > 1e-9, 1.0 / np.sqrt(np.maximum(squared, 1e-9)), 0.0) / (2.0 * np.pi * a**2)
+    a = hertz_radius(float(case["normal_load"]), float(case["radius"]), float(case["poisson"]))
+    return np.asarray(1.5 / (np.pi * a**2) * np.sqrt(np.maximum(1.0 - (r / a) ** 2, 0.0)))
 
 
 def draw_contacts(axes: Any, table: Columns, style: dict[str, Any]) -> None:

@@ -34,7 +34,7 @@ def curves(case: xr.Dataset) -> Iterator[Curve]:
     elif _has(case, "path", "path_point"):
         yield _curve(see.path(), "path_displacement", "path_friction")
     elif _has(case, "contact", "contact_node"):
-        last = see.contact().isel(event=-1, missing_dims="ignore")
+        last = see.row().isel(event=-1, missing_dims="ignore")
         yield _curve(last, "x", "pressure")
     if _has(case, "trajectory", "sample"):
         yield _curve(see.trajectory(), "time", "sample_spring_force")
