@@ -64,7 +64,7 @@ check: .venv/dev  ## style and types
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m ruff format --check .
 	$(BIN)/python -m mypy
-	MYPYPATH=campaigns/figures:campaigns/maps:campaigns/interface $(BIN)/python -m mypy campaigns/figures/*.py campaigns/maps/*.py campaigns/interface/*.py campaigns/schemes.py campaigns/gallery.py
+	MYPYPATH=campaigns/figures:campaigns/maps:campaigns/interface:campaigns/paths $(BIN)/python -m mypy campaigns/figures/*.py campaigns/maps/*.py campaigns/interface/*.py campaigns/paths/*.py campaigns/schemes.py campaigns/gallery.py
 
 format: .venv/dev
 	$(BIN)/python -m ruff format .

@@ -89,7 +89,7 @@ class Slab:
         table="numerics",
         meaning="surface nodes",
         comment="their spacing L_x/(n_x - 1) is the size of the elements that slip",
-        need="2^N + 1 with N from 2 to 20; strip, half_plane, half_space, layer: odd",
+        need="2^N + 1 with N from 2 to 20; on a surface without ends: odd",
     )
     aspect_ratio: float = parameter(
         1.0,

@@ -77,7 +77,7 @@ ONE_LINE: Final = "to be one line without control characters"
 def one_line(text: str) -> bool:
     """True if a text is without line breaks, control characters and marks of direction, which terminals obey."""
     return not any(
-        unicodedata.category(letter) in ("Cc", "Cs", "Zl", "Zp") or unicodedata.bidirectional(letter) in _TURNING
+        unicodedata.category(letter) in ("Cc", "Zl", "Zp") or unicodedata.bidirectional(letter) in _TURNING
         for letter in text
     )
 

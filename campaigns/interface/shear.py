@@ -6,10 +6,9 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from preparation import exponent
 
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, CampaignFigure, Claim, column, exponent
 
 LINES: Final = ("-", "--")
 """Line styles of the spreads."""

@@ -1,7 +1,7 @@
 """Friction force of a resting pin while its load is doubled and lowered, over the force before: it remembers the lowest load."""
 
 from collections.abc import Iterator
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -50,7 +50,12 @@ def draw(dataset: xr.Dataset) -> Figure:
         axes = figure.add_subplot()
         for number, scheme in enumerate(dataset["scheme"].values.tolist()):
             found = mean_of(kept(dataset, scheme, n_x).T)
-            style = {"color": COLORS[number], "marker": MARKERS[number], "markersize": 3, "capsize": 1.5}
+            style: dict[str, Any] = {
+                "color": COLORS[number],
+                "marker": MARKERS[number],
+                "markersize": 3,
+                "capsize": 1.5,
+            }
             axes.errorbar(range(len(VISITED)), found.mean, found.uncertainty, label=scheme, **style)
         axes.set_xticks(range(len(VISITED)), VISITED)
         axes.set(xlabel="load visited", ylabel="F over F before")

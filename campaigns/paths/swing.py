@@ -47,8 +47,8 @@ def swing_of(dataset: xr.Dataset, leg: int, **case: Any) -> Swing:
     friction, of = found["intrinsic_friction"].item(), found["path_leg"].values
     x, force = found["path_displacement"].values, found["path_friction"].values / friction
     length = friction * found["normal_load"].item() / found["path_stiffness"].item()
-    legs = ((x[of == each], force[of == each]) for each in (leg - 1, leg, leg + 1))
-    return Swing(*legs, length)
+    before, back, again = ((x[of == each], force[of == each]) for each in (leg - 1, leg, leg + 1))
+    return Swing(before, back, again, length)
 
 
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:

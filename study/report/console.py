@@ -5,6 +5,7 @@ import re
 import sys
 import textwrap
 import time
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
@@ -143,8 +144,13 @@ def _lines(lines: Iterable[str], style: str = "") -> Text:
 
 
 def _escaped(text: str) -> str:
-    """A text in which letters that terminals obey are escaped, but line breaks."""
-    return text if one_line(text) else "".join(x if x == "\n" or one_line(x) else ascii(x)[1:-1] for x in text)
+    """A text in which letters that terminals obey, or that are half of a letter, are escaped, but line breaks."""
+    return "".join(x if x.isprintable() or x == "\n" or _plain(x) else ascii(x)[1:-1] for x in text)
+
+
+def _plain(letter: str) -> bool:
+    """True if a terminal shows a letter and does not obey it."""
+    return one_line(letter) and unicodedata.category(letter) != "Cs"
 
 
 def console(stderr: bool = False, unlimited: int = WIDE) -> Console:
