@@ -11,8 +11,11 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance, SurfaceCompliance
-from nanoslip.solver.slab import Slab
+from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.record import FrictionRecord
+
+ROWS = tuple(name for name, kind in SCHEMES.items() if not kind.planar)
+"""Schemes of plane strain; a plane of nodes has hard cases of its own (tests/solver/test_half_space.py)."""
 
 LIMITS = {
     "equilibrium": 1e-10,

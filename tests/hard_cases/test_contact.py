@@ -14,9 +14,10 @@ from nanoslip.solver.contact.soundness import COARSEST, rounding_share
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
 from tests.hard_cases.following import Followed, compliance_of, follow
+from tests.physics import ROWS
 
 WAYS: tuple[InitialContact, ...] = get_args(InitialContact)
 N = 33
@@ -71,7 +72,7 @@ def _dragged(scheme: str, name: str) -> Followed:
 
 
 @pytest.mark.everyday(5)
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", ROWS)
 @pytest.mark.parametrize("way", WAYS)
 def test_the_laws_hold_for_every_load_and_radius(way: InitialContact, scheme: str) -> None:
     for name, case in _loads_and_radii(scheme, way, SlipRule()).items():
@@ -81,7 +82,7 @@ def test_the_laws_hold_for_every_load_and_radius(way: InitialContact, scheme: st
 
 
 @pytest.mark.everyday(1)
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", ROWS)
 def test_the_laws_hold_for_every_load_and_radius_with_coulomb_friction(scheme: str) -> None:
     """Residual 1 has a solver of its own."""
     for name, case in _loads_and_radii(scheme, "stick", SlipRule(residual_shear=1.0)).items():
@@ -90,7 +91,7 @@ def test_the_laws_hold_for_every_load_and_radius_with_coulomb_friction(scheme: s
         assert not seen.broken, name
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", ROWS)
 @pytest.mark.parametrize("half_width", PUNCHES.values(), ids=PUNCHES.keys())
 def test_a_punch_stands_on_the_nodes_whose_greater_part_it_covers(half_width: float, scheme: str) -> None:
     case = _case(scheme, pin="flat_punch", half_width=half_width, intrinsic_friction=0.5)
@@ -106,7 +107,7 @@ def test_a_punch_stands_on_the_nodes_whose_greater_part_it_covers(half_width: fl
 
 
 @pytest.mark.everyday(5)
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", ROWS)
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow) if name.startswith("stuck") else name for name in SLIDERS]
 )
@@ -129,7 +130,7 @@ def test_the_laws_hold_far_from_the_centre(name: str, scheme: str) -> None:
         )  # without ends there is no corner
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", ROWS)
 def test_one_node_sinks_by_its_own_compliance(scheme: str) -> None:
     """Reference: approach = W·C_zz of the middle node, pressure = W/h, until a neighbour touches."""
     case = _case(scheme, normal_load=1e-9, radius=1.0, intrinsic_friction=math.inf, initial_contact="frictionless")
@@ -181,7 +182,7 @@ def _profile(height: float, seed: int = 4) -> Heterogeneity:
     return Heterogeneity(roughness=tuple(zip(np.linspace(-0.6, 0.6, 61).tolist(), rises.tolist(), strict=True)))
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", ROWS)
 @pytest.mark.parametrize("way", WAYS)
 def test_heights_whose_rounding_outweighs_the_load_are_named(way: InitialContact, scheme: str) -> None:
     """A height of 1e-3 is known to 2e-19: that is much of what 1e-18 displaces, and little of what 1e-12 does."""
@@ -195,7 +196,7 @@ def test_heights_whose_rounding_outweighs_the_load_are_named(way: InitialContact
     assert initial_contact(replace(rough, normal_load=1e-12), compliance).outcome.ok
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", ROWS)
 def test_forces_are_known_as_well_as_heights_are(scheme: str) -> None:
     """Every height wrong by a rounding: forces change by at most 3 times the share limited by `COARSEST` (measured: 1.4)."""
     for seed in range(12):
@@ -252,7 +253,7 @@ def _extremes() -> list[Case]:
             slip_rule=SlipRule(event_floor=floor, cascade_limit=20_000),
             max_displacement=0.3,
         )
-        for scheme in SCHEMES
+        for scheme in ROWS
         for way in WAYS
         for normal_load in (1e-30, 1e-24, 1e-12, 1.0)
         for radius in (1e-12, 1.0, 1e24)
@@ -262,7 +263,7 @@ def _extremes() -> list[Case]:
     profiles = [tuple(zip((-1e-12, 0.0, 1e-12), each, strict=True)) for each in heights]
     return tried + [
         replace(case, heterogeneity=Heterogeneity(roughness=profile))
-        for case in tried[:: len(SCHEMES)]
+        for case in tried[:: len(ROWS)]
         for profile in profiles
         if case.slip_rule.event_floor == 1.0
     ]

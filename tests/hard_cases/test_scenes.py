@@ -45,8 +45,10 @@ OPEN = ("gap", "restick_time", "restick_position")
 """What may be infinite or missing: nodes beyond a punch's edges have no pin above them, a last slip may not have ended."""
 
 
-REPEATED = ("stick_slip_period", "spring_force_amplitude", "spring_force_range")
-"""What a drive has only where its second half is long enough to show it."""
+REPEATED = ("regime", "stick_slip_period", "spring_force_amplitude", "spring_force_range")
+"""What a drive has only where it is long enough to show it, or to forget its start."""
+BURSTS = ("mean_step", "mean_drop")
+"""What starts miss together in short records: their shared error is unknown."""
 SHARES = ("fluctuation", "unseen_force")
 """What is over the force of a plateau, which may be 0."""
 KINETIC = ("kinetic_friction",)
@@ -103,7 +105,8 @@ def _assert_finite(result: TaskResult) -> None:
         for name, numbers in result.scalars.items() if outcome.usable and not refused else ():
             missing = name.startswith("fit") or name.endswith("_excess") or name in lacking  # a fit needs slips
             if name.endswith(SHARED_ERROR):  # known of two starts or more that all have the number
-                missing = members < 2 or not np.all(np.isfinite(result.scalars[name.removesuffix(SHARED_ERROR)]))
+                of = name.removesuffix(SHARED_ERROR)
+                missing = of in BURSTS or members < 2 or not np.all(np.isfinite(result.scalars[of]))
             assert missing or not math.isnan(numbers[member]), (result.kind, name)
 
 

@@ -18,7 +18,7 @@ import pytest
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Heterogeneity, SlipRule
-from nanoslip.solver.contact import initial, normal
+from nanoslip.solver.contact import initial, pin
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.normal import NormalContact
 from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_pin
@@ -71,7 +71,7 @@ def drawn(seed: int) -> Case:
 def tried_first(case: Case, compliance: SurfaceCompliance, half_widths: float) -> ContactState:
     """Initial contact where the search for the stuck contact starts from this set."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(normal, "expected_half_width", lambda case: _half_width(case, half_widths))
+        patch.setattr(pin, "expected_half_width", lambda case: _half_width(case, half_widths))
         return initial_contact(case, compliance)
 
 

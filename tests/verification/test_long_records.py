@@ -13,11 +13,11 @@ from nanoslip.solver.case import Case, Heterogeneity, InitialContact, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of
-from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_TYPES
 from nanoslip.solver.sliding.slide import RESUMABLE, slide, slide_to_state
-from tests.physics import energy
+from tests.physics import ROWS, energy
 from tests.verification.seen import seen
 
 
@@ -66,7 +66,7 @@ def test_the_plateau_does_not_know_how_the_pin_came_down(n_x):
         assert one.uncertainty < 5e-3 * one.mean, line  # the comparison means something
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("scheme", ROWS)
 def test_a_record_in_pieces_has_the_bits_of_one_in_one(scheme):
     """A ContactState is all that a record goes on from: pieces of RESUMABLE events, nodes unlike each other, a start between
     two nodes. No tolerance: the same arithmetic."""
