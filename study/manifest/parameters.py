@@ -207,6 +207,11 @@ def plain(key: str, value: Any, stated: Parameter, scales: Scales | None = None)
         raise InvalidInput(key, value, f'a number, or one with a unit as "{given[1]} {as_written(unit)}"') from None
 
 
+def has_unit(value: Any) -> bool:
+    """True if a value is a text with a number and its unit."""
+    return isinstance(value, str) and _QUANTITY.fullmatch(value) is not None
+
+
 def _converted(number: str, unit: str, into: str, scales: Scales | None) -> Decimal:
     """A quantity in another unit. scales: for a force, which may be given per depth of the slab, as plane strain has it."""
     try:
@@ -223,7 +228,7 @@ def resembles_ball(given: Mapping[str, Any]) -> bool:
     That is a radius as a length, with scales but no depth, in plane strain.
     """
     radii, schemes, pins = (np.ravel(given.get(key, "")).tolist() for key in ("radius", "scheme", "pin"))
-    a_length = any(isinstance(each, str) and _QUANTITY.fullmatch(each) for each in radii)
+    a_length = any(map(has_unit, radii))
     plane = not any(each in SCHEMES and (SCHEMES[each].planar or not SCHEMES[each].continuum) for each in schemes)
     scaled = bool({"slab_width", "shear_modulus", YOUNG} & given.keys()) and "slab_depth" not in given
     return a_length and plane and scaled and "flat_punch" not in pins

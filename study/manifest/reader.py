@@ -62,6 +62,7 @@ from nanoslip.study.manifest.parameters import (
     Value,
     axes,
     by_name,
+    has_unit,
     in_files,
     make_case,
     plain,
@@ -558,7 +559,8 @@ def _spread_path(top: dict[str, Any]) -> None:
     """Replace an amplitude with a unit by `stroke`, and lists in [path] by axes."""
     path = dict(top.get("path", {}))
     given = path.get("amplitude", 0.0)
-    if all(isinstance(each, str) for each in (given if isinstance(given, list) else [given])) and "stroke" not in path:
+    several = given if isinstance(given, list) else [given]
+    if several and all(map(has_unit, several)) and "stroke" not in path:
         path["stroke"] = path.pop("amplitude")
     listed = {word: value for word, value in path.items() if isinstance(value, list) and word in axes()}
     if listed and not listed.keys() & top.get("axes", {}).keys():

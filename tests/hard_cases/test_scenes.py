@@ -101,7 +101,8 @@ def _assert_finite(result: TaskResult) -> None:
     for member, outcome in enumerate(result.members or [result.outcome] * members):
         inertia = ("static_friction",) if "is inertia and damper" in outcome.message else ()
         lacking = (*REPEATED, *SHARES, *LACKS.get(outcome.ending, ()), *inertia)
-        refused = not outcome.ok and all(math.isnan(numbers[member]) for numbers in result.scalars.values())
+        own = [numbers[member] for name, numbers in result.scalars.items() if not name.endswith(SHARED_ERROR)]
+        refused = not outcome.ok and all(map(math.isnan, own))
         for name, numbers in result.scalars.items() if outcome.usable and not refused else ():
             missing = name.startswith("fit") or name.endswith("_excess") or name in lacking  # a fit needs slips
             if name.endswith(SHARED_ERROR):  # known of two starts or more that all have the number

@@ -16,6 +16,8 @@ CHANCE = 1e-3
 PROMISED = 0.945
 """Probability that means of 8 and of 24 draws alike differ by less than 2 ±, both ± combined, of 100,000 such pairs: not 95.4 %,
 as twice a 68 % interval of Student's t is less than a 95 % one."""
+IN_BURSTS = ("mean step", "mean drop")
+"""What has no ± in records shorter than two spacings, as starts miss the same bursts of events."""
 
 
 def cheap() -> Iterator[list[Verdict]]:
@@ -37,5 +39,6 @@ def test_twice_it_holds_within_what_chance_allows() -> None:
     least = float(scipy.stats.binom.ppf(CHANCE, CASES, PROMISED)) / CASES
     line = seen("± and 2 ± hold", f"{CASES} cases, {len(times)} numbers", f"{once:.0%}, {twice:.0%}; least {least:.0%}")
     assert {each.observable for case in found for each in case} == set(OBSERVABLES)
-    assert np.mean(np.isfinite(times)) > 0.8  # what states nothing cannot be wrong
+    stated = [each.times for case in found for each in case if each.observable not in IN_BURSTS]
+    assert np.mean(np.isfinite(stated)) > 0.8  # what states nothing cannot be wrong
     assert twice >= least, line
