@@ -229,7 +229,6 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
     if len(members) < 2:
         return members[0] if members else COMPLETED
     counts = Counter(each.ending for each in members)
-    first = {ending: next(each.message for each in members if each.ending is ending) for ending in counts}
     done = counts[Ending.COMPLETED]
     enough = done >= needed(len(members))
     ending = (
@@ -237,10 +236,11 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
         if enough
         else max((each for each in counts if each is not Ending.COMPLETED), key=counts.__getitem__)
     )
+    speaking = [each for each in members if each.message]
+    first = {each.ending: each.message for each in reversed(speaking)}
     messages = [
-        message if count == len(members) else f"{count} of {len(members)} members {each}: {message}"
-        for each, count in counts.most_common()
-        if (message := first[each])
+        first[each] if count == len(members) else f"{count} of {len(members)} members {each}: {first[each]}"
+        for each, count in Counter(each.ending for each in speaking).most_common()
     ]
     return Outcome(ending, "; ".join(messages), any(each.longer for each in members))
 

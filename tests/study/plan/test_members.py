@@ -170,6 +170,7 @@ def test_an_ensemble_of_which_no_member_is_possible_ends_as_they_do(monkeypatch)
 
 
 LOST, SHORT = Outcome(Ending.CONTACT_LOST, "press harder"), Outcome(Ending.NO_PLATEAU, "raise it")
+UNSETTLED = Outcome(Ending.COMPLETED, "another regime later", longer=True)
 
 
 @pytest.mark.parametrize(
@@ -179,6 +180,7 @@ LOST, SHORT = Outcome(Ending.CONTACT_LOST, "press harder"), Outcome(Ending.NO_PL
         ([SHORT], Ending.NO_PLATEAU, "raise it"),
         (4 * [SHORT], Ending.NO_PLATEAU, "raise it"),
         (3 * [COMPLETED] + [LOST], Ending.COMPLETED, "1 of 4 members contact_lost: press harder"),
+        ([COMPLETED, UNSETTLED], Ending.COMPLETED, "1 of 2 members completed: another regime later"),
         (2 * [COMPLETED] + [LOST], Ending.CONTACT_LOST, "1 of 3 members contact_lost: press harder"),
         (3 * [COMPLETED] + 3 * [SHORT], Ending.COMPLETED, "3 of 6 members no_plateau: raise it"),
         (3 * [COMPLETED] + 3 * [SHORT] + [LOST], Ending.NO_PLATEAU,
@@ -187,7 +189,9 @@ LOST, SHORT = Outcome(Ending.CONTACT_LOST, "press harder"), Outcome(Ending.NO_PL
 )  # fmt: skip
 def test_an_ensemble_is_completed_where_its_means_are_known(members, ending, message):
     """By the rule of `mean_of`: half of the members, and three of as many."""
-    assert joint_outcome(members) == Outcome(ending, message)
+    found = joint_outcome(members)
+    assert (found.ending, found.message) == (ending, message)
+    assert found.longer == (UNSETTLED in members)
     if len(members) > 1:
         values = np.array([1.0 if each.ok else math.nan for each in members])
         assert (ending is Ending.COMPLETED) == bool(np.isfinite(mean_of(values).mean))
