@@ -16,9 +16,9 @@ import xarray as xr
 
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor, file
-from nanoslip.study.dataset.access import joined, shared_scalars
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
+from nanoslip.study.dataset.join import joined, shared_scalars
 from nanoslip.study.inference.campaign import question_of
 from nanoslip.study.inference.fit import MOST, Fit, Target
 from nanoslip.study.manifest.checker import read_text

@@ -34,7 +34,7 @@ ORDER = {
     "nanoslip.study.manifest": "units parameters vocabulary problems columns surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost grids plan",
     "nanoslip.study.results": "files entry attempts shard store",
-    "nanoslip.study.dataset": "texts variables content file collect access compare verify",
+    "nanoslip.study.dataset": "texts variables content file collect table access join compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",

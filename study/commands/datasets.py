@@ -12,8 +12,8 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.plans import advised, counted, planned
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.access import one_case, scales_of
 from nanoslip.study.dataset.collect import collect, coordinates, is_made_of, layout_of, made_of, write_state
+from nanoslip.study.dataset.table import one_case, scales_of
 from nanoslip.study.dataset.variables import OUTCOMES, means_of
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters

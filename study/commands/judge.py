@@ -112,11 +112,11 @@ def compare_datasets(first: Path, second: Path) -> None:
         else:
             note("same parameters, campaign and software")
         found = {kind: compare.matched(pair, kind) for kind in kinds}
-        if not any(each.rows for each in found.values()):
+        if not any(each.labels for each in found.values()):
             raise compare.NotComparableError(f"{first} and {second} share no computed case")
-        seen = [each for kind in kinds for each in compare.observed(pair, kind, found[kind])]
+        seen = [each for kind in kinds for each in compare.observed(found[kind])]
         for kind in kinds:
-            _print_rows("drives of cases" if kind else "cases", found[kind], compare.unjudged(pair, kind, found[kind]))
+            _print_rows("drives of cases" if kind else "cases", found[kind], compare.unjudged(found[kind]))
     _print_worst(seen)
     counts = Counter(each.verdict for each in seen)
     unknown = f", {counts[None]} of unknown uncertainty" if counts[None] else ""
@@ -127,7 +127,7 @@ def compare_datasets(first: Path, second: Path) -> None:
 def _print_rows(what: str, found: compare.Matched, others: tuple[Sequence[str], Sequence[str]]) -> None:
     """Print the number of shared rows, the first unshared ones, and numbers without uncertainty."""
     pending = f", {found.pending} more without a result in one of them" if found.pending else ""
-    note(f"{what} in both: {len(found.rows)}{pending}")
+    note(f"{what} in both: {len(found.labels)}{pending}")
     for name, only in zip("AB", found.only, strict=True):
         if only:
             note(f"{what} in {name} alone: {len(only)}, first {words(only[0])}")

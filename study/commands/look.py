@@ -24,7 +24,7 @@ from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is
 from nanoslip.study.commands.plans import BALL, counted, refusals
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file, variables
-from nanoslip.study.dataset.access import scales_of
+from nanoslip.study.dataset.table import scales_of
 from nanoslip.study.dataset.variables import DRIVE_NAME
 from nanoslip.study.manifest.cases import CampaignCase, campaign_of, expand
 from nanoslip.study.manifest.checker import number_or_text

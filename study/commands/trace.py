@@ -15,7 +15,8 @@ from nanoslip.study.commands.datasets import assignments, dataset_of, reason_of
 from nanoslip.study.commands.plans import counted, print_json
 from nanoslip.study.commands.reading import left_out, separation
 from nanoslip.study.commands.words import Refusal
-from nanoslip.study.dataset.access import Accessor, one_case
+from nanoslip.study.dataset.access import Accessor
+from nanoslip.study.dataset.table import one_case
 from nanoslip.study.figures.shared import COLORS, PAGE, column, format_of, image, legend
 from nanoslip.study.inference.recording import Given, Source, Trace, read_trace
 from nanoslip.study.inference.trace import Flag, TraceNumbers, measure

@@ -15,7 +15,7 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import GRID_ERROR, SHARED_ERROR
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
-from nanoslip.study.dataset.access import tallies_over, values_over
+from nanoslip.study.dataset.table import Rows, rows_of
 from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
     DRIVE,
@@ -99,28 +99,43 @@ class NotComparableError(NanoslipError, ValueError):
 class Matched:
     """Rows of two datasets side by side."""
 
+    kind: str
     labels: tuple[dict[str, Value], ...]
     """Values of the parameters that distinguish the rows of either dataset, for each shared row."""
-    rows: tuple[tuple[int, int], ...]
-    """Positions in the first and in the second dataset, for each shared row."""
+    both: tuple[Rows, Rows]
+    """The shared rows in the first and in the second dataset."""
     only: tuple[tuple[dict[str, Value], ...], tuple[dict[str, Value], ...]]
     """Labels of the rows that the first, and the second, has alone."""
     pending: int
     """Shared rows that are left out, as either is not computed yet, or failed without a result."""
 
+    @property
+    def roots(self) -> Pair:
+        """The two datasets."""
+        return self.both[0].root, self.both[1].root
+
 
 def matched(pair: Pair, kind: str) -> Matched:
     """Match the rows of cases ("") or drives that both datasets have. Raises NotComparableError if rows are ambiguous."""
-    names = [name for name in (*parameters(), DRIVE_NAME.name) if any(_varies(root, name, kind) for root in pair)]
-    here, there = (_places(root, kind, names) for root in pair)
-    endings = [values_over(ending_of(root, kind), ending_of(root, kind)) for root in pair]
+    one, other = (rows_of(root, OUTCOMES[kind][0].name) for root in pair)
+    names = [
+        name
+        for name in (*parameters(), DRIVE_NAME.name)
+        if any(rows.has(name) and len(values(rows.root, name)) > 1 for rows in (one, other))
+    ]
+    here, there = _places(one, names), _places(other, names)
+    endings = [rows.values(OUTCOMES[kind][0].name) for rows in (one, other)]
     shared = [(key, (place, there[key])) for key, place in here.items() if key in there]
     done = [(key, at) for key, at in shared if not {endings[0][at[0]], endings[1][at[1]]} & set(NOTHING_KNOWN)]
-    only = tuple(
-        tuple(dict(key) for key in mine if key not in theirs) for mine, theirs in ((here, there), (there, here))
+    at = np.array([places for _, places in done], np.int64).reshape(-1, 2)
+    only = [tuple(dict(key) for key in mine if key not in theirs) for mine, theirs in ((here, there), (there, here))]
+    return Matched(
+        kind,
+        tuple(dict(key) for key, _ in done),
+        (one.at(at[:, 0]), other.at(at[:, 1])),
+        (only[0], only[1]),
+        len(shared) - len(done),
     )
-    labels = tuple(dict(key) for key, _ in done)
-    return Matched(labels, tuple(at for _, at in done), (only[0], only[1]), len(shared) - len(done))
 
 
 def values(root: xr.Dataset, name: str) -> list[Value]:
@@ -129,25 +144,10 @@ def values(root: xr.Dataset, name: str) -> list[Value]:
     return list(dict.fromkeys(value for value in found if not _missing(value)))
 
 
-def ending_of(root: xr.Dataset, kind: str) -> xr.DataArray:
-    """Outcomes of the rows, along all their dimensions."""
-    return root[OUTCOMES[kind][0].name]
-
-
-def _varies(root: xr.Dataset, name: str, kind: str) -> bool:
-    """True if a parameter of cases or drives has several values."""
-    return len(values(root, name)) > 1 and _along(root, name, kind)
-
-
-def _along(root: xr.Dataset, name: str, kind: str) -> bool:
-    return name in root.coords and set(root[name].dims) <= set(ending_of(root, kind).dims)
-
-
-def _places(root: xr.Dataset, kind: str, names: Sequence[str]) -> dict[tuple[tuple[str, Value], ...], int]:
+def _places(rows: Rows, names: Sequence[str]) -> dict[tuple[tuple[str, Value], ...], int]:
     """Names and values of the parameters that a row has -> where it is."""
-    over = ending_of(root, kind)
-    columns = [[(name, value) for value in values_over(root[name], over)] for name in names if _along(root, name, kind)]
-    keys = [tuple(each for column in columns if not _missing((each := column[row])[1])) for row in range(over.size)]
+    columns = [[(name, value) for value in rows.values(name).tolist()] for name in names if rows.has(name)]
+    keys = [tuple(each for column in columns if not _missing((each := column[row])[1])) for row in range(len(rows))]
     found = {key: place for place, key in enumerate(keys)}
     if len(found) < len(keys):
         raise NotComparableError(f"cases are not told apart by {', '.join(names) or 'any parameter'}")
@@ -189,61 +189,57 @@ class Observed:
     """Difference in combined standard deviations; infinite if a value is missing or a word, NaN if these are unknown."""
 
 
-def observed(pair: Pair, kind: str, found: Matched) -> Iterator[Observed]:
-    """Every number that states an uncertainty, and every word, of the shared cases ("") or drives."""
-    for name in _names(pair, kind):
-        if _judged(pair, name):
-            scale = max(magnitude(root[name].values) for root in pair) if _number(pair, name) else 0.0
-            columns = (_beside(pair, kind, found, each) for each in (name, f"{name}_uncertainty", MEMBERS.name))
+def observed(found: Matched) -> Iterator[Observed]:
+    """Every number that states an uncertainty, and every word, of the shared cases or drives."""
+    for name in _names(found):
+        if _judged(found, name):
+            scale = max(magnitude(root[name].values) for root in found.roots) if _number(found, name) else 0.0
+            columns = (_beside(found, each) for each in (name, f"{name}_uncertainty", MEMBERS.name))
             for label, both, errors, members in zip(found.labels, *columns, strict=True):
                 yield Observed(label, name, both, *_verdict(both, errors, members, scale))
 
 
-def unjudged(pair: Pair, kind: str, found: Matched) -> tuple[list[str], list[str]]:
+def unjudged(found: Matched) -> tuple[list[str], list[str]]:
     """Numbers without uncertainty: those that differ in any shared case, and the others."""
-    differing: list[str] = []
-    same: list[str] = []
-    for name in _names(pair, kind):
-        if not _judged(pair, name):
-            rows = _beside(pair, kind, found, name)
-            here, there = (np.array([both[side] for both in rows]) for side in range(2))
-            (same if identical(here, there) else differing).append(name)
-    return differing, same
+    names = [name for name in _names(found) if not _judged(found, name)]
+    same = [name for name in names if identical(*(rows.values(name) for rows in found.both))]
+    return [name for name in names if name not in same], same
 
 
-def _names(pair: Pair, kind: str) -> list[str]:
+def _names(found: Matched) -> list[str]:
     """Shared variables of cases or drives, without companions such as ± and without provenance."""
     driven = of_drives() | {each.name for each in OUTCOMES[DRIVE]}
     apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
     apart |= run_names() | {"advice", GRID_ERROR}
-    shared = (str(name) for name in pair[0].data_vars if name in pair[1].data_vars and name not in apart)
-    both = [name for name in shared if all(set(root[name].dims) <= set(ending_of(root, kind).dims) for root in pair)]
+    shared = (str(name) for name in found.roots[0].data_vars if name not in apart)
+    both = [name for name in shared if all(rows.has(name) for rows in found.both)]
     told = ("_uncertainty", "members", SHARED_ERROR)
-    return [name for name in both if (name in driven) == bool(kind) and not name.endswith(told)]
+    return [name for name in both if (name in driven) == bool(found.kind) and not name.endswith(told)]
 
 
-def _judged(pair: Pair, name: str) -> bool:
-    return not _number(pair, name) or all(f"{name}_uncertainty" in root for root in pair)
+def _judged(found: Matched, name: str) -> bool:
+    return not _number(found, name) or all(f"{name}_uncertainty" in root for root in found.roots)
 
 
-def _number(pair: Pair, name: str) -> bool:
-    return pair[0][name].dtype.kind in _NUMBERS
+def _number(found: Matched, name: str) -> bool:
+    return found.roots[0][name].dtype.kind in _NUMBERS
 
 
 _NUMBERS: Final = "fiub"
 """Kinds of types that are numbers."""
 
 
-def _beside(pair: Pair, kind: str, found: Matched, name: str) -> list[tuple[Any, Any]]:
+def _beside(found: Matched, name: str) -> list[tuple[Any, Any]]:
     """The values of a variable in the shared rows of both datasets; NaN in one that has no such variable."""
-    here, there = (_column(root, name, ending_of(root, kind)) for root in pair)
-    return [(here[one], there[other]) for one, other in found.rows]
+    here, there = (_column(rows, name) for rows in found.both)
+    return list(zip(here, there, strict=True))
 
 
-def _column(root: xr.Dataset, name: str, over: xr.DataArray) -> list[Any]:
-    if name not in root:
-        return [math.nan] * over.size
-    return values_over(root[name], over) if root[name].dtype.kind in _NUMBERS else tallies_over(root, name, over)
+def _column(rows: Rows, name: str) -> list[Any]:
+    if name not in rows.root:
+        return [math.nan] * len(rows)
+    found: list[Any] = rows.values(name).tolist() if rows.root[name].dtype.kind in _NUMBERS else rows.tallies(name)
+    return found
 
 
 def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[float, float], scale: float) -> Judged:

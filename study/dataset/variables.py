@@ -394,16 +394,6 @@ def counts_of(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
     return {word: dataset[count] for word, count in words_counted().get(name, {}).items() if count in dataset.variables}
 
 
-def share_of(dataset: xr.Dataset, name: str) -> xr.DataArray | float:
-    """Share of the members with a word that have the most frequent one; 1 where none are counted."""
-    counts = list(counts_of(dataset, name).values())
-    if not counts:
-        return 1.0
-    columns = np.stack([each.values for each in counts])
-    used = columns.sum(axis=0)
-    return counts[0].copy(data=np.divide(columns.max(axis=0), used, out=np.ones(used.shape), where=used > 0))
-
-
 def ends_of(counts: xr.DataArray) -> str:
     """The least and the most of some counts of members: `3 to 12`, or `8`."""
     known = counts.values[counts.notnull().values]

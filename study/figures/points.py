@@ -16,7 +16,7 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR, in_measure
 from nanoslip.solver.sliding.validity import DOUBTFUL
-from nanoslip.study.dataset.access import Places, Selection, places
+from nanoslip.study.dataset.table import Rows, Selection, selected, zipped
 from nanoslip.study.dataset.variables import (
     OUTCOMES,
     VALIDITY,
@@ -24,11 +24,8 @@ from nanoslip.study.dataset.variables import (
     by_name,
     called,
     members_of,
-    parameters,
-    share_of,
 )
 from nanoslip.study.manifest.parameters import as_written
-from nanoslip.study.toml_text import from_toml
 
 # Labels of variables and values on axes, in legends and in captions.
 
@@ -123,8 +120,6 @@ Columns = Mapping[str, NDArray[Any]]
 """Name of a column -> its values; all as long."""
 LACKING: Final = "–"
 """A number that a case has not, on an axis where others have it."""
-_CASE: Final = "case"
-"""The dimension of a list of cases."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,86 +200,69 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
     widest = max((each for each in (name, over, OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim)
-    value, error, stated = _ratio(dataset, name, over) if over else _number(dataset, name)
-    having, used = members_of(dataset, name) or (-1, -1)
-    flags = dataset.get(VALIDITY.name, 0)
-    shared = 0.0 if over else dataset.get(f"{name}{SHARED_ERROR}", 0.0)
-    share = 1.0 if over else share_of(dataset, name)
-    numbers = {"_value": value, "_error": error, "_shared": shared, "_having": having, "_used": used, "_flags": flags}
-    numbers["_share"] = share
-    found = places(dataset[[widest]].assign(numbers), widest, where)
-    values, errors, mask = (found.values(each) for each in ("_value", "_error", "_flags"))
-    errors, flagged = errors.astype(float), np.asarray(mask != 0)
-    doubtful = np.asarray(mask.astype(np.int64) & DOUBTFUL != 0)
-    shared = np.nan_to_num(found.values("_shared").astype(float))
-    members, most = (np.nan_to_num(found.values(each)).astype(np.int64) for each in ("_having", "_used"))
-    axes, lacking, shares = varying(found), (members > 0) & (members < most), found.values("_share")
-    as_one = tuple(each for each in zipped(dataset) if each in axes)
-    called = f"{name}/{over}" if over else name
-    described = called, label(name, over)
-    return Points(*described, values, errors, shared, axes, flagged, doubtful, members, shares, lacking, as_one, stated)
+    rows = selected(dataset, widest, where)
+    value, error, stated = _ratio(rows, name, over) if over else _number(rows, name)
+    none = np.full(len(rows), -1)
+    members, used = [_counts(rows.values(each)) for each in members_of(dataset, name)] or (none, none)
+    flags = rows.values(VALIDITY.name).astype(np.int64) if VALIDITY.name in dataset else np.zeros(len(rows), np.int64)
+    shared = f"{name}{SHARED_ERROR}" if not over and f"{name}{SHARED_ERROR}" in dataset else ""
+    tallies = rows.tallies(name) if value.dtype.kind == "O" else [{"": 1}] * len(rows)
+    return Points(
+        f"{name}/{over}" if over else name,
+        label(name, over),
+        value,
+        error,
+        np.nan_to_num(rows.values(shared).astype(float)) if shared else np.zeros(len(rows)),
+        axes := axes_of(rows),
+        flags != 0,
+        flags & DOUBTFUL != 0,
+        members,
+        np.array([max(each.values()) / sum(each.values()) for each in tallies]),
+        (members > 0) & (members < used),
+        tuple(each for each in zipped(dataset) if each in axes),
+        stated,
+    )
 
 
-def _number(dataset: xr.Dataset, name: str) -> tuple[xr.DataArray, Any, bool]:
+def _counts(values: NDArray[Any]) -> NDArray[np.int64]:
+    return np.asarray(np.nan_to_num(values), np.int64)
+
+
+def _number(rows: Rows, name: str) -> tuple[NDArray[Any], Floats, bool]:
     """A variable and its uncertainty, NaN where there is none, and whether numbers of this sort have one; or texts."""
-    value, uncertainty = dataset[name], description_of(name).uncertainty
-    if value.dtype.kind in "OUTS":
-        return value.astype(object), np.nan, False
-    return _finite(value.astype(float)), dataset.get(uncertainty, np.nan), uncertainty in dataset
+    values, uncertainty = rows.values(name), description_of(name).uncertainty
+    unknown = np.full(len(rows), np.nan)
+    if values.dtype.kind in "OUTS":
+        return values.astype(object), unknown, False
+    stated = uncertainty in rows.root
+    return _finite(values.astype(float)), rows.values(uncertainty).astype(float) if stated else unknown, stated
 
 
-def _finite(numbers: xr.DataArray) -> xr.DataArray:
+def _finite(numbers: Floats) -> Floats:
     """NaN instead of infinite ones."""
-    return numbers.copy(data=np.where(np.isfinite(numbers.values), numbers.values, np.nan))
+    return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
-def _ratio(dataset: xr.Dataset, above: str, below: str) -> tuple[xr.DataArray, Any, bool]:
+def _ratio(rows: Rows, above: str, below: str) -> tuple[Floats, Floats, bool]:
     """A ratio, its uncertainty (NaN if unknown for either number), and whether it has one. Raises ValueError for texts.
 
     A number without uncertainties, as a parameter, counts as exact; the error of a ratio of two such numbers is not known.
     """
-    numbers = [_number(dataset, each) for each in (above, below)]
+    numbers = [_number(rows, each) for each in (above, below)]
     if any(value.dtype.kind == "O" for value, *_ in numbers):
         raise ValueError("a ratio needs two numbers, and one of these is words")
-    quotient = _finite(numbers[0][0] / numbers[1][0])
-    stated = any(each for *_, each in numbers)
-    if above == below:
-        return quotient, quotient.where(quotient.isnull(), 0.0), stated  # whatever it is, it is all of itself
-    first, second = (error / value if each else 0.0 for value, error, each in numbers)
-    return quotient, abs(quotient) * np.hypot(first, second) if stated else np.nan, stated
+    with np.errstate(divide="ignore", invalid="ignore"):
+        quotient = _finite(numbers[0][0] / numbers[1][0])
+        stated = any(each for *_, each in numbers)
+        if above == below:
+            return quotient, 0.0 * abs(quotient), stated  # whatever it is, it is all of itself
+        first, second = (error / value if each else 0.0 * value for value, error, each in numbers)
+        return quotient, abs(quotient) * np.hypot(first, second) if stated else np.nan * quotient, stated
 
 
-def varying(found: Places) -> dict[str, NDArray[Any]]:
-    """The coordinates in which cases differ, each (n,); numbers that some cases lack, or that are infinite, become
-    texts.
-
-    Of a product they are its axes; of a list of cases, what its author lists.
-    """
-    names = [name for name in found.dims if name != _CASE]
-    if _CASE in found.dims:
-        names = [*listed(found.root), *names]
-    columns = {name: _whole(found.values(name)) for name in names}
-    return {name: values for name, values in columns.items() if len(set(values.tolist())) > 1}
-
-
-def listed(root: xr.Dataset) -> list[str]:
-    """Coordinates along a list of cases that its author lists, in a table or as axes; all parameters if none is listed."""
-    along = [str(name) for name, each in root.coords.items() if each.dims == (_CASE,)]
-    table = str(root.attrs.get("manifest_table", ""))
-    first, *_ = table.splitlines() or [""]
-    named = {name.strip() for name in first.split(",")} if table else set(_manifest(root).get("axes", ()))
-    return [name for name in along if name in (named or parameters())]
-
-
-def zipped(root: xr.Dataset) -> list[str]:
-    """The axes of a list of cases whose values are taken together, the first ones, then the second ones; none of a table."""
-    manifest = _manifest(root)
-    together = manifest.get("design") == "zip" and not root.attrs.get("manifest_table")
-    return list(manifest.get("axes", ())) if together else []
-
-
-def _manifest(root: xr.Dataset) -> dict[str, Any]:
-    return from_toml(str(root.attrs.get("manifest", "")))
+def axes_of(rows: Rows) -> dict[str, NDArray[Any]]:
+    """The coordinates in which rows differ; numbers that some lack, or that are infinite, become texts."""
+    return {name: _whole(values) for name, values in rows.differing().items()}
 
 
 def ordered(values: Iterable[Any]) -> list[Any]:

@@ -25,7 +25,7 @@ from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import with_error
-from nanoslip.study.dataset.access import scales_of
+from nanoslip.study.dataset.table import scales_of
 from nanoslip.study.figures.points import Columns, ordered
 from nanoslip.study.manifest.columns import rows_as_csv
 

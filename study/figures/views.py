@@ -15,10 +15,11 @@ from nanoslip.solver.contact.closed_forms import MindlinLoops, flat_punch_pressu
 from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
-from nanoslip.study.dataset.access import Accessor, id_of, places, scales_of, values_over
+from nanoslip.study.dataset.access import Accessor, id_of
 from nanoslip.study.dataset.file import groups_of
+from nanoslip.study.dataset.table import rows_of, scales_of
 from nanoslip.study.dataset.variables import are_means
-from nanoslip.study.figures.points import Columns, label, points_of, typeset, varying, words
+from nanoslip.study.figures.points import Columns, axes_of, label, points_of, typeset, words
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
 from nanoslip.study.figures.sweep import answers
 
@@ -87,9 +88,9 @@ def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[R
     """
     if f"{group}_id" not in dataset or group not in groups_of(dataset):
         return []
-    found = places(dataset, id_of(dataset, group), {})
+    found = rows_of(dataset, id_of(dataset, group))
     ids = found.values(f"{group}_id").tolist()
-    labels = varying(found)
+    labels, positions = axes_of(found), found.positions
     firsts = [ids.index(each) for each in dict.fromkeys(ids) if isinstance(each, str) and each]
     needed = need if need and need.variable in dataset else None
     enough = found.values(needed.variable) >= needed.least if needed else np.ones(len(ids), np.bool_)
@@ -97,7 +98,7 @@ def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[R
         Run(
             number,
             {name: values[place : place + 1].tolist()[0] for name, values in labels.items()},
-            {dim: dataset[dim].values[found.positions[place, axis]] for axis, dim in enumerate(found.dims)},
+            {dim: dataset[dim].values[along[place]] for dim, along in positions.items()},
         )
         for number, place in enumerate(firsts, 1)
         if enough[place]
@@ -481,9 +482,9 @@ def losses(dataset: xr.Dataset) -> Iterator[View | str]:
 
 def _mindlin(dataset: xr.Dataset, amplitude: NDArray[np.float64]) -> NDArray[np.float64]:
     """Closed form of the loss of each case, in W·L_x."""
-    over = dataset["loss_per_cycle"]
+    rows = rows_of(dataset, "loss_per_cycle")
     names = ("path_stiffness", "poisson", "intrinsic_friction", "normal_load")
-    cases = zip(amplitude, *(values_over(dataset[name], over) for name in names), strict=True)
+    cases = zip(amplitude, *(rows.values(name).tolist() for name in names), strict=True)
     found = []
     for share, stiffness, poisson, friction, load in cases:
         form = MindlinLoops(stiffness, poisson if poisson == poisson else 0.0, friction * load)  # noqa: PLR0124  a chain has none

@@ -18,8 +18,9 @@ from markupsafe import Markup, escape
 
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.access import Column, scales_of
+from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.compare import values
+from nanoslip.study.dataset.table import scales_of
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.points import SYMBOL, readable
 from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image

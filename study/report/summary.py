@@ -11,7 +11,6 @@ from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.coefficients import INERTIAL
@@ -22,9 +21,9 @@ from nanoslip.solver.parameter import GRID_ERROR, quantities
 from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.access import scales_of, tallies_over, values_over
+from nanoslip.study.dataset.table import CASE, Rows, ending_of, rows_of, scales_of
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.figures.points import hyphenated, in_text, in_unit, listed, readable, symbol, unit_of, worded
+from nanoslip.study.figures.points import hyphenated, in_text, in_unit, readable, symbol, unit_of, worded
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, compact, in_si
 from nanoslip.study.plan.plan import flag_lines
@@ -143,7 +142,7 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     if error in values:
         return with_error(value, float(values[error])) + (_two_parts(values) if name == "static_friction" else "")
     if isinstance(value, str | bool):
-        return worded(tallies_over(values, name, values[name])[0])
+        return worded(rows_of(values, name).tallies(name)[0])
     if name in variables.counts() and value != round(value):
         return plain(round(value, 0 if abs(value) >= FEW_COUNTED else 1), digits)
     return plain(value, digits)
@@ -199,28 +198,14 @@ SYMBOLS: Final = {name: each.symbol for name, each in variables.parameters().ite
 """Parameter -> what tables and figures call it."""
 
 
-def cases_of(dataset: xr.Dataset) -> xr.DataArray:
-    """A variable that each case has, or each case with each of its drives."""
-    return dataset["static_friction" if "static_friction" in dataset else "outcome"]
-
-
-def each_case(dataset: xr.Dataset, of: xr.DataArray, most: int) -> list[xr.Dataset]:
-    """Scalars of at most `most` cases of a variable, with its drive if it has one, in the variable's order.
-
-    What has ended goes before what has not.
-    """
-    scalars = dataset[[name for name in dataset.data_vars if set(dataset[name].dims) <= set(of.dims)]].load()
-    numbers = sorted(np.argsort(_waiting(scalars, of), kind="stable")[:most].tolist())
-    return [scalars.isel(dict(zip(of.dims, np.unravel_index(number, of.shape), strict=True))) for number in numbers]
-
-
-def _waiting(dataset: xr.Dataset, of: xr.DataArray) -> NDArray[np.bool_]:
-    """True for cases that, with their drives, are still to be computed, in the order of a variable; (n,)."""
-    found = xr.zeros_like(of, dtype=np.bool_)
-    for ending, _ in variables.OUTCOMES.values():
-        if ending.name in dataset:
-            found = found | (dataset[ending.name] == PENDING)
-    return np.asarray(found.transpose(*of.dims).values.ravel())
+def each_case(rows: Rows, most: int) -> list[xr.Dataset]:
+    """Scalars of at most `most` rows, in their order; what has ended goes before what has not."""
+    endings = (ending.name for ending, _ in variables.OUTCOMES.values() if ending.name in rows.root)
+    waiting = np.any([rows.values(name) == PENDING for name in endings], axis=0)
+    shown = np.sort(np.argsort(waiting, kind="stable")[:most])
+    return list(
+        replace(rows, root=rows.root[[name for name in rows.root.data_vars if rows.has(str(name))]].load()).at(shown)
+    )
 
 
 def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, scales: Scales | None = None) -> Table:
@@ -241,8 +226,8 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     }
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
-    of = cases_of(dataset)
-    varying = _varying(dataset, of)
+    all_rows = rows_of(dataset)
+    varying = _varying(all_rows)
     labels = [in_unit(_name(name), name) for name in varying]
     titles = [
         f"{title} of contact" if title in labels else title for title in columns.values()
@@ -252,13 +237,13 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     header = (*labels, *titles, "outcome [flag]" if flagged else "outcome")
     rows: list[tuple[str, ...]] = []
     failed = set()
-    for case in each_case(dataset, of, most):
+    for case in each_case(all_rows, most):
         ending, flags, message = _ending(case)
         if ending not in _UNHURT and bool(_missed(case)) and not _follows(case).item():
             failed.add(len(rows))
         told = f"{ending}{flags if flagged else ''}{message if why else ''}"
         rows.append((*(_label(case, name, scales) for name in varying), *(_cell(case, name) for name in columns), told))
-    if more := of.size - len(rows):
+    if more := len(all_rows) - len(rows):
         rows.append((*("…" for _ in header[1:]), f"{more} more"))
     return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
 
@@ -297,7 +282,7 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
     if variables.VALIDITY.name not in dataset:
         return []
     masks = dataset[variables.VALIDITY.name]
-    first = partial(_place, dataset, masks) if masks.size > 1 else lambda _: ""
+    first = partial(_place, rows_of(dataset, str(masks.name))) if masks.size > 1 else lambda _: ""
     return flag_lines(masks.values.ravel().tolist(), first)
 
 
@@ -318,7 +303,9 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
 
     def line(found: xr.DataArray, end: str) -> None:
         if len(short := np.flatnonzero(found.values)):
-            lines.append(f"{name} is not known within {enough:.2g}: {_where(dataset, found, short.tolist())}; {end}")
+            lines.append(
+                f"{name} is not known within {enough:.2g}: {_where(rows_of(dataset, name), short.tolist())}; {end}"
+            )
 
     for name in names:
         if {name, f"{name}_uncertainty"} <= set(dataset.data_vars):
@@ -359,7 +346,8 @@ def _reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str]
         if outcome.name in dataset:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
             kinds = list(map(variables.without_numbers, texts))
-            cases = zip(*(values_over(dataset[each], dataset[outcome.name]) for each in above), strict=True)
+            rows = rows_of(dataset, outcome.name)
+            cases = zip(*(rows.values(each).tolist() for each in above), strict=True)
             groups: Alike = {}
             for number, (ending, kind, (ended, why)) in enumerate(zip(endings, kinds, cases, strict=True)):
                 same = kind != "" and kind == variables.without_numbers(why)
@@ -406,7 +394,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
             numbers = [number for number in found if (hurt[number] or ending in _UNHURT) == asked]
             if numbers and ending and kind is not None and (kind or ending not in _UNHURT):
                 alike = len({messages[number] for number in numbers}) == 1
-                where = _where(dataset, outcomes, numbers, f"{what}s")
+                where = _where(rows_of(dataset, str(outcomes.name)), numbers, f"{what}s")
                 why = messages[numbers[0]] + ("" if alike else "; the others differ in numbers")
                 lines.append(f"{ending}: {where}: {why}".removesuffix(": "))
     return lines
@@ -417,23 +405,22 @@ def holes(dataset: xr.Dataset) -> list[str]:
     return [*failure_summary(dataset), *flag_summary(dataset)]
 
 
-def _where(dataset: xr.Dataset, of: xr.DataArray, numbers: Sequence[int], what: str = "cases") -> str:
-    """Report the number of a variable's cases or drives, and the first of them."""
-    place = _place(dataset, of, numbers[0])
-    return f"{len(numbers)} of {of.size} {what}" + (f", first {place}" if place else "")
+def _where(rows: Rows, numbers: Sequence[int], what: str = "cases") -> str:
+    """Report the number of some rows, and the first of them."""
+    place = _place(rows, numbers[0])
+    return f"{len(numbers)} of {len(rows)} {what}" + (f", first {place}" if place else "")
 
 
-def _place(dataset: xr.Dataset, of: xr.DataArray, number: int) -> str:
-    """Parameters of one of a variable's cases or drives, the varying ones only."""
-    here = of[np.unravel_index(number, of.shape)]
-    return words({name: here[name].item() for name in _varying(dataset, of)})
+def _place(rows: Rows, number: int) -> str:
+    """Parameters of one row, the varying ones only."""
+    return words({name: rows.at([number]).values(name).tolist()[0] for name in _varying(rows)})
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
     """Number of drives by outcome and by regime (of most members), nothing of few, as the table shows them; and advice on μ_s."""
     many = [dataset[name] for name in ("drive_outcome", "regime") if name in dataset and dataset[name].size > FEW]
     counts = [(each, Counter(filter(None, each.values.ravel().tolist())).most_common()) for each in many]
-    counted = [(each, ", ".join(f"{count} {hyphenated(word)}" for word, count in words_)) for each, words_ in counts]
+    counted = [(each, ", ".join(f"{count} {hyphenated(word)}" for word, count in tally)) for each, tally in counts]
     found = _inertial(dataset) if "static_friction" in dataset else xr.DataArray(False)
     inertial = int(found.sum())
     advice = (
@@ -491,13 +478,10 @@ _UNHURT: Final = (COMPLETED, PENDING)
 _LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()
 
 
-def _varying(dataset: xr.Dataset, of: xr.DataArray) -> list[str]:
-    """Coordinates of a variable with more than one value: dimensions, or those that the author of a list of cases lists."""
-    dims = [str(dim) for dim in of.dims]
-    if "case" not in dims:
-        return [dim for dim in dims if dataset.sizes[dim] > 1]
-    several = [name for name in listed(dataset) if len(set(dataset[name].values.ravel().tolist())) > 1]
-    return (several or ["case"]) + [dim for dim in dims if dim != "case"]
+def _varying(rows: Rows) -> list[str]:
+    """The coordinates in which rows differ; of a list of cases alike in all parameters their number."""
+    found = list(rows.differing())
+    return found if CASE not in rows.sizes or set(found) - rows.sizes.keys() else [CASE, *found]
 
 
 def _label(values: xr.Dataset, name: str, scales: Scales | None) -> str:
@@ -575,21 +559,19 @@ def _main_numbers_in(dataset: xr.Dataset) -> list[str]:
 
 def with_largest(dataset: xr.Dataset) -> xr.Dataset:
     """Add `largest_error` of each case to a dataset: of the requested numbers, with its source."""
-    of = cases_of(dataset)
+    rows = rows_of(dataset)
     parts = {
         (name, source): share for name in _main_numbers_in(dataset) for source, share in _parts(dataset, name).items()
     }
-    if of.size == 1 or not parts:
+    if len(rows) == 1 or not parts:
         return dataset
-    shares = np.stack(
-        [np.asarray(share.broadcast_like(of).transpose(*of.dims).fillna(0.0)) for share in parts.values()]
-    )
+    shares = np.stack([np.nan_to_num(rows.values(share.variable)) for share in parts.values()])
     words = [f"{SHOWN.get(name, symbol(name))} {{:.1%}}, {source.replace('_', ' ')}" for name, source in parts]
     texts = [
         words[which].format(share) if share else NOTHING
-        for which, share in zip(shares.argmax(0).ravel(), shares.max(0).ravel(), strict=True)
+        for which, share in zip(shares.argmax(0), shares.max(0), strict=True)
     ]
-    return dataset.assign({LARGEST: (of.dims, np.array(texts, object).reshape(of.shape))})
+    return dataset.assign({LARGEST: (tuple(rows.sizes), np.array(texts, object).reshape(tuple(rows.sizes.values())))})
 
 
 def spread_lines(dataset: xr.Dataset) -> Iterator[str]:
@@ -597,19 +579,19 @@ def spread_lines(dataset: xr.Dataset) -> Iterator[str]:
 
     Of a single case `error_lines`.
     """
-    of = cases_of(dataset)
-    what = "cases" if of.name == "outcome" else "drives"
-    if of.size == 1:
+    rows = rows_of(dataset)
+    what = "drives" if ending_of(dataset) == "drive_outcome" else "cases"
+    if len(rows) == 1:
         yield from error_lines(dataset)
         return
     for name in _main_numbers_in(dataset):
-        parts = {source: share.broadcast_like(of).fillna(0.0) for source, share in _parts(dataset, name).items()}
-        largest = np.max([share.values for share in parts.values()], axis=0, initial=0.0)
+        parts = {source: np.nan_to_num(rows.values(share.variable)) for source, share in _parts(dataset, name).items()}
+        largest = np.max([*parts.values()], axis=0, initial=0.0)
         known = largest > 0.0
-        ruling = ((source, int((known & (share.values == largest)).sum())) for source, share in parts.items())
+        ruling = ((source, int((known & (share == largest)).sum())) for source, share in parts.items())
         named = ", ".join(f"{source.replace('_', ' ')} in {count}" for source, count in ruling if count)
         if named:
-            span = f"{largest[known].min():.1%} to {largest.max():.1%} in {known.sum()} of {of.size} {what}"
+            span = f"{largest[known].min():.1%} to {largest.max():.1%} in {known.sum()} of {len(rows)} {what}"
             yield f"{name}: {span}; largest: {named}"
     yield f"nanoslip explain says how to make each smaller; {_UNKNOWN}"
 
@@ -624,13 +606,13 @@ def error_lines(
 
     cost, measured: see `errors_of`.
     """
-    cases, asked = cases_of(dataset), _main_numbers_in(dataset)
+    rows, asked = rows_of(dataset), _main_numbers_in(dataset)
     attributes = {name: dataset[name].attrs.get("ancillary_variables", "") for name in asked}
     partly = [name for name in asked if not measured and GRID_ERROR not in attributes[name]]
-    if cases.size > most > 1:
-        yield f"{most} of {cases.size} drives, the first to the last:"
-    for case in each_case(dataset, cases, most):
-        place = words({str(dim): case[dim].item() for dim in cases.dims if dataset.sizes[dim] > 1})
+    if len(rows) > most > 1:
+        yield f"{most} of {len(rows)} drives, the first to the last:"
+    for case in each_case(rows, most):
+        place = words({dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1})
         for name in asked:
             of = "of what is known, " if name in partly else ""
             yield _line(case, name, f" ({place})" if place else "", of, errors_of(case, name, cost, measured))

@@ -9,8 +9,9 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.api import open as open_dataset, run
-from nanoslip.study.dataset.access import Column, columns_of, one_case, places
+from nanoslip.study.dataset.access import Column, columns_of
 from nanoslip.study.dataset.file import LostGroupsError, groups_of
+from nanoslip.study.dataset.table import one_case, selected
 from nanoslip.study.dataset.verify import NotVerifiableError, rebuilt
 from tests.conftest import ROOT
 from tests.study.dataset.campaigns import FULL
@@ -159,10 +160,10 @@ def test_a_dataset_that_has_lost_its_groups_or_never_had_records_says_so(full):
 def test_a_number_is_found_that_differs_in_its_last_digits(full):
     """As 0.1 + 0.2 from 0.3; of two values that near it is neither."""
     moved = full.assign_coords(intrinsic_friction=[0.25 * (1 + 1e-12), 0.5], radius=[50.0, 50.0 * (1 + 1e-12)])
-    assert len(places(moved, "case_id", {"intrinsic_friction": 0.25}).positions) == 2
-    assert len(places(moved, "case_id", {"radius": 50.0}).positions) == 2
+    assert len(selected(moved, "case_id", {"intrinsic_friction": 0.25})) == 2
+    assert len(selected(moved, "case_id", {"radius": 50.0})) == 2
     with pytest.raises(KeyError):
-        places(moved, "case_id", {"radius": 50.0 * (1 - 1e-10)})
+        selected(moved, "case_id", {"radius": 50.0 * (1 - 1e-10)})
 
 
 def test_what_xarray_saved_without_groups_is_refused_for_that_reason(full, tmp_path):

@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.api import concat, open as open_dataset, run
-from nanoslip.study.dataset.access import NotJoinableError
 from nanoslip.study.dataset.file import groups_of, with_texts
+from nanoslip.study.dataset.join import NotJoinableError
 from nanoslip.study.results.store import StoreError
 from tests.study.dataset.campaigns import FULL
 

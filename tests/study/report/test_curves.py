@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import nanoslip
-from nanoslip.study.dataset.access import one_case
+from nanoslip.study.dataset.table import one_case
 from nanoslip.study.report.curves import HEIGHT, WIDTH, curves, text_plot
 from tests.study.report.test_page import made_up
 

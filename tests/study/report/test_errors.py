@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nanoslip.study import api
-from nanoslip.study.dataset.access import one_case
+from nanoslip.study.dataset.table import one_case
 from nanoslip.study.report.page import page
 from nanoslip.study.report.summary import Error, error_lines, errors_of, spread_lines, with_largest
 from nanoslip.study.toml_text import as_toml

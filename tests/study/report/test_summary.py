@@ -12,7 +12,8 @@ import xarray as xr
 from rich.console import Console
 
 from nanoslip.study import api
-from nanoslip.study.dataset.access import Column, one_case
+from nanoslip.study.dataset.access import Column
+from nanoslip.study.dataset.table import one_case
 from nanoslip.study.dataset.variables import describe
 from nanoslip.study.report.console import Table
 from nanoslip.study.report.page import MOST_RUNS, as_csv, as_json, cost, run_table

@@ -1,0 +1,188 @@
+"""One long table of a dataset, whatever the design of its campaign: a row for each case, or for each case and drive."""
+
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from nanoslip.solver.drive import Scales
+from nanoslip.study.dataset.texts import are_texts
+from nanoslip.study.dataset.variables import OUTCOMES, counts_of, parameters
+from nanoslip.study.manifest.cases import value_of
+from nanoslip.study.manifest.parameters import words
+from nanoslip.study.toml_text import from_toml
+
+Selection = Mapping[str, Any]
+"""Name of a coordinate -> its value, perhaps as text with a unit (`radius="20 cm"`), or a list of values."""
+CASE: Final = "case"
+"""The dimension of a list of cases."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Rows of the long table of a dataset: all cases, all drives of all cases, or a selection of these."""
+
+    root: xr.Dataset
+    sizes: dict[str, int]
+    """Dimensions of the cases, or of the cases and drives, with their sizes in the dataset."""
+    numbers: NDArray[np.intp]
+    """(rows,) Positions in the dataset, counted through all dimensions, the last one fastest."""
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __iter__(self) -> Iterator[xr.Dataset]:
+        """The scalars of each row with its parameters."""
+        names = [name for name, each in self.root.variables.items() if set(each.dims) <= self.sizes.keys()]
+        scalars = self.root[names].drop_vars([name for name in self.root.coords if name not in names], errors="ignore")
+        for place in zip(*self.positions.values(), strict=True) if self.sizes else [()]:
+            yield scalars.isel(dict(zip(self.sizes, place, strict=True)))
+
+    @property
+    def positions(self) -> dict[str, list[int]]:
+        """Dimension -> position of each row along it."""
+        places = np.unravel_index(self.numbers, tuple(self.sizes.values())) if self.sizes else ()
+        return {dim: place.tolist() for dim, place in zip(self.sizes, places, strict=True)}
+
+    def at(self, chosen: Any) -> "Rows":
+        """Some of the rows: a mask, a slice, or their places in another order."""
+        return replace(self, numbers=self.numbers[chosen])
+
+    def has(self, name: str) -> bool:
+        """True if each row has one value of a variable or coordinate of this name."""
+        return name in self.root.variables and set(self.root.variables[name].dims) <= self.sizes.keys()
+
+    def values(self, of: str | xr.Variable) -> NDArray[Any]:
+        """(rows,) A variable or coordinate of the dataset, by name, or another one along some dimensions of the rows."""
+        each = self.root[of].variable if isinstance(of, str) else of
+        laid = each.set_dims(self.sizes)  # type: ignore[no-untyped-call]
+        return np.asarray(laid.values.ravel()[self.numbers])
+
+    def tallies(self, name: str) -> list[dict[str, int]]:
+        """Members of each row by word, the most frequent first; one word where none are counted."""
+        counts = {word: self.values(each.variable).tolist() for word, each in counts_of(self.root, name).items()}
+        found = []
+        for row, word in enumerate(self.values(name).tolist()):
+            there = {each: int(column[row]) for each, column in counts.items() if column[row]}
+            found.append(dict(sorted(there.items(), key=lambda each: -each[1])) if word and there else {str(word): 1})
+        return found
+
+    def differing(self) -> dict[str, NDArray[Any]]:
+        """The coordinates in which rows differ: axes of a product; of a list of cases, what its author lists."""
+        names = [*listed(self.root), *(dim for dim in self.sizes if dim != CASE)] if CASE in self.sizes else self.sizes
+        columns = {name: self.values(name) for name in names}
+        return {name: values for name, values in columns.items() if len(set(values.tolist())) > 1}
+
+
+def rows_of(root: xr.Dataset, name: str = "") -> Rows:
+    """All rows along which a variable lies; without one those of the outcomes of drives, or of cases without drives."""
+    along = root[name or ending_of(root)].sizes
+    sizes = {str(dim): size for dim, size in along.items()}
+    return Rows(root, sizes, np.arange(int(np.prod(list(sizes.values()), dtype=np.int64))))
+
+
+def ending_of(root: xr.Dataset) -> str:
+    """Outcome of drives, or of cases without drives; for cases without results their name."""
+    return next((name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root), "case_id")
+
+
+def selected(root: xr.Dataset, name: str, selection: Selection) -> Rows:
+    """Rows of a variable that have the selected coordinates. Raises KeyError if there are none."""
+    along = root[name]
+    chosen = xr.DataArray(np.ones(along.shape, np.bool_), dims=along.dims)
+    for key, wanted in selection.items():
+        if key not in along.coords:
+            near = difflib.get_close_matches(key, map(str, along.coords), 1)
+            known = f"did you mean {near[0]}?" if near else f"there are {', '.join(map(str, along.coords))}"
+            raise KeyError(f"{key}: no coordinate of these cases; {known}")
+        coordinate, values = along.coords[key].variable, np.atleast_1d(np.asarray(wanted))
+        if values.dtype.kind == "U" and not are_texts(coordinate):
+            values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
+        hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, _nearest(coordinate.values, values)))
+        if not hits.any():
+            given, there = ",".join(map(str, np.ravel(wanted))), some(along.coords[key].values.ravel().tolist())
+            raise KeyError(f"{key} = {given}: no such case; there are {there}")
+        chosen = chosen & hits
+    found = rows_of(root, name).at(chosen.transpose(*along.dims).values.ravel())
+    if not len(found):
+        raise KeyError(f"{as_text(selection)}: no case is all of that")
+    return found
+
+
+NEAR: Final = 1e-9
+"""Relative difference by which a number may differ from a coordinate, as 0.3 from 0.1 + 0.2."""
+
+
+def _nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
+    """Wanted values, with the only one of a coordinate that is nearly a number in place of that number."""
+    if there.dtype.kind not in "iuf" or wanted.dtype.kind not in "iuf":
+        return wanted
+    known = np.unique(there)
+    near = [known[np.isclose(known, each, rtol=NEAR, atol=0.0)] for each in wanted]
+    return np.array([found[0] if len(found) == 1 else each for found, each in zip(near, wanted, strict=True)])
+
+
+def some(values: Iterable[Any]) -> str:
+    """The first different values as text."""
+    found = list(dict.fromkeys(values))
+    return ", ".join(map(str, found[:8])) + (", …" if len(found) > 8 else "")
+
+
+def as_text(selection: Selection) -> str:
+    """A selection as text, for messages."""
+    return ", ".join(f"{name} = {value}" for name, value in selection.items()) or "no selection"
+
+
+def scales_of(attributes: Mapping[Any, Any]) -> Scales | None:
+    """The scales of a dataset, from its attributes; None if these do not state them."""
+    try:
+        return Scales(**{each.name: float(attributes[each.name]) for each in fields(Scales)})
+    except KeyError:
+        return None
+
+
+def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
+    """One case of a dataset, without dimensions of one value; it may have several drives.
+
+    given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit.
+    Raises KeyError if no case matches, ValueError with the remaining choices if several do.
+    """
+    found = selected(root, ending_of(root), {words().get(word, word): text for word, text in given.items()})
+    left = {dim: sorted(set(column)) for dim, column in found.positions.items()}
+    part = root.isel({dim: places if len(places) > 1 else places[0] for dim, places in left.items()})
+    if several := [str(dim) for dim in root["case_id"].dims if len(left[str(dim)]) > 1]:
+        raise ValueError(f"needs to be one case: give also {'; '.join(_choices(part, several))}")
+    return part
+
+
+def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:
+    """The parameters in which cases differ along dimensions, each with its values."""
+    along = [str(name) for name in part.coords if set(part[name].dims) & set(dims) and name != "case_id"]
+    values = {
+        name: part[name].to_series().dropna().unique().tolist() for name in along if name != CASE or len(along) == 1
+    }
+    return [f"{name} = {some(found)}" for name, found in values.items() if len(found) > 1]
+
+
+def listed(root: xr.Dataset) -> list[str]:
+    """Coordinates along a list of cases that its author lists, in a table or as axes; all parameters if none is listed."""
+    along = [str(name) for name, each in root.coords.items() if each.dims == (CASE,)]
+    table = str(root.attrs.get("manifest_table", ""))
+    first, *_ = table.splitlines() or [""]
+    named = {name.strip() for name in first.split(",")} if table else set(_manifest(root).get("axes", ()))
+    return [name for name in along if name in (named or parameters())]
+
+
+def zipped(root: xr.Dataset) -> list[str]:
+    """The axes of a list of cases whose values are taken together, the first ones, then the second ones; none of a table."""
+    manifest = _manifest(root)
+    together = manifest.get("design") == "zip" and not root.attrs.get("manifest_table")
+    return list(manifest.get("axes", ())) if together else []
+
+
+def _manifest(root: xr.Dataset) -> dict[str, Any]:
+    return from_toml(str(root.attrs.get("manifest", "")))
