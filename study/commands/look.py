@@ -15,6 +15,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.parameter import GRID_ERROR
+from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import SECONDS
@@ -34,7 +35,7 @@ from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
 from nanoslip.study.plan.grids import Front, load_front
-from nanoslip.study.plan.plan import plan_of
+from nanoslip.study.plan.plan import make_plan, plan_of
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
@@ -76,6 +77,7 @@ def try_campaign(
         _draw().format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
         content = campaign_of(given | ({"critical": "true"} if critical else {}), contact, drive or critical)
+        print_sentences(_on_quick_grid(content), stderr=True)
         manifest, found = api.manifest_of(content), api.run(content, progress=True)
     for ending, message in variables.OUTCOMES.values():
         if ending.name in found and found[ending.name].item() == Ending.INVALID:
@@ -88,6 +90,27 @@ def try_campaign(
         case, found, picture, () if everything else BRIEF["path" if "loss_per_cycle" in case else manifest.stages[-1]]
     )
     note(answer)  # which has scrolled away
+
+
+def _on_quick_grid(content: dict[str, Any]) -> Iterator[str]:
+    """Give a case without n_x the finest grid, up to the default, that takes at most SECONDS; report the times of finer ones.
+
+    A given n_x is left; its time is reported if it is longer.
+    """
+    numerics, finest = content.get("numerics", {}), Slab().n_x
+    grids = [numerics["n_x"]] if "n_x" in numerics else [(finest - 1) // part + 1 for part in (1, 2, 4, 8)]
+    times = dict[int, float]()
+    for n_x in grids:
+        plan = make_plan(api.manifest_of(content | {"numerics": {**numerics, "n_x": n_x}}))
+        times[n_x] = sum(task.cost for task in plan.tasks)
+        if times[n_x] <= SECONDS:
+            break
+    else:  # fewer nodes do not help
+        yield f"estimated time: {roughly(times[grids[0]])}"
+        return
+    if longer := [f"n_x = {each} takes {roughly(seconds)}" for each, seconds in times.items() if each != n_x]:
+        content["numerics"] = {**numerics, "n_x": n_x}
+        yield f"n_x = {n_x}, for an answer in seconds; {', '.join(reversed(longer))}"
 
 
 def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:

@@ -37,6 +37,8 @@ SOLVE: Final = 1e-9
 """Time of a dense solution over the cube of its unknowns."""
 SLIP: Final = 1e-9
 """Time per entry of the row that a node's slip adds to the state."""
+RECORD: Final = 4e-3
+"""Time of a member's record beside its events: to set it up, and its numbers (1.5 to 9 ms of 9 nodes, by scheme)."""
 STATISTICS: Final = 0.04
 """Time to fit the distributions of event sizes to drawn samples, over the cube root of their number, all members together: 0.3 s
 for 400 events, 1.0 for 20,000 and 2.5 for 160,000."""
@@ -345,7 +347,9 @@ def _record(task: Task) -> Estimate:
     if task.free:
         return Estimate(0.0, 0.0)
     numbers = members * (_PER_EVENT * sizes_of(case).events + 2.0 * case.slab.nodes)
-    return Estimate(members * record_seconds(case), sliding_bytes(case) + members * record_bytes(case), numbers)
+    return Estimate(
+        members * (RECORD + record_seconds(case)), sliding_bytes(case) + members * record_bytes(case), numbers
+    )
 
 
 def _path(task: Task) -> Estimate:

@@ -258,6 +258,29 @@ def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(m
         assert main("try", *QUICK, "-o", name) == (2, "", said)
 
 
+@pytest.mark.parametrize(
+    ("given", "n_x"),
+    [
+        ("", None),
+        ("scheme=half_space", 17),
+        ("scheme=half_space radius=20", 65),
+        ("scheme=half_space n_x=33", 33),
+        ("scheme=half_space --contact", None),
+    ],
+)
+def test_a_case_without_nodes_has_the_finest_grid_that_answers_in_seconds(main, monkeypatch, given, n_x):
+    """None is the default. A plane of 129 by 129 nodes would take hours."""
+    tried = []
+
+    def run(content, **_):
+        tried.append(content.get("numerics", {}).get("n_x"))
+        raise Refusal("enough")
+
+    monkeypatch.setattr(api, "run", run)
+    _, _, said = main("try", *given.split())
+    assert (tried, "n_x = 129 takes" in said) == ([n_x], n_x in (17, 65))
+
+
 def test_every_key_has_one_table():
     keys = [key for names in tables().values() for key in names]
     assert len(keys) == len(set(keys))
