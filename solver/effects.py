@@ -1,10 +1,12 @@
 """The effects that a scene may leave out: one declaration each, of what is pressed and dragged, or of how it is pulled."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final, Generic, TypeVar
 
 from nanoslip.solver.case import Case
+from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import OVER_A_CONTACT, Drive, other_than_a_contact
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.slab import Slab
@@ -84,6 +86,19 @@ class LeftOut:
     )
 
 
+def _bottomless(slab: Slab) -> Slab:
+    return Slab(slab.n_x, poisson=slab.poisson, scheme="half_space" if slab.scheme.planar else "half_plane")
+
+
+def _in_plane_strain(case: Case) -> Case:
+    """The cylinder with a ball's curvature, Hertz half-width and node spacing; a disc is a punch under the same load."""
+    load = case.normal_load
+    if case.pin == "parabola":
+        load = math.pi * expected_half_width(case) ** 2 / (2.0 * case.radius * (1.0 - case.slab.poisson))
+    slab = replace(case.slab, scheme="half_plane" if case.slab.scheme.bottomless else "strip")
+    return replace(case, slab=slab, normal_load=load, start_y=0.0)
+
+
 OF_CASES: Final[tuple[Effect[Case], ...]] = (
     _of_case("effects", "coupling", False, "effects.coupling = false"),
     _of_case("effects", "pin_translation", False, "effects.pin_translation = false"),
@@ -92,7 +107,13 @@ OF_CASES: Final[tuple[Effect[Case], ...]] = (
     Effect(
         "finite_slab",
         lambda case: not case.slab.scheme.bottomless,
-        lambda case: replace(case, slab=Slab(case.slab.n_x, poisson=case.slab.poisson, scheme="half_plane")),
-        'numerics.scheme = "half_plane"',
+        lambda case: replace(case, slab=_bottomless(case.slab)),
+        'numerics.scheme = "half_plane", of a ball "half_space"',
+    ),
+    Effect(
+        "third_dimension",
+        lambda case: case.slab.scheme.planar,
+        _in_plane_strain,
+        "scheme half_plane, of a layer strip, at the load with the same Hertz half-width: as many nodes across",
     ),
 )

@@ -162,11 +162,16 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
 def _row(each: Influence) -> tuple[str, ...]:
     change, seconds, (least, *_, most) = "–", "–", (*each.changes, each.changes[-1])
     if math.isfinite(each.change):
-        change = f"{each.change:+.2g} ± {each.uncertainty:.1g}" if least.change or most.change else "0"
+        change = f"{each.change:+.2g} ± {_share(each.uncertainty)}" if least.change or most.change else "0"
         seconds = f"{each.seconds:.2g}"
     cases = f"{least.change:+.2g} in case {least.where} to {most.change:+.2g} in case {most.where}"
     sentences = [each.setting, *([cases] if least.change < most.change else []), *each.problems[:1]]
     return each.effect, each.variable, change, seconds, "; ".join(sentences)
+
+
+def _share(uncertainty: float, digits: str = ".1g") -> str:
+    """Word the ± of a relative change; ? if a member lacks the number."""
+    return f"{uncertainty:{digits}}" if math.isfinite(uncertainty) else "?"
 
 
 # `nanoslip explain`: one case before it is computed: its estimated time, the error of its grid, and what half of that costs.
@@ -203,7 +208,7 @@ def explain_case(
 
 
 def _of_finer(each: Influence) -> Error:
-    change = f"twice as many nodes change it by {each.change:+.1%} ± {each.uncertainty:.1%}"
+    change = f"twice as many nodes change it by {each.change:+.1%} ± {_share(each.uncertainty, '.1%')}"
     cure = f"{change}, in {each.seconds:.2g} × the time of this grid (another surface for what slips)"
     return Error("the grid", abs(each.change), cure)
 

@@ -9,6 +9,7 @@ import pytest
 import scipy
 
 from nanoslip.solver.case import LEAST_APART, Case, Heterogeneity
+from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES, SPARED
 from nanoslip.solver.ensemble import (
@@ -187,11 +188,29 @@ WHOLE = Case(slab=Slab(33), heterogeneity=Heterogeneity(spread=0.1, roughness=((
 PULLED = Drive(2e-3, 0.1, 1e-5, 100.0)
 
 
+BALL = Case(slab=Slab(33, scheme="layer"), heterogeneity=Heterogeneity(spread=0.1))
+
+
 @pytest.mark.parametrize("effect", OF_CASES, ids=lambda effect: effect.name)
 def test_a_case_without_an_effect_does_not_have_it_and_has_the_others(effect):
-    without = effect.without(WHOLE)
-    assert all(each.there(WHOLE) for each in OF_CASES)
-    assert [each.name for each in OF_CASES if not each.there(without)] == [effect.name]
+    whole = BALL if effect.name == "third_dimension" else WHOLE
+    there = {each.name for each in OF_CASES if each.there(whole)}
+    assert there == {each.name for each in OF_CASES} - {"roughness" if whole is BALL else "third_dimension"}
+    assert there - {each.name for each in OF_CASES if each.there(effect.without(whole))} == {effect.name}
+
+
+def test_the_effects_of_a_ball_leave_it_a_ball_except_that_of_three_dimensions():
+    for effect in (each for each in OF_CASES if each.there(BALL)):
+        assert effect.without(BALL).slab.scheme.planar == (effect.name != "third_dimension")
+
+
+@pytest.mark.parametrize(("ball", "cylinder"), [("half_space", "half_plane"), ("layer", "strip")])
+def test_a_ball_in_plane_strain_has_as_many_nodes_across(ball, cylinder):
+    (effect,) = (each for each in OF_CASES if each.name == "third_dimension")
+    case = Case(slab=Slab(33, scheme=ball), start_y=0.25)
+    without = effect.without(case)
+    assert (without.slab.scheme.name, without.slab.spacing, without.start_y) == (cylinder, case.slab.spacing, 0.0)
+    assert (without.radius, expected_half_width(without)) == (case.radius, pytest.approx(expected_half_width(case)))
 
 
 @pytest.mark.parametrize("effect", OF_DRIVES, ids=lambda effect: effect.name)

@@ -84,7 +84,7 @@ def test_what_is_there_changes_a_number_that_depends_on_it(tmp_path):
         + '[target]\nwithin = 0.1\nof = ["plateau_mean", "static_friction"]\n',
     )
     of_record = {each.effect for each in found if each.variable == "plateau_mean"}
-    assert of_record == {effect.name for effect in OF_CASES} - {"roughness"}
+    assert of_record == {effect.name for effect in OF_CASES} - {"roughness", "third_dimension"}
     assert {each.effect for each in found} - of_record == {effect.name for effect in OF_DRIVES} - {"memory"}
 
 
@@ -97,6 +97,15 @@ def test_a_change_of_several_cases_is_their_mean_and_its_range_names_them(tmp_pa
         assert both.uncertainty == pytest.approx(np.hypot(*(one.uncertainty for one in each)) / 2.0, rel=1e-12)
         assert [each.change for each in both.changes] == sorted(changes)
         assert both.changes[-1].where == f"{1 + int(np.argmax(changes))}"
+
+
+def test_a_change_with_a_member_that_lacks_the_number_has_no_uncertainty(main: Main, tmp_path: Path):
+    """Records of light pins are short: some of eight starts have a plateau."""
+    path = tmp_path / "short.toml"
+    light = SLIP.replace("members = 3", "members = 8").replace("radius = 50.0", "radius = 200.0\nnormal_load = 1e-6")
+    path.write_text(light.replace("n_x = 17", 'n_x = 65\nscheme = "strip"').replace("presliding = 4\n", ""))
+    code, said, errors = main("effects", path)
+    assert (code, "± ?" in said, "nan" in said) == (0, True, False), errors
 
 
 def test_a_failure_without_an_effect_is_told_in_its_row(main: Main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -265,7 +265,6 @@ def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(m
         ("scheme=half_space", 17),
         ("scheme=half_space radius=20", 65),
         ("scheme=half_space n_x=33", 33),
-        ("scheme=half_space --contact", None),
     ],
 )
 def test_a_case_without_nodes_has_the_finest_grid_that_answers_in_seconds(main, monkeypatch, given, n_x):
