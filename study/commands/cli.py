@@ -452,8 +452,9 @@ def try_case() -> None:
     """Compute one case now and show it; nothing is written to disk.
 
     KEY=VALUE are keys of a campaign: parameters, [scales], [ensemble], [outputs] and [[drives]]. All others have their defaults:
-    the paper's case at 129 nodes, over eight presliding lengths. The answer comes first and last: friction with the ± of its
-    starts, then what decides it beside them: the same case on half and twice the node spacing, in a few seconds.
+    the paper's case at 129 nodes, over eight presliding lengths. If that would take longer than seconds, as of a ball, n_x is
+    smaller. The answer comes first and last: friction with the ± of its starts, then what decides it beside them: the same case
+    on half and twice the node spacing, in a few seconds.
 
     Example: nanoslip try radius=50 normal_load=1e-3
     """
