@@ -197,7 +197,7 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None,
         if case.case is None:
             raise ManifestError.of(case.point, remark=case.outcome.message)
         wanted = wanted or events_of(usual_events(case.case))
-        shown = frames(case.case, wanted, output)
+        shown = frames(case.case, wanted, output, plan.manifest.stated_scales)
     if len(shown.moments) < len(wanted):
         ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
         reason = f"{ended.ending}: {ended.message}".rstrip(": ")

@@ -62,7 +62,6 @@ from nanoslip.study.plan.plan import CaseTasks, Plan, case_outcome, drive_outcom
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, without_effect
 from nanoslip.study.results import files
 from nanoslip.study.results.store import Store
-from nanoslip.study.toml_text import from_toml
 
 # Where each case and drive of a campaign lies in its dataset: the dimensions, and the settings of drives along theirs.
 
@@ -177,9 +176,9 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
 
 def _in_si(manifest: Manifest, found: Mapping[str, Any]) -> dict[str, Any]:
     """Coordinates with lengths and loads in m and N beside the others, if a campaign gives scales."""
-    if "scales" not in from_toml(manifest.text):
+    if (scales := manifest.stated_scales) is None:
         return {}
-    sizes = {name: getattr(manifest.scales, parameters_of_a_case()[name].scale) for name in in_si_too()}
+    sizes = {name: getattr(scales, parameters_of_a_case()[name].scale) for name in in_si_too()}
     given = {name: found[name] for name in sizes if name in found}
     return {
         in_si_too()[name].name: (dims, np.asarray(values, float) * sizes[name], attributes(in_si_too()[name]))

@@ -2,12 +2,12 @@
 
 import itertools
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case, Interface
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.drive import Scales
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.load_path import length_of
 from nanoslip.solver.outcome import InvalidInput, Outcome
@@ -26,6 +27,7 @@ from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide, states_at
 from nanoslip.study.figures.points import typeset
 from nanoslip.study.figures.shared import COLORS, FORMATS, column, format_of, image, legend
+from nanoslip.study.manifest.parameters import axis_unit
 from nanoslip.study.results.store import write_files
 
 # The contact of one case after chosen events, and the record up to there: computed when asked for, kept nowhere.
@@ -40,18 +42,18 @@ ROUNDING: Final = 1e-12
 class Moment:
     """The contact after one event, or at one turn of a path.
 
-    Arrays are (n,) over the surface nodes; tractions in W/(L_x·L_y), lengths in L_x.
+    Arrays are (n,) over the surface nodes; without scales tractions are in W/(L_x·L_y), lengths in L_x.
     """
 
     event: int
     """Number of the event, or of the turn."""
     x: NDArray[np.float64]
-    """Places of the surface nodes, in L_x."""
+    """Places of the surface nodes."""
     y: NDArray[np.float64]
     """Across the drag; 0 in plane strain."""
     displacement: float
     friction: float
-    """F/W."""
+    """F/W, or F in SI."""
     pressure: NDArray[np.float64]
     shear: NDArray[np.float64]
     limit: NDArray[np.float64]
@@ -60,6 +62,27 @@ class Moment:
     """NaN of nodes that are not in contact."""
     slipped: NDArray[np.bool_]
     """Nodes whose slip is another than at the moment before, in contact at both."""
+
+
+class Unit(NamedTuple):
+    """Unit of an axis."""
+
+    factor: float
+    """Multiplies numbers of moments and records."""
+    label: str
+
+
+class Units(NamedTuple):
+    """Units of axes; without scales those of the solver."""
+
+    x: Unit = Unit(1.0, "x/L_x")
+    y: Unit = Unit(1.0, "y/L_x")
+    displacement: Unit = Unit(1.0, "pin displacement δ_p/L_x")
+    friction: Unit = Unit(1.0, "friction force F/W")
+    pressure: Unit = Unit(1.0, "p·L_x·L_y/W")
+    shear: Unit = Unit(1.0, "q·L_x·L_y/W")
+    traction: Unit = Unit(1.0, "traction·L_x·L_y/W")
+    slip: Unit = Unit(1.0, "slip s/L_x")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +94,7 @@ class Moments:
     """Record up to the last of the events, or the whole path."""
     outcome: Outcome
     """Outcome of the last frame, or of the path; if it is not ok, or the record ends early, some requested events are missing."""
+    units: Units
 
     @property
     def planar(self) -> bool:
@@ -104,11 +128,11 @@ def events_of(text: str) -> tuple[int, ...]:
     return tuple(found)
 
 
-def moments_of(case: Case, events: Sequence[int]) -> Moments:
+def moments_of(case: Case, events: Sequence[int], scales: Scales | None = None) -> Moments:
     """The contact of a case after each of these events, as far as its record gets; of a case with a path at these turns.
 
-    events: increasing numbers; 0 is initial contact. Raises InvalidInput for a case without friction, and where there is no
-    contact to begin with. Of an interface it is the first contact, by itself.
+    events: increasing numbers; 0 is initial contact. Of an interface it is the first contact, by itself. scales: for axes in SI.
+    Raises InvalidInput for a case without friction, and where there is no contact to begin with.
     """
     case, compliance = replace(case, interface=Interface()), surface_compliance(case.slab)
     path = None
@@ -124,7 +148,39 @@ def moments_of(case: Case, events: Sequence[int]) -> Moments:
     record = path or slide(replace(case, max_events=max(events[len(states) - 1], 1)), compliance)
     before = [None, *states[:-1]]
     shown = tuple(_moment(*each, case) for each in zip(events, before, states, strict=False))
-    return Moments(shown, record, outcome)
+    units = _in_si(shown, case.normal_load, scales) if scales else Units()
+    return Moments(tuple(_scaled(each, units) for each in shown), record, outcome, units)
+
+
+def _scaled(moment: Moment, units: Units) -> Moment:
+    """A moment in other units than the solver's."""
+    scaled = {name: unit.factor * getattr(moment, name) for name, unit in units._asdict().items() if name != "traction"}
+    return replace(moment, **scaled, limit=units.traction.factor * moment.limit)
+
+
+def _in_si(shown: Sequence[Moment], normal_load: float, scales: Scales) -> Units:
+    """Units of axes in SI, with prefixes that suit the largest numbers."""
+    width, load = scales.slab_width, normal_load * scales.force
+    traction = load / (width * scales.slab_depth)
+
+    def unit(name: str, symbol: str, scale: float, each: Callable[[Moment], Any]) -> Unit:
+        factor, prefixed = axis_unit(scale * max(float(np.nanmax(np.abs(each(moment)))) for moment in shown), symbol)
+        return Unit(scale * factor, f"{name} ({prefixed})")
+
+    def places(moment: Moment) -> Any:
+        return moment.x[moment.pressure > 0.0]
+
+    pressure = unit("pressure p", "Pa", traction, lambda moment: moment.pressure)
+    return Units(
+        unit("x", "m", width, places),
+        unit("y", "m", width, places),
+        unit("pin displacement δ_p", "m", width, lambda moment: moment.displacement),
+        unit("friction force F", "N", load, lambda moment: moment.friction),
+        pressure,
+        Unit(pressure.factor, pressure.label.replace("pressure p", "shear q")),
+        Unit(pressure.factor, pressure.label.replace("pressure p", "traction")),
+        unit("slip s", "m", width, lambda moment: moment.slip),
+    )
 
 
 def _at_turns(case: Case, compliance: Compliance, turns: Sequence[int]) -> tuple[list[ContactState], LoadingPath]:
@@ -218,26 +274,28 @@ def _draw_maps(maps: Sequence[Any], shown: Moments, moment: Moment, titles: bool
     """
     drawn = []
     rows = int(np.count_nonzero(moment.x == moment.x[0]))
-    for axes, (name, label) in zip(maps, MAPS.items(), strict=True):
+    units = shown.units
+    for axes, name in zip(maps, MAPS, strict=True):
+        label = getattr(units, name).label
         values = np.where(moment.pressure > 0.0, getattr(moment, name), np.nan)
         x, y, colors = (each.reshape(-1, rows).T for each in (moment.x, moment.y, values))
         low, high = _range(getattr(each, name) for each in shown.moments)
         drawn.append((axes.pcolormesh(x, y, colors, vmin=low, vmax=high, shading="nearest"), typeset(label)))
         axes.plot(moment.x[moment.slipped], moment.y[moment.slipped], ".", color=MARK, markersize=1.5)
         axes.set(aspect="equal", xlim=_span(shown), ylim=_span(shown, across=True))
-        axes.set(xlabel=typeset("x/L_x") if titles or axes is maps[-1] else "", ylabel=typeset("y/L_x"))
+        axes.set(xlabel=typeset(units.x.label) if titles or axes is maps[-1] else "", ylabel=typeset(units.y.label))
         if titles:
             axes.set_title(typeset(label))
     return drawn
 
 
-MAPS: Final = {"pressure": "p·L_x·L_y/W", "shear": "q·L_x·L_y/W", "slip": "slip s/L_x"}
-"""Field of a moment that is drawn over x and y -> its label."""
+MAPS: Final = ("pressure", "shear", "slip")
+"""Fields of a moment that are drawn over x and y."""
 
 
 def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> None:
     """Tractions with the limits ±μ_i·p of shear, and slips; nodes that slipped since the moment before are marked."""
-    x, limit, slipped = moment.x, moment.limit, moment.slipped
+    x, limit, slipped, units = moment.x, moment.limit, moment.slipped, shown.units
     line: dict[str, Any] = {"marker": ".", "markersize": 2.0}
     mark: dict[str, Any] = {"color": MARK, "markersize": 2.5, "label": "slipped since the picture before"}
     upper.fill_between(x, -limit, limit, color=SHEAR, alpha=0.15, linewidth=0.0, label=typeset("±μ_i·p"))
@@ -247,19 +305,27 @@ def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> Non
     for axes, values in ((upper, moment.shear), (lower, moment.slip)):
         axes.plot(x[slipped], values[slipped], "v", **mark)
         axes.set_xlim(_span(shown))
-    upper.set(title=f"{shown.counted} {moment.event}", ylabel=typeset("traction·L_x·L_y/W"), xticklabels=[])
+    upper.set(title=f"{shown.counted} {moment.event}", ylabel=typeset(units.traction.label), xticklabels=[])
     upper.set_ylim(
         _range(part for each in shown.moments for part in (each.pressure, each.shear, each.limit, -each.limit))
     )
-    lower.set(xlabel=typeset("x/L_x"), ylabel=typeset("slip s/L_x"), ylim=_range(each.slip for each in shown.moments))
-    lower.ticklabel_format(axis="y", scilimits=(0, 0))
+    lower.set(
+        xlabel=typeset(units.x.label),
+        ylabel=typeset(units.slip.label),
+        ylim=_range(each.slip for each in shown.moments),
+    )
+    lower.ticklabel_format(axis="y", scilimits=(-2, 4))
 
 
 def _draw_record(axes: Any, shown: Moments, marked: tuple[Moment, ...]) -> None:
+    moved, friction = shown.units.displacement, shown.units.friction
     shown.record.plot(axes)
-    axes.lines[0].set_color(COLORS[-1])
-    axes.set(xlabel=typeset(axes.get_xlabel()), ylabel=typeset(axes.get_ylabel()))
-    axes.ticklabel_format(axis="x", scilimits=(0, 0))
+    line = axes.lines[0]
+    line.set(xdata=moved.factor * line.get_xdata(), ydata=friction.factor * line.get_ydata(), color=COLORS[-1])
+    axes.relim()
+    axes.autoscale_view()
+    axes.set(xlabel=typeset(moved.label), ylabel=typeset(friction.label))
+    axes.ticklabel_format(axis="x", scilimits=(-2, 4))
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # a point moves no axis
     places = {each.event: (each.displacement, each.friction) for each in marked}
     axes.plot(*zip(*places.values(), strict=True), "o", color=SHEAR, markersize=3.5)
@@ -297,12 +363,14 @@ RESOLUTION: Final = 120
 """Resolution of films, in dots per inch."""
 
 
-def frames(case: Case, events: str | Iterable[int], path: str | os.PathLike[str]) -> Moments:
+def frames(
+    case: Case, events: str | Iterable[int], path: str | os.PathLike[str], scales: Scales | None = None
+) -> Moments:
     """Draw a case after each of some events into a file: pressure, shear, slip, and where in the friction record that is.
 
     events: numbers (0 is initial contact), or text, as `0:200:40` or `0,5,12`; events beyond the record are omitted. Of a case
     with a path they are turns.
-    path: .png, .pdf, .svg for a strip; .gif, .mp4 for a film. Returns the frames.
+    path: .png, .pdf, .svg for a strip; .gif, .mp4 for a film. scales: for axes in SI. Returns the frames.
     Raises InvalidInput for events, a case or a suffix that cannot be drawn, StoreError if the file cannot be written.
 
     >>> import nanoslip
@@ -311,7 +379,7 @@ def frames(case: Case, events: str | Iterable[int], path: str | os.PathLike[str]
     """
     wanted = events_of(events) if isinstance(events, str) else tuple(sorted(set(events)))
     suffix = _suffix(Path(path), len(wanted))
-    shown = moments_of(case, wanted)
+    shown = moments_of(case, wanted, scales)
     write_files({Path(path): _film(shown, suffix) if suffix in FILMS else image(strip(shown), suffix)})
     return shown
 

@@ -24,7 +24,7 @@ from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, check, declared, parameter, require
 from nanoslip.study.manifest.parameters import YOUNG, Value
-from nanoslip.study.toml_text import ONE_LINE, one_line, shown
+from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 # Who made a campaign and how others may use it: the table [about], for attributes of the dataset. It decides no result.
 
@@ -395,6 +395,11 @@ class Manifest:
     def paths(self) -> bool:
         """True if its cases follow a path of pin and load."""
         return any(name in self.axes or name in self.tables.get("path", {}) for name in declared(LoadPath))
+
+    @property
+    def stated_scales(self) -> Scales | None:
+        """Scales that its file gives; None if it gives none."""
+        return self.scales if "scales" in from_toml(self.text) else None
 
     @property
     def fixed(self) -> dict[str, Value]:

@@ -267,10 +267,22 @@ def compact(value: float, unit: str, error: float | None = None) -> str:
     """A value in SI with the prefix that suits it, to four digits, or rounded beside its ±: 15.62 μm."""
     if unit == "kg":  # which has a prefix already
         value, unit = 1e3 * value, "g"
-    thousands = min(max(Decimal(f"{value:.4g}").adjusted() // 3, -10), 10)
-    size = float(Decimal(value).scaleb(-3 * thousands))
-    said = f"{size:.4g}" if error is None else with_error(size, error * 10.0 ** (-3 * thousands))
-    return f"{said} {'qryzafpnμm kMGTPEZYRQ'[thousands + 10].strip()}{unit}"
+    power, prefix = _prefix(value)
+    size = float(Decimal(value).scaleb(-power))
+    said = f"{size:.4g}" if error is None else with_error(size, error * 10.0**-power)
+    return f"{said} {prefix}{unit}"
+
+
+def axis_unit(size: float, unit: str) -> tuple[float, str]:
+    """Factor from an SI unit to that with the prefix that suits numbers of this size, and its name: 1e6, μm."""
+    power, prefix = _prefix(size)
+    return 10.0**-power, f"{prefix}{unit}"
+
+
+def _prefix(size: float) -> tuple[int, str]:
+    """Power of ten of the SI prefix that suits a number, and the prefix."""
+    thousands = min(max(Decimal(f"{size:.4g}").adjusted() // 3, -10), 10)
+    return 3 * thousands, "qryzafpnμm kMGTPEZYRQ"[thousands + 10].strip()
 
 
 def as_written(unit: str) -> str:

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from nanoslip.solver.case import Case, Effects
+from nanoslip.solver.drive import Scales
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
@@ -22,6 +23,7 @@ from nanoslip.study.figures.frames import (
     strip,
     usual_events,
 )
+from nanoslip.study.manifest.units import factor
 
 # What a film shows is what the record knows: forces, limits of shear, and which nodes slip in an event.
 
@@ -84,6 +86,28 @@ def test_events_are_a_range_or_a_list() -> None:
 def test_other_events_are_refused(text: str) -> None:
     with pytest.raises(InvalidInput, match=r"^events = .*: needs first:last:step"):
         events_of(text)
+
+
+SCALES = Scales(slab_width=2e-3, slab_depth=1e-3, shear_modulus=1e6)
+
+
+def test_with_scales_every_axis_is_in_si(shown: Moments) -> None:
+    """Lengths of 2 mm and mm, the load in N, pressures that carry it."""
+    si, load = moments_of(CASE, (0, 30), SCALES), CASE.normal_load * SCALES.force
+    last, same = si.moments[-1], shown.moments[30]
+    bases = {"friction": "N", "pressure": "Pa", "shear": "Pa", "traction": "Pa"}
+    named = {name: unit.label.rpartition("(")[2].rstrip(")") for name, unit in si.units._asdict().items()}
+    to_si = {name: factor(unit, bases.get(name, "m")) for name, unit in named.items()}
+    np.testing.assert_allclose(last.x * to_si["x"], same.x * SCALES.slab_width)
+    np.testing.assert_allclose(last.slip * to_si["slip"], same.slip * SCALES.slab_width)
+    assert last.friction * to_si["friction"] == pytest.approx(same.friction * load)
+    area = CASE.slab.spacing * SCALES.slab_width * SCALES.slab_depth
+    assert last.pressure.sum() * to_si["pressure"] * area == pytest.approx(load)
+    assert np.all(np.abs(last.shear) <= last.limit * (1.0 + 1e-9))
+    *_, record = strip(si).axes
+    line, points = record.lines
+    assert line.get_xdata()[-1] == pytest.approx(points.get_xdata()[-1])
+    assert named["friction"] in record.get_ylabel()
 
 
 # A film has one picture for each moment, all at one scale; a strip has all of them side by side.
