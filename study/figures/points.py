@@ -150,6 +150,8 @@ class Points:
     """Coordinates that vary together by the campaign's definition."""
     stated: bool
     """True if numbers of this sort have an uncertainty, known or not."""
+    critical: Mapping[str, Floats]
+    """Of regimes: coordinate of a drive -> its value above which the pin no longer sticks; NaN if unknown."""
 
     @property
     def text(self) -> bool:
@@ -179,7 +181,8 @@ class Points:
     def at(self, chosen: NDArray[Any]) -> "Points":
         """Some of the points: a mask, or their places in another order."""
         arrays: dict[str, Any] = {name: getattr(self, name)[chosen] for name in _ARRAYS}
-        return replace(self, axes={name: each[chosen] for name, each in self.axes.items()}, **arrays)
+        axes, critical = ({name: each[chosen] for name, each in of.items()} for of in (self.axes, self.critical))
+        return replace(self, axes=axes, critical=critical, **arrays)
 
     def columns(self) -> Columns:
         """The points as a table: coordinates, value, uncertainty, members, whether flagged."""
@@ -221,7 +224,12 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
         (members > 0) & (members < used),
         tuple(each for each in zipped(dataset) if each in axes),
         stated,
+        {axis: rows.values(at).astype(float) for axis, at in CRITICAL.items() if name == "regime" and at in dataset},
     )
+
+
+CRITICAL: Final = {"stage_velocity": "critical_velocity", "spring_stiffness": "critical_stiffness"}
+"""Parameter of a drive -> its value above which the pin no longer sticks."""
 
 
 def _counts(values: NDArray[Any]) -> NDArray[np.int64]:

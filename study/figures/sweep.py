@@ -401,6 +401,9 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
         look |= {"alpha": tiles(here.shares, 1.0), "edgecolors": "none", "rasterized": True}
     mesh = axes.pcolormesh(*ends, tiles(_heights(here, names), np.nan), **look, **_colors(points, names))
     care = here.flagged & here.there
+    axes.set(xlim=ends[0][[0, -1]], ylim=ends[1][[0, -1]])
+    for border in border_of(points, here, roles):
+        axes.plot(*border, color="black", linewidth=1.2)
     if is_crowded(points, roles):
         inside = tiles(care, 0.0)
         if 0.0 < inside.mean() < 1.0:
@@ -409,6 +412,21 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
     axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED)
     axes.plot(x[care], y[care], "o", markersize=2.4, color="white", markeredgecolor="black", markeredgewidth=0.4)
     return mesh
+
+
+def border_of(points: Points, here: Points, roles: Roles) -> Iterator[tuple[Floats, Floats]]:
+    """Line over a map of regimes above which the pin no longer sticks, if it is known: places along both axes.
+
+    It is that of the stage's velocity, or else of the spring; each place has the mean of its drives.
+    """
+    for axis in (each for each in here.critical if each in (roles.x, roles.hue)):
+        known = np.isfinite(here.critical[axis])
+        if points.axes[axis].dtype.kind not in "Ob" and known.any():
+            places = places_of(points, roles.x if axis == roles.hue else roles.hue, here)[known]
+            along, which = np.unique(places, return_inverse=True)
+            means = np.exp(np.bincount(which, np.log(here.critical[axis][known])) / np.bincount(which))
+            yield (along, means) if axis == roles.hue else (means, along)
+            return
 
 
 def _colors(points: Points, names: list[str]) -> dict[str, Any]:
@@ -559,7 +577,9 @@ def _seen(points: Points, roles: Roles) -> str:
     paler = ", the paler the fewer" if roles.mapped else ""
     mixed = f" Of members that differ: what most do{paler}." if points.differing else ""
     flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
-    return mixed + _without(points) + _members(points) + (flagged if roles.mapped else _marks(points))
+    border = roles.mapped and any(border_of(points, points, roles))
+    above = " Black line: above it the pin no longer sticks." if border else ""
+    return mixed + above + _without(points) + _members(points) + (flagged if roles.mapped else _marks(points))
 
 
 def _without(points: Points, sign: str = "Red crosses") -> str:

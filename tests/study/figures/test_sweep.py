@@ -396,6 +396,21 @@ def test_members_that_differ_have_the_colour_of_what_most_do_and_the_paler_the_f
     assert "the paler" in view_of(points).caption
 
 
+@pytest.mark.parametrize("x", ["spring_stiffness", "stage_velocity"])
+def test_a_map_of_regimes_has_the_critical_velocity_where_it_is_computed(x: str) -> None:
+    data = product(stage_velocity=[1e-3, 1e-2, 1e-1], spring_stiffness=[1e3, 1e4])
+    dims, velocity = ("stage_velocity", "spring_stiffness"), data["stage_velocity"].values[:, None]
+    critical = np.broadcast_to([0.05, 0.005], (3, 2))
+    data["regime"] = (dims, np.where(velocity < critical, "stick_slip", "slides").astype(object))
+    assert view_of(points_of(data, "regime"), x).draw().axes[0].lines[0].get_color() == FAILED  # crosses, of no case
+    data["critical_velocity"] = (dims, critical)
+    view = view_of(points_of(data, "regime"), x)
+    line = view.draw().axes[0].lines[0]
+    places = line.get_xydata() if x == "spring_stiffness" else line.get_xydata()[:, ::-1]
+    np.testing.assert_allclose(places, [[1e3, 0.05], [1e4, 0.005]])
+    assert "Black line" in view.caption
+
+
 def test_a_zero_beside_many_decades_has_a_place_of_its_own_on_the_axis() -> None:
     """On a linear scale it lay on the smallest numbers, label on label."""
     data = product(stage_velocity=[1e3, 0.0, 1e-12, 2e-3], intrinsic_friction=[0.2])
