@@ -151,7 +151,7 @@ class Points:
     stated: bool
     """True if numbers of this sort have an uncertainty, known or not."""
     critical: Mapping[str, Floats]
-    """Of regimes: coordinate of a drive -> its value above which the pin no longer sticks; NaN if unknown."""
+    """Coordinate of a drive -> its value above which the pin no longer sticks, NaN if unknown; of regimes only."""
 
     @property
     def text(self) -> bool:

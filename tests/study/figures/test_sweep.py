@@ -398,11 +398,11 @@ def test_members_that_differ_have_the_colour_of_what_most_do_and_the_paler_the_f
 
 @pytest.mark.parametrize("x", ["spring_stiffness", "stage_velocity"])
 def test_a_map_of_regimes_has_the_critical_velocity_where_it_is_computed(x: str) -> None:
-    data = product(stage_velocity=[1e-3, 1e-2, 1e-1], spring_stiffness=[1e3, 1e4])
+    data = product(lambda **_: np.zeros((3, 2)), stage_velocity=[1e-3, 1e-2, 1e-1], spring_stiffness=[1e3, 1e4])
     dims, velocity = ("stage_velocity", "spring_stiffness"), data["stage_velocity"].values[:, None]
     critical = np.broadcast_to([0.05, 0.005], (3, 2))
     data["regime"] = (dims, np.where(velocity < critical, "stick_slip", "slides").astype(object))
-    assert view_of(points_of(data, "regime"), x).draw().axes[0].lines[0].get_color() == FAILED  # crosses, of no case
+    assert "Black line" not in view_of(points_of(data, "regime"), x).caption
     data["critical_velocity"] = (dims, critical)
     view = view_of(points_of(data, "regime"), x)
     line = view.draw().axes[0].lines[0]
