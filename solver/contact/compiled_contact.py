@@ -191,7 +191,7 @@ def _pivoted_first(
     first, then = result.take(pivoted, 0), result.take(kept, 0)
     # `take` along one axis after the other: several times as fast as a gather by lists of rows and columns.
     across = first.take(kept, 1)
-    stiffness = _bordered_inverse(first.take(pivoted, 1), f"compliance of {len(pivoted) // 2} nodes")
+    stiffness = bordered_inverse(first.take(pivoted, 1), f"compliance of {len(pivoted) // 2} nodes")
     from_kept = then.take(pivoted, 1) @ stiffness
     count = len(pivoted)
     result[:count, :count] = stiffness.T
@@ -212,7 +212,7 @@ def in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:
     return padded
 
 
-def _bordered_inverse(system: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+def bordered_inverse(system: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one."""
     block, border = system[:-1, :-1], system[:-1, -1]
     if not np.array_equal(block, block.T):

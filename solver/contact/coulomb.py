@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
+from nanoslip.solver.contact.compiled_contact import bordered_inverse
 from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
@@ -69,6 +70,8 @@ class CoulombContact:
     """Steps since the path last made PROGRESS."""
     mark: float = -np.inf
     """Length of the path when it last made PROGRESS."""
+    _set_up: tuple[bytes, NDArray[np.float64]] = (b"", np.empty((0, 0)))
+    """The contact of which the stiffness is, and this."""
 
     def __post_init__(self) -> None:
         self.node_slips = np.zeros(len(self.contact), np.int64)
@@ -122,51 +125,68 @@ class CoulombContact:
 
     def solve(self) -> None:
         """Forces, approach and displacements for the given roles: Newton's method on the sliding nodes' positions."""
-        curvature, across = self.pin.curvature, np.broadcast_to(self.pin.across, len(self.u))[self.contact]
+        nodes, curvature = np.flatnonzero(self.contact), self.pin.curvature
         for _ in range(20):
-            before = self.u.copy()
-            u, xi, slide = self.u[self.contact], self.xi[self.contact], self.sliding[self.contact] != 0.0
-            tangential = np.where(slide, 0.0, u)
-            normal = curvature * (xi**2 / 2 - np.where(slide, xi * u, 0.0)) + across
-            self.force, self.approach, u, self.v = self._respond(tangential, normal, -self.normal_load)
-            self.u = np.where(self.contact & (self.sliding == 0.0), before, u)
-            if np.abs(self.u - before).max() <= 1e-14 * self.normal_load:
-                return
+            height = curvature * self.xi[nodes] ** 2 / 2 + np.broadcast_to(self.pin.across, len(self.u))[nodes]
+            # Heights count from their middle: out on a sharp pin they are larger than all the load moves by far.
+            middle = float(height.mean())
+            given = np.concatenate((self.u[nodes], height - middle, [-self.normal_load]))
+            answer, moved = self._respond(nodes, given)
+            self.u[nodes] += moved
+            if np.abs(moved).max() <= 1e-14 * self.normal_load:
+                break
+        self.force, self.approach, u, self.v = self._everywhere(nodes, answer, middle)
+        self.u[~self.contact] = u[~self.contact]
 
     def rates(self) -> Rates:
         """Rates of force, approach, u and v per unit step along the path."""
         pin_rate, load_rate, _ = self.direction
-        slide = self.sliding[self.contact] != 0.0
-        tangential = np.where(slide, 0.0, pin_rate)
-        normal = np.where(slide, -pin_rate * self.pin.curvature * self.xi[self.contact], 0.0)
-        return self._respond(tangential, normal, -load_rate)
+        nodes = np.flatnonzero(self.contact)
+        given = np.concatenate((np.full(len(nodes), pin_rate), np.zeros(len(nodes)), [-load_rate]))
+        return self._everywhere(nodes, self._respond(nodes, given)[0])
 
-    def _respond(self, tangential: Vector, normal: Vector, normal_load: float) -> Rates:
-        """Solve for the contact's forces and the approach: right sides of the tangential, normal and load equations."""
-        n, nodes = len(self.u), np.flatnonzero(self.contact)
-        m, sigma = len(nodes), self.sliding[nodes]
-        columns = np.concatenate((nodes, nodes + n))
-        c_x, c_z, one = *np.split(self.compliance.entries(columns, columns), 2), np.eye(m)
-        limit = np.hstack((one, (sigma * self.node_friction[nodes])[:, None] * one))
-        slide = (sigma != 0.0)[:, None]
-        system = np.zeros((2 * m + 1, 2 * m + 1))
-        system[:m, : 2 * m] = np.where(slide, limit, c_x)
-        system[m : 2 * m, : 2 * m] = c_z - np.where(slide, self.pin.curvature * self.xi[nodes][:, None] * c_x, 0.0)
-        system[m : 2 * m, 2 * m] = system[2 * m, m : 2 * m] = 1.0
-        # Heights are solved for from their middle: out on a sharp pin they are larger than all the load moves by far.
-        middle = float(normal.mean())
+    def _respond(self, nodes: NDArray[np.int64], given: Vector) -> tuple[Vector, Vector]:
+        """Answer u, v and -load at the nodes in contact with f_x, f_z and approach, sliding nodes moved along the pin so that
+        they are at their limits; and by how much each has moved, (m,)."""
+        m, slide = len(nodes), np.flatnonzero(self.sliding[nodes])
+        slope = self.pin.curvature * self.xi[nodes[slide]]
+        share = (self.sliding * self.node_friction)[nodes[slide], None]
+        beyond = self._stiffness[slide] + share * self._stiffness[m + slide]
         try:
-            solution = np.linalg.solve(system, np.concatenate((tangential, normal - middle, [normal_load])))
+            moved = np.linalg.solve(beyond[:, slide] + beyond[:, m + slide] * slope, -(beyond @ given))
         except np.linalg.LinAlgError as error:
             raise SingularOperator(f"{m} nodes in contact with Coulomb friction: singular; lower μ_i") from error
-        if not np.isfinite(solution).all():
+        given = given.copy()
+        given[slide] += moved
+        given[m + slide] += slope * moved
+        along = np.zeros(m)
+        along[slide] = moved
+        answer = self._stiffness @ given
+        if not np.isfinite(answer).all():
             # Every comparison with a NaN is false: nothing would seem to be wrong.
             raise TooFarApart("the forces of the contact are no numbers: use a load and a radius nearer 1")
-        force = np.zeros((2, n))
-        force[:, nodes] = solution[:-1].reshape(2, m)
+        return answer, along
+
+    def _everywhere(self, nodes: NDArray[np.int64], answer: Vector, middle: float = 0.0) -> Rates:
+        """Answers of the nodes in contact with what they make of all nodes. middle: height from which the approach counts."""
+        force = np.zeros((2, len(self.u)))
+        force[:, nodes] = answer[:-1].reshape(2, -1)
         u, v = self.compliance.displacements(force)
-        approach = float(solution[-1]) + middle
+        approach = float(answer[-1]) + middle
         return force, approach, u, v + approach
+
+    @property
+    def _stiffness(self) -> NDArray[np.float64]:
+        """Forces and approach per u, v and -load at the nodes in contact, (2m + 1, 2m + 1)."""
+        key = self.contact.tobytes()
+        if key != self._set_up[0]:
+            nodes = np.flatnonzero(self.contact)
+            entries, count = np.concatenate((nodes, nodes + len(self.u))), len(nodes)
+            system = np.zeros((2 * count + 1, 2 * count + 1))
+            system[:-1, :-1] = self.compliance.entries(entries, entries)
+            system[count:-1, -1] = system[-1, count:-1] = 1.0
+            self._set_up = key, bordered_inverse(system, f"compliance of {count} nodes")
+        return self._set_up[1]
 
     def release(self, node: int) -> None:
         """Let a node go."""
