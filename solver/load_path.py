@@ -127,6 +127,12 @@ def length_of(path: LoadPath, presliding_length: float) -> tuple[int, float, flo
     return len(steps) + 2 * again, sum(steps) + again * sum(steps[-2:]), max(map(abs, places))
 
 
+def _stiffness(meaning: str, comment: str) -> Any:
+    """Declare a stiffness of the contact."""
+    si = Quantity("", meaning, "N m-1", "stiffness")
+    return quantity(meaning, ensemble=True, of_grid=True, comment=comment, si=si, measure="G·L_y")
+
+
 @dataclass(frozen=True, slots=True)
 class Loops:
     """Numbers of the cycles with which a path ends; NaN without any. F/W: over the load of the cycles."""
@@ -151,13 +157,9 @@ class Loops:
         ensemble=True,
         comment="half of the difference between both ends of a leg, mean over the later half of the cycles",
     )
-    secant_stiffness: float = quantity(
+    secant_stiffness: float = _stiffness(
         "secant stiffness of a cycle",
-        ensemble=True,
-        of_grid=True,
-        comment="difference of friction force between both ends of a leg over that of displacement",
-        si=Quantity("", "secant stiffness of a cycle", "N m-1", "stiffness"),
-        measure="G·L_y",
+        "difference of friction force between both ends of a leg over that of displacement",
     )
     closure: float = quantity(
         "gap of F/W between the last two cycles",
@@ -175,14 +177,7 @@ class Loops:
         ensemble=True,
         comment="loss_per_cycle over 4π times the elastic energy at a turn, ½·F·amplitude",
     )
-    path_stiffness: float = quantity(
-        "stiffness before the path",
-        ensemble=True,
-        of_grid=True,
-        comment="dF/dδ_p of the contact with all nodes stuck",
-        si=Quantity("", "stiffness before the path", "N m-1", "stiffness"),
-        measure="G·L_y",
-    )
+    path_stiffness: float = _stiffness("stiffness before the path", "dF/dδ_p of the contact with all nodes stuck")
 
 
 def of_leg(meaning: str, name: str, **more: Any) -> Any:

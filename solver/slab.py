@@ -48,9 +48,11 @@ class Scheme(ABC):
         """True if it accepts this number of surface nodes."""
         return 2 <= levels_of(n_x) <= MOST_LEVELS
 
-    @abstractmethod
     def completed(self, slab: "Slab") -> Self:
         """These settings with the scheme's own values in place of None. Raises InvalidInput for what does not fit the slab."""
+        if self.bottomless:
+            require("support", slab.support, slab.support == "bonded", 'scheme = "galerkin" or "biquadratic"')
+        return self
 
     @abstractmethod
     def matrix(self, slab: "Slab") -> NDArray[np.float64]:

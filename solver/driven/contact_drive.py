@@ -15,7 +15,7 @@ from nanoslip.solver.drive import Drive, refuse_with_memory
 from nanoslip.solver.driven.kernels.drive import drive_contact
 from nanoslip.solver.dynamics.integrators import Pulled, outcome_of_segments, part_reached
 from nanoslip.solver.dynamics.kernels.motion import Motion, Pin, Run, Slip, Tally
-from nanoslip.solver.dynamics.kernels.steps import empty_record
+from nanoslip.solver.dynamics.kernels.steps import empty_record, finished_run
 from nanoslip.solver.dynamics.result import BINS
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
@@ -87,18 +87,7 @@ def _followed(
         compiled = again
         if stop != Stop.DONE:
             break
-    spring = (float(record.spring_range[0]), float(record.spring_range[1]))
-    run = Run(
-        pin.time,
-        tally.steps,
-        record.samples,
-        record.impulse,
-        slips,
-        slip.micro_slips,
-        slip.micro_travel,
-        tally.work,
-        *spring,
-    )
+    run = finished_run(record, tally, slip, slips, pin.time)
     end = state_of(compiled, COMPLETED)
     if beyond_window(compiled, end):
         return None

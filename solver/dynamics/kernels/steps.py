@@ -296,7 +296,7 @@ def pass_rest(record: Record, motion: Motion, pin: Pin, tally: Tally, until: flo
     return Tally(steps + 1, resisted + (driving + 0.5 * ramp * tau) * tau, work, row, edge)
 
 
-@compiled(allocates=True, error_model="numpy")
+@compiled(allocates=True, entry=True, error_model="numpy")
 def finished_run(record: Record, tally: Tally, slip: Slip, slips: Floats, reached: float) -> Run:
     """Result of a run of segments."""
     return Run(

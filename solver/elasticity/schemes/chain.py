@@ -24,7 +24,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.parameter import check, parameter, require
+from nanoslip.solver.parameter import check, parameter
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 
 Dense = NDArray[np.float64]
@@ -78,10 +78,6 @@ class Chain(Scheme):
     @property
     def bed_stiffness(self) -> float:
         return self.foundation_stiffness
-
-    def completed(self, slab: Slab) -> "Chain":
-        require("support", slab.support, slab.support == "bonded", 'scheme = "galerkin" or "biquadratic"')
-        return self
 
     def matrix(self, slab: Slab) -> Dense:
         one, none = np.eye(slab.n_x), np.zeros((slab.n_x, slab.n_x))

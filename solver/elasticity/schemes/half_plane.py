@@ -20,7 +20,6 @@ import scipy
 
 from nanoslip.solver.elasticity.schemes.endless import Convolution, EndlessScheme, mean_log
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import require
 from nanoslip.solver.slab import SCHEMES, Slab
 
 
@@ -31,10 +30,6 @@ class HalfPlane(EndlessScheme):
 
     name = "half_plane"
     bottomless = True
-
-    def completed(self, slab: Slab) -> "HalfPlane":
-        require("support", slab.support, slab.support == "bonded", 'scheme = "galerkin" or "biquadratic"')
-        return self
 
     def convolution(self, slab: Slab) -> Convolution:
         _require_depth(slab)

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.elasticity.schemes.planar import PlanarScheme, PlaneConvolution
-from nanoslip.solver.parameter import require
 from nanoslip.solver.slab import SCHEMES, Slab
 
 Dense = NDArray[np.float64]
@@ -31,10 +30,6 @@ class HalfSpace(PlanarScheme):
 
     name = "half_space"
     bottomless = True
-
-    def completed(self, slab: Slab) -> "HalfSpace":
-        require("support", slab.support, slab.support == "bonded", 'scheme = "galerkin" or "biquadratic"')
-        return self
 
     def convolution(self, slab: Slab) -> PlaneConvolution:
         return PlaneConvolution(half_space(slab) / slab.spacing)
