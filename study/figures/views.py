@@ -452,7 +452,7 @@ CYCLES: Final = Family(
 )
 
 
-def losses(dataset: xr.Dataset) -> Iterator[View | str]:
+def losses(dataset: xr.Dataset) -> Iterator[View]:
     """Loss per cycle over amplitude, with Mindlin's closed form; none without two amplitudes."""
     if "loss_per_cycle" not in dataset:
         return
@@ -515,15 +515,21 @@ def _draw_losses(table: Columns, make: Callable[..., Figure] = Figure) -> Figure
 AMPLITUDE: Final = "amplitude, in presliding lengths"
 
 
+def beside_closed_forms(dataset: xr.Dataset) -> Iterator[View | str]:
+    """The answers of a campaign; loss over amplitude with its closed form in place of loss alone."""
+    beside = list(losses(dataset))
+    yield from beside
+    yield from (each for each in answers(dataset) if not (beside and getattr(each, "name", "") == "loss_per_cycle"))
+
+
 SORTS: Final = {
     sort.name: sort
     for sort in (
-        Sort("answer", "Answer", answers),
+        Sort("answer", "Answer", beside_closed_forms),
         *(
             Sort(family.name, family.title, partial(views_of, family=family))
             for family in (CONTACTS, DRIVES, SIZES, INTERIORS, RECORDS, LOOPS, CYCLES)
         ),
-        Sort("loss", "Loss over amplitude", losses),
     )
 }
 """Every sort by name, in the order of a page."""

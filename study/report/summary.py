@@ -16,6 +16,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.coefficients import INERTIAL
 from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.effects import LeftOut
+from nanoslip.solver.load_path import Loops
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import GRID_ERROR, quantities
 from nanoslip.solver.sliding.validity import advice_on, flags_in
@@ -214,7 +215,8 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     why: behind an outcome its message, too. scales: to have lengths and loads of the axes in SI beside them.
     """
     asked = [name for name in (*main_numbers(dataset), "regime") if name in dataset]
-    columns = {name: SHOWN.get(name, symbol(name)) for name in (*asked, *SHOWN) if name in dataset}
+    there = (name for name in (*asked, *SHOWN) if name in dataset and not _without_cycles(dataset, name))
+    columns = {name: SHOWN.get(name, symbol(name)) for name in there}
     numbers = {
         *columns,
         *(f"{name}{end}" for name in columns for end in (UNCERTAINTY, "_members")),
@@ -248,6 +250,11 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
 
 
+def _without_cycles(dataset: xr.Dataset, name: str) -> bool:
+    """True for a number of cycles where no path has any."""
+    return name in quantities(Loops) and bool(dataset[name].isnull().all())
+
+
 def main_numbers(dataset: xr.Dataset) -> list[str]:
     """Requested numbers of a campaign: those of [target] and the main ones of its last stage."""
     named = _target(dataset)[1]
@@ -255,7 +262,7 @@ def main_numbers(dataset: xr.Dataset) -> list[str]:
         named = (*named, "static_friction", "kinetic_friction")
     elif "plateau_mean" in dataset:
         named = (*named, "plateau_mean")
-    elif "loss_per_cycle" in dataset:
+    elif "loss_per_cycle" in dataset and not _without_cycles(dataset, "loss_per_cycle"):
         named = (*named, "loss_per_cycle")
     critical = quantities(CriticalPoint) if "critical_velocity" in dataset else ()
     return list(dict.fromkeys(filter(None, (*named, *critical))))

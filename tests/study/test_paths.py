@@ -8,8 +8,8 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.ensemble import Ensemble
-from nanoslip.solver.load_path import LoadPath
-from nanoslip.solver.parameter import declared
+from nanoslip.solver.load_path import LoadPath, Loops
+from nanoslip.solver.parameter import declared, quantities
 from nanoslip.solver.simulate import friction_path
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.path import line_of, loops_of, turns_of
@@ -26,6 +26,7 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import estimate
 from nanoslip.study.plan.kinds import path_task, record_task
 from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.report.summary import SHOWN, scalar_table
 from nanoslip.study.results.store import Store
 from tests.study.dataset.campaigns import compute
 
@@ -186,7 +187,8 @@ def test_a_path_costs_by_its_way_and_its_legs():
 
 def test_a_page_draws_loops_losses_over_cycles_and_over_amplitude_beside_mindlins(loops):
     drawn = {
-        name: [each for each in SORTS[name].of(loops) if isinstance(each, View)] for name in ("loops", "cycles", "loss")
+        name: [each for each in SORTS[name].of(loops) if isinstance(each, View)]
+        for name in ("loops", "cycles", "answer")
     }
     loop, cycles, loss = (next(iter(views)).columns() for views in drawn.values())
     for views in drawn.values():
@@ -198,9 +200,16 @@ def test_a_page_draws_loops_losses_over_cycles_and_over_amplitude_beside_mindlin
 
 
 def test_numbers_of_loops_are_in_tables_and_no_closure_is_drawn(loops):
-    names = {each.name for each in SORTS["answer"].of(loops) if isinstance(each, View)}
-    assert "loss_per_cycle" in names
+    names = [each.name for each in SORTS["answer"].of(loops) if isinstance(each, View)]
+    assert [name for name in names if "loss" in name] == ["loss"], "drawn once, beside its closed form"
     assert not any("closure" in name for name in names)
+
+
+def test_tables_have_no_columns_of_loops_where_no_path_has_cycles(tmp_path, loops):
+    plan, store = make_plan(manifest_of(tmp_path, "[numerics]\nn_x = 33\n[path]\nslid = 0.5\n")), Store(tmp_path)
+    compute(plan, store)
+    alone, cyclic = (set(scalar_table(each).header) for each in (collect(plan, store), loops))
+    assert cyclic - alone == {SHOWN[name] for name in quantities(Loops) if name in SHOWN} | {"amplitude"}
 
 
 def test_effects_of_a_campaign_with_paths_change_its_loops(tmp_path):
