@@ -42,7 +42,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 COULOMB: Final = CampaignFigure(
     "coulomb",
     "Energy lost by strokes with Coulomb friction",
-    "Energy lost in a cycle over its amplitude, with Coulomb friction on a half-plane: means over 4 starts and their ±; "
+    "Energy lost in a cycle over its amplitude, with Coulomb friction on a half-plane: means over 16 starts and their ±; "
     "dotted: Mindlin's closed form, without coupling.",
     draw,
     claims,

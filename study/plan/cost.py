@@ -206,10 +206,11 @@ def record_seconds(case: Case) -> float:
 
 
 def _slide_seconds(case: Case, events: float) -> float:
-    """A slip updates a row of the state, and Coulomb sliding solves for all nodes in contact at each event."""
+    """A slip updates a row of the state, and Coulomb sliding solves for the nodes that slide at each event, fewer than all: 0.8 s for
+    8 presliding lengths with 201 nodes, 40 s for 2 with 795."""
     nodes, stiffness = sizes_of(case).nodes, sizes_of(case).stiffness
     if case.slip_rule.residual_shear == 1.0:
-        return (events + nodes) * (TASK + SOLVE * (2.0 * nodes) ** 3)
+        return (events + nodes) * (TASK + SOLVE / 32.0 * nodes**3)
     row = _tableau_entries(case) if case.effects.pin_translation else nodes
     slab, scheme = case.slab, case.slab.scheme
     own = NODE_STIFFNESS * (slab.spacing if scheme.planar else 1.0)
