@@ -135,7 +135,7 @@ class CoulombContact:
             self.u[nodes] += moved
             if np.abs(moved).max() <= 1e-14 * self.normal_load:
                 break
-        self.force, self.approach, u, self.v = self._everywhere(nodes, answer, middle)
+        self.force, self.approach, u, self.v = _everywhere(self.compliance, nodes, answer, middle)
         self.u[~self.contact] = u[~self.contact]
 
     def rates(self) -> Rates:
@@ -143,7 +143,7 @@ class CoulombContact:
         pin_rate, load_rate, _ = self.direction
         nodes = np.flatnonzero(self.contact)
         given = np.concatenate((np.full(len(nodes), pin_rate), np.zeros(len(nodes)), [-load_rate]))
-        return self._everywhere(nodes, self._respond(nodes, given)[0])
+        return _everywhere(self.compliance, nodes, self._respond(nodes, given)[0])
 
     def _respond(self, nodes: NDArray[np.int64], given: Vector) -> tuple[Vector, Vector]:
         """Answer u, v and -load at the nodes in contact with f_x, f_z and approach, sliding nodes moved along the pin so that
@@ -161,31 +161,14 @@ class CoulombContact:
         given[m + slide] += slope * moved
         along = np.zeros(m)
         along[slide] = moved
-        answer = self._stiffness @ given
-        if not np.isfinite(answer).all():
-            # Every comparison with a NaN is false: nothing would seem to be wrong.
-            raise TooFarApart("the forces of the contact are no numbers: use a load and a radius nearer 1")
-        return answer, along
-
-    def _everywhere(self, nodes: NDArray[np.int64], answer: Vector, middle: float = 0.0) -> Rates:
-        """Answers of the nodes in contact with what they make of all nodes. middle: height from which the approach counts."""
-        force = np.zeros((2, len(self.u)))
-        force[:, nodes] = answer[:-1].reshape(2, -1)
-        u, v = self.compliance.displacements(force)
-        approach = float(answer[-1]) + middle
-        return force, approach, u, v + approach
+        return self._stiffness @ given, along
 
     @property
     def _stiffness(self) -> NDArray[np.float64]:
         """Forces and approach per u, v and -load at the nodes in contact, (2m + 1, 2m + 1)."""
         key = self.contact.tobytes()
         if key != self._set_up[0]:
-            nodes = np.flatnonzero(self.contact)
-            entries, count = np.concatenate((nodes, nodes + len(self.u))), len(nodes)
-            system = np.zeros((2 * count + 1, 2 * count + 1))
-            system[:-1, :-1] = self.compliance.entries(entries, entries)
-            system[count:-1, -1] = system[-1, count:-1] = 1.0
-            self._set_up = key, bordered_inverse(system, f"compliance of {count} nodes")
+            self._set_up = key, stiffness_of(self.compliance, np.flatnonzero(self.contact))
         return self._set_up[1]
 
     def release(self, node: int) -> None:
@@ -204,6 +187,27 @@ class CoulombContact:
         """Let a sticking node slide, the way its shear pushes."""
         self.sliding[node] = 1.0 if self.force[0, node] >= 0.0 else -1.0
         self.node_slips[node] += 1
+
+
+def _everywhere(compliance: Compliance, nodes: NDArray[np.int64], answer: Vector, middle: float = 0.0) -> Rates:
+    """Answers of the nodes in contact with what they make of all nodes. middle: height from which the approach counts."""
+    if not np.isfinite(answer).all():
+        # Every comparison with a NaN is false: nothing would seem to be wrong.
+        raise TooFarApart("the forces of the contact are no numbers: use a load and a radius nearer 1")
+    force = np.zeros((2, compliance.slab.nodes))
+    force[:, nodes] = answer[:-1].reshape(2, -1)
+    u, v = compliance.displacements(force)
+    approach = float(answer[-1]) + middle
+    return force, approach, u, v + approach
+
+
+def stiffness_of(compliance: Compliance, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Forces and approach per u, v and -load at these nodes, (2m + 1, 2m + 1). Raises SingularOperator."""
+    count, entries = len(nodes), np.concatenate((nodes, nodes + compliance.slab.nodes))
+    system = np.zeros((2 * count + 1, 2 * count + 1))
+    system[:-1, :-1] = compliance.entries(entries, entries)
+    system[count:-1, -1] = system[-1, count:-1] = 1.0
+    return bordered_inverse(system, f"compliance of {count} nodes")
 
 
 # Roles of the surface nodes (free, stick, slide): changed one at a time, the worst violation first, until all constraints hold.

@@ -206,8 +206,8 @@ def record_seconds(case: Case) -> float:
 
 
 def _slide_seconds(case: Case, events: float) -> float:
-    """A slip updates a row of the state, and Coulomb sliding solves for the nodes that slide at each event, fewer than all: 0.8 s for
-    8 presliding lengths with 201 nodes, 40 s for 2 with 795."""
+    """A slip updates a row of the state. Coulomb sliding solves for the sliding nodes at each event: 0.8 s for 8 presliding
+    lengths with 201 nodes, 40 s for 2 with 795."""
     nodes, stiffness = sizes_of(case).nodes, sizes_of(case).stiffness
     if case.slip_rule.residual_shear == 1.0:
         return (events + nodes) * (TASK + SOLVE / 32.0 * nodes**3)
