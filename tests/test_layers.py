@@ -38,8 +38,8 @@ ORDER = {
     "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared sweep frames views gallery",
-    "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures batch_means recording trace",
-    "nanoslip.study.accuracy": "effects deciding measurement",
+    "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures recording slips means cycles trace",
+    "nanoslip.study.accuracy": "effects deciding setup diagram operators measurement",
     "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""

@@ -11,7 +11,9 @@ from typing import Final
 
 import click
 
-from nanoslip.study.accuracy.measurement import FULL, QUICK, as_table, default_setup, measure, setup_of, write
+from nanoslip.study.accuracy.diagram import as_table
+from nanoslip.study.accuracy.measurement import measure, write
+from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
 from nanoslip.study.commands.words import Refusal, folder

@@ -12,7 +12,7 @@ from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.elasticity.grid_scheme import NodalFields, blank, solve_mixed, stiffness
 from nanoslip.solver.elasticity.schemes import Galerkin
 from nanoslip.solver.slab import Slab
-from nanoslip.study.accuracy.measurement import nodal_forces
+from nanoslip.study.accuracy.operators import nodal_forces
 from tests.synthetic import grid_of
 from tests.verification.finite_slab import elliptic_energies
 from tests.verification.layer import wave_compliance

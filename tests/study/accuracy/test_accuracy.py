@@ -10,22 +10,17 @@ import pytest
 
 from nanoslip import Case, Slab, friction_record, surface_compliance
 from nanoslip.solver.elasticity.schemes import Galerkin
-from nanoslip.study.accuracy.measurement import (
-    FULL,
+from nanoslip.study.accuracy.diagram import Diagram
+from nanoslip.study.accuracy.measurement import Measurement, measure
+from nanoslip.study.accuracy.operators import (
     OF_OPERATORS,
-    QUICK,
-    Diagram,
-    Measurement,
-    contacts,
-    default_setup,
     lateral_stiffness,
-    measure,
     measure_elastic_operator,
     nodal_forces,
     observables_on,
     reference_slab,
-    setup_of,
 )
+from nanoslip.study.accuracy.setup import FULL, QUICK, contacts, default_setup, setup_of
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest

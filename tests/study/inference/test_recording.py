@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.study.inference.batch_means import BATCHES, REJECTED, correlated, independent
+from nanoslip.study.inference.means import BATCHES, REJECTED, correlated, independent
 from nanoslip.study.inference.recording import Given, Trace, limits, outliers, read_trace, two_way
 from nanoslip.study.inference.trace import TraceNumbers, measure
 from nanoslip.study.manifest.columns import decoded, read_columns

@@ -17,7 +17,7 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.solver.sliding.validity import expected_flags
-from nanoslip.study.accuracy.measurement import discretizations
+from nanoslip.study.accuracy.operators import discretizations
 from nanoslip.study.plan.grids import load_front
 
 Vector = NDArray[np.float64]

@@ -1,0 +1,122 @@
+"""Work-precision diagram: error against processor time of every setting, its Pareto front, as a table and a picture."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.view import with_error
+from nanoslip.study.figures.shared import COLUMN, MARKERS, column, image
+from nanoslip.study.manifest.columns import rows_as_csv
+from nanoslip.study.manifest.parameters import Value, words_of
+from nanoslip.study.plan.grids import pareto_front
+from nanoslip.study.report.console import Table
+
+Row = Mapping[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Diagram:
+    """Table of results over one setting or several; every row has the same columns."""
+
+    title: str
+    reference: str
+    """Reference of the errors."""
+    series: str
+    """Column whose values distinguish curves of a diagram."""
+    shown: tuple[str, ...]
+    """Columns of its table; an uncertainty is shown with its value."""
+    error: str
+    """Column of the error in the diagram."""
+    rivals: bool
+    """True if rows of different series compete; series that answer different questions have a front each."""
+    rows: tuple[Row, ...]
+
+    @property
+    def file(self) -> str:
+        """Name of its table."""
+        return f"{self.title.lower().replace(' ', '_')}.csv"
+
+    @property
+    def groups(self) -> list[NDArray[np.bool_]]:
+        """Masks of the rows that are rivals."""
+        if self.rivals:
+            return [np.ones(len(self.rows), dtype=np.bool_)]
+        series = self.column(self.series)
+        return [series == name for name in dict.fromkeys(series.tolist())]
+
+    @property
+    def on_front(self) -> NDArray[np.bool_]:
+        """Mask of the rows that no rival beats in time and error."""
+        marked = np.zeros(len(self.rows), dtype=np.bool_)
+        time, error = self.column("seconds"), self.column(self.error)
+        for group in self.groups:
+            marked[group] = pareto_front(time[group], error[group])
+        return marked
+
+    def column(self, name: str) -> NDArray[np.generic]:
+        """One column, shape (rows,)."""
+        return np.array([row[name] for row in self.rows])
+
+
+MARK = "*"
+
+
+def as_table(diagram: Diagram) -> Table:
+    """All rows of a diagram, a value and its uncertainty in one cell; the rows on the front are marked."""
+    keys = words_of("numerics")  # stay as they are written
+    header = [name if name in keys else name.replace("_", " ") for name in diagram.shown]
+    rows = (
+        (*(_cell(row[name], row.get(f"{name}_uncertainty")) for name in diagram.shown), MARK if marked else "")
+        for row, marked in zip(diagram.rows, diagram.on_front, strict=True)
+    )
+    return Table((*header, "front"), tuple(rows))
+
+
+def as_csv(diagram: Diagram) -> str:
+    """The table of a diagram."""
+    table = as_table(diagram)
+    return rows_as_csv((table.header, *table.rows))
+
+
+def _cell(value: Value, uncertainty: Value | None) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    if math.isnan(value):
+        return "–"
+    if isinstance(uncertainty, float) and math.isfinite(uncertainty):
+        return with_error(value, uncertainty)
+    return f"{value:.3g}"
+
+
+def draw(diagrams: Sequence[Diagram]) -> bytes:
+    """All diagrams side by side, as PNG."""
+    with column(3.4, 1.4 * COLUMN * len(diagrams)) as figure:
+        for axes, diagram in zip(np.atleast_1d(figure.subplots(1, len(diagrams))), diagrams, strict=True):
+            _draw(axes, diagram)
+        return image(figure, "png")
+
+
+def _draw(axes: Any, diagram: Diagram) -> None:
+    """A panel. The reference, without error, is at the lower edge."""
+    time, error = (diagram.column(name).astype(float) for name in ("seconds", diagram.error))
+    series = diagram.column(diagram.series)
+    floor = 0.3 * np.nanmin(error[error > 0.0], initial=np.inf)
+    shown = np.where(error == 0.0, floor, error)
+    for marker, name in zip(MARKERS, dict.fromkeys(series.tolist()), strict=False):
+        mine = series == name
+        axes.loglog(time[mine], shown[mine], marker, label=str(name), markersize=3, alpha=0.8)
+    for number, rivals in enumerate(diagram.groups):
+        best = np.flatnonzero(diagram.on_front & rivals)
+        best = best[np.argsort(time[best])]
+        label = "Pareto front" if number == 0 else None
+        axes.step(time[best], shown[best], where="post", color="black", linewidth=0.9, label=label)
+    if (error == 0.0).any():
+        axes.axhline(floor, color="grey", linewidth=0.6, linestyle=":", label="reference (no error by definition)")
+    axes.set(
+        title=diagram.title, xlabel="processor time (s)", ylabel=f"relative error: {diagram.error.replace('_', ' ')}"
+    )
+    axes.legend()

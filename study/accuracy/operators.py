@@ -1,0 +1,224 @@
+"""Error against time of the surface compliance of a slab: scheme × n_x × grading.
+
+The reference of an elastic operator is the finest affordable compliance: the Galerkin scheme on a much finer and evenly graded
+grid. It is nanoslip's own; tests/verification show that it converges to the slab of an independent library.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
+from nanoslip.solver.outcome import InvalidInput, SolverError
+from nanoslip.solver.parameter import choices_of
+from nanoslip.solver.slab import SCHEMES, Slab
+from nanoslip.solver.sliding.slide import slide
+from nanoslip.study.accuracy.diagram import Diagram, Row
+from nanoslip.study.accuracy.effects import timed
+from nanoslip.study.accuracy.setup import Effort, Setup, contacts
+from nanoslip.study.manifest.parameters import Value
+from nanoslip.study.plan.grids import Measured, alike, discretized, hertz_half_width, settings
+
+Vector = NDArray[np.float64]
+
+DISPLACEMENT: Final = 3e-4
+"""Displacement of the record whose time counts as the cost of using an operator, in L_x."""
+OF_OPERATORS: Final = ("normal_compliance", "tangential_compliance", "stiffness", "approach", "half_width", "pressure")
+"""Quantities whose largest error is the error of an operator: energies of an elliptic pressure and of an elliptic shear,
+lateral stiffness K of the stuck contact, and approach, half-width (from the second moment) and largest pressure of
+frictionless contact."""
+COUPLING: Final = "coupling"
+GRADINGS: Final[tuple[dict[str, int], ...]] = (
+    {"coarsest_row": 5},
+    {"coarsest_row": 9},
+    {"coarsest_row": 33},
+    {"coarsest_row": 65},
+    {"rows_per_level": 1},
+    {"rows_per_level": 4},
+    {"rows_per_level": 4, "coarsest_row": 33},
+)
+"""Gradings of the Galerkin scheme that are tried besides its own."""
+REFERENCE: Final[dict[str, Any]] = {"scheme": "galerkin", "coarsest_row": 129, "rows_per_level": 4}
+"""Discretization of the reference; its n_x is the effort's."""
+
+
+def discretizations(slab: Slab, size: int) -> Iterator[Slab]:
+    """Discretize a body at one n_x: a surface without ends in its one way, a slab by every grid scheme and grading."""
+    if slab.scheme.endless:
+        yield replace(slab, n_x=size)
+        return
+    ways: list[dict[str, Any]] = [
+        {"scheme": name} for name, kind in SCHEMES.items() if kind.continuum and not kind.endless
+    ]
+    for way in ways + [{"scheme": "galerkin", **grading} for grading in GRADINGS]:
+        with suppress(InvalidInput):  # rows finer than the surface
+            yield discretized(slab, {"n_x": size, **way})
+
+
+def reference_slab(slab: Slab, size: int) -> Slab:
+    """Discretize the same body as finely as possible, its rows no coarser than the surface allows."""
+    if slab.scheme.endless:
+        return replace(slab, n_x=size)
+    coarsest = min(size, REFERENCE["coarsest_row"])
+    return discretized(slab, {"n_x": size, **REFERENCE, "coarsest_row": coarsest})
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """A discretization: its processor times in s, and half-width of the contact -> observable -> value."""
+
+    slab: Slab
+    seconds: float
+    """Time to compute the compliance, in s."""
+    record_seconds: float
+    """Time to slide the reference displacement on it, in s."""
+    values: Mapping[float, Mapping[str, float]]
+
+
+def measure_elastic_operator(setup: Setup, effort: Effort) -> tuple[Diagram, tuple[Measured, ...]]:
+    """Errors and times of every discretization: the diagram of the first slab, its errors the largest of all contacts about
+    as wide as the setup's own; the front of all slabs and contacts, no error smaller than the reference's own doubt."""
+    widths = contacts(effort)
+    own = float(np.clip(hertz_half_width(setup.case), widths[0], widths[-1]))
+    near = [width for width in widths if alike(width, own)]
+    rows: list[Row] = []
+    measured: list[Measured] = []
+    reference = ""
+    for slab in setup.slabs:
+        truth, doubt = _reference(slab, effort, widths)
+        for tried in _every(setup, slab, effort):
+            errors = {width: relative_errors(tried.values[width], truth[width]) for width in widths}
+            times = {"seconds": tried.seconds, "record_seconds": tried.record_seconds}
+            sure = tuple(max(_worst(errors[width]), doubt[width]) for width in widths)
+            measured.append(Measured(tried.slab, sum(times.values()), sure))
+            if slab == setup.slabs[0]:
+                worst = {name: max(errors[width][name] for width in near) for name in errors[near[0]]}
+                rows.append({**_knobs(tried.slab), **times, **worst, "error": _worst(worst)})
+                reference = _words(reference_slab(slab, effort.reference_size), max(doubt[width] for width in near))
+    return _sheet(reference, tuple(rows)), tuple(measured)
+
+
+def _reference(
+    slab: Slab, effort: Effort, widths: tuple[float, ...]
+) -> tuple[dict[float, dict[str, float]], dict[float, float]]:
+    """Half-width of the contact -> the finest observables, and their distance from those of a surface half as fine."""
+    sizes = (effort.reference_size, (effort.reference_size + 1) // 2)
+    fine, coarse = (observables_on(surface_compliance(reference_slab(slab, size)), widths) for size in sizes)
+    return fine, {width: _worst(relative_errors(coarse[width], fine[width])) for width in widths}
+
+
+def _every(setup: Setup, slab: Slab, effort: Effort) -> Iterator[Tried]:
+    """Yield every discretization once: on some slabs and sizes different words mean the same grid."""
+    for each in dict.fromkeys(each for size in effort.sizes for each in discretizations(slab, size)):
+        yield from _try(setup, each, effort)
+
+
+def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> dict[str, float]:
+    """Observable -> |value/truth - 1|."""
+    return {name: abs(values[name] / truth[name] - 1.0) for name in values}
+
+
+def observables_on(compliance: Compliance, half_widths: Iterable[float]) -> dict[float, dict[str, float]]:
+    """Half-width of the contact -> observable -> value, dimensionless, at a load of 1e-3 G·L_x·L_y."""
+    return {width: {**_energies(compliance, width), **_contact(compliance, width)} for width in half_widths}
+
+
+def _energies(compliance: Compliance, half_width: float) -> dict[str, float]:
+    """Energies of unit elliptic loads, and the work of an odd shear on what an elliptic pressure moves sideways."""
+    x, n = compliance.x, compliance.slab.n_x
+    even = nodal_forces(x, half_width)
+    odd = even * x / half_width
+    c = compliance.matrix
+    return {
+        "normal_compliance": 0.5 * float(even @ c[n:, n:] @ even),
+        "tangential_compliance": 0.5 * float(even @ c[:n, :n] @ even),
+        COUPLING: float(odd @ c[:n, n:] @ even),
+    }
+
+
+def nodal_forces(x: Vector, half_width: float) -> Vector:
+    """Nodal forces (n,) of a unit load q = 2/(πa)·√(1 - (x/a)²): what each node's width of surface carries, and its moment.
+
+    Linear between nodes: f_i = ∫ q·hat_i dx, so that the sum is 1 whatever the spacing.
+    """
+    s = np.clip(x / half_width, -1.0, 1.0)
+    root = np.sqrt(1.0 - s**2)
+    # Twice the integral of q: ∫∫q = x·(½ + (s√(1-s²) + asin s)/π) - ∫x q dx.
+    share = 0.5 + (s * root + np.arcsin(s)) / np.pi
+    moment = -2.0 * half_width / (3.0 * np.pi) * root**3
+    second = x * share - moment
+    slope = np.diff(second) / np.diff(x)
+    return np.diff(slope, prepend=share[0], append=share[-1])
+
+
+def _contact(compliance: Compliance, half_width: float) -> dict[str, float]:
+    """Frictionless contact of a parabola, and the lateral stiffness of its stuck nodes."""
+    slab, normal_load = compliance.slab, 1e-3
+    radius = np.pi * half_width**2 / (2.0 * normal_load * (1.0 - slab.poisson))
+    state = initial_contact(
+        Case(radius=radius, normal_load=normal_load, slab=slab, initial_contact="frictionless"), compliance
+    )
+    if not state.outcome.ok:
+        return dict.fromkeys(("stiffness", "approach", "half_width", "pressure"), math.nan)
+    normal = -state.nodal_force[1] / normal_load
+    return {
+        "stiffness": lateral_stiffness(compliance, np.flatnonzero(state.contact)),
+        "approach": state.approach,
+        "half_width": 2.0 * math.sqrt(float(normal @ compliance.x**2)),
+        "pressure": float(state.pressure.max()) / normal_load,
+    }
+
+
+def lateral_stiffness(compliance: Compliance, nodes: NDArray[np.int64]) -> float:
+    """K = dF/dδ_p of nodes that all stick, the load constant and the approach free (Eq. 15), in G·L_y."""
+    m, rows = len(nodes), np.concatenate((nodes, nodes + compliance.slab.n_x))
+    pressed = np.concatenate((np.zeros(m), np.ones(m)))[:, None]
+    bordered = np.block([[compliance.matrix[np.ix_(rows, rows)], pressed], [pressed.T, np.zeros((1, 1))]])
+    moved = np.concatenate((np.ones(m), np.zeros(m + 1)))
+    return float(np.linalg.solve(bordered, moved)[:m].sum())
+
+
+def _try(setup: Setup, slab: Slab, effort: Effort) -> Iterator[Tried]:
+    """The discretization measured, or nothing where the slab or its contact has no answer in it."""
+    case = replace(setup.case, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
+    try:
+        compliance, seconds = timed(partial(surface_compliance, slab), effort.repeats)
+    except SolverError:
+        return
+    values = observables_on(compliance, contacts(effort))
+    _, record_seconds = timed(partial(slide, case, compliance), effort.repeats)
+    if not any(math.isnan(value) for each in values.values() for value in each.values()):
+        yield Tried(slab, seconds, record_seconds, values)
+
+
+def _worst(errors: Mapping[str, float]) -> float:
+    """The largest error, the coupling's left out."""
+    return max(errors[name] for name in OF_OPERATORS)
+
+
+def _words(slab: Slab, doubt: float) -> str:
+    """The reference and its doubt."""
+    grid = ", ".join(f"{name} = {value}" for name, value in settings(slab).items() if value is not None)
+    return f"{grid}; one with a surface half as fine differs from it by {doubt:.1e}"
+
+
+def _knobs(slab: Slab) -> dict[str, Value]:
+    """Settings that discretize a slab; numbers that its scheme does not have are NaN, words empty."""
+    kinds: tuple[Any, ...] = tuple(SCHEMES.values())
+    words = {item.name for kind in kinds for item in fields(kind) if choices_of(item.type)}
+    nothing = {name: "" if name in words else math.nan for name in settings(slab)}
+    return {name: nothing[name] if value is None else value for name, value in settings(slab).items()}
+
+
+def _sheet(reference: str, rows: tuple[Row, ...]) -> Diagram:
+    grid, times = ("n_x", "scheme", "rows_per_level", "coarsest_row"), ("seconds", "record_seconds")
+    shown = (*grid, *times, "error", *OF_OPERATORS, COUPLING)
+    return Diagram("Elastic operator", reference, "scheme", shown, "error", rivals=True, rows=rows)

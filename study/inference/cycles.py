@@ -1,0 +1,180 @@
+"""Cycles of stick-slip in a measured force: Eq. 16-19 fitted to each slip, from rise to rise."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final, NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from nanoslip.solver.dynamics.stick_slip import Oscillator
+from nanoslip.study.inference.means import Measured, mean_with_error
+from nanoslip.study.inference.recording import LEAST_DROP, NOISE, Floats
+from nanoslip.study.inference.slips import Averaged, Slip
+
+RESOLVED: Final = 8
+"""Samples of half an oscillation, above which the shape of a slip determines the damping."""
+MOST_CYCLES: Final = 64
+"""Most cycles that are fitted, evenly chosen: more add little."""
+FASTER: Final = 1e3
+"""Factor by which a slip's own frequency may differ from the estimate by its duration."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cycle:
+    """Eq. 16-19 fitted to a slip: it starts at `start` with the force `static`, and slides against `kinetic`.
+
+    driving: static friction, with the damper's force. trough: the force where the pin sticks again. at, fit: the closed form at
+    the times of its stretch. residual: root mean square of what is left.
+    """
+
+    start: float
+    static: float
+    driving: float
+    kinetic: float
+    trough: float
+    period: float
+    damping: float
+    residual: float
+    at: Floats
+    fit: Floats
+
+
+class FittedCycles(NamedTuple):
+    """Cycles of the chosen slips with one common damping; the same with a damping each; and the number that do not fit."""
+
+    cycles: list[Cycle]
+    free: list[Cycle]
+    chosen: list[int]
+    damping: Measured
+    unlike: list[int]
+    given: bool
+    samples: float
+    """Samples in a cycle, at the median."""
+
+    def together(self) -> NDArray[np.bool_]:
+        """True for each pair of neighbouring cycles without one between them that does not fit."""
+        pairs = pairwise(self.chosen)
+        return np.array([not any(low < each < high for each in self.unlike) for low, high in pairs], bool)
+
+
+def fitted_cycles(
+    averages: Averaged, whole: Sequence[int], rates: Sequence[float], damping: float | None
+) -> FittedCycles:
+    """Fit Eq. 16-19 to slips. Fits that leave the measured forces and their noise are none."""
+    at, force, slips = averages.trace.at, averages.trace.force, averages.slips
+    chosen = [whole[int(place)] for place in np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))]
+    peaks = [slip.peak for slip in slips]
+    samples = float(np.median(np.diff(peaks))) if len(peaks) > 1 else math.inf
+
+    def fit(zeta: float | None) -> dict[int, Cycle]:
+        found = {number: _cycle(at, force, slips, number, rates[number], zeta) for number in chosen}
+        return {
+            number: cycle for number, cycle in found.items() if _inside(averages, slips[number], rates[number], cycle)
+        }
+
+    free = fit(None) if damping is None else {}
+    resolved = [
+        number for number, cycle in free.items() if cycle.period >= 2.0 * RESOLVED * float(np.median(np.diff(at)))
+    ]
+    own = {number: free[number] for number in resolved} if 2 * len(resolved) >= len(chosen) else {}
+    known = (
+        mean_with_error([cycle.damping for cycle in own.values()], "1")
+        if damping is None
+        else Measured(damping, math.nan, 0)
+    )
+    known = known._replace(value=max(known.value, 0.0)) if known.of else known
+    found = fit(known.value if math.isfinite(known.value) else 0.0)
+    kept = [number for number in found if number in own or not own]
+    if 2 * len(kept) < len(chosen):  # the model is not that of this force
+        return FittedCycles([], [], [], mean_with_error([], "1"), chosen, damping is not None, samples)
+    unlike = [number for number in chosen if number not in kept]
+    freely = [own[number] for number in kept] if own else []
+    return FittedCycles([found[number] for number in kept], freely, kept, known, unlike, damping is not None, samples)
+
+
+def _inside(averages: Averaged, slip: Slip, rate: float, cycle: Cycle) -> bool:
+    """True if a fit agrees with the samples of its slip, but for noise, a rise between samples and a tenth of the fall.
+
+    Its forces before and after the slip are near the extremes, friction is between these, and the misfit is as small.
+    """
+    high, low = float(averages.trace.force[slip.peak]), float(averages.trace.force[slip.trough])
+    share = LEAST_DROP * (high - low)
+    room = share + NOISE * averages.noise + abs(rate) * float(np.diff(cycle.at).max())
+    near = abs(cycle.static - high) <= room and abs(cycle.trough - low) <= room
+    between = low - room <= cycle.kinetic <= high + room
+    return near and between and cycle.residual**2 <= share**2 + averages.noise**2
+
+
+def _cycle(at: Floats, force: Floats, slips: Sequence[Slip], number: int, rate: float, damping: float | None) -> Cycle:
+    """Fit the closed form to a slip, from the middle of the rise before it to the middle of the rise after it.
+
+    rate: at which the force rises. damping: ζ; None to fit it, and noise may find it below 0.
+    """
+    slip = slips[number]
+    before = slips[number - 1].trough if number else 0
+    behind = slips[number + 1].peak if number + 1 < len(slips) else len(at) - 1
+    around = slice((before + slip.peak) // 2, (slip.trough + behind) // 2 + 1)
+    time, values = at[around], force[around]
+    drop, falls = float(force[slip.peak] - force[slip.trough]), force[slip.peak : slip.trough + 1]
+    high = slip.peak + int(np.flatnonzero(falls >= force[slip.peak] - 0.25 * drop)[-1])
+    low = high + int(np.argmax(force[high : slip.trough + 1] <= force[slip.trough] + 0.25 * drop))
+    length = 3.0 * float(at[low] - at[high])  # of half a cosine, a third of its time is the middle half of its fall
+
+    def motion(unknown: Floats) -> _Motion:
+        omega = math.exp(unknown[3]) / length
+        start, static, kinetic = at[high] + unknown[0] * length, unknown[1] * drop, unknown[2] * drop
+        zeta = unknown[4] if damping is None else damping
+        return _motion(time, float(start), float(static), float(kinetic), rate, omega, zeta)
+
+    count = 5 if damping is None else 4
+    top, middle = force[slip.peak] / drop, 0.5 * (force[slip.peak] + force[slip.trough]) / drop
+    first = [-1.0 / 3.0, top, middle, math.log(math.pi), 0.1][:count]
+    ends = np.array([np.inf, np.inf, np.inf, math.log(FASTER), 0.9][:count])
+
+    def misfit(unknown: Floats) -> Floats:
+        return (motion(unknown).force - values) / drop
+
+    best = scipy.optimize.least_squares(
+        misfit, first, bounds=(-ends, ends), diff_step=np.full(count, 1e-6), max_nfev=60
+    )
+    fit = motion(best.x)
+    pin = fit.pin
+    omega, static = math.sqrt(pin.spring_stiffness), float(best.x[1] * drop)
+    return Cycle(
+        start=pin.time,
+        static=static,
+        driving=static + 2.0 * pin.damping_ratio / omega * rate,
+        kinetic=pin.friction_force,
+        trough=fit.trough,
+        period=2.0 * math.pi / omega,
+        damping=pin.damping_ratio,
+        residual=float(np.sqrt(np.mean((fit.force - values) ** 2))),
+        at=time,
+        fit=fit.force,
+    )
+
+
+class _Motion(NamedTuple):
+    """The force of a pin that sticks, slips and sticks again; the pin while it slips, and the force where that ends."""
+
+    force: Floats
+    pin: Oscillator
+    trough: float
+
+
+def _motion(
+    time: Floats, start: float, static: float, kinetic: float, rate: float, omega: float, zeta: float
+) -> _Motion:
+    stiffness, stage = omega**2, rate / omega**2
+    pin = Oscillator(stiffness, zeta, stage, kinetic, start, stage * start - static / stiffness)
+    stop = pin.first_stop(start + 4.0 * math.pi / omega)
+    stop = time[-1] if math.isnan(stop) else stop
+    trough = float(stiffness * (stage * stop - pin.position_at(stop)))
+    moving = stiffness * (stage * time - pin.motion(np.clip(time, start, stop))[0])
+    slides = (time >= start) & (time < stop)
+    stuck = np.where(time < start, static + rate * (time - start), trough + rate * (time - stop))
+    return _Motion(np.where(slides, moving, stuck), pin, trough)
