@@ -33,7 +33,7 @@ from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, StoreError
 from nanoslip.study.run.campaign import Rest, compute
 from nanoslip.study.run.child import Agent
-from nanoslip.study.run.dispatch import Measured, Report
+from nanoslip.study.run.dispatch import MeasuredTimes, Report
 from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm, sharing
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import Program, computing, processes_started
@@ -282,7 +282,9 @@ def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
     return ProcessFarm(agents)
 
 
-def _shown(progress: bool | None, rest: Rest, processes: int, measured: Measured) -> AbstractContextManager[Report]:
+def _shown(
+    progress: bool | None, rest: Rest, processes: int, measured: MeasuredTimes
+) -> AbstractContextManager[Report]:
     """Show progress if requested, or if standard error is a terminal."""
     errors, tasks = console(stderr=True), rest.left.tasks
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)

@@ -174,7 +174,7 @@ def _singular(nodes: int) -> SingularOperator:
     )
 
 
-# Which nodes a contact set exchanges next (block principal pivoting: Kostreva; Júdice and Pires).
+# Choice of the nodes that a contact set exchanges next (block principal pivoting: Kostreva; Júdice and Pires).
 #
 # All wrong nodes at once, those that pull and those inside the pin. When their number has not fallen for PATIENCE rounds, only
 # the one furthest right (Murty's rule, which cannot cycle on a positive definite operator), until fewer are wrong than ever

@@ -16,7 +16,7 @@ from nanoslip.solver.contact.kernels.state import Stop
 from nanoslip.solver.contact.pin import pin_of, surface_from_axis, surface_from_pin
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 
-# What the kernels' reasons to stop mean to a user: the one place where a `Stop` becomes an `Outcome`.
+# Meaning of the kernels' reasons to stop: the one place where a `Stop` becomes an `Outcome`.
 
 STEEP_PIN = Outcome(
     Ending.STEEP_PIN,

@@ -68,7 +68,7 @@ def _refused(message: str, noise: float) -> Outcome:
     return Outcome(Ending.ROUNDING, f"{message} (by a factor of {noise / LARGEST:.2g} or more)")
 
 
-# Whether a dimensionless drive is in proportion to the contact that it pulls: one in N/m, m/s and s hardly ever is.
+# Proportion of a dimensionless drive to the contact that it pulls: one in N/m, m/s and s hardly ever fits.
 #
 # In units of G·L_y the springs of machines are softer than the contact, 1e-4 to 1; in N/m they are 1e3 and more. In units of
 # L_x a stage moves as far as contact and spring stretch before the pin slides, and beyond; in m it moves a millionth of that.
@@ -99,7 +99,7 @@ def disproportion(drive: Drive, surface_stiffness: float, friction_force: float)
     )
 
 
-# What every integrator does: from a friction limit and an equation of motion to a run and how it ended.
+# Shared by all integrators: from a friction limit and an equation of motion to a run and its outcome.
 
 
 class Method(Integrator):

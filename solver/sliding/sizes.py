@@ -145,7 +145,7 @@ def _ranks(values: Vector) -> Vector:
     return ranks
 
 
-# How sizes of events are distributed: power law and goodness of the sizes of all members of an ensemble together.
+# Distribution of event sizes: power law and goodness of the sizes of all members of an ensemble together.
 
 Values = NDArray[np.float64] | NDArray[np.int64]
 

@@ -66,7 +66,7 @@ class Scenes(NamedTuple):
     """Effects that are left out, one at a time."""
 
 
-class Computed(NamedTuple):
+class ComputedScene(NamedTuple):
     """Results of a case and its drives, and core seconds of contact, record and drives."""
 
     results: Mapping[Place, TaskResult]
@@ -197,7 +197,7 @@ def tasks_of(
         yield label, drive_task(case, drive, ensemble, scalars_only=True, fitted=manifest.outputs.fit)
 
 
-def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> Computed:
+def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> ComputedScene:
     """Results of a case and its drives. done: results and their core seconds; new ones are added."""
     found: dict[Place, TaskResult] = {}
     for ensemble in (Ensemble(), scenes.ensemble):  # the first one loads libraries and compiles kernels
@@ -214,7 +214,7 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> Compute
             found |= {
                 (variable, label): result for variable in scenes.variables if variable in names_of(KINDS[task.kind])
             }
-    return Computed(found, seconds)
+    return ComputedScene(found, seconds)
 
 
 def key_of(variable: str, result: TaskResult) -> str:

@@ -27,7 +27,7 @@ from nanoslip.study.accuracy.operators import measure_elastic_operator
 from nanoslip.study.accuracy.setup import QUICK, Effort, Setup, contacts, on
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.origin import here, model
-from nanoslip.study.plan.grids import Measured, as_text
+from nanoslip.study.plan.grids import MeasuredGrid, as_text
 from nanoslip.study.provenance import UNKNOWN
 from nanoslip.study.results.store import write_files
 
@@ -70,7 +70,7 @@ def _over_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Readi
     ensemble, compliance = Ensemble(effort.starts), surface_compliance(case.slab)
     first, *others = (ensemble.case(case, number) for number in range(effort.starts))
     record, seconds = timed(partial(slide, first, compliance), effort.repeats)
-    each = [read(record, setup), *(read(slide(other, compliance), setup) for other in others)]
+    each = [observables_of(record, setup), *(observables_of(slide(other, compliance), setup) for other in others)]
     means = {name: mean_of(np.array([one[name] for one in each])) for name in OBSERVABLES}
     return seconds, {name: (float(mean.mean), float(mean.uncertainty)) for name, mean in means.items()}
 
@@ -85,7 +85,7 @@ def _turned(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
     return {"n_x": sizes, "event_floor": floors}
 
 
-def read(record: FrictionRecord, setup: Setup) -> dict[str, float]:
+def observables_of(record: FrictionRecord, setup: Setup) -> dict[str, float]:
     """Observables of a record, and of the setup's drive over it; NaN where there is no plateau."""
     values = dict.fromkeys(OBSERVABLES, math.nan) | {"step": event_statistics(record).mean_step}
     plateau = plateau_of(record)
@@ -186,7 +186,7 @@ class Measurement:
     diagrams: tuple[Diagram, ...]
     contacts: tuple[float, ...]
     """Half-widths of the contacts on each operator, a/L_x."""
-    front: tuple[Measured, ...]
+    front: tuple[MeasuredGrid, ...]
     """Every discretization of every slab of the setup under each of these contacts."""
     remark: str
     """Reason why a value could not be measured; empty if none."""
@@ -205,7 +205,7 @@ def measure(setup: Setup, effort: Effort) -> Measurement:
     return Measurement(f"{TITLE}: {setup.title}", tuple(diagrams), contacts(effort), front, remark)
 
 
-def write(measurement: Measurement, out: Path, front: Path | None = None) -> list[Path]:
+def write_measurement(measurement: Measurement, out: Path, front: Path | None = None) -> list[Path]:
     """Write tables and picture to `out`, and the front where it is wanted; returns the files. Raises StoreError."""
     contents = {
         out / "accuracy.md": as_markdown(measurement).encode(),

@@ -25,7 +25,7 @@ from nanoslip.study.accuracy.diagram import Diagram, Row
 from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.accuracy.setup import Effort, Setup, contacts
 from nanoslip.study.manifest.parameters import Value
-from nanoslip.study.plan.grids import Measured, alike, discretized, hertz_half_width, settings
+from nanoslip.study.plan.grids import MeasuredGrid, alike, discretized, hertz_half_width, settings
 
 Vector = NDArray[np.float64]
 
@@ -83,14 +83,14 @@ class Tried:
     values: Mapping[float, Mapping[str, float]]
 
 
-def measure_elastic_operator(setup: Setup, effort: Effort) -> tuple[Diagram, tuple[Measured, ...]]:
+def measure_elastic_operator(setup: Setup, effort: Effort) -> tuple[Diagram, tuple[MeasuredGrid, ...]]:
     """Errors and times of every discretization: the diagram of the first slab, its errors the largest of all contacts about
     as wide as the setup's own; the front of all slabs and contacts, no error smaller than the reference's own doubt."""
     widths = contacts(effort)
     own = float(np.clip(hertz_half_width(setup.case), widths[0], widths[-1]))
     near = [width for width in widths if alike(width, own)]
     rows: list[Row] = []
-    measured: list[Measured] = []
+    measured: list[MeasuredGrid] = []
     reference = ""
     for slab in setup.slabs:
         truth, doubt = _reference(slab, effort, widths)
@@ -98,7 +98,7 @@ def measure_elastic_operator(setup: Setup, effort: Effort) -> tuple[Diagram, tup
             errors = {width: relative_errors(tried.values[width], truth[width]) for width in widths}
             times = {"seconds": tried.seconds, "record_seconds": tried.record_seconds}
             sure = tuple(max(_worst(errors[width]), doubt[width]) for width in widths)
-            measured.append(Measured(tried.slab, sum(times.values()), sure))
+            measured.append(MeasuredGrid(tried.slab, sum(times.values()), sure))
             if slab == setup.slabs[0]:
                 worst = {name: max(errors[width][name] for width in near) for name in errors[near[0]]}
                 rows.append({**_knobs(tried.slab), **times, **worst, "error": _worst(worst)})

@@ -483,7 +483,7 @@ def frames() -> None:
     """
 
 
-# What numbers tell about parameters: infer.py.
+# Inference of parameters from numbers: infer.py.
 
 
 @command("infer:show_sensitivity", click.argument("dataset", type=CAMPAIGN_PATH), OUT, PICTURE, JSON)

@@ -14,7 +14,7 @@ from nanoslip.study.results.shard import Shard
 from nanoslip.study.results.store import Lease
 from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute, part
 from nanoslip.study.run.child import FarmError
-from nanoslip.study.run.dispatch import Measured
+from nanoslip.study.run.dispatch import MeasuredTimes
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.progress import Progress, open_progress
@@ -41,7 +41,7 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
             note(f"{shard} has nothing to do: there are fewer cases (or ensembles) than shards")
             return 0
 
-    def progress(rest: Rest, processes: int, measured: Measured) -> Progress:
+    def progress(rest: Rest, processes: int, measured: MeasuredTimes) -> Progress:
         if again["recompute_foreign"]:
             _warn(f"{len(rest.foreign)} results of other software count as not finished")
         else:

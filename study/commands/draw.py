@@ -12,7 +12,7 @@ from nanoslip.study import api, shipped
 from nanoslip.study.commands.answering import middle_answer
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of
 from nanoslip.study.commands.plans import advised, counted, planned, refusals
-from nanoslip.study.commands.reading import left_out, separation
+from nanoslip.study.commands.reading import lines_left_out, separation
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
@@ -28,7 +28,7 @@ from nanoslip.study.figures.shared import (
     styled,
 )
 from nanoslip.study.figures.sweep import view_named
-from nanoslip.study.manifest.columns import text_of
+from nanoslip.study.manifest.columns import file_text
 from nanoslip.study.manifest.parameters import compact, plain
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -133,7 +133,7 @@ def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: 
     if not 0.0 < slab_width < math.inf:
         raise Refusal(f'--width = {quoted(width)}: needs a length above 0, as "1 mm"')
     try:
-        found = read_surface(file, text_of(file), NamedSurface(str(file), x, z, detrend))  # type: ignore[arg-type]
+        found = read_surface(file, file_text(file), NamedSurface(str(file), x, z, detrend))  # type: ignore[arg-type]
     except InvalidInput as error:
         raise Refusal(f"{file}: {error}") from None
     print_sentences(_surface_lines(found, slab_width))
@@ -162,7 +162,7 @@ def _surface_lines(found: Surface, slab_width: float) -> list[str]:
     read = (
         []
         if found.source is None or found.rows is None
-        else [separation(found.source), *left_out(found.source, found.rows, found.holes)]
+        else [separation(found.source), *lines_left_out(found.source, found.rows, found.holes)]
     )
     return [
         "; ".join((f"{count} points over {compact(length, 'm')}, {apart} apart", *read)),

@@ -12,7 +12,7 @@ from typing import Final
 import click
 
 from nanoslip.study.accuracy.diagram import as_table
-from nanoslip.study.accuracy.measurement import measure, write
+from nanoslip.study.accuracy.measurement import measure, write_measurement
 from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
@@ -20,7 +20,7 @@ from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import compare, file, verify as verification
 from nanoslip.study.dataset.access import columns_of
 from nanoslip.study.dataset.compare import Verdict
-from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, text_of, word_of
+from nanoslip.study.dataset.variables import OUTCOMES, describe, rows, variable_text, word_of
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.figures.points import worded
@@ -29,7 +29,7 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import FAILED, Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.page import as_csv, as_json
-from nanoslip.study.report.summary import MOST_ROWS, words
+from nanoslip.study.report.summary import MOST_ROWS, label_text
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, write_files
 from nanoslip.study.run.dispatch import Watch
@@ -107,7 +107,7 @@ def compare_datasets(first: Path, second: Path) -> None:
     """Print differences between two datasets, and exit with the code of the worst one."""
     with refusals(compare.NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
         pair = one, other
-        kinds = [kind for kind in compare.KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
+        kinds = [kind for kind in compare.ROW_KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
         if facts := compare.differing(pair):
             print_table(Table(("differs", "A", "B"), tuple((name, *both) for name, both in facts.items()), labels=2))
@@ -132,7 +132,7 @@ def _print_rows(what: str, found: compare.Matched, others: tuple[Sequence[str], 
     note(f"{what} in both: {len(found.labels)}{pending}")
     for name, only in zip("AB", found.only, strict=True):
         if only:
-            note(f"{what} in {name} alone: {len(only)}, first {words(only[0])}")
+            note(f"{what} in {name} alone: {len(only)}, first {label_text(only[0])}")
     differ, same = others
     if differ:
         more = ", …" if len(differ) > WORST else ""
@@ -160,7 +160,7 @@ def _row(each: compare.Observed) -> tuple[str, ...]:
         here, there = (worded(value, math.inf) for value in each.values)
     verdict = {Verdict.DIFFERENT: "beyond", Verdict.WITHIN: "within"}.get(each.verdict, "not known")  # type: ignore[arg-type]
     apart = "–" if math.isnan(each.apart) else f"{each.apart:.2g}"
-    return each.name, here, there, verdict, apart, words(each.label)
+    return each.name, here, there, verdict, apart, label_text(each.label)
 
 
 # `nanoslip verify`: compute a dataset again from itself alone, and compare.
@@ -183,7 +183,7 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
         other = verification.other_software(found)
         code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
         if not code:
-            shared, *findings = verification.compare(found, plan, chosen, Store(Path(folder)))
+            shared, *findings = verification.verify_cases(found, plan, chosen, Store(Path(folder)))
             verdicts = Counter(each.verdict for each in findings)
             counts = {str(verdict): verdicts[verdict] for verdict in Verdict} | skipped
             counts["not_in_sample"] = len(cases) - len(chosen)
@@ -258,8 +258,8 @@ def describe_variables(name: str | None, as_json: bool) -> None:
         cells = tuple((one.name, one.measure or one.units, one.meaning) for one in found)
         print_table(Table(("variable", "unit", "meaning"), cells, labels=2))
     else:
-        texts = [text_of(one) for one in found if key is None or one.name != key.name]
-        texts += [keys.text_of(key)] if key else []
+        texts = [variable_text(one) for one in found if key is None or one.name != key.name]
+        texts += [keys.key_text(key)] if key else []
         print_sentences("\n".join(texts).splitlines())
 
 
@@ -277,5 +277,5 @@ def show_accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Pa
         print_table(as_table(diagram))
     if measured.remark:
         note(f"not measured: {measured.remark}")
-    for path in write(measured, folder(campaign or Path("accuracy"), out), save):
+    for path in write_measurement(measured, folder(campaign or Path("accuracy"), out), save):
         note(whole(f"written: {path}"))

@@ -30,7 +30,7 @@ from nanoslip.study.dataset.variables import DRIVE_NAME
 from nanoslip.study.manifest.cases import CampaignCase, campaign_of, expand
 from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
-from nanoslip.study.manifest.parameters import STANDARD, make_case, resembles_ball, si_line, words
+from nanoslip.study.manifest.parameters import STANDARD, make_case, names_by_word, resembles_ball, si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
@@ -115,7 +115,7 @@ def _on_quick_grid(content: dict[str, Any]) -> Iterator[str]:
 
 def _idle(given: Mapping[str, str], contact: bool) -> Iterator[str]:
     """The parameters that were given and change nothing, as in campaigns, each with the reason."""
-    values = {words()[key]: number_or_text(text) for key, text in given.items() if key in words()}
+    values = {names_by_word()[key]: number_or_text(text) for key, text in given.items() if key in names_by_word()}
     with suppress(InvalidInput):  # the case is refused, and says why
         yield from idle([make_case(values)], values.keys(), contact)
 
@@ -333,7 +333,7 @@ def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
     if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
         told = ["half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")]
         told.insert(0, "pin")
-    return summary.words({name: case[name].item() for name in told if not case[name].isnull()})
+    return summary.label_text({name: case[name].item() for name in told if not case[name].isnull()})
 
 
 def _draw() -> Any:

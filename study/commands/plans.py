@@ -26,7 +26,7 @@ from nanoslip.study.report.console import counting, note, whole
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.compute import run_task
-from nanoslip.study.run.dispatch import Measured
+from nanoslip.study.run.dispatch import MeasuredTimes
 from nanoslip.study.run.executor import left
 from nanoslip.study.run.journal import measured_in
 from nanoslip.study.toml_text import from_toml
@@ -110,7 +110,7 @@ class Standing:
     """Tasks that it would not: failed, or in need of one that has."""
     foreign: Mapping[str, Origins]
     """Finished results of other software."""
-    measured: Measured
+    measured: MeasuredTimes
     """Measured times of tasks, which scale the seconds left of `kinds`."""
     outcomes: Mapping[str, Outcome]
     """Key of each task that has ended -> how."""
@@ -119,7 +119,7 @@ class Standing:
 def standing(
     campaign: Path,
     out: Path | None,
-    measure: Callable[[Plan], Measured] | None = None,
+    measure: Callable[[Plan], MeasuredTimes] | None = None,
     *,
     sized: bool = False,
 ) -> Standing:
@@ -173,13 +173,13 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-# What tasks of a campaign take on this machine, measured on a few of them; no result is kept.
+# Times of a campaign's tasks on this machine, measured on a few of them; no result is kept.
 
 LONGEST: Final = 5.0
 """Predicted seconds of a task that is measured, at most, with all that it needs."""
 
 
-def measured_here(plan: Plan) -> Measured:
+def measured_here(plan: Plan) -> MeasuredTimes:
     """Compute of each kind the longest task that is predicted to take a few seconds at most, and what it needs."""
     places = {task.key: place for place, task in enumerate(plan.tasks)}
     chosen: dict[str, list[Task]] = {}
@@ -187,7 +187,7 @@ def measured_here(plan: Plan) -> Measured:
         chain = [plan.tasks[place] for place in sorted(map(places.__getitem__, plan.with_needs([task.key])))]
         if sum(each.cost for each in chain) <= LONGEST:
             chosen[task.kind] = chain
-    found, results = Measured(), dict[str, TaskResult]()
+    found, results = MeasuredTimes(), dict[str, TaskResult]()
     with threadpoolctl.threadpool_limits(limits=1):
         for task in {task.key: task for chain in chosen.values() for task in chain}.values():
             seconds = []

@@ -14,7 +14,7 @@ def separation(columns: Columns) -> str:
     return f"numbers are separated by {columns.separator}{above}{below}"
 
 
-def left_out(columns: Columns, rows: OneWay, holes: int) -> Iterator[str]:
+def lines_left_out(columns: Columns, rows: OneWay, holes: int) -> Iterator[str]:
     """Lines that were left out, and equal places."""
     number, line, text = columns.left_out
     if number:

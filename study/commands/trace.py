@@ -13,14 +13,14 @@ from nanoslip.solver.parameter import Parameter
 from nanoslip.solver.view import with_error
 from nanoslip.study.commands.datasets import assignments, dataset_of, reason_of
 from nanoslip.study.commands.plans import counted, print_json
-from nanoslip.study.commands.reading import left_out, separation
+from nanoslip.study.commands.reading import lines_left_out, separation
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.table import one_case
 from nanoslip.study.figures.shared import COLORS, PAGE, column, format_of, image, legend
 from nanoslip.study.inference.recording import Given, Source, Trace, read_trace
 from nanoslip.study.inference.trace import Flag, TraceNumbers, measure
-from nanoslip.study.manifest.columns import text_of
+from nanoslip.study.manifest.columns import file_text
 from nanoslip.study.manifest.parameters import as_written, plain
 from nanoslip.study.report.console import Table, note, print_sentences, print_table, whole
 from nanoslip.study.results.store import write_files
@@ -90,7 +90,7 @@ class Reading(NamedTuple):
         if self.time and self.displacement:
             raise Refusal("--time and --displacement exclude each other: the force is measured over one of the two")
         given = Given(self.time or "", self.displacement or "", self.force or "", self.columns or ())
-        trace = read_trace(file, text_of(file), given)
+        trace = read_trace(file, file_text(file), given)
         load, velocity = _number("load", self.load, "N"), _number("velocity", self.velocity, "m s-1")
         for name, text, value in (("load", self.load, load), ("velocity", self.velocity, velocity)):
             if value <= 0.0:
@@ -166,7 +166,7 @@ def _left_out(source: Source) -> Iterator[str]:
     """Lines and samples that were left out or mended, and the columns that were taken from more than two."""
     if len(source.columns.columns) > 2:
         yield f"columns {', '.join(map(quoted, source.taken))}"
-    yield from left_out(source.columns, source.rows, source.holes)
+    yield from lines_left_out(source.columns, source.rows, source.holes)
     if source.spikes:
         yield f"{counted(source.spikes, 'sample')} far from the neighbours left out"
     if source.unloaded:

@@ -14,7 +14,7 @@ from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.study.dataset.file import LostGroupsError, groups_of, tree_of, with_texts
-from nanoslip.study.dataset.table import CASE, Rows, Selection, as_text, rows_of, selected
+from nanoslip.study.dataset.table import CASE, CaseRows, Selection, case_rows, selected, selection_text
 from nanoslip.study.dataset.variables import (
     DRIVE_NAME,
     EVENT_DROP,
@@ -36,11 +36,11 @@ def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Datase
     if len(found) != 1:
         counts = {dim: len(set(column)) for dim, column in found.positions.items()}
         several = [f"{dim} has {count} values" for dim, count in counts.items() if count > 1]
-        raise ValueError(f"{as_text(selection)}: needs to single out one case, but {', '.join(several)}")
+        raise ValueError(f"{selection_text(selection)}: needs to single out one case, but {', '.join(several)}")
     case = next(iter(found))
     slices = cut(root, name, [case[id_of(root, name)].values.item()])
     if slices is None:
-        raise ValueError(f"{as_text(selection)}: this case has no {name}")
+        raise ValueError(f"{selection_text(selection)}: this case has no {name}")
     group = groups_of(root)[name]
     group = group.drop_vars([each for each in group.variables if name in group[each].dims])
     return group.isel({dim: windows_[0] for dim, windows_ in slices.items()}), case
@@ -303,7 +303,7 @@ def columns_of(root: xr.Dataset, table: str | None = None) -> list[Column]:
     """
     if table:
         return _long(_TABLES[table](Accessor(root)))
-    rows = rows_of(root)
+    rows = case_rows(root)
     names = dict.fromkeys([*rows.sizes, *root.coords, *root.data_vars])
     return [_column(root[name], rows) for name in names if rows.has(name) and name not in run_names()]
 
@@ -313,11 +313,11 @@ def _long(table: xr.Dataset) -> list[Column]:
     own = {name for group in all_groups().values() for name in group.columns}
     labels = [name for name in table.coords if name not in (*own, *table.dims)]
     names = dict.fromkeys([*labels, *table.coords, *table.data_vars])
-    rows = rows_of(table, str(labels[0]))
+    rows = case_rows(table, str(labels[0]))
     return [_column(table[name], rows) for name in names if name not in table.dims]
 
 
-def _column(values: xr.DataArray, rows: Rows) -> Column:
+def _column(values: xr.DataArray, rows: CaseRows) -> Column:
     attrs = values.attrs
     return Column(
         str(values.name), attrs.get("units", ""), attrs.get("long_name", ""), rows.values(values.variable).tolist()

@@ -57,13 +57,13 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, in_files
 from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
 from nanoslip.study.plan.grids import Front, load_front
-from nanoslip.study.plan.kinds import KINDS, left_out, needed_kinds
+from nanoslip.study.plan.kinds import KINDS, needed_kinds, unrequested
 from nanoslip.study.plan.plan import CaseTasks, Plan, case_outcome, drive_outcome, flags_of
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, without_effect
 from nanoslip.study.results import files
 from nanoslip.study.results.store import Store
 
-# Where each case and drive of a campaign lies in its dataset: the dimensions, and the settings of drives along theirs.
+# Position of each case and drive in a dataset: the dimensions, and the settings of drives along theirs.
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +227,7 @@ class _Row(NamedTuple):
     """`Quantity.per` -> what a value is multiplied with."""
 
 
-class Table:
+class CaseVariables:
     """The variables of a campaign's dataset over its cases, and over the drives of each."""
 
     def __init__(self, manifest: Manifest, layout: Layout, groups: Sequence[Group]) -> None:
@@ -307,7 +307,7 @@ class Table:
         if DRIVE in kinds:
             self._declare(DRIVE, DRIVE_MEMBERS, np.nan)
         for kind in (each for each in KINDS if each in kinds):
-            apart = left_out(KINDS[kind], manifest)
+            apart = unrequested(KINDS[kind], manifest)
             for name, quantity in scalars(kind):
                 for own in (quantity, *quantity.beside) if name not in apart else ():
                     self._declare(kind, own, "" if own.words else np.int32(0) if own.whole else np.nan)
@@ -384,7 +384,7 @@ def _names(parts: tuple[Origins, ...]) -> str:
     return " ".join(origin.name for origin in stemming(*parts))
 
 
-# Which software computed the results of a dataset.
+# Software that computed the results of a dataset.
 
 
 def software(counts: Mapping[Origin, int]) -> xr.Dataset:
@@ -447,7 +447,7 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
     """
     manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
     front = load_front()
-    table = Table(manifest, layout, [each.group for each in runs])
+    table = CaseVariables(manifest, layout, [each.group for each in runs])
     finished, origins = Finished(plan, store), dict[str, Origins]()
     drives = {drive.label: drive.drive for drive in manifest.drives}
     for number, (place, case) in enumerate(zip(layout.places.tolist(), plan.cases, strict=True), 1):
@@ -481,7 +481,7 @@ def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
     kinds = needed_kinds(manifest)
 
     def own(series: Series) -> Series:
-        apart = left_out(KINDS[series.kind], manifest)
+        apart = unrequested(KINDS[series.kind], manifest)
         return replace(series, columns={name: each for name, each in series.columns.items() if name not in apart})
 
     wanted = {
@@ -495,7 +495,7 @@ def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
 
 def _requested(series: Series, manifest: Manifest) -> Series:
     """A series without the columns that a campaign does not request."""
-    apart = left_out(KINDS[series.kind], manifest)
+    apart = unrequested(KINDS[series.kind], manifest)
     return replace(series, columns={name: each for name, each in series.columns.items() if name not in apart})
 
 
@@ -516,7 +516,7 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
     }
 
 
-# Whether a dataset's file is up to date with the results on disk. If so, they need not be collected again.
+# A dataset's file that is up to date with the results on disk is not collected again.
 
 NOTE: Final = "dataset.json"
 """File among the results that records the inputs of the dataset beside them."""

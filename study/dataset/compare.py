@@ -15,7 +15,7 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import GRID_ERROR, SHARED_ERROR
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
-from nanoslip.study.dataset.table import Rows, rows_of
+from nanoslip.study.dataset.table import CaseRows, case_rows
 from nanoslip.study.dataset.variables import (
     COMPUTED_BY,
     DRIVE,
@@ -31,7 +31,7 @@ from nanoslip.study.origin import Origin
 from nanoslip.study.plan.plan import NOTHING_KNOWN
 from nanoslip.study.toml_text import from_toml, shown
 
-# Whether two values agree.
+# Agreement of two values.
 
 
 class Verdict(IntEnum):
@@ -85,7 +85,7 @@ def real(values: NDArray[Any]) -> bool:
 
 # The cases that two datasets share: those with the same values of every parameter that varies in either.
 
-KINDS: Final = ("", "drive")
+ROW_KINDS: Final = ("", "drive")
 """Kinds of rows: cases, or cases with a drive."""
 Pair = tuple[xr.Dataset, xr.Dataset]
 """Two datasets."""
@@ -102,7 +102,7 @@ class Matched:
     kind: str
     labels: tuple[dict[str, Value], ...]
     """Values of the parameters that distinguish the rows of either dataset, for each shared row."""
-    both: tuple[Rows, Rows]
+    both: tuple[CaseRows, CaseRows]
     """The shared rows in the first and in the second dataset."""
     only: tuple[tuple[dict[str, Value], ...], tuple[dict[str, Value], ...]]
     """Labels of the rows that the first, and the second, has alone."""
@@ -117,7 +117,7 @@ class Matched:
 
 def matched(pair: Pair, kind: str) -> Matched:
     """Match the rows of cases ("") or drives that both datasets have. Raises NotComparableError if rows are ambiguous."""
-    one, other = (rows_of(root, OUTCOMES[kind][0].name) for root in pair)
+    one, other = (case_rows(root, OUTCOMES[kind][0].name) for root in pair)
     names = [
         name
         for name in (*parameters(), DRIVE_NAME.name)
@@ -144,7 +144,7 @@ def values(root: xr.Dataset, name: str) -> list[Value]:
     return list(dict.fromkeys(value for value in found if not _missing(value)))
 
 
-def _places(rows: Rows, names: Sequence[str]) -> dict[tuple[tuple[str, Value], ...], int]:
+def _places(rows: CaseRows, names: Sequence[str]) -> dict[tuple[tuple[str, Value], ...], int]:
     """Names and values of the parameters that a row has -> where it is."""
     columns = [[(name, value) for value in rows.values(name).tolist()] for name in names if rows.has(name)]
     keys = [tuple(each for column in columns if not _missing((each := column[row])[1])) for row in range(len(rows))]
@@ -158,7 +158,7 @@ def _missing(value: object) -> bool:
     return value is None or value == "" or value != value  # noqa: PLR0124  only NaN is not itself
 
 
-# Whether the numbers of shared cases agree: the same bits, within their uncertainties, or beyond them.
+# Agreement of the numbers of shared cases: the same bits, within their uncertainties, or beyond them.
 
 STANDARD_DEVIATIONS: Final = 2.0
 """Combined ones by which two numbers may differ and still agree."""
@@ -235,7 +235,7 @@ def _beside(found: Matched, name: str) -> list[tuple[Any, Any]]:
     return list(zip(here, there, strict=True))
 
 
-def _column(rows: Rows, name: str) -> list[Any]:
+def _column(rows: CaseRows, name: str) -> list[Any]:
     if name not in rows.root:
         return [math.nan] * len(rows)
     found: list[Any] = rows.values(name).tolist() if rows.root[name].dtype.kind in _NUMBERS else rows.tallies(name)

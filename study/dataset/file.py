@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.study.dataset.texts import TEXTS, Table, are_stored, are_texts, as_group, decoded, encoded, table_of
+from nanoslip.study.dataset.texts import TEXTS, TextsByName, are_stored, are_texts, as_group, decoded, encoded, table_of
 from nanoslip.study.results.files import NO_FILE, write_to, written_whole
 from nanoslip.study.results.store import StoreError
 
@@ -119,7 +119,7 @@ def opened(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
     return root, found
 
 
-def _with_texts(found: xr.Dataset, table: Table) -> xr.Dataset:
+def _with_texts(found: xr.Dataset, table: TextsByName) -> xr.Dataset:
     """A root or group with its texts, in memory."""
     for variable in found.variables.values():
         if are_texts(variable):
@@ -193,7 +193,7 @@ def write_tree(tree: xr.DataTree, path: Path) -> None:
 
 def _stored(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
     """Place and content of root and groups as the file has them, without encoding; then the texts of the root by name."""
-    root, table = tree.to_dataset(inherit=False).drop_encoding(), Table()
+    root, table = tree.to_dataset(inherit=False).drop_encoding(), TextsByName()
     held = {_LABEL, *root.data_vars}
     over = [name for name, each in root.variables.items() if are_texts(each) and each.ndim > (name not in held)]
     yield ROOT, root.assign({name: encoded(root.variables[name], table) for name in over})

@@ -13,7 +13,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.dataset.variables import OUTCOMES, counts_of, parameters
 from nanoslip.study.manifest.cases import value_of
-from nanoslip.study.manifest.parameters import words
+from nanoslip.study.manifest.parameters import names_by_word
 from nanoslip.study.toml_text import from_toml
 
 Selection = Mapping[str, Any]
@@ -23,7 +23,7 @@ CASE: Final = "case"
 
 
 @dataclass(frozen=True, slots=True)
-class Rows:
+class CaseRows:
     """Rows of the long table of a dataset: all cases, all drives of all cases, or a selection of these."""
 
     root: xr.Dataset
@@ -48,7 +48,7 @@ class Rows:
         places = np.unravel_index(self.numbers, tuple(self.sizes.values())) if self.sizes else ()
         return {dim: place.tolist() for dim, place in zip(self.sizes, places, strict=True)}
 
-    def at(self, chosen: Any) -> "Rows":
+    def at(self, chosen: Any) -> "CaseRows":
         """Some of the rows: a mask, a slice, or their places in another order."""
         return replace(self, numbers=self.numbers[chosen])
 
@@ -78,11 +78,11 @@ class Rows:
         return {name: values for name, values in columns.items() if len(set(values.tolist())) > 1}
 
 
-def rows_of(root: xr.Dataset, name: str = "") -> Rows:
+def case_rows(root: xr.Dataset, name: str = "") -> CaseRows:
     """All rows along which a variable lies; without one those of the outcomes of drives, or of cases without drives."""
     along = root[name or ending_of(root)].sizes
     sizes = {str(dim): size for dim, size in along.items()}
-    return Rows(root, sizes, np.arange(int(np.prod(list(sizes.values()), dtype=np.int64))))
+    return CaseRows(root, sizes, np.arange(int(np.prod(list(sizes.values()), dtype=np.int64))))
 
 
 def ending_of(root: xr.Dataset) -> str:
@@ -90,7 +90,7 @@ def ending_of(root: xr.Dataset) -> str:
     return next((name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root), "case_id")
 
 
-def selected(root: xr.Dataset, name: str, selection: Selection) -> Rows:
+def selected(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
     """Rows of a variable that have the selected coordinates. Raises KeyError if there are none."""
     along = root[name]
     chosen = xr.DataArray(np.ones(along.shape, np.bool_), dims=along.dims)
@@ -107,9 +107,9 @@ def selected(root: xr.Dataset, name: str, selection: Selection) -> Rows:
             given, there = ",".join(map(str, np.ravel(wanted))), some(along.coords[key].values.ravel().tolist())
             raise KeyError(f"{key} = {given}: no such case; there are {there}")
         chosen = chosen & hits
-    found = rows_of(root, name).at(chosen.transpose(*along.dims).values.ravel())
+    found = case_rows(root, name).at(chosen.transpose(*along.dims).values.ravel())
     if not len(found):
-        raise KeyError(f"{as_text(selection)}: no case is all of that")
+        raise KeyError(f"{selection_text(selection)}: no case is all of that")
     return found
 
 
@@ -132,7 +132,7 @@ def some(values: Iterable[Any]) -> str:
     return ", ".join(map(str, found[:8])) + (", …" if len(found) > 8 else "")
 
 
-def as_text(selection: Selection) -> str:
+def selection_text(selection: Selection) -> str:
     """A selection as text, for messages."""
     return ", ".join(f"{name} = {value}" for name, value in selection.items()) or "no selection"
 
@@ -151,7 +151,7 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
     given: parameter, as manifests or datasets call it -> its value as text, perhaps with a unit.
     Raises KeyError if no case matches, ValueError with the remaining choices if several do.
     """
-    found = selected(root, ending_of(root), {words().get(word, word): text for word, text in given.items()})
+    found = selected(root, ending_of(root), {names_by_word().get(word, word): text for word, text in given.items()})
     left = {dim: sorted(set(column)) for dim, column in found.positions.items()}
     part = root.isel({dim: places if len(places) > 1 else places[0] for dim, places in left.items()})
     if several := [str(dim) for dim in root["case_id"].dims if len(left[str(dim)]) > 1]:

@@ -29,7 +29,7 @@ _WORD: Final = "flag_meanings"
 _HASH: Final = re.compile(r"[0-9a-f]{12}")
 NONE: Final = -1
 """Name of an empty text."""
-Table = dict[int, str]
+TextsByName = dict[int, str]
 """Name of a text -> the text."""
 
 
@@ -38,7 +38,7 @@ def are_texts(variable: xr.Variable) -> bool:
     return variable.dtype.kind in "OUT"
 
 
-def encoded(variable: xr.Variable, table: Table) -> xr.Variable:
+def encoded(variable: xr.Variable, table: TextsByName) -> xr.Variable:
     """Texts as numbers; adds those that are no content hashes to the table."""
     values = variable.values.ravel().tolist()
     different = dict.fromkeys(map(str, values))
@@ -53,7 +53,7 @@ def encoded(variable: xr.Variable, table: Table) -> xr.Variable:
     return xr.Variable(variable.dims, numbers.reshape(variable.shape), {**variable.attrs, **marks})
 
 
-def _named(text: str, table: Table) -> int:
+def _named(text: str, table: TextsByName) -> int:
     """Name of a text."""
     if not text or _HASH.fullmatch(text):
         return int(text, 16) if text else NONE
@@ -89,7 +89,7 @@ def decoded(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable:
     return xr.Variable(variable.dims, texts, attributes, encoding)
 
 
-def as_group(table: Table) -> xr.Dataset:
+def as_group(table: TextsByName) -> xr.Dataset:
     """The group of a file that has the texts by name; that of no text, too."""
     table = {NONE: "", **table}
     names = sorted(table)
@@ -103,7 +103,7 @@ def as_group(table: Table) -> xr.Dataset:
     )
 
 
-def table_of(group: xr.Dataset | None) -> Table:
+def table_of(group: xr.Dataset | None) -> TextsByName:
     """The texts of such a group by name. Raises KeyError if it is none."""
     if group is None:
         return {}

@@ -290,7 +290,7 @@ def word_of(name: str) -> str:
     return f"{name}: {meanings[name]}" if name in meanings else ""
 
 
-def text_of(variable: Described) -> str:
+def variable_text(variable: Described) -> str:
     """Description of a variable, line by line."""
     facts = {
         "meaning": in_measure(variable.meaning, variable.measure),
@@ -352,7 +352,7 @@ def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Descr
         yield Described(each.name, group, dims, units, *facts)
 
 
-# Of how many members the numbers of a dataset are, as not all members of an ensemble have each.
+# Number of members that a mean is over: not all members of an ensemble have each number.
 
 UNKNOWN: Final = "± ?: unknown (a single start, identical starts, or starts without a value)"
 EXPLAINED: Final = "(k of n): mean over the k members that have a value"

@@ -423,7 +423,7 @@ def place_of(found: xr.Dataset, case_id: str) -> dict[str, int]:
     return dict(zip(map(str, ids.dims), map(int, places[0]), strict=True)) if len(places) else {}
 
 
-def compare(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
+def verify_cases(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
     """Compare the dataset with the results in `store`: first shared tasks, then case by case."""
     path = store.folder / file.FILE
     file.write(collect(plan, store), path)  # what is read has the types that a file gives it

@@ -16,7 +16,7 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR, in_measure
 from nanoslip.solver.sliding.validity import DOUBTFUL
-from nanoslip.study.dataset.table import Rows, Selection, selected, zipped
+from nanoslip.study.dataset.table import CaseRows, Selection, selected, zipped
 from nanoslip.study.dataset.variables import (
     OUTCOMES,
     VALIDITY,
@@ -110,7 +110,7 @@ def worded(tally: Mapping[str, int], most: float = LONGEST) -> str:
     return text if len(text) <= most or len(parts) < 3 else f"{parts[0]}; {sum([*tally.values()][1:])} others"
 
 
-def words(values: Mapping[str, Any]) -> str:
+def in_symbols(values: Mapping[str, Any]) -> str:
     """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 0.002 m/s`."""
     return ", ".join(f"{symbol(name)} = {in_text(value)} {unit_of(name)}".rstrip() for name, value in values.items())
 
@@ -236,7 +236,7 @@ def _counts(values: NDArray[Any]) -> NDArray[np.int64]:
     return np.asarray(np.nan_to_num(values), np.int64)
 
 
-def _number(rows: Rows, name: str) -> tuple[NDArray[Any], Floats, bool]:
+def _number(rows: CaseRows, name: str) -> tuple[NDArray[Any], Floats, bool]:
     """A variable and its uncertainty, NaN where there is none, and whether numbers of this sort have one; or texts."""
     values, uncertainty = rows.values(name), description_of(name).uncertainty
     unknown = np.full(len(rows), np.nan)
@@ -251,7 +251,7 @@ def _finite(numbers: Floats) -> Floats:
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
-def _ratio(rows: Rows, above: str, below: str) -> tuple[Floats, Floats, bool]:
+def _ratio(rows: CaseRows, above: str, below: str) -> tuple[Floats, Floats, bool]:
     """A ratio, its uncertainty (NaN if unknown for either number), and whether it has one. Raises ValueError for texts.
 
     A number without uncertainties, as a parameter, counts as exact; the error of a ratio of two such numbers is not known.
@@ -268,7 +268,7 @@ def _ratio(rows: Rows, above: str, below: str) -> tuple[Floats, Floats, bool]:
         return quotient, abs(quotient) * np.hypot(first, second) if stated else np.nan * quotient, stated
 
 
-def axes_of(rows: Rows) -> dict[str, NDArray[Any]]:
+def axes_of(rows: CaseRows) -> dict[str, NDArray[Any]]:
     """The coordinates in which rows differ; numbers that some lack, or that are infinite, become texts."""
     return {name: _whole(values) for name, values in rows.differing().items()}
 

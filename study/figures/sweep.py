@@ -24,6 +24,7 @@ from nanoslip.study.figures.points import (
     UnknownNameError,
     axis_named,
     hyphenated,
+    in_symbols,
     in_text,
     label,
     ordered,
@@ -33,7 +34,6 @@ from nanoslip.study.figures.points import (
     symbol,
     typeset,
     unevenness,
-    words,
 )
 from nanoslip.study.figures.shared import (
     COLORS,
@@ -72,7 +72,7 @@ class Roles:
     """True if tiles are drawn: words, or many values of the hue, would make too many lines."""
 
 
-def counts_of(points: Points) -> dict[str, int]:
+def axis_sizes(points: Points) -> dict[str, int]:
     """Coordinate -> its number of values; numbers first, then by falling number."""
     counts = {name: len(set(values.tolist())) for name, values in points.axes.items()}
     return dict(sorted(counts.items(), key=lambda item: (points.axes[item[0]].dtype.kind in "OUb", -item[1])))
@@ -84,7 +84,7 @@ def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]
     chosen: coordinates of which one is taken before others.
     """
     cases = len(set(zip(*(points.axes[name].tolist() for name in points.zipped), strict=True)))
-    telling = [name for name, count in counts_of(points).items() if name in points.zipped and count == cases]
+    telling = [name for name, count in axis_sizes(points).items() if name in points.zipped and count == cases]
     wanted = [name for name in chosen if name in points.zipped] or telling[:1]
     if len(points.zipped) < 2 or len(wanted) != 1 or wanted[0] not in telling:
         return points, ""
@@ -94,7 +94,7 @@ def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]
 
 def scattered(points: Points) -> bool:
     """True if the cases fill so little of the product of their coordinates that there are no lines to draw."""
-    counts = counts_of(points)
+    counts = axis_sizes(points)
     return len(counts) > 1 and len(points.values) < FILLED * math.prod(counts.values())
 
 
@@ -103,7 +103,7 @@ def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
 
     Raises ValueError if one is chosen twice, or the only one as hue.
     """
-    counts = counts_of(points)
+    counts = axis_sizes(points)
     left = [name for name in counts if name not in (x, hue)]
     if x == hue and x:
         raise ValueError(f"{x}: is x and hue: needs two axes")
@@ -246,7 +246,7 @@ def figure_of(points: Points, roles: Roles, make: Callable[..., Figure] = Figure
         found = grid_of(figure, len(panels), columns, sharex=True, sharey=True)
         for axes, panel in zip(found, panels, strict=True):
             mesh = draw(axes, points, held_at(points, panel), roles)
-            axes.set_title("\n".join(typeset(words({name: value})) for name, value in panel.items()))
+            axes.set_title("\n".join(typeset(in_symbols({name: value})) for name, value in panel.items()))
         if roles.mapped:
             figure.supylabel(_lines(label(roles.hue)))
             if points.text:
@@ -261,7 +261,7 @@ def figure_of(points: Points, roles: Roles, make: Callable[..., Figure] = Figure
 
 def draw_scattered(points: Points, make: Callable[..., Figure] = Figure) -> Figure:
     """One panel for each coordinate, each with all points: of a design that is no product."""
-    names = list(counts_of(points))
+    names = list(axis_sizes(points))
     with column(width=WIDTH, make=make) as figure:
         for axes, name in zip(grid_of(figure, len(names), columns_for(len(names)), sharey=True), names, strict=True):
             x = places_of(points, name, points)
@@ -372,7 +372,7 @@ MOST_SIGNS: Final = 2500
 
 def is_crowded(points: Points, roles: Roles) -> bool:
     """True if there are too many tiles for signs on them: doubtful tiles are hatched then, those without a value white."""
-    counts = counts_of(points)
+    counts = axis_sizes(points)
     return counts[roles.x] * counts[roles.hue] > MOST_SIGNS
 
 
@@ -503,7 +503,7 @@ def _where(points: Points) -> str:
     if known > 1:
         return f" in all cases that have it, {known} of {count}"
     place = {name: values[points.there].tolist()[0] for name, values in points.axes.items()}
-    return f" at {words(place)}, the only one of {count} that has it" if place else ""
+    return f" at {in_symbols(place)}, the only one of {count} that has it" if place else ""
 
 
 # The answer of a campaign: its numbers over its axes, drawn as the design asks for.
@@ -546,7 +546,7 @@ def view_of(points: Points, x: str = "", hue: str = "") -> View:
         raise UnknownNameError(f"{points.name}: all cases are alike: there is nothing to draw it against")
     drawn, kept = together(points, (x, hue))
     if scattered(drawn) and not x:
-        against, draw = f"against {' and '.join(map(symbol, counts_of(drawn)))}", partial(draw_scattered, drawn)
+        against, draw = f"against {' and '.join(map(symbol, axis_sizes(drawn)))}", partial(draw_scattered, drawn)
         signs = f"{_without(points)}{_members(points)}{_marks(points)}"
     else:
         roles = roles_of(drawn, x, hue)
@@ -560,7 +560,11 @@ def view_of(points: Points, x: str = "", hue: str = "") -> View:
 def _against(roles: Roles) -> str:
     """Title: y against x, and the values of axes that are not shown."""
     panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
-    held = f"; drawn for {words(dict(roles.held))} only, counts in this caption are for all cases" if roles.held else ""
+    held = (
+        f"; drawn for {in_symbols(dict(roles.held))} only, counts in this caption are for all cases"
+        if roles.held
+        else ""
+    )
     if roles.mapped:
         return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}"
     hue = f", one colour for each {symbol(roles.hue)}" if roles.hue else ""

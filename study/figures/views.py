@@ -17,9 +17,9 @@ from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor, id_of
 from nanoslip.study.dataset.file import groups_of
-from nanoslip.study.dataset.table import rows_of, scales_of
+from nanoslip.study.dataset.table import case_rows, scales_of
 from nanoslip.study.dataset.variables import are_means
-from nanoslip.study.figures.points import Columns, axes_of, label, points_of, typeset, words
+from nanoslip.study.figures.points import Columns, axes_of, in_symbols, label, points_of, typeset
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
 from nanoslip.study.figures.sweep import answers
 
@@ -46,7 +46,7 @@ class Need:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Run:
+class DrawnRun:
     """One run of a group."""
 
     number: int
@@ -66,7 +66,7 @@ class Family:
     group: str
     """Group of the dataset."""
     caption: str
-    columns: Callable[[xr.Dataset, Run], Columns]
+    columns: Callable[[xr.Dataset, DrawnRun], Columns]
     """The numbers of one run that are drawn."""
     draw: Callable[[Any, Columns, dict[str, Any]], None]
     """Draws one run on axes of matplotlib, with the settings of its main line."""
@@ -81,21 +81,21 @@ class Family:
     height: float = HEIGHT
 
 
-def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[Run]:
+def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[DrawnRun]:
     """The runs of a group, each once, though several cases share it; none if the dataset has no such group.
 
     need: runs of cases that lack it are left out.
     """
     if f"{group}_id" not in dataset or group not in groups_of(dataset):
         return []
-    found = rows_of(dataset, id_of(dataset, group))
+    found = case_rows(dataset, id_of(dataset, group))
     ids = found.values(f"{group}_id").tolist()
     labels, positions = axes_of(found), found.positions
     firsts = [ids.index(each) for each in dict.fromkeys(ids) if isinstance(each, str) and each]
     needed = need if need and need.variable in dataset else None
     enough = found.values(needed.variable) >= needed.least if needed else np.ones(len(ids), np.bool_)
     return [
-        Run(
+        DrawnRun(
             number,
             {name: values[place : place + 1].tolist()[0] for name, values in labels.items()},
             {dim: dataset[dim].values[along[place]] for dim, along in positions.items()},
@@ -117,7 +117,7 @@ def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View | str]:
         yield View(f"{family.name}_together", f"{caption}: {counted}.", draw, columns)
     else:
         for run in shown:
-            which = f": {words(run.label)}" if run.label else ""
+            which = f": {in_symbols(run.label)}" if run.label else ""
             draw, columns = partial(_drawn, family, numbers, [run]), partial(numbers, run)
             yield View(f"{family.name}_{run.number}", f"{caption}{which}.", draw, columns)
         if len(shown) < len(runs):
@@ -140,20 +140,20 @@ def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int
     return np.unique(np.concatenate((order[firsts], order[lasts], [0, len(x) - 1])))
 
 
-def _joined(numbers: Callable[[Run], Columns], runs: Sequence[Run]) -> Columns:
+def _joined(numbers: Callable[[DrawnRun], Columns], runs: Sequence[DrawnRun]) -> Columns:
     """The numbers of several runs one below the other, and beside them which case they are of."""
-    tables = [(words(run.label), numbers(run)) for run in runs]
+    tables = [(in_symbols(run.label), numbers(run)) for run in runs]
     cases = [np.full(len(next(iter(table.values()))), name, dtype=object) for name, table in tables]
     joined = {name: np.concatenate([table[name] for _, table in tables]) for name in tables[0][1]}
     return {"case": np.concatenate(cases), **joined}
 
 
-def _drawn(family: Family, numbers: Callable[[Run], Columns], runs: Sequence[Run]) -> Figure:
+def _drawn(family: Family, numbers: Callable[[DrawnRun], Columns], runs: Sequence[DrawnRun]) -> Figure:
     """Runs on one pair of axes; the figure grows by the legend of several."""
     with column(family.height, WIDTH) as figure:
         axes = figure.add_subplot()
         for color, run in zip(COLORS, runs, strict=False):
-            named = {"label": typeset(words(run.label))} if len(runs) > 1 else {}
+            named = {"label": typeset(in_symbols(run.label))} if len(runs) > 1 else {}
             family.draw(axes, numbers(run), {"color": color, **named})
         axes.set(**family.axes)
         if names := axes.get_legend_handles_labels()[1]:
@@ -169,7 +169,7 @@ _BESIDE: Final = 0.25
 """Margin of a figure beside the contact, as a share of the contact's width."""
 
 
-def contact_columns(dataset: xr.Dataset, run: Run) -> Columns:
+def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     """Event, x, pressure, shear and the half-plane's pressure at initial contact, of the nodes in contact and a few more.
 
     Of many nodes those are left that can be told apart: where pressure or shear is least or largest nearby.
@@ -254,7 +254,7 @@ CONTACTS: Final = Family(
 # Views of driven pins: spring force against time, with Eq. 16-19 where they were fitted.
 
 
-def drive_columns(dataset: xr.Dataset, run: Run) -> Columns:
+def drive_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     """Time (s), spring force over load, and the fitted one (NaN where nothing was fitted), thinned to what can be seen."""
     pulled = Accessor(dataset).trajectory(**run.selection)
     time, force = pulled["time"].values, pulled["sample_spring_force"].values
@@ -288,7 +288,7 @@ FITTED: Final = ("exponent", "exponent_uncertainty", "goodness")
 """Fitted numbers of the power law of slips, in the table of a figure."""
 
 
-def size_columns(dataset: xr.Dataset, run: Run) -> Columns:
+def size_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     """Middles of bins, share of events per unit of size, and events in each bin, of all members together.
 
     Beside them the power law, NaN below its cut-off and where its goodness of fit refuses it, with its exponent and goodness.
@@ -338,7 +338,7 @@ LARGEST: Final = 99.5
 """Percentile of the stress at which the colours end: at an edge of a punch it is infinite."""
 
 
-def interior_columns(dataset: xr.Dataset, run: Run) -> Columns:
+def interior_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     """x, z (L_x), the three stresses and the largest shear stress, in W/(L_x·L_y), after the first event that is kept."""
     seen = Accessor(dataset).interior(**run.selection)
     here = seen.isel(event=0) if "event" in seen.dims else seen
@@ -373,7 +373,7 @@ INTERIORS: Final = Family(
 # Views of friction records: F/W against the displacement of the pin.
 
 
-def record_columns(dataset: xr.Dataset, run: Run) -> Columns:
+def record_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     """Displacement and F/W of a record, both sides of each drop, thinned to what can be seen."""
     line = Accessor(dataset).teeth(**run.selection)
     x, force = line["displacement"].values, line["friction_force"].values
@@ -401,7 +401,7 @@ RECORDS: Final = Family(
 # Views of paths of pin and load: loops of F/W over displacement, loss over cycles, loss over amplitude with its closed form.
 
 
-def path_columns(dataset: xr.Dataset, run: Run) -> Columns:
+def path_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     """Displacement, F/W and leg of a path, each leg thinned to what can be seen."""
     line = Accessor(dataset).path(**run.selection)
     x, force, leg = (line[f"path_{name}"].values for name in ("displacement", "friction", "leg"))
@@ -427,7 +427,7 @@ LOOPS: Final = Family(
 )
 
 
-def cycle_columns(dataset: xr.Dataset, run: Run) -> Columns:
+def cycle_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     """Number of each cycle from 1, and the energy that it loses, in W·L_x."""
     found = Accessor(dataset).path(**run.selection)
     lost = found["leg_loss"].values[-2 * int(found["cycles"]) :]
@@ -463,7 +463,7 @@ def losses(dataset: xr.Dataset) -> Iterator[View]:
     if len(np.unique(amplitude[there])) < 2:
         return
     others = [name for name in found.axes if name not in ("amplitude", "stroke")]
-    labels = [words({name: found.axes[name].tolist()[place] for name in others}) for place in range(len(there))]
+    labels = [in_symbols({name: found.axes[name].tolist()[place] for name in others}) for place in range(len(there))]
     columns = {
         "case": np.array(labels, dtype=object),
         "amplitude": amplitude,
@@ -482,7 +482,7 @@ def losses(dataset: xr.Dataset) -> Iterator[View]:
 
 def _mindlin(dataset: xr.Dataset, amplitude: NDArray[np.float64]) -> NDArray[np.float64]:
     """Closed form of the loss of each case, in W·L_x."""
-    rows = rows_of(dataset, "loss_per_cycle")
+    rows = case_rows(dataset, "loss_per_cycle")
     names = ("path_stiffness", "poisson", "intrinsic_friction", "normal_load")
     cases = zip(amplitude, *(rows.values(name).tolist() for name in names), strict=True)
     found = []

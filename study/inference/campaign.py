@@ -17,12 +17,12 @@ from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.variables import without_numbers
 from nanoslip.study.figures.points import Points, points_named
-from nanoslip.study.inference.fit import Computed, Fit, Range, Target, fit
+from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, fit
 from nanoslip.study.inference.sensitivity import axis_of
 from nanoslip.study.inference.surrogate import Floats
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
-from nanoslip.study.manifest.parameters import TABLES, of_symbol, table_of, words
+from nanoslip.study.manifest.parameters import TABLES, names_by_word, of_symbol, table_of
 from nanoslip.study.manifest.problems import ManifestError, unknown
 from nanoslip.study.manifest.reader import DEFAULT, parse_manifest
 from nanoslip.study.plan.kinds import in_stages
@@ -71,9 +71,9 @@ class Question:
         does, TooFewError.
         """
 
-        def simulate(x: Floats) -> Computed:
+        def simulate(x: Floats) -> ComputedPoint:
             plans = self.plans(x)
-            return Computed(x, *self._numbers(plans, compute(together(plans))))
+            return ComputedPoint(x, *self._numbers(plans, compute(together(plans))))
 
         def reasons(x: Floats) -> list[str]:
             lines = (line for plan in self.plans(x) for line in why(collect(plan, Store(out))))
@@ -89,7 +89,7 @@ class Question:
 
     def finished_points(self, store: Store) -> Floats:
         """The campaign's own cases in these ranges that are finished, as points (n, d) in the unit cube."""
-        names = [words().get(each.name, each.name) for each in self.ranges]
+        names = [names_by_word().get(each.name, each.name) for each in self.ranges]
         none = np.empty((0, len(names)))
         if not set(names) <= self.manifest.axes.keys():
             return none
@@ -229,14 +229,14 @@ def _fix(document: dict[str, Any], word: str, value: Any) -> None:
         document["drives"] = [{**each, word: value} for each in document.get("drives", [])]
         document["drive_axes"] = {key: each for key, each in document.get("drive_axes", {}).items() if key != word}
     else:
-        raise ManifestError.of(word, value, remark=unknown(word, [*words(), *drive_parameters()]))
+        raise ManifestError.of(word, value, remark=unknown(word, [*names_by_word(), *drive_parameters()]))
 
 
 def _range(
     manifest: Manifest, document: Mapping[str, Any], word: str, ends: Ends | None, values: Any, given: Mapping[str, Any]
 ) -> Range:
     """The range of a parameter, its ends checked and without units. Raises ManifestError."""
-    usual = {word: Case.of({}).flat[name] for word, name in words().items()} | NamedDrive(DRIVE).flat
+    usual = {word: Case.of({}).flat[name] for word, name in names_by_word().items()} | NamedDrive(DRIVE).flat
     if word not in usual or not (_number(usual[word]) or word in DURATIONS):
         raise ManifestError.of(f"--vary {word}", remark=unknown(word, usual) if word not in usual else "takes no range")
     own = given.get("axes", {}).get(word)
@@ -247,9 +247,9 @@ def _range(
             raise ManifestError.of(word, need=f"--vary {word}=FROM:TO", remark="has no range in the campaign")
         low, high = min(values), max(values)
     axis = {word: [low, high]}
-    spanned = {**document, "axes": axis} if word in words() else {**document, "drive_axes": axis}
+    spanned = {**document, "axes": axis} if word in names_by_word() else {**document, "drive_axes": axis}
     parsed = parse_manifest(manifest.path, as_toml(spanned), manifest.files)
-    checked = parsed.axes[words()[word]] if word in words() else parsed.drive_axes[word]
+    checked = parsed.axes[names_by_word()[word]] if word in names_by_word() else parsed.drive_axes[word]
     low, high = (float(each) for each in checked)
     if not low < high < math.inf:
         need = "a range from a smaller to a larger number, both finite"

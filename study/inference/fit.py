@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.view import with_error
 from nanoslip.study.inference.surrogate import Floats, Surrogate, TooFewError, regress
 
-# What was measured, and the ranges in which parameters are looked for.
+# Measured numbers, and the ranges of parameters that are searched.
 
 
 class Target(NamedTuple):
@@ -55,7 +55,7 @@ class Range(NamedTuple):
         return np.asarray((values - self.low) / (self.high - self.low))
 
 
-class Computed(NamedTuple):
+class ComputedPoint(NamedTuple):
     """Numbers (n, targets) at points (n, parameters) in the unit cube, their ±, and the standard deviation of one start.
 
     NaN where there is none.
@@ -66,12 +66,12 @@ class Computed(NamedTuple):
     errors: Floats
     starts: Floats
 
-    def with_these(self, other: "Computed") -> "Computed":
+    def with_these(self, other: "ComputedPoint") -> "ComputedPoint":
         """All points of both."""
-        return Computed(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+        return ComputedPoint(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
-Simulate = Callable[[Floats], Computed]
+Simulate = Callable[[Floats], ComputedPoint]
 """Computes points (n, parameters) in the unit cube, in their order."""
 
 # The set that agrees.
@@ -102,12 +102,12 @@ class Fit:
 
     targets: tuple[Target, ...]
     ranges: tuple[Range, ...]
-    computed: Computed
+    computed: ComputedPoint
     surrogates: tuple[Surrogate, ...]
     """One for each target."""
     why: tuple[str, ...] = ()
     """Reasons for points without a number, or with a validity flag, and remedies."""
-    at_best: Computed | None = None
+    at_best: ComputedPoint | None = None
     """The best point, computed as well."""
 
     def __str__(self) -> str:
@@ -327,7 +327,7 @@ def fit(
     targets: Sequence[Target],
     ranges: Sequence[Range],
     simulate: Simulate,
-    known: Computed | None = None,
+    known: ComputedPoint | None = None,
     most: int = MOST,
     why: Callable[[Floats], Sequence[str]] = lambda _: (),
 ) -> Fit:
@@ -337,7 +337,7 @@ def fit(
     known: points computed before. why: called with points without a number, for what ended them and what helps.
     """
 
-    def fitted(computed: Computed) -> Fit:
+    def fitted(computed: ComputedPoint) -> Fit:
         holes = computed.x[~np.isfinite(computed.values).all(axis=1)]
         reasons = tuple(why(holes)) if len(holes) else ()
         return Fit(tuple(targets), tuple(ranges), computed, _surrogates(targets, computed, reasons), reasons)
@@ -365,7 +365,7 @@ def filling(dimensions: int) -> Floats:
     return np.asarray(sobol.random_base2(math.ceil(math.log2(10 * dimensions))))
 
 
-def _surrogates(targets: Sequence[Target], computed: Computed, why: Sequence[str]) -> tuple[Surrogate, ...]:
+def _surrogates(targets: Sequence[Target], computed: ComputedPoint, why: Sequence[str]) -> tuple[Surrogate, ...]:
     found = []
     for target, values, errors in zip(targets, computed.values.T, computed.errors.T, strict=True):
         try:

@@ -14,7 +14,7 @@ from nanoslip.study.figures.shared import COLORS, PAGE, WIDTH, Sort, View, colum
 from nanoslip.study.figures.sweep import set_few_ticks
 from nanoslip.study.inference.fit import LEVELS, Fit
 from nanoslip.study.inference.sensitivity import Sensitivity, caution, sensitivity
-from nanoslip.study.manifest.parameters import words
+from nanoslip.study.manifest.parameters import names_by_word
 
 # Bars of sensitivity, for the command and for the page of a campaign.
 
@@ -51,7 +51,7 @@ def bars(found: Sensitivity) -> Figure:
     return figure
 
 
-def columns_of(found: Sensitivity) -> Columns:
+def indices_of(found: Sensitivity) -> Columns:
     """The indices as a table."""
     parts = {
         f"{kind}{end}": getattr(found, kind)[:, place] for kind in ("first", "total") for place, end in enumerate(_ENDS)
@@ -69,7 +69,7 @@ def view_of(found: Sensitivity) -> View:
         f"together with others (total index), with intervals of 95 %. {caution(found)}"
     )
     return View(
-        f"sensitivity_{found.of.replace('/', '_over_')}", caption, partial(bars, found), partial(columns_of, found)
+        f"sensitivity_{found.of.replace('/', '_over_')}", caption, partial(bars, found), partial(indices_of, found)
     )
 
 
@@ -173,4 +173,4 @@ def _along(found: Fit) -> Figure:
 
 
 def _name(word: str) -> str:
-    return words().get(word, word)
+    return names_by_word().get(word, word)

@@ -227,7 +227,7 @@ def _interval(drawn: Floats, missed: float) -> Floats:
     return np.column_stack([means, ends[0], ends[1] + missed])
 
 
-# Of a dataset, and in words.
+# Indices of a dataset, and in words.
 
 
 def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST) -> Sensitivity:

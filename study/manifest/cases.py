@@ -23,7 +23,17 @@ from nanoslip.study.manifest.manifest import (
     drive_parameters,
     field_names,
 )
-from nanoslip.study.manifest.parameters import STANDARD, TABLES, YOUNG, Alike, Value, in_words, plain, words, words_of
+from nanoslip.study.manifest.parameters import (
+    STANDARD,
+    TABLES,
+    YOUNG,
+    Alike,
+    Value,
+    in_words,
+    names_by_word,
+    plain,
+    words_of,
+)
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, unknown
 from nanoslip.study.manifest.reader import KEYS_OF_FILES, refuse_with_stages
 
@@ -147,7 +157,7 @@ def value_of(key: str, text: str, scales: Scales | None) -> Value:
     Raises InvalidInput.
     """
     given = number_or_text(text.lower() if text.lower() in ("true", "false") else text)
-    name, of_cases, of_drives = words().get(key, key), parameters_of_a_case(), drive_parameters()
+    name, of_cases, of_drives = names_by_word().get(key, key), parameters_of_a_case(), drive_parameters()
     stated = of_drives.get(name) or of_cases.get(name)
     value: Value = plain(key, given, stated, scales if name in of_cases else None) if stated else given
     return value
@@ -161,7 +171,7 @@ def tables() -> dict[str, tuple[str, ...]]:
         "ensemble": field_names(EnsembleTable),
         "target": field_names(TargetTable),
         "outputs": field_names(Outputs),
-        _DRIVES: tuple(name for name in drive_parameters() if name not in words()),
+        _DRIVES: tuple(name for name in drive_parameters() if name not in names_by_word()),
     }
 
 

@@ -23,8 +23,8 @@ from nanoslip.study.manifest.parameters import (
     axes,
     in_files,
     make_case,
+    names_by_word,
     plain,
-    words,
     words_of,
 )
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, meant_by, refused, unknown
@@ -299,7 +299,7 @@ class Checker:
         """Columns with numbers in place of values with units; invalid ones are refused."""
         stated = parameters_of_a_case()
         return {
-            word: [each for each in map(partial(self._plain, stated[words()[word]], scales), given) if each]
+            word: [each for each in map(partial(self._plain, stated[names_by_word()[word]], scales), given) if each]
             for word, given in columns.items()
         }
 
@@ -330,7 +330,7 @@ class Checker:
         """
         values: dict[str, tuple[Any, ...]] = {}
         for word, given in columns.items():
-            name = words()[word]
+            name = names_by_word()[word]
             taken: list[Any] = []
             quick = _quick(name)
             for each in given:

@@ -57,7 +57,7 @@ def _inert(cell: object) -> object:
     return f"'{cell}" if isinstance(cell, str) and _FORMULA.match(cell) else cell
 
 
-def text_of(path: Path) -> str:
+def file_text(path: Path) -> str:
     """The text of an instrument's file. Raises InvalidInput if it cannot be read."""
     if path.exists() and not path.is_file():
         raise InvalidInput("not a regular file")  # a device may never end
@@ -113,7 +113,7 @@ class Column(NamedTuple):
         return dimension_of(self.unit) if self.unit not in ("", "1", "-") else "1"
 
 
-class LeftOut(NamedTuple):
+class OmittedLines(NamedTuple):
     """Lines between the numbers that are left out: how many, and the number and text of the first."""
 
     number: int
@@ -133,7 +133,7 @@ class Columns:
     """Lines above the numbers."""
     below: int
     """Lines below the numbers."""
-    left_out: LeftOut
+    left_out: OmittedLines
 
     def __str__(self) -> str:
         """The columns in one line: number, name and unit of each."""
@@ -204,7 +204,7 @@ def read_columns(path: Path, text: str) -> Columns:
         _SEPARATORS[kind][0],
         rows[0],
         len(lines) - 1 - rows[-1],
-        LeftOut(len(left), *(left[0] if left else (0, ""))),
+        OmittedLines(len(left), *(left[0] if left else (0, ""))),
     )
 
 

@@ -85,7 +85,7 @@ def key_of(name: str) -> Key | None:
     return next(iter(found or with_symbol(name, {key: key.stated.symbol for key in keys()})), None)
 
 
-def text_of(key: Key) -> str:
+def key_text(key: Key) -> str:
     """A key in full, line by line."""
     stated = key.stated
     facts = {

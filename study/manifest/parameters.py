@@ -26,7 +26,7 @@ STANDARD: Final = ("intrinsic_friction", "radius", "aspect_ratio", "n_x")
 """The parameters that label every case, in the order of a dataset's dimensions."""
 
 
-def words() -> dict[str, str]:
+def names_by_word() -> dict[str, str]:
     """Name of the parameter that each word of a manifest sets: `events` sets `max_events`; most are equal."""
     return {stated.word or name: name for name, stated in parameters_of_a_case().items()}
 
@@ -91,7 +91,7 @@ def table_of(word: str) -> str:
 
 def by_name() -> Mapping[str, str]:
     """Name of a parameter -> its word in a manifest."""
-    return {name: word for word, name in words().items()}
+    return {name: word for word, name in names_by_word().items()}
 
 
 def in_words(parameters: Mapping[str, object]) -> str:
@@ -180,7 +180,7 @@ class Alike:
 
 # Values with units, `"100 N"` or `"20 cm"`: the numbers that they stand for, in the unit of their key.
 #
-# Of a case they are multiples of the campaign's scales; drives and scales are in SI.
+# Those of a case are multiples of the campaign's scales; drives and scales are in SI.
 
 UNITS: Final = {"slab_width": "m", "force": "N"}
 """Scale of a case's parameter, as a field or property of `Scales` -> its unit."""

@@ -65,9 +65,9 @@ from nanoslip.study.manifest.parameters import (
     has_unit,
     in_files,
     make_case,
+    names_by_word,
     plain,
     table_of,
-    words,
 )
 from nanoslip.study.manifest.problems import ManifestError, key_shown, refused, unknown
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
@@ -508,7 +508,7 @@ def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[
     ]
     if len(values) < len(ends):
         return None
-    wrong = "" if listed else _needed_range(words()[word], values[0], values[1], given.get("scale", "linear"))
+    wrong = "" if listed else _needed_range(names_by_word()[word], values[0], values[1], given.get("scale", "linear"))
     if wrong:
         checker.refuse(word, given, wrong, table="axes")
         return None

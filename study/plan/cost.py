@@ -50,7 +50,7 @@ FIT: Final = 8e-3
 """Time of a fit of Eq. 16-19, samples aside: three least squares of some fifteen steps (8 to 19 ms for 200 to 2000 samples)."""
 
 
-# How far a pin goes and how many nodes it has under it.
+# Distance that a pin goes, and number of nodes under it.
 #
 # Two scaling laws describe sliding. The presliding length μ_i W/K, by which the pin moves until all nodes have slipped, takes
 # `EVENTS` events for each node in contact. On the way of the pin every node regains, against its own stiffness, the shear that
@@ -293,7 +293,7 @@ def record_bytes(case: Case) -> float:
     return _EVENT * max(min(FIRST_CAPACITY, float(case.max_events or FIRST_CAPACITY)) + events, 2.5 * events)
 
 
-# What each kind of task costs.
+# Cost of each kind of task.
 
 
 class Estimate(NamedTuple):

@@ -31,7 +31,7 @@ SHIPPED: Final = Path(__file__).with_name("front.json")
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class MeasuredGrid:
     """One discretization of one slab, with its measured time and errors."""
 
     slab: Slab
@@ -51,10 +51,10 @@ class Front:
     """Processor and software of the measurement."""
     contacts: tuple[float, ...]
     """Half-widths a/L_x of the contacts that errors were measured with, by Hertz's formula for a half-plane; increasing."""
-    rows: tuple[Measured, ...]
+    rows: tuple[MeasuredGrid, ...]
     sha256: str = ""
     """SHA-256 of its file."""
-    _row_of: dict[Slab, Measured] = field(init=False, repr=False, compare=False, default_factory=dict)
+    _row_of: dict[Slab, MeasuredGrid] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         self._row_of.update((row.slab, row) for row in self.rows)
@@ -80,7 +80,7 @@ class Front:
         row = self._row_of.get(slab)
         return math.nan if row is None else max((row.errors[number] for number in contacts), default=math.nan)
 
-    def like(self, slab: Slab) -> tuple[Measured, ...]:
+    def like(self, slab: Slab) -> tuple[MeasuredGrid, ...]:
         """The measured discretizations of the same body: height, Poisson's ratio and support, ends or none."""
         return tuple(row for row in self.rows if _body(row.slab) == _body(slab))
 
@@ -149,13 +149,13 @@ def _front(name: str, text: str) -> Front:
     return Front(name, found["machine"], tuple(found["contacts"]), rows, hashlib.sha256(text.encode()).hexdigest())
 
 
-def _row(values: dict[str, Any]) -> Measured:
+def _row(values: dict[str, Any]) -> MeasuredGrid:
     """One row from its columns: time, errors, and the parameters of its slab."""
     seconds, errors = values.pop("seconds"), tuple(values.pop("errors"))
-    return Measured(Slab.of(values), seconds, errors)
+    return MeasuredGrid(Slab.of(values), seconds, errors)
 
 
-def as_text(machine: Mapping[str, str], contacts: Iterable[float], rows: Iterable[Measured]) -> str:
+def as_text(machine: Mapping[str, str], contacts: Iterable[float], rows: Iterable[MeasuredGrid]) -> str:
     """The front as JSON text, one row a line, times and errors with three digits."""
     names = list(Slab().flat)
     lines = [

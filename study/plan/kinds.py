@@ -110,7 +110,7 @@ def declared(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
     return {key: quantity for key, quantity in found if quantity.along == along}
 
 
-def left_out(kind: Kind, manifest: Manifest) -> frozenset[str]:
+def unrequested(kind: Kind, manifest: Manifest) -> frozenset[str]:
     """Names of the scalars and arrays of a kind's parts that a campaign does not request."""
     parts = (part for part in kind.parts if not part.wanted(manifest))
     return frozenset(name for part in parts for name in quantities(part.type, part.prefix))

@@ -207,7 +207,7 @@ def _label(wanted: Wanted, campaign_case: CampaignCase) -> Label:
     return tuple(found), tuple(found.values())
 
 
-# How far a plan is: its tasks by kind, and how its cases and drives ended, from the outcomes of their tasks.
+# Progress of a plan: its tasks by kind, and outcomes of its cases and drives, from those of their tasks.
 
 NOTHING_KNOWN: Final = (PENDING, *(ending.value for ending in UNDONE), Ending.NEEDS_FAILED.value)
 """Outcomes of the machine, not of the physics: pending, out of time, out of memory, crashed, or waiting for such a task."""
@@ -305,7 +305,7 @@ def kind_counts(tasks: Iterable[Task], left: Iterable[Task], given_up: Iterable[
     return found
 
 
-# How much disk space a campaign takes: files of results, and the dataset made of those that it keeps.
+# Disk space of a campaign: files of results, and the dataset made of those that it keeps.
 
 DATASET = 1.5e5
 """Bytes of a dataset without arrays: its variables and their descriptions."""
@@ -503,7 +503,7 @@ def span_line(outlook: Outlook) -> str:
     return f"each record slides the pin over about {span} node spacings (to a factor of 3); the surface repeats every spacing"
 
 
-# Whether tasks fit the memory of the machine that is to compute them: it depends on the machine, so it is no case's outcome.
+# Memory of tasks beside that of the machine that is to compute them: it depends on the machine, so it is no case's outcome.
 
 PROGRAM = 2e8
 """Bytes of a process that has computed nothing yet."""

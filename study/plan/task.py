@@ -17,7 +17,7 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import Scheme, Slab
 from nanoslip.study.canonical import Texts, content_hash
-from nanoslip.study.manifest.parameters import Value, by_name, words
+from nanoslip.study.manifest.parameters import Value, by_name, names_by_word
 from nanoslip.study.origin import Origins
 
 Label = tuple[tuple[str, ...], tuple[Value | None, ...]]
@@ -90,8 +90,8 @@ class Task:
     def label(self) -> str:
         """Label for humans, in the words of a manifest."""
         pairs = zip(self.names, self.values, strict=True)
-        words = [f"{by_name().get(name, name)}={short(value)}" for name, value in pairs if value is not None]
-        return " ".join((self.kind, *words))
+        names_by_word = [f"{by_name().get(name, name)}={short(value)}" for name, value in pairs if value is not None]
+        return " ".join((self.kind, *names_by_word))
 
 
 _CONTENT = attrgetter(*itertools.takewhile(lambda name: name != "cost", (item.name for item in fields(Task))))
@@ -225,7 +225,7 @@ def idle(cases: Sequence[Case], given: Collection[str], contact_alone: bool) -> 
 
     contact_alone: whether nothing slides.
     """
-    known_as = {name: word for word, name in words().items()}
+    known_as = {name: word for word, name in names_by_word().items()}
     for each in OF_CONTACT if contact_alone else OF_ALL:
         names = [name for field in each.names for name in _parameters(field) if name in given]
         if names and cases and all(map(each.where, cases)):

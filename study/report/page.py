@@ -152,7 +152,7 @@ def _time(seconds: float) -> str:
     return f"{seconds:.3g} s"
 
 
-# What is behind the numbers of a page: sizes in SI, and what was left out.
+# Notes on the numbers of a page: sizes in SI, and effects left out.
 
 
 def in_si(dataset: xr.Dataset) -> Iterator[str]:

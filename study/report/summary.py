@@ -22,7 +22,7 @@ from nanoslip.solver.parameter import GRID_ERROR, quantities
 from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.table import CASE, Rows, ending_of, rows_of, scales_of
+from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, ending_of, scales_of
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.figures.points import hyphenated, in_text, in_unit, readable, symbol, unit_of, worded
 from nanoslip.study.manifest.manifest import Stage, TargetTable
@@ -34,7 +34,7 @@ from nanoslip.study.toml_text import from_toml
 
 # Values that are the same in all rows of a table: printed once above it, not in every row.
 
-MOST: float = 1e12
+LARGEST_WHOLE: float = 1e12
 """Whole numbers below it are written as such."""
 FEW_COUNTED: Final = 10.0
 """Means of counts are whole numbers from here on, and have one digit below it."""
@@ -42,9 +42,9 @@ NOTHING = "–"
 """Cell of an unknown number."""
 
 
-def plain(value: float, digits: int) -> str:
+def formatted(value: float, digits: int) -> str:
     """Format a number with this number of digits; a longer whole number in full, in groups of three."""
-    if 10**digits <= abs(value) < MOST and value == round(value):
+    if 10**digits <= abs(value) < LARGEST_WHOLE and value == round(value):
         return f"{value:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
     return f"{value:.{digits}g}"
 
@@ -143,10 +143,10 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     if error in values:
         return with_error(value, float(values[error])) + (_two_parts(values) if name == "static_friction" else "")
     if isinstance(value, str | bool):
-        return worded(rows_of(values, name).tallies(name)[0])
+        return worded(case_rows(values, name).tallies(name)[0])
     if name in variables.counts() and value != round(value):
-        return plain(round(value, 0 if abs(value) >= FEW_COUNTED else 1), digits)
-    return plain(value, digits)
+        return formatted(round(value, 0 if abs(value) >= FEW_COUNTED else 1), digits)
+    return formatted(value, digits)
 
 
 def _inertial(values: xr.Dataset) -> xr.DataArray:
@@ -199,7 +199,7 @@ SYMBOLS: Final = {name: each.symbol for name, each in variables.parameters().ite
 """Parameter -> what tables and figures call it."""
 
 
-def each_case(rows: Rows, most: int) -> list[xr.Dataset]:
+def each_case(rows: CaseRows, most: int) -> list[xr.Dataset]:
     """Scalars of at most `most` rows, in their order; what has ended goes before what has not."""
     endings = (ending.name for ending, _ in variables.OUTCOMES.values() if ending.name in rows.root)
     waiting = np.any([rows.values(name) == PENDING for name in endings], axis=0)
@@ -228,7 +228,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     }
     # Of millions of cases other numbers stay in their file; texts are there.
     dataset = dataset[[name for name, each in dataset.data_vars.items() if name in numbers or are_texts(each.variable)]]
-    all_rows = rows_of(dataset)
+    all_rows = case_rows(dataset)
     varying = _varying(all_rows)
     labels = [in_unit(_name(name), name) for name in varying]
     titles = [
@@ -289,7 +289,7 @@ def flag_summary(dataset: xr.Dataset) -> list[str]:
     if variables.VALIDITY.name not in dataset:
         return []
     masks = dataset[variables.VALIDITY.name]
-    first = partial(_place, rows_of(dataset, str(masks.name))) if masks.size > 1 else lambda _: ""
+    first = partial(_place, case_rows(dataset, str(masks.name))) if masks.size > 1 else lambda _: ""
     return flag_lines(masks.values.ravel().tolist(), first)
 
 
@@ -311,7 +311,7 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
     def line(found: xr.DataArray, end: str) -> None:
         if len(short := np.flatnonzero(found.values)):
             lines.append(
-                f"{name} is not known within {enough:.2g}: {_where(rows_of(dataset, name), short.tolist())}; {end}"
+                f"{name} is not known within {enough:.2g}: {_where(case_rows(dataset, name), short.tolist())}; {end}"
             )
 
     for name in names:
@@ -353,7 +353,7 @@ def _reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str]
         if outcome.name in dataset:
             endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
             kinds = list(map(variables.without_numbers, texts))
-            rows = rows_of(dataset, outcome.name)
+            rows = case_rows(dataset, outcome.name)
             cases = zip(*(rows.values(each).tolist() for each in above), strict=True)
             groups: Alike = {}
             for number, (ending, kind, (ended, why)) in enumerate(zip(endings, kinds, cases, strict=True)):
@@ -401,7 +401,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
             numbers = [number for number in found if (hurt[number] or ending in _UNHURT) == asked]
             if numbers and ending and kind is not None and (kind or ending not in _UNHURT):
                 alike = len({messages[number] for number in numbers}) == 1
-                where = _where(rows_of(dataset, str(outcomes.name)), numbers, f"{what}s")
+                where = _where(case_rows(dataset, str(outcomes.name)), numbers, f"{what}s")
                 why = messages[numbers[0]] + ("" if alike else "; the others differ in numbers")
                 lines.append(f"{ending}: {where}: {why}".removesuffix(": "))
     return lines
@@ -412,15 +412,15 @@ def holes(dataset: xr.Dataset) -> list[str]:
     return [*failure_summary(dataset), *flag_summary(dataset)]
 
 
-def _where(rows: Rows, numbers: Sequence[int], what: str = "cases") -> str:
+def _where(rows: CaseRows, numbers: Sequence[int], what: str = "cases") -> str:
     """Report the number of some rows, and the first of them."""
     place = _place(rows, numbers[0])
     return f"{len(numbers)} of {len(rows)} {what}" + (f", first {place}" if place else "")
 
 
-def _place(rows: Rows, number: int) -> str:
+def _place(rows: CaseRows, number: int) -> str:
     """Parameters of one row, the varying ones only."""
-    return words({name: rows.at([number]).values(name).tolist()[0] for name in _varying(rows)})
+    return label_text({name: rows.at([number]).values(name).tolist()[0] for name in _varying(rows)})
 
 
 def drive_summary(dataset: xr.Dataset) -> list[str]:
@@ -437,7 +437,7 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
     return [*(f"{each.name} of {each.size} drives: {said}" for each, said in counted if said), *[advice][:inertial]]
 
 
-def words(label: dict[str, Value]) -> str:
+def label_text(label: dict[str, Value]) -> str:
     """Format a label by the names of a campaign file: `R/L_x = 200, slip_order = worst_first, V_o = 0.002 m/s`.
 
     Parameters that it has not, as a scheme its settings, are left out.
@@ -485,7 +485,7 @@ _UNHURT: Final = (COMPLETED, PENDING)
 _LEFT_OUT, _LEFT_OUT_ERROR = quantities(LeftOut).values()
 
 
-def _varying(rows: Rows) -> list[str]:
+def _varying(rows: CaseRows) -> list[str]:
     """The coordinates in which rows differ; of a list of cases alike in all parameters their number."""
     found = list(rows.differing())
     return found if CASE not in rows.sizes or set(found) - rows.sizes.keys() else [CASE, *found]
@@ -566,16 +566,16 @@ def _main_numbers_in(dataset: xr.Dataset) -> list[str]:
 
 def with_largest(dataset: xr.Dataset) -> xr.Dataset:
     """Add `largest_error` of each case to a dataset: of the requested numbers, with its source."""
-    rows = rows_of(dataset)
+    rows = case_rows(dataset)
     parts = {
         (name, source): share for name in _main_numbers_in(dataset) for source, share in _parts(dataset, name).items()
     }
     if len(rows) == 1 or not parts:
         return dataset
     shares = np.stack([np.nan_to_num(rows.values(share.variable)) for share in parts.values()])
-    words = [f"{SHOWN.get(name, symbol(name))} {{:.1%}}, {source.replace('_', ' ')}" for name, source in parts]
+    label_text = [f"{SHOWN.get(name, symbol(name))} {{:.1%}}, {source.replace('_', ' ')}" for name, source in parts]
     texts = [
-        words[which].format(share) if share else NOTHING
+        label_text[which].format(share) if share else NOTHING
         for which, share in zip(shares.argmax(0), shares.max(0), strict=True)
     ]
     return dataset.assign({LARGEST: (tuple(rows.sizes), np.array(texts, object).reshape(tuple(rows.sizes.values())))})
@@ -586,7 +586,7 @@ def spread_lines(dataset: xr.Dataset) -> Iterator[str]:
 
     Of a single case `error_lines`.
     """
-    rows = rows_of(dataset)
+    rows = case_rows(dataset)
     what = "drives" if ending_of(dataset) == "drive_outcome" else "cases"
     if len(rows) == 1:
         yield from error_lines(dataset)
@@ -613,13 +613,13 @@ def error_lines(
 
     cost, measured: see `errors_of`.
     """
-    rows, asked = rows_of(dataset), _main_numbers_in(dataset)
+    rows, asked = case_rows(dataset), _main_numbers_in(dataset)
     attributes = {name: dataset[name].attrs.get("ancillary_variables", "") for name in asked}
     partly = [name for name in asked if not measured and GRID_ERROR not in attributes[name]]
     if len(rows) > most > 1:
         yield f"{most} of {len(rows)} drives, the first to the last:"
     for case in each_case(rows, most):
-        place = words({dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1})
+        place = label_text({dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1})
         for name in asked:
             of = "of what is known, " if name in partly else ""
             yield _line(case, name, f" ({place})" if place else "", of, errors_of(case, name, cost, measured))

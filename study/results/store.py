@@ -431,7 +431,7 @@ _GONE: Final = (
 )
 
 
-# What shards have finished, moved into the campaign's own results. What they have not is left there to be done.
+# Finished results of shards, moved into the campaign's own. Unfinished tasks are left there to be done.
 
 
 def merge_shards(out: Path) -> list[str]:

@@ -17,7 +17,7 @@ from nanoslip.study.results.files import looks
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.child import FarmError
-from nanoslip.study.run.dispatch import Done, Measured, Report, Tally, Watch
+from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, Tally, Watch
 from nanoslip.study.run.executor import Left, drop_intermediates, given_up, left
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
@@ -133,7 +133,7 @@ class Ended(NamedTuple):
     """Tasks that were not tried, as they, or one that they need, had failed before."""
 
 
-Show = Callable[[Rest, int, Measured], AbstractContextManager[Report]]
+Show = Callable[[Rest, int, MeasuredTimes], AbstractContextManager[Report]]
 """Called with what is left, on how many processes, and what such tasks took before; gives what to call at the end of each."""
 
 

@@ -110,10 +110,10 @@ class TaskQueue:
         return [task for each in lost for task in (self.tasks[each], *self.abandon(each))]
 
 
-# How long tasks take, from what each is estimated to cost and what others of its kind have cost so far.
+# Times of tasks, from the estimate of each and the measured times of others of its kind.
 
 
-class Measured:
+class MeasuredTimes:
     """Measured over estimated times of finished tasks, kind by kind."""
 
     def __init__(self, *data: Mapping[str, Sequence[float]]) -> None:
@@ -285,7 +285,7 @@ class Ledger:
         self._failed: Counter[str] = Counter()
         self._refused: set[str] = set()
         self._kept = True  # a result since the last one that could not be
-        self._measured = Measured()
+        self._measured = MeasuredTimes()
         self._seconds = 0.0
         self._places: set[str] = set()
 

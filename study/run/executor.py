@@ -90,7 +90,7 @@ def drop_intermediates(plan: Plan, store: Store) -> None:
             store.drop(key)
 
 
-# What is left of a campaign: what has failed for good before is not tried again.
+# Remaining tasks of a campaign: one that has failed for good before is not tried again.
 
 
 @dataclass(frozen=True, slots=True)

@@ -370,7 +370,7 @@ def sharing(comm: Any, program: Program) -> Iterator[MPIFarm]:
     farm.part(0)
 
 
-# Which farm a process is part of. The only importer of mpi4py.
+# The farm that a process is part of. The only importer of mpi4py.
 
 LONGEST_START: Final = 300.0
 """Seconds after which a start of MPI is taken to hang: thousands of ranks need a minute."""

@@ -24,7 +24,7 @@ from nanoslip.study.origin import foreign, here, this_machine, user
 from nanoslip.study.results import attempts, files
 from nanoslip.study.results.attempts import Attempt, Run
 from nanoslip.study.results.store import Store
-from nanoslip.study.run.dispatch import Done, Measured, Report, Tally, Watch, Work
+from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, Tally, Watch, Work
 from nanoslip.study.run.launch import launcher_name, slurm_job
 
 FIRST: Final = 2.0
@@ -51,7 +51,7 @@ class Journal(Watch):
         self._notice = lru_cache(None)(print_notice)
         self._run: Run | None = None
         self._failed: set[str] = set()
-        self._measured = Measured()
+        self._measured = MeasuredTimes()
         self._started, self._next = 0.0, FIRST
         self._lock = Lock()  # a signal forgets what was begun from another thread
         self._begun: int | None = None
@@ -168,11 +168,11 @@ def left_begun(out: Path) -> frozenset[str]:
     return frozenset(word for line in files.read(out / BEGUN) for word in line.split())
 
 
-def measured_in(*folders: Path) -> Measured:
+def measured_in(*folders: Path) -> MeasuredTimes:
     """Times of finished tasks in the journals of these folders, of runs with this software."""
     found = {run.run: run for out in dict.fromkeys(folders) for run in attempts.read(out)}
     mine = (here().solver, here().nanoslip_version)
-    return Measured(*(run.kinds for run in found.values() if (run.solver, run.nanoslip) == mine))
+    return MeasuredTimes(*(run.kinds for run in found.values() if (run.solver, run.nanoslip) == mine))
 
 
 def _now() -> str:

@@ -88,7 +88,7 @@ def pin_threads() -> None:
         threadpoolctl.threadpool_limits(limits=1)
 
 
-# What a process is to compute with: named, so that whoever hands it on need not import it.
+# The executor of a process: named, so that a caller who passes it on need not import it.
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,16 +10,16 @@ from types import TracebackType
 from typing import Any, Self, TextIO
 
 from nanoslip.solver.outcome import Outcome
-from nanoslip.study.run.dispatch import Measured, Work
+from nanoslip.study.run.dispatch import MeasuredTimes, Work
 
 
 class Forecast:
     """Remaining time of a run: estimates scaled by measured times of each kind."""
 
-    def __init__(self, tasks: Sequence[Work], ranks: int = 1, measured: Measured | None = None) -> None:
+    def __init__(self, tasks: Sequence[Work], ranks: int = 1, measured: MeasuredTimes | None = None) -> None:
         """measured: what tasks of the campaign took in earlier runs, if any."""
         self._ranks = ranks
-        self._measured = Measured(measured.as_data() if measured else {})
+        self._measured = MeasuredTimes(measured.as_data() if measured else {})
         self._left: defaultdict[str, float] = defaultdict(float)
         for task in tasks:
             self._left[task.kind] += task.cost
@@ -85,7 +85,9 @@ BAR, OTHERS = 20, 72
 class Progress:
     """Called where a task has ended, while entered: a line at the start, every `SILENCE` seconds and at the end."""
 
-    def __init__(self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1, measured: Measured | None = None) -> None:
+    def __init__(
+        self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1, measured: MeasuredTimes | None = None
+    ) -> None:
         self._count, self._done = len(tasks), 0
         self._forecast = Forecast(tasks, ranks, measured)
         self._stream = stream
@@ -125,7 +127,9 @@ class Progress:
 class TerminalProgress(Progress):
     """A bar that moves with the work done, and never back if estimates rise."""
 
-    def __init__(self, tasks: Sequence[Work], console: Any, ranks: int = 1, measured: Measured | None = None) -> None:
+    def __init__(
+        self, tasks: Sequence[Work], console: Any, ranks: int = 1, measured: MeasuredTimes | None = None
+    ) -> None:
         from rich import progress  # noqa: PLC0415  a run under a launcher never needs it
 
         super().__init__(tasks, console.file, ranks, measured)
@@ -164,7 +168,9 @@ class TerminalProgress(Progress):
         )
 
 
-def open_progress(tasks: Sequence[Work], console: Any, ranks: int = 1, measured: Measured | None = None) -> Progress:
+def open_progress(
+    tasks: Sequence[Work], console: Any, ranks: int = 1, measured: MeasuredTimes | None = None
+) -> Progress:
     """The kind of progress that fits this console (of `rich`), on stderr.
 
     ranks: how many compute at once. measured: what tasks of the campaign took in earlier runs.

@@ -19,7 +19,7 @@ from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.collect import NOTE, collect, is_made_of, made_of, write_state
 from nanoslip.study.dataset.file import groups_of
-from nanoslip.study.dataset.table import rows_of
+from nanoslip.study.dataset.table import case_rows
 from nanoslip.study.dataset.variables import (
     EXPLAINED,
     UNKNOWN,
@@ -475,8 +475,8 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     assert (case["outcome"].item(), case["message"].item()) == ("completed", lost.message)
     fast = case.sel(drive="fast")
     assert fast["regime"].item() == "slides"
-    assert rows_of(fast, "regime").tallies("regime") == [{"slides": 2, "sticks": 1}]
-    assert rows_of(fast, "outcome").tallies("outcome") == [{"completed": 1}]  # members are not counted
+    assert case_rows(fast, "regime").tallies("regime") == [{"slides": 2, "sticks": 1}]
+    assert case_rows(fast, "outcome").tallies("outcome") == [{"completed": 1}]  # members are not counted
     assert means_of(case).endswith(f"over 4 members, ± their 68 % interval; {UNKNOWN}; {EXPLAINED}")
 
 

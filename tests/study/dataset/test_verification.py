@@ -21,7 +21,7 @@ from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import computing, here
 from nanoslip.study.plan import grids
-from nanoslip.study.plan.grids import Measured, as_text
+from nanoslip.study.plan.grids import MeasuredGrid, as_text
 from nanoslip.study.plan.kinds import in_stages
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import Task, TaskResult
@@ -102,7 +102,7 @@ def verified(path: Path, folder: Path, count: int | None = None, run: Run = once
         cases = verification.sample(verification.computed(plan, found), count)
         for task in verification.tasks_of(plan, cases, found):
             store.write(run(task, {key: store.read(key) for key in task.needs}))
-        return list(verification.compare(found, plan, cases, store))
+        return list(verification.verify_cases(found, plan, cases, store))
 
 
 def verdicts(findings: list[Finding]) -> list[Verdict]:
@@ -179,7 +179,7 @@ CONTACTS = tuple(0.01 * 1.2**number for number in range(22))
 
 
 FRONT = as_text(
-    {}, CONTACTS, [Measured(Slab(n_x=n_x), n_x / 17.0, tuple(0.2 / n_x for _ in CONTACTS)) for n_x in (17, 33, 65)]
+    {}, CONTACTS, [MeasuredGrid(Slab(n_x=n_x), n_x / 17.0, tuple(0.2 / n_x for _ in CONTACTS)) for n_x in (17, 33, 65)]
 )
 
 

@@ -14,6 +14,7 @@ from nanoslip.study.figures.points import (
     Points,
     UnknownNameError,
     axis_named,
+    in_symbols,
     in_text,
     label,
     points_named,
@@ -22,7 +23,6 @@ from nanoslip.study.figures.points import (
     symbol,
     typeset,
     variable_of,
-    words,
 )
 from nanoslip.study.figures.sweep import (
     FAILED,
@@ -116,7 +116,7 @@ def test_labels_say_meaning_symbol_and_unit() -> None:
 def test_values_are_as_short_as_they_can_be() -> None:
     values = (0.25, 200.0, 30000.0, 2.5e-4, 0.001, 1e-10, 12345.6, 65, "bonded", float("inf"))
     assert " ".join(map(in_text, values)) == "0.25 200 3e4 2.5e-4 0.001 1e-10 12345.6 65 bonded inf"
-    assert words({"radius": 50.0, "n_x": 33, "spring_stiffness": 1e5}) == "R/L_x = 50, n_x = 33, k = 1e5 N/m"
+    assert in_symbols({"radius": 50.0, "n_x": 33, "spring_stiffness": 1e5}) == "R/L_x = 50, n_x = 33, k = 1e5 N/m"
 
 
 # Points hold every case once, with its axes; a ratio's uncertainty follows from both numbers; members are mean and error.
@@ -290,8 +290,8 @@ def test_lines_hold_the_values_in_the_order_of_x() -> None:
     assert crosses(axes.figure) == []
     lines = [bars.lines[0].get_linestyle() for bars in axes.containers]
     points = points_of(product(lambda support: np.arange(2.0), support=["bonded", "frictionless"]), "plateau_mean")
-    words = figure_of(points, roles_of(points)).axes[0].containers[0].lines[0]
-    assert (lines, words.get_linestyle()) == (["-", "--"], "None")  # which no line joins
+    in_symbols = figure_of(points, roles_of(points)).axes[0].containers[0].lines[0]
+    assert (lines, in_symbols.get_linestyle()) == (["-", "--"], "None")  # which no line joins
 
 
 def test_a_line_breaks_where_a_value_is_missing_and_a_cross_is_on_the_lower_edge() -> None:
@@ -322,12 +322,12 @@ def test_each_value_has_its_tile() -> None:
 def test_each_word_has_its_own_colour_and_stands_whole_in_the_legend(count: int) -> None:
     """Nine words are more than there are colours of lines."""
     data = product(lambda radius, n_x: radius + n_x, radius=np.arange(1.0, count + 1.0).tolist(), n_x=[17, 33])
-    words = [f"a word of sort {number}, and more" for number in range(count)]
-    data["outcome"] = (("radius", "n_x"), np.array([[word, word] for word in words], dtype=object))
+    in_symbols = [f"a word of sort {number}, and more" for number in range(count)]
+    data["outcome"] = (("radius", "n_x"), np.array([[word, word] for word in in_symbols], dtype=object))
     figure = figure_of(points := points_of(data, "outcome"), roles_of(points))
     figure.draw_without_rendering()
     (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == words
+    assert [text.get_text() for text in legend.get_texts()] == in_symbols
     box = legend.get_window_extent()
     assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
     mesh = figure.axes[0].collections[0]

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import nanoslip
-from nanoslip.study.inference.fit import Computed, Range, Target, fit, sentences
+from nanoslip.study.inference.fit import ComputedPoint, Range, Target, fit, sentences
 from nanoslip.study.inference.pictures import contours
 from nanoslip.study.inference.surrogate import TooFewError
 
@@ -31,11 +31,11 @@ class Laboratory:
     def __init__(self) -> None:
         self.calls: list[Floats] = []
 
-    def __call__(self, x: Floats) -> Computed:
+    def __call__(self, x: Floats) -> ComputedPoint:
         self.calls.append(x)
         values = friction(x)
         chance = [np.random.default_rng(int(1e9 * point.sum())).standard_normal(2) for point in x]
-        return Computed(x, values * (1.0 + ERROR * np.array(chance)), ERROR * values, np.full_like(values, np.nan))
+        return ComputedPoint(x, values * (1.0 + ERROR * np.array(chance)), ERROR * values, np.full_like(values, np.nan))
 
 
 def measured(static: float, kinetic: float, error: float) -> tuple[Target, Target]:
@@ -107,9 +107,9 @@ def test_of_a_number_far_out_of_reach_the_nearest_is_that_of_the_nearest_number(
 def test_two_islands_are_two_ranges():
     """A number that is the same on both sides of the middle: neither range has the middle, and the best one is computed."""
 
-    def simulate(x: Floats) -> Computed:
+    def simulate(x: Floats) -> ComputedPoint:
         values = np.column_stack([(x[:, 0] - 0.5) ** 2, x[:, 1]])
-        return Computed(x, values, *np.full((2, *values.shape), 1e-4))
+        return ComputedPoint(x, values, *np.full((2, *values.shape), 1e-4))
 
     found = fit([Target("a", 0.09, 0.01), Target("b", 0.5, 0.05)], (Range("x", 0, 1, False), RANGES[1]), simulate)
     ends = sorted(each for each in found.intervals(0, 0.95) if each)
@@ -123,8 +123,8 @@ def test_two_islands_are_two_ranges():
 def test_a_measured_number_may_be_zero():
     """At a corner of what is looked at: it is reached, and has no ratio."""
 
-    def simulate(x: Floats) -> Computed:
-        return Computed(x, x, *np.full((2, *x.shape), 1e-3))
+    def simulate(x: Floats) -> ComputedPoint:
+        return ComputedPoint(x, x, *np.full((2, *x.shape), 1e-3))
 
     found = fit([Target("a", 1.0, 0.01), Target("b", 0.0, 0.01)], RANGES, simulate)
     assert found.reached
@@ -137,9 +137,9 @@ def test_what_cannot_be_told_apart_is_named():
     """mu_k = mu_i (1 + r) / 2 fixes the product alone: mu_i is free between 1 and 2 times, and both are named as a pair."""
     ranges = (Range("mu_i", 0.1, 0.8, False), Range("residual_shear", 0.0, 1.0, False))
 
-    def simulate(x: Floats) -> Computed:
+    def simulate(x: Floats) -> ComputedPoint:
         values = 0.5 * ranges[0].at(x[:, :1]) * (1.0 + ranges[1].at(x[:, 1:]))
-        return Computed(x, values, *np.full((2, *values.shape), 1e-4))
+        return ComputedPoint(x, values, *np.full((2, *values.shape), 1e-4))
 
     found = fit([Target("mu_k", 0.26, 0.005)], ranges, simulate)
     assert found.undetermined() == ["residual_shear"]
@@ -158,9 +158,9 @@ def test_a_share_of_a_range_is_the_inverse_of_its_values():
 
 
 def test_the_figure_of_one_parameter_shows_the_measured_number_as_a_band():
-    def simulate(x: Floats) -> Computed:
+    def simulate(x: Floats) -> ComputedPoint:
         values = RANGES[0].at(x[:, :1])
-        return Computed(x, values, *np.zeros((2, *values.shape)))
+        return ComputedPoint(x, values, *np.zeros((2, *values.shape)))
 
     found = fit([Target("mu_k", 0.3, 0.02)], RANGES[:1], simulate)
     (axes,) = contours(found).axes
@@ -171,9 +171,9 @@ def test_the_figure_of_one_parameter_shows_the_measured_number_as_a_band():
 def test_a_region_without_numbers_does_not_agree():
     """Where the nearest computed point has no number nothing agrees, though the regression would reach there."""
 
-    def simulate(x: Floats) -> Computed:
+    def simulate(x: Floats) -> ComputedPoint:
         values = np.where(x[:, 1:] > 0.5, np.nan, friction(x)[:, 1:])
-        return Computed(x, values, *np.zeros((2, *values.shape)))
+        return ComputedPoint(x, values, *np.zeros((2, *values.shape)))
 
     found = fit([Target("mu_k", 0.26, 0.01)], RANGES, simulate)
     assert found.agreeing(0.95)[:, 1].max() < 0.62  # half a distance of points beyond
@@ -181,9 +181,9 @@ def test_a_region_without_numbers_does_not_agree():
 
 
 def test_where_too_few_points_have_a_number_it_is_said_how_many_and_what_helps():
-    def simulate(x: Floats) -> Computed:
+    def simulate(x: Floats) -> ComputedPoint:
         values = np.where(x[:, 1:] > 0.1, np.nan, friction(x)[:, 1:])
-        return Computed(x, values, *np.zeros((2, *values.shape)))
+        return ComputedPoint(x, values, *np.zeros((2, *values.shape)))
 
     with pytest.raises(TooFewError, match=r"mu_k: \d values .* 8; 2\d of 32 points .*\nstep_limit: \d+"):
         fit([Target("mu_k", 0.26, 0.01)], RANGES, simulate, why=lambda x: [f"step_limit: {len(x)}"])

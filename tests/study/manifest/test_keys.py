@@ -7,7 +7,7 @@ import pytest
 
 from nanoslip.solver.drive import Scales
 from nanoslip.study.manifest.cases import tables
-from nanoslip.study.manifest.keys import Key, key_of, keys, text_of, text_of_table
+from nanoslip.study.manifest.keys import Key, key_of, key_text, keys, text_of_table
 from nanoslip.study.manifest.manifest import SECONDS
 from nanoslip.study.manifest.parameters import plain
 from nanoslip.study.manifest.reader import TOP_LEVEL
@@ -58,7 +58,7 @@ def test_a_table_has_all_its_keys(table: str) -> None:
 
 def test_all_of_a_key_fits_a_terminal_of_80_columns_or_is_a_sentence() -> None:
     for key in keys():
-        facts = dict(line.strip().split(": ", 1) for line in text_of(key).splitlines()[1:])
+        facts = dict(line.strip().split(": ", 1) for line in key_text(key).splitlines()[1:])
         assert {"meaning", "key", "allowed", "default"} <= facts.keys(), key.word
         assert len(f"  allowed: {facts['allowed']}") <= 80 or key.word in ("of", "scheme"), key.word  # which list names
 

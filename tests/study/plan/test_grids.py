@@ -10,7 +10,7 @@ from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.slab import Slab
 from nanoslip.study.plan.grids import (
     Front,
-    Measured,
+    MeasuredGrid,
     as_text,
     discretized,
     load_front,
@@ -27,7 +27,7 @@ def contact(half_width: float, slab: Slab | None = None, **others: object) -> Ca
 
 def front(contacts: dict[float, float], slab: Slab | None = None) -> Front:
     """A front of one discretization: half-width of the contact -> error."""
-    row = Measured(slab or Slab(n_x=17), 1.0, tuple(contacts.values()))
+    row = MeasuredGrid(slab or Slab(n_x=17), 1.0, tuple(contacts.values()))
     return Front("here.json", {"processor": "an abacus"}, tuple(contacts), (row,))
 
 
@@ -75,7 +75,10 @@ def test_nothing_is_expected_between_contacts_that_are_far_apart():
 
 
 def test_a_file_gives_back_what_was_written(tmp_path):
-    rows = (Measured(Slab(n_x=17), 1.0, (0.1, 0.2)), Measured(Slab(n_x=33, support="frictionless"), 0.25, (1e-17, 0.3)))
+    rows = (
+        MeasuredGrid(Slab(n_x=17), 1.0, (0.1, 0.2)),
+        MeasuredGrid(Slab(n_x=33, support="frictionless"), 0.25, (1e-17, 0.3)),
+    )
     path = tmp_path / "mine.json"
     path.write_text(as_text({"processor": "Zähler"}, (0.1, 0.4), rows), "utf-8")
     found = load_front(path)

@@ -27,7 +27,7 @@ from nanoslip.study.report.summary import (
     endings,
     factored,
     failure_summary,
-    plain,
+    formatted,
     scalar_table,
     short_summary,
 )
@@ -228,7 +228,7 @@ def test_a_single_row_and_rows_that_differ_stay_as_they_are(table: Table) -> Non
 
 
 def test_a_large_whole_number_is_written_whole_and_others_in_their_digits() -> None:
-    written = [plain(value, 5) for value in (199880.0, 2000.0, 0.123456, 275649123.5, 1e30)]
+    written = [formatted(value, 5) for value in (199880.0, 2000.0, 0.123456, 275649123.5, 1e30)]
     assert written == ["199\N{NO-BREAK SPACE}880", "2000", "0.12346", "2.7565e+08", "1e+30"]
 
 

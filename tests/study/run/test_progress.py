@@ -11,7 +11,7 @@ import rich.console
 
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.study.plan.kinds import compliance_task, record_task
-from nanoslip.study.run.dispatch import Measured
+from nanoslip.study.run.dispatch import MeasuredTimes
 from nanoslip.study.run.progress import Forecast, Progress, TerminalProgress, duration, makespan, roughly
 from tests.study.plan.running import CASE
 from tests.study.run.made_up import Work
@@ -79,7 +79,7 @@ def test_a_kind_is_scaled_by_its_own_tasks_and_others_by_all_until_they_have_som
 
 def test_a_run_that_goes_on_begins_with_what_the_earlier_ones_measured():
     tasks = tasks_of("xy", 100)
-    forecast = Forecast(tasks, 1, Measured({"x": [10, 10.0, 20.0], "y": [1, 2.0, 1.0]}))
+    forecast = Forecast(tasks, 1, MeasuredTimes({"x": [10, 10.0, 20.0], "y": [1, 2.0, 1.0]}))
     assert forecast.seconds == pytest.approx(250.0)
     learn(forecast, tasks[:50], 2.0)
     assert forecast.seconds == pytest.approx(150.0)
@@ -94,7 +94,7 @@ def test_many_ranks_take_as_long_as_the_longest_chain_and_one_takes_it_all():
 
 def test_tasks_that_took_twice_as_long_as_predicted_double_what_is_expected_of_their_kind():
     tasks = [Work(f"{kind}{number}", cost=1.0 + number, kind=kind) for kind in "xyz" for number in range(4)]
-    measured = Measured()
+    measured = MeasuredTimes()
     assert makespan(tasks, 1, measured.seconds) == sum(task.cost for task in tasks)
     for task in tasks[:4]:
         measured.learn(task, 2.0 * task.cost)
@@ -105,7 +105,7 @@ def test_tasks_that_took_twice_as_long_as_predicted_double_what_is_expected_of_t
     assert makespan(tasks[:8], 1, measured.seconds) == pytest.approx(25.0)
     assert makespan(tasks[:4], 100, measured.seconds) == pytest.approx(8.0)
     assert (measured.tasks("x"), measured.tasks("xy"), measured.tasks("xyz")) == (4, 5, 0)
-    again = Measured(measured.as_data(), measured.as_data())  # of two runs
+    again = MeasuredTimes(measured.as_data(), measured.as_data())  # of two runs
     assert (again.factor("x"), again.tasks("xy")) == (measured.factor("x"), 10)
 
 
