@@ -91,11 +91,6 @@ class LoadPath:
         return bool(self.amplitude or self.slid)
 
     @property
-    def largest_load(self) -> float:
-        """Largest load, over the case's."""
-        return max((1.0, *self.visited_loads, *(load for _, load in self.legs)))
-
-    @property
     def loads_change(self) -> bool:
         """True if the load changes from the case's load."""
         return any(load != 1.0 for load in (*self.visited_loads, *(load for _, load in self.legs)))

@@ -15,18 +15,8 @@ from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.reading import lines_left_out, separation
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
+from nanoslip.study.figures import shared
 from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
-from nanoslip.study.figures.shared import (
-    FORMATS,
-    CampaignFigure,
-    View,
-    column,
-    csv_of,
-    format_of,
-    image,
-    resized,
-    styled,
-)
 from nanoslip.study.figures.sweep import view_named
 from nanoslip.study.manifest.columns import file_text
 from nanoslip.study.manifest.parameters import compact, plain
@@ -73,7 +63,7 @@ def draw_figure(
     sheet: str,
 ) -> None:
     """Draw a number of a campaign's dataset where `y` names one, else named figures, computing what they lack."""
-    with refusals(InvalidInput), styled(sheet):
+    with refusals(InvalidInput), shared.styled(sheet):
         if y:
             if everything or not names:
                 raise Refusal(f"--y {y}: needs one campaign, or a dataset (results.nc)")
@@ -94,17 +84,19 @@ def draw_figure(
             note(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
-def _files_of(view: View, output: Path | None, table: bool, size: tuple[float, float] | None) -> dict[Path, bytes]:
+def _files_of(
+    view: shared.View, output: Path | None, table: bool, size: tuple[float, float] | None
+) -> dict[Path, bytes]:
     """A figure, and perhaps its numbers beside it."""
-    target = output or Path(f"{view.name}.{FORMATS[0]}")
-    files = {target: image(resized(view.draw(), size or ()), format_of(target))}
-    return files | ({target.with_suffix(".csv"): csv_of(view.columns()).encode()} if table else {})
+    target = output or Path(f"{view.name}.{shared.FORMATS[0]}")
+    files = {target: shared.image(shared.resized(view.draw(), size or ()), shared.format_of(target))}
+    return files | ({target.with_suffix(".csv"): shared.csv_of(view.columns()).encode()} if table else {})
 
 
 def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ...], into: Path, out: Path) -> None:
     """Draw shipped figures by name, and all that the script beside a campaign file has."""
     known = shipped_figures()
-    chosen: dict[Path, list[CampaignFigure]] = {}
+    chosen: dict[Path, list[shared.CampaignFigure]] = {}
     for name in known if everything else names:
         of_file = figures_of(Path(name)) if Path(name).suffix == ".toml" else ()
         if name not in known and not of_file:
@@ -138,7 +130,7 @@ def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: 
         raise Refusal(f"{file}: {error}") from None
     print_sentences(_surface_lines(found, slab_width))
     if picture:
-        write({picture: _surface_drawn(found, format_of(picture))})
+        write({picture: _surface_drawn(found, shared.format_of(picture))})
     else:
         print_lines([Curve(1e6 * found.x, 1e9 * found.height, "x, in μm", "height, in nm")])
 
@@ -174,13 +166,13 @@ def _surface_lines(found: Surface, slab_width: float) -> list[str]:
 def _surface_drawn(found: Surface, form: str) -> bytes:
     """The profile above its spectrum."""
     wavenumber, power = found.spectrum
-    with column(4.4) as figure:
+    with shared.column(4.4) as figure:
         above, below = figure.subplots(2)
         above.plot(1e6 * found.x, 1e9 * found.height)
         above.set(xlabel="x (μm)", ylabel="height (nm)")
         below.plot(wavenumber, power)
         below.set(xlabel="wavenumber 2π/λ (1/m)", ylabel="power of heights (m³)", xscale="log", yscale="log")
-        return image(figure, form)
+        return shared.image(figure, form)
 
 
 # `nanoslip frames`: one case of a campaign at work, event by event, as a strip of pictures or a film.
@@ -215,11 +207,11 @@ def drawn(lines: Sequence[Curve], picture: Path) -> bytes:
     """A picture of the lines, one above the other. Raises Refusal if there is none."""
     if not lines:
         raise Refusal("this case has no friction record, motion or contact to be drawn: see [outputs] and stages")
-    with column(height=2.2 * len(lines)) as figure:
+    with shared.column(height=2.2 * len(lines)) as figure:
         for axes, line in zip(figure.subplots(len(lines), squeeze=False).ravel(), lines, strict=True):
             axes.plot(line.x, line.y)
             axes.set(xlabel=line.x_label, ylabel=line.y_label)
-        return image(figure, format_of(picture))
+        return shared.image(figure, shared.format_of(picture))
 
 
 def write(files: Mapping[Path, bytes]) -> None:

@@ -17,7 +17,7 @@ from nanoslip.study.commands.reading import lines_left_out, separation
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.table import one_case
-from nanoslip.study.figures.shared import COLORS, PAGE, column, format_of, image, legend
+from nanoslip.study.figures import shared
 from nanoslip.study.inference.recording import Given, Source, Trace, read_trace
 from nanoslip.study.inference.trace import Flag, TraceNumbers, measure
 from nanoslip.study.manifest.columns import file_text
@@ -132,7 +132,7 @@ def show_trace(
     **reading: Any,
 ) -> None:
     """Print the numbers of a trace, beside those of a computed drive, and draw it. reading: see `Reading`."""
-    form = format_of(picture) if picture else ""
+    form = shared.format_of(picture) if picture else ""
     trace, weight, found = Reading(**reading).numbers(file)
     if over and trace.unit == "N" and math.isnan(weight):
         raise Refusal('--over: needs --load, as "100 N": computed forces are shares of the load')
@@ -214,23 +214,25 @@ def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     label = "F/W" if trace.unit == "1" or math.isfinite(load) else "force (N)"
     middle = found.cycles[len(found.cycles) // 2] if found.cycles else None
-    with column(4.4 if middle else 2.4, PAGE) as figure:
+    with shared.column(4.4 if middle else 2.4, shared.PAGE) as figure:
         panels = figure.subplots(2 if middle else 1, squeeze=False)[:, 0]
         if computed is not None:
             shift = _first_slip(found) - _first_drop(computed) if trace.over == "time" else 0.0
             force = computed["sample_spring_force"]
             panels[0].plot(
-                computed["time"] + shift, force, color=COLORS[2], label=f"computed, {shift:+.3g} s", zorder=3
+                computed["time"] + shift, force, color=shared.COLORS[2], label=f"computed, {shift:+.3g} s", zorder=3
             )
         for axes, marker in zip(panels, (",", "."), strict=False):
-            look: dict[str, Any] = {"marker": marker, "markersize": 2.0, "linewidth": 0.5, "color": COLORS[5]}
+            look: dict[str, Any] = {"marker": marker, "markersize": 2.0, "linewidth": 0.5, "color": shared.COLORS[5]}
             axes.plot(trace.at, trace.force / per, label="measured", **look)
             for number, cycle in enumerate(found.cycles):
                 name = "Eq. 16-19" if not number else None
-                axes.plot(cycle.at, cycle.fit, color=COLORS[1], linewidth=1.0, label=name)
+                axes.plot(cycle.at, cycle.fit, color=shared.COLORS[1], linewidth=1.0, label=name)
             for style, name in (("--", "static_friction"), (":", "kinetic_friction")):
                 if name in found.numbers:
-                    axes.axhline(found.numbers[name].value, color=COLORS[0], linestyle=style, label=SYMBOLS[name])
+                    axes.axhline(
+                        found.numbers[name].value, color=shared.COLORS[0], linestyle=style, label=SYMBOLS[name]
+                    )
             axes.set_ylabel(label)
         if middle:
             shown = (trace.at >= middle.at[0]) & (trace.at <= middle.at[-1])
@@ -238,8 +240,8 @@ def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr
             room = 0.1 * (force.max() - force.min())
             panels[1].set(xlim=(middle.at[0], middle.at[-1]), ylim=(force.min() - room, force.max() + room))
         panels[-1].set_xlabel("time (s)" if trace.over == "time" else "displacement (m)")
-        legend(figure)
-        return image(figure, form)
+        shared.legend(figure)
+        return shared.image(figure, form)
 
 
 def _first_slip(found: TraceNumbers) -> float:

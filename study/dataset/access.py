@@ -13,18 +13,9 @@ from numpy.typing import NDArray
 from nanoslip.solver.parameter import attributes
 from nanoslip.solver.sliding.record import drops
 from nanoslip.solver.sliding.sizes import SIZES
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.file import LostGroupsError, groups_of, tree_of, with_texts
 from nanoslip.study.dataset.table import CASE, CaseRows, Selection, case_rows, selected, selection_text
-from nanoslip.study.dataset.variables import (
-    DRIVE_NAME,
-    EVENT_DROP,
-    OUTCOMES,
-    SOFTWARE,
-    all_groups,
-    parameters,
-    run_names,
-    windows,
-)
 
 
 def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Dataset, xr.Dataset]:
@@ -48,7 +39,7 @@ def run_of(root: xr.Dataset, name: str, selection: Selection) -> tuple[xr.Datase
 
 def id_of(root: xr.Dataset, name: str) -> str:
     """The variable that names the run of each case. Raises ValueError if a dataset has no such group."""
-    known = all_groups()[name].id.name
+    known = variables.all_groups()[name].id.name
     groups = groups_of(root)
     if not groups:
         raise ValueError(
@@ -74,7 +65,7 @@ def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] |
         )
     return {
         sample: [slice(int(first[numbers[each]]), int(first[numbers[each] + 1])) for each in ids]
-        for sample, first in windows(group, all_groups()[name]).items()
+        for sample, first in variables.windows(group, variables.all_groups()[name]).items()
     }
 
 
@@ -226,7 +217,7 @@ class Accessor:
 
     def _varying(self) -> list[str]:
         """Parameters that differ between cases or drives, and names of these."""
-        known = {*parameters(), DRIVE_NAME.name, "case_id", CASE}
+        known = {*variables.parameters(), variables.DRIVE_NAME.name, "case_id", CASE}
         return [str(name) for name, each in self._dataset.coords.items() if name in known and each.dims]
 
 
@@ -239,7 +230,7 @@ MAIN: Final = ("static_friction", "kinetic_friction", "plateau_mean", "contact_h
 def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Summary of a dataset or a selection: name and text of each fact."""
     yield "campaign", str(root.attrs.get("title", "no dataset of nanoslip"))
-    for kind, (ending, _) in OUTCOMES.items():
+    for kind, (ending, _) in variables.OUTCOMES.items():
         if ending.name in root:
             counts = Counter(root[ending.name].values.ravel().tolist())
             along = ", ".join(f"{dim} ({size})" for dim, size in root[ending.name].sizes.items() if size > 1)
@@ -251,7 +242,7 @@ def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
             units = {"1": ""}.get(unit := str(root[name].attrs.get("units", "1")), f" {unit}")
             yield name, " to ".join(ends) + units
     try:
-        yield "groups", ", ".join(name for name in groups_of(root) if name != SOFTWARE[0].name) or "none"
+        yield "groups", ", ".join(name for name in groups_of(root) if name != variables.SOFTWARE[0].name) or "none"
     except LostGroupsError:
         yield "groups", "lost"
     facts = {"by": "creator_name", "licence": "license", "nanoslip": "nanoslip_version", "commit": "source_commit"}
@@ -261,12 +252,12 @@ def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
 def _dropping(run: xr.Dataset) -> xr.Dataset:
     """Events with the drop of friction force in each."""
     before, after = (run[name].values for name in FRICTION)
-    return run.assign({EVENT_DROP.name: ("event", drops(before, after), attributes(EVENT_DROP))})
+    return run.assign({variables.EVENT_DROP.name: ("event", drops(before, after), attributes(variables.EVENT_DROP))})
 
 
 def _with(run: xr.Dataset, case: xr.Dataset) -> xr.Dataset:
     """A run with its case's parameters as coordinates, its scalars as variables."""
-    apart = run.variables.keys() | run_names()
+    apart = run.variables.keys() | variables.run_names()
     own = {name: each for name, each in case.variables.items() if name not in apart}
     found = run.assign(own).set_coords([name for name in own if name in case.coords])
     found.encoding = {}
@@ -305,12 +296,12 @@ def columns_of(root: xr.Dataset, table: str | None = None) -> list[Column]:
         return _long(_TABLES[table](Accessor(root)))
     rows = case_rows(root)
     names = dict.fromkeys([*rows.sizes, *root.coords, *root.data_vars])
-    return [_column(root[name], rows) for name in names if rows.has(name) and name not in run_names()]
+    return [_column(root[name], rows) for name in names if rows.has(name) and name not in variables.run_names()]
 
 
 def _long(table: xr.Dataset) -> list[Column]:
     """The runs of a group: whose they are, the number within a run, then the group's own columns."""
-    own = {name for group in all_groups().values() for name in group.columns}
+    own = {name for group in variables.all_groups().values() for name in group.columns}
     labels = [name for name in table.coords if name not in (*own, *table.dims)]
     names = dict.fromkeys([*labels, *table.coords, *table.data_vars])
     rows = case_rows(table, str(labels[0]))

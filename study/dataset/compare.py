@@ -15,17 +15,8 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import GRID_ERROR, SHARED_ERROR
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.table import CaseRows, case_rows
-from nanoslip.study.dataset.variables import (
-    COMPUTED_BY,
-    DRIVE,
-    DRIVE_NAME,
-    MEMBERS,
-    OUTCOMES,
-    of_drives,
-    parameters,
-    run_names,
-)
 from nanoslip.study.manifest.parameters import HASHED, TABLES, Value, words_of
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.plan import NOTHING_KNOWN
@@ -117,14 +108,14 @@ class Matched:
 
 def matched(pair: Pair, kind: str) -> Matched:
     """Match the rows of cases ("") or drives that both datasets have. Raises NotComparableError if rows are ambiguous."""
-    one, other = (case_rows(root, OUTCOMES[kind][0].name) for root in pair)
+    one, other = (case_rows(root, variables.OUTCOMES[kind][0].name) for root in pair)
     names = [
         name
-        for name in (*parameters(), DRIVE_NAME.name)
+        for name in (*variables.parameters(), variables.DRIVE_NAME.name)
         if any(rows.has(name) and len(values(rows.root, name)) > 1 for rows in (one, other))
     ]
     here, there = _places(one, names), _places(other, names)
-    endings = [rows.values(OUTCOMES[kind][0].name) for rows in (one, other)]
+    endings = [rows.values(variables.OUTCOMES[kind][0].name) for rows in (one, other)]
     shared = [(key, (place, there[key])) for key, place in here.items() if key in there]
     done = [(key, at) for key, at in shared if not {endings[0][at[0]], endings[1][at[1]]} & set(NOTHING_KNOWN)]
     at = np.array([places for _, places in done], np.int64).reshape(-1, 2)
@@ -194,7 +185,7 @@ def observed(found: Matched) -> Iterator[Observed]:
     for name in _names(found):
         if _judged(found, name):
             scale = max(magnitude(root[name].values) for root in found.roots) if _number(found, name) else 0.0
-            columns = (_beside(found, each) for each in (name, f"{name}_uncertainty", MEMBERS.name))
+            columns = (_beside(found, each) for each in (name, f"{name}_uncertainty", variables.MEMBERS.name))
             for label, both, errors, members in zip(found.labels, *columns, strict=True):
                 yield Observed(label, name, both, *_verdict(both, errors, members, scale))
 
@@ -208,9 +199,11 @@ def unjudged(found: Matched) -> tuple[list[str], list[str]]:
 
 def _names(found: Matched) -> list[str]:
     """Shared variables of cases or drives, without companions such as ± and without provenance."""
-    driven = of_drives() | {each.name for each in OUTCOMES[DRIVE]}
-    apart = {each.name for each in COMPUTED_BY.values()} | {message.name for _, message in OUTCOMES.values()}
-    apart |= run_names() | {"advice", GRID_ERROR}
+    driven = variables.of_drives() | {each.name for each in variables.OUTCOMES[variables.DRIVE]}
+    apart = {each.name for each in variables.COMPUTED_BY.values()} | {
+        message.name for _, message in variables.OUTCOMES.values()
+    }
+    apart |= variables.run_names() | {"advice", GRID_ERROR}
     shared = (str(name) for name in found.roots[0].data_vars if name not in apart)
     both = [name for name in shared if all(rows.has(name) for rows in found.both)]
     told = ("_uncertainty", "members", SHARED_ERROR)
@@ -283,7 +276,7 @@ def differing(pair: Pair) -> dict[str, tuple[str, str]]:
 
 def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Name and text of every fact of a dataset."""
-    for name in (*parameters(), DRIVE_NAME.name):
+    for name in (*variables.parameters(), variables.DRIVE_NAME.name):
         if found := values(root, name):
             yield name, ", ".join(map(_word, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
     for key, value in _keys_of_facts(from_toml(str(root.attrs.get("manifest", "")))):

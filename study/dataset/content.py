@@ -15,23 +15,8 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import InvalidInput, printable
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.dataset.variables import (
-    ADVICE,
-    CASE_ID,
-    COMPUTED_BY,
-    DRIVE_MEMBERS,
-    DRIVE_NAME,
-    MEMBERS,
-    OUTCOMES,
-    SOFTWARE,
-    VALIDITY,
-    Group,
-    all_groups,
-    by_name,
-    scalars,
-    windows,
-)
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.kinds import KINDS
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line
@@ -89,22 +74,27 @@ def _of_variables(content: Content) -> Iterator[str]:
             place = printable(f"{group}/{name}".lstrip("/"), _MOST)
             yield from (f"{place}: {need}" for need in _of_variable(str(name), variable))
     root = content[""]
-    if CASE_ID.name not in root:
-        yield f"no dataset of nanoslip: {CASE_ID.name}: missing"
+    if variables.CASE_ID.name not in root:
+        yield f"no dataset of nanoslip: {variables.CASE_ID.name}: missing"
     for names in _together():
         if missing := [name for name in names if name not in root] if any(name in root for name in names) else []:
             yield f"no dataset of nanoslip: {missing[0]}: missing"
-    for dim in dict.fromkeys(dim for name in (CASE_ID.name, *_ENDINGS) if name in root for dim in root[name].dims):
+    for dim in dict.fromkeys(
+        dim for name in (variables.CASE_ID.name, *_ENDINGS) if name in root for dim in root[name].dims
+    ):
         if dim not in root.indexes or not root.indexes[dim].is_unique or root.indexes[dim].hasnans:
             yield f"{dim}: needs different values, as cases lie along it"
 
 
-_ENDINGS: Final = [ending.name for ending, _ in OUTCOMES.values()]
+_ENDINGS: Final = [ending.name for ending, _ in variables.OUTCOMES.values()]
 
 
 def _together() -> Iterator[Sequence[str]]:
     """Names of variables of the root that are there together, or not at all."""
-    yield from ((ending.name, text.name, COMPUTED_BY[kind].name) for kind, (ending, text) in OUTCOMES.items())
+    yield from (
+        (ending.name, text.name, variables.COMPUTED_BY[kind].name)
+        for kind, (ending, text) in variables.OUTCOMES.items()
+    )
 
 
 def _of_variable(name: str, variable: xr.Variable) -> Iterator[str]:
@@ -118,11 +108,14 @@ def _of_variable(name: str, variable: xr.Variable) -> Iterator[str]:
         yield from _of_texts(variable.values)
     elif variable.dtype.kind not in "iufb":
         yield f"{variable.dtype}: needs numbers or texts"
-    if name in by_name() and are_texts(variable) != (name in _texts()) and (name in _texts() or by_name()[name].units):
-        yield f"needs {'texts' if name in _texts() else 'numbers'}"
+    known, words = variables.by_name().get(name), name in _texts()
+    if known and are_texts(variable) != words and (words or known.units):
+        yield f"needs {'texts' if words else 'numbers'}"
     if name in _whole() and variable.dtype.kind not in "iu":
         yield "needs whole numbers"
-    counted = name in (MEMBERS.name, DRIVE_MEMBERS.name) or name in _whole() - {VALIDITY.name}
+    counted = name in (variables.MEMBERS.name, variables.DRIVE_MEMBERS.name) or name in _whole() - {
+        variables.VALIDITY.name
+    }
     if counted and not bool(np.all(np.isnan(variable) | _counts(variable.values))):
         yield "needs whole numbers from 0 on"
 
@@ -130,21 +123,21 @@ def _of_variable(name: str, variable: xr.Variable) -> Iterator[str]:
 @cache
 def _whole() -> set[str]:
     """Variables over the cases that are whole numbers."""
-    own = (each for kind in KINDS for _, quantity in scalars(kind) for each in (quantity, *quantity.beside))
+    own = (each for kind in KINDS for _, quantity in variables.scalars(kind) for each in (quantity, *quantity.beside))
     return {each.name for each in own if each.whole}
 
 
 def _texts() -> set[str]:
     """Variables that are texts."""
     always = (
-        CASE_ID,
-        DRIVE_NAME,
-        ADVICE,
-        *COMPUTED_BY.values(),
-        *(each for both in OUTCOMES.values() for each in both),
+        variables.CASE_ID,
+        variables.DRIVE_NAME,
+        variables.ADVICE,
+        *variables.COMPUTED_BY.values(),
+        *(each for both in variables.OUTCOMES.values() for each in both),
     )
-    words = (each for kind in KINDS for _, each in scalars(kind) if each.words)
-    return {each.name for each in (*always, *words, *(group.id for group in all_groups().values()))}
+    words = (each for kind in KINDS for _, each in variables.scalars(kind) if each.words)
+    return {each.name for each in (*always, *words, *(group.id for group in variables.all_groups().values()))}
 
 
 def _counts(values: NDArray[Any]) -> NDArray[np.bool_]:
@@ -164,11 +157,11 @@ def _of_texts(values: NDArray[Any]) -> Iterator[str]:
 
 
 def _of_runs(content: Content) -> Iterator[str]:
-    declared = {name: group for name, group in all_groups().items() if name in content}
-    if declared and SOFTWARE[0].name not in content:
-        yield f"group {SOFTWARE[0].name}: missing"
-    for name, group in all_groups().items():
-        if (group.id.name in content[""]) != (name in content) and SOFTWARE[0].name in content:
+    declared = {name: group for name, group in variables.all_groups().items() if name in content}
+    if declared and variables.SOFTWARE[0].name not in content:
+        yield f"group {variables.SOFTWARE[0].name}: missing"
+    for name, group in variables.all_groups().items():
+        if (group.id.name in content[""]) != (name in content) and variables.SOFTWARE[0].name in content:
             yield f"{group.id.name}: missing" if name in content else f"group {name}: missing"
     for name, group in declared.items():
         yield from (f"group {name}: {need}" for need in _of_group(content[name], group))
@@ -180,7 +173,7 @@ def _of_runs(content: Content) -> Iterator[str]:
             yield f"{group.id.name}: {min(strangers)} is not in the group {name}: join datasets with nanoslip.concat"
 
 
-def _of_group(held: xr.Dataset, group: Group) -> Iterator[str]:
+def _of_group(held: xr.Dataset, group: variables.Group) -> Iterator[str]:
     labels = held.indexes.get(group.name)
     if labels is None or not labels.is_unique:
         yield f"{group.name}: needs different names"
@@ -192,5 +185,5 @@ def _of_group(held: xr.Dataset, group: Group) -> Iterator[str]:
                 yield f"{series[0].count.name}: missing"
         elif counts.dims != (group.name,) or counts.dtype.kind not in "iu" or not _counts(counts.values).all():
             yield f"{counts.name}: needs a whole number for each name"
-        elif windows(held, group)[sample][-1] != held.sizes.get(sample, 0):
+        elif variables.windows(held, group)[sample][-1] != held.sizes.get(sample, 0):
             yield f"{counts.name}: needs as many values as {sample} has"

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.parameter import Quantity
 from nanoslip.solver.view import ROUNDING
-from nanoslip.study.dataset import file
+from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.collect import Layout, collect, layout_of
 from nanoslip.study.dataset.compare import (
     Verdict,
@@ -24,18 +24,6 @@ from nanoslip.study.dataset.compare import (
     same_bits,
 )
 from nanoslip.study.dataset.file import flattened, groups_of, loaded
-from nanoslip.study.dataset.variables import (
-    COMPUTED_BY,
-    DISCRETIZATION_ERROR,
-    OUTCOMES,
-    SOFTWARE,
-    Group,
-    all_groups,
-    run_names,
-    scalars,
-    windows,
-    without_numbers,
-)
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.parameters import NAMED
 from nanoslip.study.manifest.reader import parse_manifest, sha256_of
@@ -68,20 +56,20 @@ class NotVerifiableError(StoreError):
 def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     """The plan that a dataset carries with it. Raises NotVerifiableError, ManifestError."""
     facts = found.attrs
-    if "manifest" not in facts or not {"case_id", OUTCOMES[""][0].name} <= set(found.variables):
+    if "manifest" not in facts or not {"case_id", variables.OUTCOMES[""][0].name} <= set(found.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
     beside = {key: str(facts[f"manifest_{key}"]) for key in NAMED if f"manifest_{key}" in facts}
     if sha256_of(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
         changed = "manifest: not what manifest_sha256 is of, or a file that it names is not"
         raise NotVerifiableError(f"{path}: {changed}: changed after it was written")
     manifest = parse_manifest(path, str(facts["manifest"]), beside)
-    if SOFTWARE[0].name not in groups_of(found) or found["case_id"].size != manifest.case_count:
+    if variables.SOFTWARE[0].name not in groups_of(found) or found["case_id"].size != manifest.case_count:
         size = f"{found['case_id'].size} of {manifest.case_count} cases"
         raise NotVerifiableError(
             f"{path}: {size}, groups {', '.join(groups_of(found)) or 'none'}: not as nanoslip wrote it"
         )
-    if manifest.drives and OUTCOMES["drive"][0].name not in found:
-        raise NotVerifiableError(f"{path}: {OUTCOMES['drive'][0].name}: missing: needs how its drives ended")
+    if manifest.drives and variables.OUTCOMES["drive"][0].name not in found:
+        raise NotVerifiableError(f"{path}: {variables.OUTCOMES['drive'][0].name}: missing: needs how its drives ended")
     return make_plan(manifest)
 
 
@@ -102,7 +90,7 @@ def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
 
 def failed(plan: Plan, found: xr.Dataset) -> int:
     """Number of cases whose computation failed: out of time, out of memory, crashed."""
-    without = (_endings(found, "") == PENDING) & (found[OUTCOMES[""][0].name] != PENDING)
+    without = (_endings(found, "") == PENDING) & (found[variables.OUTCOMES[""][0].name] != PENDING)
     return int((without & found["case_id"].isin([case.case_id for case in plan.cases])).sum())
 
 
@@ -137,14 +125,14 @@ def _endings(found: xr.Dataset, kind: str) -> xr.DataArray:
 
     These are time limits, memory and crashes, and tasks that needed such a task: another attempt may end differently.
     """
-    endings = found[OUTCOMES[kind][0].name]
+    endings = found[variables.OUTCOMES[kind][0].name]
     return endings.where(~endings.isin(NOTHING_KNOWN), PENDING)
 
 
 def _as_pending(found: xr.Dataset) -> xr.Dataset:
     """The dataset with these outcomes; `pending` has no message."""
     changed = {}
-    for kind, (outcome, message) in OUTCOMES.items():
+    for kind, (outcome, message) in variables.OUTCOMES.items():
         if outcome.name in found:
             changed[outcome.name] = endings = _endings(found, kind)
             changed[message.name] = found[message.name].where(endings != PENDING, "")
@@ -158,8 +146,8 @@ STANDARD_ERRORS: Final = 5.0
 LITTLE: Final = 1e-2
 """Relative difference allowed, over its scale, for a number computed by another method without known uncertainty."""
 _NOT_COMPARED: Final = "not compared"
-_SOFTWARE: Final = {quantity.name for quantity in COMPUTED_BY.values()}
-_ADVICE: Final = {message.name for _, message in OUTCOMES.values()}
+_SOFTWARE: Final = {quantity.name for quantity in variables.COMPUTED_BY.values()}
+_ADVICE: Final = {message.name for _, message in variables.OUTCOMES.values()}
 _FRONT: Final = "discretization_front"
 _Values = Mapping[str, xr.Variable]
 
@@ -238,12 +226,12 @@ class Recomputed:
         self._reworded = bool(other_software(found))
         # A later package may have a newly measured front: its estimates of a grid's error then differ.
         same_front = found.attrs.get(_FRONT) == again.attrs.get(_FRONT)
-        self._of_front = set() if same_front else {_FRONT, DISCRETIZATION_ERROR.name}
+        self._of_front = set() if same_front else {_FRONT, variables.DISCRETIZATION_ERROR.name}
         groups = groups_of(found), groups_of(again)
-        declared = [group for name, group in all_groups().items() if all(name in each for each in groups)]
+        declared = [group for name, group in variables.all_groups().items() if all(name in each for each in groups)]
         self._groups = [_Runs(group, [each[group.name] for each in groups]) for group in declared]
         self._along = set(again["case_id"].dims)
-        apart = run_names() | self._of_front | _SOFTWARE
+        apart = variables.run_names() | self._of_front | _SOFTWARE
         self._names = [
             str(name)
             for name, values in again.data_vars.items()
@@ -341,16 +329,16 @@ class Recomputed:
 def _alike(kept: NDArray[Any], again: NDArray[Any]) -> bool:
     """True if messages differ in numbers alone."""
     pairs = zip(map(str, kept.flat), map(str, again.flat), strict=True)
-    return all(without_numbers(one) == without_numbers(other) for one, other in pairs)
+    return all(variables.without_numbers(one) == variables.without_numbers(other) for one, other in pairs)
 
 
 class _Runs:
     """The runs of one group, as kept and as recomputed."""
 
-    def __init__(self, group: Group, both: Sequence[xr.Dataset]) -> None:
+    def __init__(self, group: variables.Group, both: Sequence[xr.Dataset]) -> None:
         self.group, self._both = group, both
         self._numbers = [{name: number for number, name in enumerate(each[group.name].values)} for each in both]
-        self._windows = [windows(each, group) for each in both]
+        self._windows = [variables.windows(each, group) for each in both]
 
     def differences(self, kept: str, now: str, moved: bool) -> list[Difference]:
         """One run beside the other, by their names (empty if there is none): whose it is, and column by column."""
@@ -391,15 +379,19 @@ def _half(votes: Iterable[bool]) -> bool:
 @cache
 def _before_sliding() -> set[str]:
     """Variables that no decision of sliding changes."""
-    of_record = [each for _, each in scalars("record") if each.of_grid or each.name.startswith("initial_")]
-    of_record += [each for _, each in scalars("path") if each.name == "path_stiffness"]
-    return {DISCRETIZATION_ERROR.name} | _names(each for _, each in scalars("contact")) | _names(of_record)
+    of_record = [each for _, each in variables.scalars("record") if each.of_grid or each.name.startswith("initial_")]
+    of_record += [each for _, each in variables.scalars("path") if each.name == "path_stiffness"]
+    return (
+        {variables.DISCRETIZATION_ERROR.name}
+        | _names(each for _, each in variables.scalars("contact"))
+        | _names(of_record)
+    )
 
 
 @cache
 def _of_records() -> set[str]:
     """Variables that sum up a record or a path."""
-    return _names(each for kind in ("record", "path") for _, each in scalars(kind)) - _before_sliding()
+    return _names(each for kind in ("record", "path") for _, each in variables.scalars(kind)) - _before_sliding()
 
 
 def _names(quantities: Iterable[Quantity]) -> set[str]:

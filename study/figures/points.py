@@ -16,15 +16,8 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR, in_measure
 from nanoslip.solver.sliding.validity import DOUBTFUL
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.table import CaseRows, Selection, selected, zipped
-from nanoslip.study.dataset.variables import (
-    OUTCOMES,
-    VALIDITY,
-    Described,
-    by_name,
-    called,
-    members_of,
-)
 from nanoslip.study.manifest.parameters import as_written
 
 # Labels of variables and values on axes, in legends and in captions.
@@ -33,9 +26,9 @@ LETTERS: Final = 3
 """Names so short are symbols themselves: n_x."""
 
 
-def description_of(name: str) -> Described:
+def description_of(name: str) -> variables.Described:
     """Declaration of a variable; only its name without one."""
-    return by_name().get(name) or Described(name, "", "", "1", "", name, "", "", "", ())
+    return variables.by_name().get(name) or variables.Described(name, "", "", "1", "", name, "", "", "", ())
 
 
 def symbol(name: str) -> str:
@@ -202,12 +195,15 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     Raises KeyError without such a variable, or where no case is like that.
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
-    widest = max((each for each in (name, over, OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim)
+    widest = max(
+        (each for each in (name, over, variables.OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim
+    )
     rows = selected(dataset, widest, where)
     value, error, stated = _ratio(rows, name, over) if over else _number(rows, name)
     none = np.full(len(rows), -1)
-    members, used = [_counts(rows.values(each)) for each in members_of(dataset, name)] or (none, none)
-    flags = rows.values(VALIDITY.name).astype(np.int64) if VALIDITY.name in dataset else np.zeros(len(rows), np.int64)
+    members, used = [_counts(rows.values(each)) for each in variables.members_of(dataset, name)] or (none, none)
+    flag = variables.VALIDITY.name
+    flags = rows.values(flag).astype(np.int64) if flag in dataset else np.zeros(len(rows), np.int64)
     shared = f"{name}{SHARED_ERROR}" if not over and f"{name}{SHARED_ERROR}" in dataset else ""
     tallies = rows.tallies(name) if value.dtype.kind == "O" else [{"": 1}] * len(rows)
     return Points(
@@ -308,7 +304,7 @@ class AmbiguousNameError(UnknownNameError):
 def variable_of(dataset: xr.Dataset, word: str) -> str:
     """The variable or coordinate of the cases that a word means. Raises UnknownNameError, AmbiguousNameError."""
     names = [str(name) for name in dataset.variables]
-    found = called(names, word)
+    found = variables.called(names, word)
     if len(found) == 1:
         return found[0]
     if found:
@@ -344,13 +340,13 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
 
 def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
-    if len(found := called(list(points.axes), word)) == 1:
+    if len(found := variables.called(list(points.axes), word)) == 1:
         return found[0]
     wrong = (
         "no variable of this dataset",
         "cases do not differ in it",
         "cases do not differ in what is called so",
-    )[min(len(called([str(name) for name in dataset.variables], word)), 2)]
+    )[min(len(variables.called([str(name) for name in dataset.variables], word)), 2)]
     known = (f"{name} ({sign})" if (sign := description_of(name).symbol) else name for name in points.axes)
     raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")
 

@@ -10,27 +10,19 @@ from nanoslip.solver.case import PARTS, Case
 from nanoslip.solver.drive import AUTO, INTEGRATORS, Drive, Scales
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, choices_of, declared
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.study.manifest.manifest import (
-    MORE_KEYS,
-    About,
-    CampaignKeys,
-    EnsembleTable,
-    NamedDrive,
-    Outputs,
-    TargetTable,
-)
+from nanoslip.study.manifest import manifest
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, UNITS, as_written, axes, compact, with_symbol
 
 CASES: Final = (Case, Slab, *SCHEMES.values(), *PARTS.values())
 KINDS: Final = {
     **dict.fromkeys(TABLES, CASES),
     "scales": (Scales,),
-    "drives": (NamedDrive, Drive, *INTEGRATORS.values()),
-    "ensemble": (EnsembleTable,),
-    "target": (TargetTable,),
-    "outputs": (Outputs,),
-    "about": (About,),
-    "": (CampaignKeys,),
+    "drives": (manifest.NamedDrive, Drive, *INTEGRATORS.values()),
+    "ensemble": (manifest.EnsembleTable,),
+    "target": (manifest.TargetTable,),
+    "outputs": (manifest.Outputs,),
+    "about": (manifest.About,),
+    "": (manifest.CampaignKeys,),
 }
 """Table of a campaign -> types that declare its keys; empty: outside of all tables."""
 FAMILIES: Final[Mapping[str, Mapping[str, Any]]] = {"scheme": SCHEMES, "integrator": INTEGRATORS}
@@ -123,7 +115,7 @@ def _keys() -> Iterator[Key]:
             for name, stated in declared(kind).items():
                 if table not in TABLES or stated.table == table:
                     yield _key(kind, name, table, stated, types[name], defaults[name])
-    for (table, word), stated in MORE_KEYS.items():
+    for (table, word), stated in manifest.MORE_KEYS.items():
         yield Key(word, word, table, "", stated, stated.allowed(word, whole=False), "none")
 
 

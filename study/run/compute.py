@@ -39,25 +39,7 @@ from nanoslip.solver.sliding.slider import collective, portion, slider
 from nanoslip.solver.sliding.statistics import event_statistics, shared_by_nodes
 from nanoslip.solver.sliding.validity import Validity, contact_half_width, contact_validity, record_validity
 from nanoslip.study.origin import computing, stemming
-from nanoslip.study.plan.kinds import (
-    CONTACT,
-    DRIVE,
-    KINDS,
-    MATRIX,
-    PATH,
-    RECORD,
-    InteriorEvents,
-    Kind,
-    Part,
-    RowsOfContact,
-    RowsOfRecord,
-    SurfaceNodes,
-    SurfaceStates,
-    batches_of,
-    column,
-    declared,
-    rows_of,
-)
+from nanoslip.study.plan import kinds
 from nanoslip.study.plan.task import Inputs, Task, TaskResult, case_of, drive_of
 
 Value = TypeVar("Value")
@@ -92,7 +74,7 @@ _NO_MEMORY = "no memory left at n_x = {}: start fewer ranks on a machine, or use
 
 
 def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
-    kind, computed = KINDS[task.kind], COMPUTE[task.kind](task, inputs)
+    kind, computed = kinds.KINDS[task.kind], COMPUTE[task.kind](task, inputs)
     scalars, arrays = numbers(kind, computed.members, scalars_only=task.scalars_only)
     kept = {} if task.scalars_only else {**computed.arrays, **arrays}
     ended = tuple([member.outcome for member in computed.members])
@@ -124,7 +106,7 @@ class Computed:
 
 
 def computed_members(
-    kind: Kind,
+    kind: kinds.Kind,
     task: Task,
     compute: Callable[[Case, int], Member],
     there: int | None = None,
@@ -152,35 +134,35 @@ def computed_members(
     return tuple(found)
 
 
-def _reaches_target(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
+def _reaches_target(kind: kinds.Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
     """True if these members meet an ensemble's target for all its observables that are numbers of this kind."""
     return all(ensemble.within_target(*each) for each in _targeted(kind, ensemble, members))
 
 
-def largest_change(kind: Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
+def largest_change(kind: kinds.Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
     """`change_by` what members leave out, of the observable of an ensemble's target in which it is largest."""
     each = (_targeted(kind, ensemble, members) for members in (without, whole))
     return max(change_by(fewer, all_of_it) for (fewer, *_), (all_of_it, *_) in zip(*each, strict=True))
 
 
-def _targeted(kind: Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[tuple[list[float | int], float]]:
+def _targeted(kind: kinds.Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[tuple[list[float | int], float]]:
     """Values of the members, and the error that they share, of each number of this kind in an ensemble's target."""
     scalars, nothing = _scalars(kind, members), [math.nan] * len(members)
-    chosen = (key for key, each in declared(kind).items() if each.name in ensemble.of)
+    chosen = (key for key, each in kinds.declared(kind).items() if each.name in ensemble.of)
     return [(scalars.get(key, nothing), scalars.get(f"{key}{SHARED_ERROR}", [0.0])[0]) for key in chosen]
 
 
 def numbers(
-    kind: Kind, members: Sequence[Member], *, scalars_only: bool = False
+    kind: kinds.Kind, members: Sequence[Member], *, scalars_only: bool = False
 ) -> tuple[dict[str, list[float | int]], dict[str, NDArray[Any]]]:
     """Scalars of all members, NaN where one has none, and arrays (see `Kind.all_members`) of the values of a kind's parts."""
     scalars, arrays = _scalars(kind, members), _arrays(kind, members[0]) if members else {}
     if kind.all_members and len(members) > 1:
         each = [arrays, *(_arrays(kind, member) for member in members[1:])]
         for sample in dict.fromkeys(item.sample for item in kind.ragged):
-            columns = [name for name in declared(kind, sample) if any(name in one for one in each)]
+            columns = [name for name in kinds.declared(kind, sample) if any(name in one for one in each)]
             for name in columns[:1]:
-                scalars[rows_of(sample)] = [len(one[name]) if name in one else 0 for one in each]
+                scalars[kinds.rows_of(sample)] = [len(one[name]) if name in one else 0 for one in each]
             for name in () if scalars_only else columns:
                 arrays[name] = np.concatenate([one[name] for one in each if name in one])
     elif len(members) > 1 and not members[0].outcome.usable:  # an ensemble is usable without its first member
@@ -188,7 +170,7 @@ def numbers(
     return scalars, {} if scalars_only else arrays
 
 
-def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
+def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
     found: dict[str, list[float | int]] = {}
     for place, part in enumerate(kind.parts):
         values = [member.values[place] if member.values[place:] else None for member in members]
@@ -198,10 +180,10 @@ def _scalars(kind: Kind, members: Sequence[Member]) -> dict[str, list[float | in
                 found[key] = [math.nan if value is None else _coded(getattr(value, name), words) for value in values]
     for number, member in enumerate(members):
         if member.only is not None:
-            kept = {key for key, each in declared(kind).items() if each.name in member.only}
+            kept = {key for key, each in kinds.declared(kind).items() if each.name in member.only}
             for key in found.keys() - kept:
                 found[key][number] = math.nan
-    for key, each in declared(kind).items():
+    for key, each in kinds.declared(kind).items():
         if each.shared and key in found:
             found[f"{key}{SHARED_ERROR}"] = [_shared(each, members, found[key])] * len(members)
     return found
@@ -215,7 +197,7 @@ def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[floa
     return shared_by_events(plateaus) if quantity.shared == "events" else shared_error(plateaus)
 
 
-def _arrays(kind: Kind, member: Member) -> dict[str, NDArray[Any]]:
+def _arrays(kind: kinds.Kind, member: Member) -> dict[str, NDArray[Any]]:
     found: dict[str, NDArray[Any]] = {}
     for part, value in zip(kind.parts, member.values, strict=False):
         for name, key, _ in _held(part) if value is not None else ():
@@ -246,7 +228,7 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
 
 
 @lru_cache(maxsize=64)
-def _held(part: Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
+def _held(part: kinds.Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     """List the numbers of a part that results hold: field, name in results, and the words that it encodes."""
     described = quantities(part.type, part.prefix)
     named = [(item.name, f"{part.prefix}{item.name}") for item in fields(part.type)]
@@ -267,7 +249,7 @@ def whole_again(kind: type[Value], result: TaskResult, member: int = 0, prefix: 
     for item in fields(make):
         name = f"{prefix}{item.name}"
         if name in result.arrays:
-            held[name] = column(result, name, described[name].along if name in described else "", member)
+            held[name] = kinds.column(result, name, described[name].along if name in described else "", member)
         elif name in result.scalars:
             held[name] = result.scalars[name][member]
     return make(**{item.name: held[f"{prefix}{item.name}"] for item in fields(make)})  # type: ignore[no-any-return]
@@ -282,26 +264,26 @@ def compliance_of(task: Task, inputs: Inputs) -> Compliance:
 @lru_cache(maxsize=4)  # tasks that follow each other get the same one: the solver keeps what it computes of it
 def compliance_in(result: TaskResult, slab: Slab) -> SurfaceCompliance:
     """The compliance that a result holds."""
-    return SurfaceCompliance(result.arrays[MATRIX], slab)
+    return SurfaceCompliance(result.arrays[kinds.MATRIX], slab)
 
 
 # One function for each kind of task. Raises SolverError where the physics refuses.
 
 
 def _compliance(task: Task, inputs: Inputs) -> Computed:
-    return Computed(arrays={MATRIX: surface_compliance(task.slab).matrix})
+    return Computed(arrays={kinds.MATRIX: surface_compliance(task.slab).matrix})
 
 
 def _contact(task: Task, inputs: Inputs) -> Computed:
     compliance = compliance_of(task, inputs)
-    nodes = SurfaceNodes(np.zeros(len(compliance.x), np.int64), compliance.x)
+    nodes = kinds.SurfaceNodes(np.zeros(len(compliance.x), np.int64), compliance.x)
 
     def compute(case: Case, number: int) -> Member:
         state = initial_contact(case, compliance)
-        across = RowsOfContact(state.y) if state.rows > 1 else None
+        across = kinds.RowsOfContact(state.y) if state.rows > 1 else None
         return Member((contact_validity(case, state), state, contact_summary(state), nodes, across), state.outcome)
 
-    return Computed(computed_members(CONTACT, task, compute))
+    return Computed(computed_members(kinds.CONTACT, task, compute))
 
 
 Recorded = tuple[FrictionRecord, Plateau]
@@ -316,14 +298,16 @@ def _contacts(task: Task, inputs: Inputs) -> Computed:
 def _record(task: Task, inputs: Inputs) -> Computed:
     compliance = compliance_of(task, inputs)
     return Computed(
-        computed_members(RECORD, task, lambda case, number: computed_record(case, compliance, task.ensemble, inputs))
+        computed_members(
+            kinds.RECORD, task, lambda case, number: computed_record(case, compliance, task.ensemble, inputs)
+        )
     )
 
 
 def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs: Inputs) -> Member:
     """Record of one member, and all numbers that follow from it. inputs: computed batches of its contacts."""
     if case.interface.contacts > 1:
-        tasks = list(batches_of(case, places))
+        tasks = list(kinds.batches_of(case, places))
         there = (whole_again(Portion, inputs[task.key]) if task.key in inputs else None for task in tasks)
         each = zip(there, tasks, strict=True)
         found = slider(case, (one or portion(case, compliance, *task.contacts, places) for one, task in each))
@@ -335,7 +319,7 @@ def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
     valid = record_validity(case, start, record, end)
-    across = RowsOfRecord(record.node_y) if case.slab.scheme.planar else None
+    across = kinds.RowsOfRecord(record.node_y) if case.slab.scheme.planar else None
     values = (valid, plateau, event_statistics(record), record, collective(record, plateau), across)
     node = stiffness_of_node(compliance, start.contact) if record.outcome.usable else 0.0
     return Member(values, plateau.outcome if record.outcome.ok else record.outcome, plateau=plateau, node=node)
@@ -362,7 +346,7 @@ def _path(task: Task, inputs: Inputs) -> Computed:
         numbers = (valid, loops_of(path), turns_of(path), line_of(path))
         return Member(numbers if path.start.outcome.ok else (), path.outcome)
 
-    return Computed(computed_members(PATH, task, compute))
+    return Computed(computed_members(kinds.PATH, task, compute))
 
 
 def _statistics(task: Task, inputs: Inputs) -> Computed:
@@ -380,18 +364,23 @@ def _states(task: Task, inputs: Inputs) -> Computed:
 
             inside = [interior_fields(task.slab, state.nodal_force) for state in states]
             nodes = [len(each.x) for each in inside]
-            values = (values[0], InteriorEvents(np.repeat(task.events[: len(states)], nodes)), _behind(inside), None)
+            values = (
+                values[0],
+                kinds.InteriorEvents(np.repeat(task.events[: len(states)], nodes)),
+                _behind(inside),
+                None,
+            )
         elif states[0].rows > 1:
-            values = (*values[:3], RowsOfContact(np.concatenate([state.y for state in states])))
+            values = (*values[:3], kinds.RowsOfContact(np.concatenate([state.y for state in states])))
     return Computed((Member(values, outcome),))
 
 
-def _surfaces(events: Sequence[int], states: Sequence[ContactState]) -> SurfaceStates:
+def _surfaces(events: Sequence[int], states: Sequence[ContactState]) -> kinds.SurfaceStates:
     columns = {name: np.concatenate([getattr(state, name) for state in states]) for name in _OF_STATE}
-    return SurfaceStates(event=np.repeat(events[: len(states)], len(states[0].x)), **columns)
+    return kinds.SurfaceStates(event=np.repeat(events[: len(states)], len(states[0].x)), **columns)
 
 
-_OF_STATE = tuple(item.name for item in fields(SurfaceStates) if item.name != "event")
+_OF_STATE = tuple(item.name for item in fields(kinds.SurfaceStates) if item.name != "event")
 
 
 def _behind(parts: Sequence[InteriorFields]) -> InteriorFields:
@@ -434,7 +423,7 @@ class _Pulling:
                 without = effect.without(everything)
                 alone = case_of(self.task)  # what is spared is no effect of a contact that is pulled over itself
                 fewer = [self._pulled(alone, pulled, without) for pulled in self.records[:PAIRS]]
-                error = largest_change(DRIVE, ensemble, fewer, self.whole)
+                error = largest_change(kinds.DRIVE, ensemble, fewer, self.whole)
                 if error <= 0.5 * (ensemble.within or 0.0):
                     self.drive, self.left_out = without, LeftOut(effect.name, error)
                     return
@@ -470,7 +459,7 @@ PAIRS: Final = 2
 def _drive(task: Task, inputs: Inputs) -> Computed:
     pulling = _Pulling(task, inputs, list(records_in(inputs[task.needs[0]])))
     there = len(pulling.records)
-    found = computed_members(DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error)
+    found = computed_members(kinds.DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error)
     if task.ensemble.within is not None:
         found = tuple(replace(each, values=(*each.values, pulling.left_out)) if each.values else each for each in found)
     return Computed(found)

@@ -22,32 +22,10 @@ from typing import Any, Final, NoReturn, Self
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origin, here
+from nanoslip.study.run import dispatch, launch
 from nanoslip.study.run.child import Agent, FarmError
-from nanoslip.study.run.dispatch import (
-    Dispatcher,
-    Done,
-    Execute,
-    Ledger,
-    Tally,
-    Watch,
-    Work,
-    attempt,
-    lookahead,
-    print_failure,
-)
-from nanoslip.study.run.launch import (
-    GRACE,
-    LAST_WORDS,
-    Interruption,
-    Program,
-    Settle,
-    end_of_time,
-    launcher_rank,
-    processes_here,
-    processes_started,
-)
 
-News = tuple[int, Sequence[Done], Sequence[str]]
+News = tuple[int, Sequence[dispatch.Done], Sequence[str]]
 """Rank, ends of its tasks, and keys of tasks that it will not begin."""
 
 
@@ -61,18 +39,18 @@ class Farm(ABC):
     unit = "processes"
     """Name of its processes."""
 
-    def __init__(self, size: int, here: int, interruption: Interruption) -> None:
+    def __init__(self, size: int, here: int, interruption: launch.Interruption) -> None:
         """here: how many of them are on this machine."""
         self.size, self.here, self.interruption = size, here, interruption
         self._unsettled: set[int] = set()  # those that have computed since they wrote out their results
 
-    def run(self, tasks: Sequence[Work], watch: Watch) -> Tally:
+    def run(self, tasks: Sequence[dispatch.Work], watch: dispatch.Watch) -> dispatch.Tally:
         """Compute all tasks, each after its needs, idle ranks first; several at once where they are short.
 
         After a signal only those that have been begun. None that would outlast the job.
         """
-        ledger = Ledger(tasks, watch, end_of_time(os.environ))
-        dispatcher = Dispatcher(self.size, ledger, self.give)
+        ledger = dispatch.Ledger(tasks, watch, launch.end_of_time(os.environ))
+        dispatcher = dispatch.Dispatcher(self.size, ledger, self.give)
 
         def take_in(found: Sequence[News]) -> None:
             for rank, ended, returned in found:
@@ -96,7 +74,7 @@ class Farm(ABC):
         """Let all computing processes sync their results; one that fails reports it, or is ended at its time limit."""
         waiting, self._unsettled = self._unsettled, set()
         for rank in waiting:
-            self.give(rank, [Settle()])
+            self.give(rank, [launch.Settle()])
         while waiting:
             waiting.difference_update(rank for rank, ended, _ in self.news() if ended)
 
@@ -133,11 +111,11 @@ class SerialFarm(Farm):
 
     unit = "process"
 
-    def __init__(self, load: Callable[[], Execute], grace: float = GRACE) -> None:
+    def __init__(self, load: Callable[[], dispatch.Execute], grace: float = launch.GRACE) -> None:
         """load: called once, for the function that computes a task."""
-        super().__init__(1, 1, Interruption(grace))
+        super().__init__(1, 1, launch.Interruption(grace))
         self._load = load
-        self._execute: Execute | None = None
+        self._execute: dispatch.Execute | None = None
         self._waiting: list[Any] = []
 
     def give(self, rank: int, tasks: list[Any]) -> None:
@@ -156,8 +134,8 @@ class SerialFarm(Farm):
             return []
         self._execute = self._execute or self._load()
         task, where = self._waiting.pop(0), f"rank 0 on {socket.gethostname()}"
-        done = attempt(self._execute, task, where, survive=(Exception, SystemExit, GeneratorExit))
-        print_failure(task, done)
+        done = dispatch.attempt(self._execute, task, where, survive=(Exception, SystemExit, GeneratorExit))
+        dispatch.print_failure(task, done)
         return [(0, [done], ())]
 
 
@@ -168,8 +146,8 @@ PATIENCE: Final = 0.1
 class ProcessFarm(Farm):
     """Processes of this machine, one of each agent: this process hands out, without MPI."""
 
-    def __init__(self, agents: Sequence[Agent], grace: float = GRACE) -> None:
-        super().__init__(len(agents), len(agents), Interruption(grace))
+    def __init__(self, agents: Sequence[Agent], grace: float = launch.GRACE) -> None:
+        super().__init__(len(agents), len(agents), launch.Interruption(grace))
         self.unit = "process" if len(agents) == 1 else "processes"
         self._agents = agents
 
@@ -215,13 +193,13 @@ class MPIFarm(Farm):
 
     unit = "ranks"
 
-    def __init__(self, mpi: Any, agent: Agent, interruption: Interruption, world: Any = None) -> None:
+    def __init__(self, mpi: Any, agent: Agent, interruption: launch.Interruption, world: Any = None) -> None:
         """world: the communicator, whose messages are all of this farm; None: COMM_WORLD."""
         # MPI's own end gives every launcher the exit code; a rank that merely vanishes does not.
         self._world = world or mpi.COMM_WORLD
         interruption.end = self._world.Abort
         size = int(self._world.Get_size())
-        super().__init__(size, min(size, processes_here()), interruption)
+        super().__init__(size, min(size, launch.processes_here()), interruption)
         self._mpi, self._agent = mpi, agent
         self.rank = int(self._world.Get_rank())
         self.root = self.rank == 0
@@ -235,7 +213,7 @@ class MPIFarm(Farm):
         if error[0] is not None and not issubclass(error[0], SystemExit):
             text = "".join(traceback.format_exception(*error))
             print_notice(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
-            time.sleep(LAST_WORDS)
+            time.sleep(launch.LAST_WORDS)
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
 
     def give(self, rank: int, tasks: list[Any]) -> None:
@@ -271,7 +249,7 @@ class MPIFarm(Farm):
 
         How short tasks ended goes back together: a message costs rank 0 more than what is in it.
         """
-        done: list[Done] = []
+        done: list[dispatch.Done] = []
         due, reported = 0.0, False
         while True:
             messages = [message for _, message in self._received()]
@@ -288,7 +266,7 @@ class MPIFarm(Farm):
                 ended = []
                 self._send(0, error)
             if ended:
-                due = due if done else time.monotonic() + lookahead(self.size) / 2.0
+                due = due if done else time.monotonic() + dispatch.lookahead(self.size) / 2.0
                 done += ended
             returned: Sequence[str] = ()
             interrupted = self.interruption.requested
@@ -354,12 +332,12 @@ class MPIFarm(Farm):
 
 
 @contextmanager
-def sharing(comm: Any, program: Program) -> Iterator[MPIFarm]:
+def sharing(comm: Any, program: launch.Program) -> Iterator[MPIFarm]:
     """The ranks of a communicator of a program's own: none of their messages is taken, and MPI goes on whatever a task does."""
     from mpi4py import MPI as mpi  # noqa: N811, PLC0415
 
     agent = Agent(program, comm.Get_rank())
-    farm = MPIFarm(mpi, agent, Interruption(GRACE), comm.Dup())
+    farm = MPIFarm(mpi, agent, launch.Interruption(launch.GRACE), comm.Dup())
     if farm.root:
         agent.adopt(here())
     try:
@@ -381,25 +359,27 @@ _NOT_STARTED: Final = (
 _NO_MPI4PY: Final = "mpi4py is not installed: pip install 'nanoslip[mpi]', or without a launcher nanoslip run -j 4"
 
 
-def open_farm(program: Program, grace: float = GRACE, serial: bool = False, jobs: int | None = None) -> Farm:
+def open_farm(
+    program: launch.Program, grace: float = launch.GRACE, serial: bool = False, jobs: int | None = None
+) -> Farm:
     """The farm this process is part of: MPI's ranks where there are several, else `jobs` processes, else one.
 
     serial: this process itself computes. Raises FarmError if a launcher started several processes that do not see each other,
     or that would each start more.
     """
-    started = processes_started()
+    started = launch.processes_started()
     if jobs is not None and (serial or started > 1):
         other = "--serial" if serial else f"a launcher that has started {started} processes"
         raise FarmError(f"--jobs {jobs} with {other}: leave one of them out")
     if serial:
         return SerialFarm(program.load, grace)
-    agents = [Agent(program, launcher_rank() + number) for number in range(jobs or 1)]
-    if launcher_rank() == 0:
+    agents = [Agent(program, launch.launcher_rank() + number) for number in range(jobs or 1)]
+    if launch.launcher_rank() == 0:
         for agent in agents:
             agent.adopt(here())  # starts git, and a process that uses MPI should start none
     with ExitStack() as stack:
         stack.callback(agents[0].close)
-        interruption = Interruption(grace)
+        interruption = launch.Interruption(grace)
         if started > 1:  # a signal while MPI starts would end this rank alone, and the others would wait for it
             stack.enter_context(interruption)
         agents[0].start()  # before MPI, which may not like its process to start others
@@ -451,9 +431,9 @@ def _start(mpi: Any) -> None:
 
 def _give_up() -> None:
     """End this process as an interrupted run does: a batch script starts it again."""
-    if launcher_rank() == 0:
+    if launch.launcher_rank() == 0:
         print_notice(_NOT_STARTED.format(LONGEST_START))
-    time.sleep(LAST_WORDS)
+    time.sleep(launch.LAST_WORDS)
     os._exit(INTERRUPTED)
 
 
