@@ -31,7 +31,14 @@ KINDS: dict[str, dict[str, Any]] = {
 """What the datasets of shipped campaigns are: maps are products of two axes."""
 
 
-@pytest.fixture(scope="module", params=KINDS)
+EVERYDAY = ("list", "everything")
+"""The two layouts of cases; the other kinds lack variables that these have."""
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(kind, marks=() if kind in EVERYDAY else pytest.mark.slow) for kind in KINDS],
+)
 def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder: Path = tmp_path_factory.mktemp("plain")
     run(KINDS[request.param], folder).close()
