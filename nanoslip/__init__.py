@@ -100,8 +100,8 @@ if TYPE_CHECKING:
     from nanoslip.solver.sliding.statistics import event_statistics as event_statistics
     from nanoslip.study.api import concat as concat, fit as fit, open as open, run as run
     from nanoslip.study.dataset.variables import Described as Described, describe as describe
+    from nanoslip.study.figures.answer import figure as figure
     from nanoslip.study.figures.frames import frames as frames
-    from nanoslip.study.figures.sweep import figure as figure
     from nanoslip.study.inference.fit import Fit as Fit
     from nanoslip.study.inference.sensitivity import Sensitivity as Sensitivity, sensitivity as sensitivity
     from nanoslip.study.manifest.problems import ManifestError as ManifestError

@@ -37,7 +37,7 @@ ORDER = {
     "nanoslip.study.dataset": "texts variables content file collect table access join compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
-    "nanoslip.study.figures": "points shared sweep frames views gallery",
+    "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures recording slips means cycles trace",
     "nanoslip.study.accuracy": "effects deciding setup diagram operators measurement",
     "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace cli",

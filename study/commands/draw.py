@@ -16,8 +16,8 @@ from nanoslip.study.commands.reading import lines_left_out, separation
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file
 from nanoslip.study.figures import shared
+from nanoslip.study.figures.answer import view_named
 from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
-from nanoslip.study.figures.sweep import view_named
 from nanoslip.study.manifest.columns import file_text
 from nanoslip.study.manifest.parameters import compact, plain
 from nanoslip.study.manifest.problems import ManifestError

@@ -1,201 +1,41 @@
-"""A variable over the axes of a campaign: lines, or a map of tiles, with a caption; in words where it does not differ."""
+"""Drawings of a variable over the axes of a campaign: panels of lines with error bars, or a map of tiles."""
 
 import itertools
 import math
 import textwrap
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-import xarray as xr
 from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
-from nanoslip.solver.view import ROUNDING, with_error
 from nanoslip.study.figures.points import (
     Floats,
     Points,
-    UnknownNameError,
-    axis_named,
     hyphenated,
     in_symbols,
     in_text,
     label,
-    ordered,
-    points_named,
-    points_of,
     short,
-    symbol,
     typeset,
-    unevenness,
 )
 from nanoslip.study.figures.shared import (
     COLORS,
     REGIME_COLORS,
     WIDTH,
-    View,
     column,
     edges,
     legend,
-    resized,
     series_styles,
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-# Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
-
-MOST_HUES: Final = 6
-"""Most lines in one panel that colours distinguish; more values make a map."""
-MOST_PANELS: Final = 9
-FILLED: Final = 0.5
-"""Share of a full product from which a design counts as one; sparser ones are scattered."""
-
-
-@dataclass(frozen=True, slots=True)
-class Roles:
-    """Coordinates by their place in a figure."""
-
-    x: str
-    hue: str = ""
-    panels: tuple[str, ...] = ()
-    held: Mapping[str, Any] = field(default_factory=dict)
-    """Coordinates with too many values for panels, at the value that is shown."""
-    mapped: bool = False
-    """True if tiles are drawn: words, or many values of the hue, would make too many lines."""
-
-
-def axis_sizes(points: Points) -> dict[str, int]:
-    """Coordinate -> its number of values; numbers first, then by falling number."""
-    counts = {name: len(set(values.tolist())) for name, values in points.axes.items()}
-    return dict(sorted(counts.items(), key=lambda item: (points.axes[item[0]].dtype.kind in "OUb", -item[1])))
-
-
-def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
-    """Merge zipped coordinates to one, and return its name; unchanged, and "", if no single one distinguishes the cases.
-
-    chosen: coordinates of which one is taken before others.
-    """
-    cases = len(set(zip(*(points.axes[name].tolist() for name in points.zipped), strict=True)))
-    telling = [name for name, count in axis_sizes(points).items() if name in points.zipped and count == cases]
-    wanted = [name for name in chosen if name in points.zipped] or telling[:1]
-    if len(points.zipped) < 2 or len(wanted) != 1 or wanted[0] not in telling:
-        return points, ""
-    left_out = set(points.zipped) - set(wanted)
-    return replace(points, axes={name: each for name, each in points.axes.items() if name not in left_out}), wanted[0]
-
-
-def scattered(points: Points) -> bool:
-    """True if the cases fill so little of the product of their coordinates that there are no lines to draw."""
-    counts = axis_sizes(points)
-    return len(counts) > 1 and len(points.values) < FILLED * math.prod(counts.values())
-
-
-def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
-    """Assign roles to all coordinates in which the cases differ: at least one. x, hue: chosen already.
-
-    Raises ValueError if one is chosen twice, or the only one as hue.
-    """
-    counts = axis_sizes(points)
-    left = [name for name in counts if name not in (x, hue)]
-    if x == hue and x:
-        raise ValueError(f"{x}: is x and hue: needs two axes")
-    if not (x or left):
-        raise ValueError(f"{hue}: the only axis: needs to be x, not hue")
-    x = x or left.pop(0)
-    hue = hue or (left.pop(0) if left else "")
-    panels: list[str] = []
-    held: dict[str, Any] = {}
-    for name in left:
-        if math.prod(counts[each] for each in (*panels, name)) <= MOST_PANELS:
-            panels.append(name)
-        else:
-            values = values_of(points, name)
-            held[name] = values[len(values) // 2]
-    mapped = bool(hue) and (points.text or counts[hue] > MOST_HUES)
-    return Roles(x, hue, tuple(panels), held, mapped)
-
-
-def values_of(points: Points, name: str) -> list[Any]:
-    """The values of a coordinate, as `ordered` has them."""
-    return ordered(points.axes[name].tolist())
-
-
-def held_at(points: Points, values: Mapping[str, Any]) -> Points:
-    """The points with these values of coordinates."""
-    chosen: NDArray[np.bool_] = np.ones(len(points.values), np.bool_)
-    for name, value in values.items():
-        chosen &= points.axes[name] == value
-    return points.at(chosen)
-
-
-# Positions of values along an axis: numbers on a linear or logarithmic scale, texts at equal distances.
-#
-# Beside a 0 such a scale is linear up to the smallest other number.
-
-SPAN: Final = 8.0
-"""Ratio of the largest to the smallest number from which a scale is logarithmic."""
-CLOSE: Final = 30.0
-"""Ratio of the largest to the smallest positive number above which the smallest is not visible beside a 0 on a linear scale."""
-_TICKS: Final = 6
-"""Values of a coordinate up to which each has its tick."""
-
-
-def is_logarithmic(values: NDArray[Any]) -> bool:
-    """True if numbers are positive, span at least the ratio `SPAN`, and lie more evenly in their logarithm."""
-    numbers = np.unique(values[np.isfinite(values)])
-    if len(numbers) < 2 or numbers[0] <= 0.0 or numbers[-1] < SPAN * numbers[0]:
-        return False
-    return len(numbers) == 2 or unevenness(np.log(numbers)) < unevenness(numbers)
-
-
-def begins_with_zero(values: NDArray[Any]) -> bool:
-    """True if numbers are a 0 and positive ones, the smallest of which would coincide with it on a linear scale."""
-    numbers = np.unique(values[np.isfinite(values)])
-    return len(numbers) > 2 and numbers[0] == 0.0 and bool(numbers[-1] > CLOSE * numbers[1])
-
-
-def places_of(points: Points, name: str, chosen: Points) -> NDArray[Any]:
-    """Positions of some of the points along a coordinate."""
-    values = chosen.axes[name]
-    if values.dtype.kind not in "Ob":
-        return values
-    order = values_of(points, name)
-    return np.array([order.index(value) for value in values.tolist()], dtype=float)
-
-
-def set_axis(axis: Any, points: Points, name: str) -> None:
-    """Scale and ticks of an axis (matplotlib's) along which a coordinate runs."""
-    values = values_of(points, name)
-    if points.axes[name].dtype.kind in "Ob":
-        axis.set_ticks(range(len(values)), list(map(in_text, values)))
-        return
-    if begins_with_zero(points.axes[name]):
-        least, most = values[1], values[-1]
-        room = max(math.log10(most / least) / len(values), 1.0)
-        axis._set_axes_scale("symlog", linthresh=least, linscale=room)
-    elif is_logarithmic(points.axes[name]):
-        axis._set_axes_scale("log")
-        if values[-1] < 100.0 * values[0]:
-            set_few_ticks(axis)
-    if len(values) <= _TICKS:
-        axis.set_ticks(values, list(map(in_text, values)))
-        axis.set_ticks([], minor=True)
-
-
-def set_few_ticks(axis: Any) -> None:
-    """Ticks of a logarithmic axis at 1, 2 and 5, as of powers of ten there would be one or two."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(lambda value, _: in_text(float(value)))
-    axis.set_minor_formatter(NullFormatter())
-
+    pass
+from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, is_logarithmic, places_of, set_axis, values_of
 
 # Panels of lines with error bars, a colour for each value of a second coordinate, or of tiles; or one for each coordinate.
 
@@ -450,186 +290,3 @@ def _legend_of_tiles(figure: Figure, names: list[str]) -> None:
         figure.axes[0].plot([], [], "s", color=color, label=hyphenated(name))
     beside = LETTERS_OF_TILES // (max(map(len, names)) + len("■   "))
     _named(figure, ncols=max(min(len(names), beside), 1))
-
-
-# Numbers that need no figure, told in one sentence: the same in all cases, known of one case only, or of none.
-
-
-def differs(points: Points) -> bool:
-    """True if a figure shows a difference: two values that differ by more than rounding."""
-    values = points.values[points.there] if points.axes else points.values[:0]
-    if points.text or not len(values):
-        return len(set(values.tolist())) > 1
-    return bool(np.ptp(values) > ROUNDING * np.abs(values).max())
-
-
-def in_words(found: Sequence[Points]) -> Iterator[str]:
-    """Sentences on numbers that do not differ, one each, and one sentence that names all numbers that no case has."""
-    for points in found:
-        if points.there.any():
-            yield f"{sentence(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
-    unknown = [points.label for points in found if not points.there.any()]
-    if unknown:
-        yield f"Not known of any case: {', '.join(unknown)}."
-
-
-def sentence(text: str) -> str:
-    """A text that begins with a capital letter, or with a symbol as it is."""
-    return text[0].upper() + text[1:] if text[0].isascii() else text
-
-
-def _value(points: Points) -> str:
-    first = int(np.flatnonzero(points.there)[0])
-    value = points.values[first]
-    if points.text:
-        return hyphenated(value)
-    return with_error(float(value), float(points.errors[first])) if points.stated else f"{value:.5g}"
-
-
-def _care(points: Points) -> str:
-    """List the doubtful values, which are hollow points in a figure."""
-    flagged, known = int((points.flagged & points.there).sum()), int(points.there.sum())
-    which = "" if flagged == known else f"{flagged} of them "
-    return f"; {which}to be taken with care" if flagged else ""
-
-
-def _where(points: Points) -> str:
-    """Describe the cases that share a value, if all cases with a value do."""
-    known, count = int(points.there.sum()), len(points.values)
-    if count == 1:
-        return ""
-    if known == count:
-        return " in all cases"
-    if known > 1:
-        return f" in all cases that have it, {known} of {count}"
-    place = {name: values[points.there].tolist()[0] for name, values in points.axes.items()}
-    return f" at {in_symbols(place)}, the only one of {count} that has it" if place else ""
-
-
-# The answer of a campaign: its numbers over its axes, drawn as the design asks for.
-
-OBSERVED: Final = (
-    ("regime", ""),
-    ("slips_exponent", ""),
-    ("slips_goodness", ""),
-    ("plateau_mean", "intrinsic_friction"),
-    ("static_friction", "intrinsic_friction"),
-    ("kinetic_friction", "intrinsic_friction"),
-    ("mean_step", ""),
-    ("contact_half_width", ""),
-)
-"""Variables of records and drives with their divisors, if these vary; first the ones that a campaign requests on purpose."""
-LOOPED: Final = (("loss_per_cycle", ""), ("turn_friction", "intrinsic_friction"), ("secant_stiffness", ""))
-"""Variables of loops with their divisors; their closure is of one draw, and is not drawn."""
-PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
-"""Variables drawn for a contact at rest."""
-
-
-def answers(dataset: xr.Dataset) -> Iterator[View | str]:
-    """A figure for each number that differs between cases, none of a single case; the others in words."""
-    asked = list(_observed(dataset))
-    yield from (view_of(points) for points in asked if differs(points))
-    yield from in_words([points for points in asked if not differs(points)])
-
-
-def _observed(dataset: xr.Dataset) -> Iterator[Points]:
-    sort = OBSERVED if "plateau_mean" in dataset else LOOPED if "loss_per_cycle" in dataset else PRESSED
-    for name, over in sort:
-        if name in dataset and (not over or over in dataset.variables):
-            alike = not over or np.unique(dataset[over]).size == 1
-            yield points_of(dataset, name, "" if alike else over)
-
-
-def view_of(points: Points, x: str = "", hue: str = "") -> View:
-    """The figure of some points. x, hue: coordinates that the caller chooses. Raises UnknownNameError if all are alike."""
-    if not points.axes:
-        raise UnknownNameError(f"{points.name}: all cases are alike: there is nothing to draw it against")
-    drawn, kept = together(points, (x, hue))
-    if scattered(drawn) and not x:
-        against, draw = f"against {' and '.join(map(symbol, axis_sizes(drawn)))}", partial(draw_scattered, drawn)
-        signs = f"{_without(points)}{_members(points)}{_marks(points)}"
-    else:
-        roles = roles_of(drawn, x, hue)
-        against, draw = _against(roles), partial(figure_of, drawn, roles)
-        signs = _seen(held_at(drawn, roles.held), roles)
-    with_it = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
-    caption = f"{sentence(points.label)}, {against}.{with_it}{signs}"
-    return View(points.name.replace("/", "_over_"), caption, draw, points.columns)
-
-
-def _against(roles: Roles) -> str:
-    """Title: y against x, and the values of axes that are not shown."""
-    panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
-    held = (
-        f"; drawn for {in_symbols(dict(roles.held))} only, counts in this caption are for all cases"
-        if roles.held
-        else ""
-    )
-    if roles.mapped:
-        return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}"
-    hue = f", one colour for each {symbol(roles.hue)}" if roles.hue else ""
-    return f"against {symbol(roles.x)}{hue}{panels}{held}"
-
-
-def _seen(points: Points, roles: Roles) -> str:
-    """Meaning of the signs drawn for these points."""
-    if roles.mapped and is_crowded(points, roles):
-        care = int((points.flagged & points.there).sum())
-        where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
-        hatched = f" {where} are to be taken with care." if care else ""
-        return _without(points, "White") + _members(points) + hatched
-    paler = ", the paler the fewer" if roles.mapped else ""
-    mixed = f" Of members that differ: what most do{paler}." if points.differing else ""
-    flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
-    border = roles.mapped and any(border_of(points, points, roles))
-    above = " Black line: above it the pin no longer sticks." if border else ""
-    return mixed + above + _without(points) + _members(points) + (flagged if roles.mapped else _marks(points))
-
-
-def _without(points: Points, sign: str = "Red crosses") -> str:
-    missing = int((~points.there).sum())
-    return f" {sign}: {missing} without a value." if missing else ""
-
-
-def _marks(points: Points) -> str:
-    """Meaning of bars, question marks and hollow points, if any."""
-    bars = " Bars: its uncertainty, where larger than the point." if np.isfinite(points.errors).any() else ""
-    if far_below(points, points).any():
-        bars += f" Arrows: down to less than {SHORTEST:.0%} of the number."
-    if unsure := int(points.unsure.sum()):
-        bars += f" Question marks: ± not known of {unsure} of {len(points.values)} points."
-    hollow = " Hollow: to be taken with care." if points.flagged[points.there].any() else ""
-    return bars + hollow
-
-
-def _members(points: Points) -> str:
-    """Report the number of means over fewer members than the ensemble has; empty if none."""
-    lacking = points.lacking & points.there
-    if not lacking.any():
-        return ""
-    least = int(points.members[lacking].min())
-    return (
-        f" Of {int(lacking.sum())} of {len(points.values)} points some members have no value; the least have {least}."
-    )
-
-
-def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any) -> "Axes":
-    """Draw a number of a dataset over its axes, with its ±: lines, a map of tiles, or points, as `nanoslip figure` does.
-
-    y: a variable, its symbol, or a ratio of two, as `plateau/mu_i`. x, hue: axes; others become panels. where: selected values.
-    Returns the axes of matplotlib, known to pyplot (the first of several panels). Raises UnknownNameError.
-
-    >>> import nanoslip
-    >>> data = nanoslip.open("results/mine")  # doctest: +SKIP
-    >>> axes = nanoslip.figure(data, "plateau/mu_i", hue="R", normal_load=1e-3)  # doctest: +SKIP
-    """
-    from matplotlib import pyplot  # noqa: PLC0415  a page is drawn without windows
-
-    first: Axes = resized(view_named(dataset, y, x, hue, where).draw(make=pyplot.figure)).axes[0]
-    return first
-
-
-def view_named(dataset: xr.Dataset, y: str, x: str, hue: str, where: Mapping[str, Any]) -> View:
-    """The view of a number over axes, by the words that people have for them. Raises UnknownNameError, ValueError."""
-    points = points_named(dataset, y, where)
-    return view_of(points, *(axis_named(points, dataset, word) if word else "" for word in (x, hue)))

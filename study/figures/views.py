@@ -19,9 +19,9 @@ from nanoslip.study.dataset.access import Accessor, id_of
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.table import case_rows, scales_of
 from nanoslip.study.dataset.variables import are_means
+from nanoslip.study.figures.answer import answers
 from nanoslip.study.figures.points import Columns, axes_of, in_symbols, label, points_of, typeset
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
-from nanoslip.study.figures.sweep import answers
 
 # Runs of a dataset (records, trajectories, contacts) as views: of many a few, spread over all axes.
 

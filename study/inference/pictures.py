@@ -10,8 +10,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.study.figures.points import Columns, label, points_of, short, typeset
+from nanoslip.study.figures.roles import set_few_ticks
 from nanoslip.study.figures.shared import COLORS, PAGE, WIDTH, Sort, View, column, legend
-from nanoslip.study.figures.sweep import set_few_ticks
 from nanoslip.study.inference.fit import LEVELS, Fit
 from nanoslip.study.inference.sensitivity import Sensitivity, caution, sensitivity
 from nanoslip.study.manifest.parameters import names_by_word

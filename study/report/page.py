@@ -22,9 +22,9 @@ from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.compare import values
 from nanoslip.study.dataset.table import scales_of
 from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
+from nanoslip.study.figures.answer import sentence
 from nanoslip.study.figures.points import SYMBOL, readable
 from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image
-from nanoslip.study.figures.sweep import sentence
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
 from nanoslip.study.manifest.columns import rows_as_csv

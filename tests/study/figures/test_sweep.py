@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 import nanoslip
 from nanoslip.study.dataset.variables import describe
+from nanoslip.study.figures.answer import view_of
 from nanoslip.study.figures.points import (
     Points,
     UnknownNameError,
@@ -24,22 +25,17 @@ from nanoslip.study.figures.points import (
     typeset,
     variable_of,
 )
-from nanoslip.study.figures.sweep import (
-    FAILED,
+from nanoslip.study.figures.roles import (
     MOST_PANELS,
-    SHORTEST,
-    UNSURE,
     begins_with_zero,
-    draw_scattered,
-    figure_of,
     held_at,
     is_logarithmic,
     roles_of,
     scattered,
     together,
     values_of,
-    view_of,
 )
+from nanoslip.study.figures.sweep import FAILED, SHORTEST, UNSURE, draw_scattered, figure_of
 from tests.study.figures.cases import listed, product
 
 

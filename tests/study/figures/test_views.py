@@ -12,9 +12,9 @@ import xarray as xr
 import nanoslip
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.variables import describe
+from nanoslip.study.figures.answer import differs, in_words, view_of
 from nanoslip.study.figures.points import points_of
 from nanoslip.study.figures.shared import View, csv_of, image, spread
-from nanoslip.study.figures.sweep import differs, in_words, view_of
 from nanoslip.study.figures.views import SORTS, half_plane, thinned
 from nanoslip.study.report.summary import scalar_table
 from tests.study.figures.cases import listed, product

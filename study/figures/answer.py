@@ -1,0 +1,211 @@
+"""The answer of a campaign: its numbers over its axes as figures with captions, and in words where they do not differ."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import xarray as xr
+
+from nanoslip.solver.view import ROUNDING, with_error
+from nanoslip.study.figures.points import (
+    Points,
+    UnknownNameError,
+    axis_named,
+    hyphenated,
+    in_symbols,
+    points_named,
+    points_of,
+    symbol,
+)
+from nanoslip.study.figures.shared import (
+    View,
+    resized,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, roles_of, scattered, together
+from nanoslip.study.figures.sweep import SHORTEST, border_of, draw_scattered, far_below, figure_of, is_crowded
+
+# Numbers that need no figure, told in one sentence: the same in all cases, known of one case only, or of none.
+
+
+def differs(points: Points) -> bool:
+    """True if a figure shows a difference: two values that differ by more than rounding."""
+    values = points.values[points.there] if points.axes else points.values[:0]
+    if points.text or not len(values):
+        return len(set(values.tolist())) > 1
+    return bool(np.ptp(values) > ROUNDING * np.abs(values).max())
+
+
+def in_words(found: Sequence[Points]) -> Iterator[str]:
+    """Sentences on numbers that do not differ, one each, and one sentence that names all numbers that no case has."""
+    for points in found:
+        if points.there.any():
+            yield f"{sentence(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
+    unknown = [points.label for points in found if not points.there.any()]
+    if unknown:
+        yield f"Not known of any case: {', '.join(unknown)}."
+
+
+def sentence(text: str) -> str:
+    """A text that begins with a capital letter, or with a symbol as it is."""
+    return text[0].upper() + text[1:] if text[0].isascii() else text
+
+
+def _value(points: Points) -> str:
+    first = int(np.flatnonzero(points.there)[0])
+    value = points.values[first]
+    if points.text:
+        return hyphenated(value)
+    return with_error(float(value), float(points.errors[first])) if points.stated else f"{value:.5g}"
+
+
+def _care(points: Points) -> str:
+    """List the doubtful values, which are hollow points in a figure."""
+    flagged, known = int((points.flagged & points.there).sum()), int(points.there.sum())
+    which = "" if flagged == known else f"{flagged} of them "
+    return f"; {which}to be taken with care" if flagged else ""
+
+
+def _where(points: Points) -> str:
+    """Describe the cases that share a value, if all cases with a value do."""
+    known, count = int(points.there.sum()), len(points.values)
+    if count == 1:
+        return ""
+    if known == count:
+        return " in all cases"
+    if known > 1:
+        return f" in all cases that have it, {known} of {count}"
+    place = {name: values[points.there].tolist()[0] for name, values in points.axes.items()}
+    return f" at {in_symbols(place)}, the only one of {count} that has it" if place else ""
+
+
+# The answer of a campaign: its numbers over its axes, drawn as the design asks for.
+
+OBSERVED: Final = (
+    ("regime", ""),
+    ("slips_exponent", ""),
+    ("slips_goodness", ""),
+    ("plateau_mean", "intrinsic_friction"),
+    ("static_friction", "intrinsic_friction"),
+    ("kinetic_friction", "intrinsic_friction"),
+    ("mean_step", ""),
+    ("contact_half_width", ""),
+)
+"""Variables of records and drives with their divisors, if these vary; first the ones that a campaign requests on purpose."""
+LOOPED: Final = (("loss_per_cycle", ""), ("turn_friction", "intrinsic_friction"), ("secant_stiffness", ""))
+"""Variables of loops with their divisors; their closure is of one draw, and is not drawn."""
+PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
+"""Variables drawn for a contact at rest."""
+
+
+def answers(dataset: xr.Dataset) -> Iterator[View | str]:
+    """A figure for each number that differs between cases, none of a single case; the others in words."""
+    asked = list(_observed(dataset))
+    yield from (view_of(points) for points in asked if differs(points))
+    yield from in_words([points for points in asked if not differs(points)])
+
+
+def _observed(dataset: xr.Dataset) -> Iterator[Points]:
+    sort = OBSERVED if "plateau_mean" in dataset else LOOPED if "loss_per_cycle" in dataset else PRESSED
+    for name, over in sort:
+        if name in dataset and (not over or over in dataset.variables):
+            alike = not over or np.unique(dataset[over]).size == 1
+            yield points_of(dataset, name, "" if alike else over)
+
+
+def view_of(points: Points, x: str = "", hue: str = "") -> View:
+    """The figure of some points. x, hue: coordinates that the caller chooses. Raises UnknownNameError if all are alike."""
+    if not points.axes:
+        raise UnknownNameError(f"{points.name}: all cases are alike: there is nothing to draw it against")
+    drawn, kept = together(points, (x, hue))
+    if scattered(drawn) and not x:
+        against, draw = f"against {' and '.join(map(symbol, axis_sizes(drawn)))}", partial(draw_scattered, drawn)
+        signs = f"{_without(points)}{_members(points)}{_marks(points)}"
+    else:
+        roles = roles_of(drawn, x, hue)
+        against, draw = _against(roles), partial(figure_of, drawn, roles)
+        signs = _seen(held_at(drawn, roles.held), roles)
+    with_it = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
+    caption = f"{sentence(points.label)}, {against}.{with_it}{signs}"
+    return View(points.name.replace("/", "_over_"), caption, draw, points.columns)
+
+
+def _against(roles: Roles) -> str:
+    """Title: y against x, and the values of axes that are not shown."""
+    panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
+    held = (
+        f"; drawn for {in_symbols(dict(roles.held))} only, counts in this caption are for all cases"
+        if roles.held
+        else ""
+    )
+    if roles.mapped:
+        return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}"
+    hue = f", one colour for each {symbol(roles.hue)}" if roles.hue else ""
+    return f"against {symbol(roles.x)}{hue}{panels}{held}"
+
+
+def _seen(points: Points, roles: Roles) -> str:
+    """Meaning of the signs drawn for these points."""
+    if roles.mapped and is_crowded(points, roles):
+        care = int((points.flagged & points.there).sum())
+        where = "All" if care == points.there.sum() else f"{care} of {len(points.values)}, hatched,"
+        hatched = f" {where} are to be taken with care." if care else ""
+        return _without(points, "White") + _members(points) + hatched
+    paler = ", the paler the fewer" if roles.mapped else ""
+    mixed = f" Of members that differ: what most do{paler}." if points.differing else ""
+    flagged = " Dots: to be taken with care." if points.flagged[points.there].any() else ""
+    border = roles.mapped and any(border_of(points, points, roles))
+    above = " Black line: above it the pin no longer sticks." if border else ""
+    return mixed + above + _without(points) + _members(points) + (flagged if roles.mapped else _marks(points))
+
+
+def _without(points: Points, sign: str = "Red crosses") -> str:
+    missing = int((~points.there).sum())
+    return f" {sign}: {missing} without a value." if missing else ""
+
+
+def _marks(points: Points) -> str:
+    """Meaning of bars, question marks and hollow points, if any."""
+    bars = " Bars: its uncertainty, where larger than the point." if np.isfinite(points.errors).any() else ""
+    if far_below(points, points).any():
+        bars += f" Arrows: down to less than {SHORTEST:.0%} of the number."
+    if unsure := int(points.unsure.sum()):
+        bars += f" Question marks: ± not known of {unsure} of {len(points.values)} points."
+    hollow = " Hollow: to be taken with care." if points.flagged[points.there].any() else ""
+    return bars + hollow
+
+
+def _members(points: Points) -> str:
+    """Report the number of means over fewer members than the ensemble has; empty if none."""
+    lacking = points.lacking & points.there
+    if not lacking.any():
+        return ""
+    least = int(points.members[lacking].min())
+    return (
+        f" Of {int(lacking.sum())} of {len(points.values)} points some members have no value; the least have {least}."
+    )
+
+
+def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any) -> "Axes":
+    """Draw a number of a dataset over its axes, with its ±: lines, a map of tiles, or points, as `nanoslip figure` does.
+
+    y: a variable, its symbol, or a ratio of two, as `plateau/mu_i`. x, hue: axes; others become panels. where: selected values.
+    Returns the axes of matplotlib, known to pyplot (the first of several panels). Raises UnknownNameError.
+
+    >>> import nanoslip
+    >>> data = nanoslip.open("results/mine")  # doctest: +SKIP
+    >>> axes = nanoslip.figure(data, "plateau/mu_i", hue="R", normal_load=1e-3)  # doctest: +SKIP
+    """
+    from matplotlib import pyplot  # noqa: PLC0415  a page is drawn without windows
+
+    first: Axes = resized(view_named(dataset, y, x, hue, where).draw(make=pyplot.figure)).axes[0]
+    return first
+
+
+def view_named(dataset: xr.Dataset, y: str, x: str, hue: str, where: Mapping[str, Any]) -> View:
+    """The view of a number over axes, by the words that people have for them. Raises UnknownNameError, ValueError."""
+    points = points_named(dataset, y, where)
+    return view_of(points, *(axis_named(points, dataset, word) if word else "" for word in (x, hue)))

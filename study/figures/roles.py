@@ -1,0 +1,166 @@
+"""Roles of the axes of a campaign in a figure: x axis, colours, panels, or one value; and their scales."""
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from matplotlib.ticker import LogLocator, NullFormatter
+from numpy.typing import NDArray
+
+from nanoslip.study.figures.points import (
+    Points,
+    in_text,
+    ordered,
+    unevenness,
+)
+
+if TYPE_CHECKING:
+    pass
+
+# Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
+
+MOST_HUES: Final = 6
+"""Most lines in one panel that colours distinguish; more values make a map."""
+MOST_PANELS: Final = 9
+FILLED: Final = 0.5
+"""Share of a full product from which a design counts as one; sparser ones are scattered."""
+
+
+@dataclass(frozen=True, slots=True)
+class Roles:
+    """Coordinates by their place in a figure."""
+
+    x: str
+    hue: str = ""
+    panels: tuple[str, ...] = ()
+    held: Mapping[str, Any] = field(default_factory=dict)
+    """Coordinates with too many values for panels, at the value that is shown."""
+    mapped: bool = False
+    """True if tiles are drawn: words, or many values of the hue, would make too many lines."""
+
+
+def axis_sizes(points: Points) -> dict[str, int]:
+    """Coordinate -> its number of values; numbers first, then by falling number."""
+    counts = {name: len(set(values.tolist())) for name, values in points.axes.items()}
+    return dict(sorted(counts.items(), key=lambda item: (points.axes[item[0]].dtype.kind in "OUb", -item[1])))
+
+
+def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
+    """Merge zipped coordinates to one, and return its name; unchanged, and "", if no single one distinguishes the cases.
+
+    chosen: coordinates of which one is taken before others.
+    """
+    cases = len(set(zip(*(points.axes[name].tolist() for name in points.zipped), strict=True)))
+    telling = [name for name, count in axis_sizes(points).items() if name in points.zipped and count == cases]
+    wanted = [name for name in chosen if name in points.zipped] or telling[:1]
+    if len(points.zipped) < 2 or len(wanted) != 1 or wanted[0] not in telling:
+        return points, ""
+    left_out = set(points.zipped) - set(wanted)
+    return replace(points, axes={name: each for name, each in points.axes.items() if name not in left_out}), wanted[0]
+
+
+def scattered(points: Points) -> bool:
+    """True if the cases fill so little of the product of their coordinates that there are no lines to draw."""
+    counts = axis_sizes(points)
+    return len(counts) > 1 and len(points.values) < FILLED * math.prod(counts.values())
+
+
+def roles_of(points: Points, x: str = "", hue: str = "") -> Roles:
+    """Assign roles to all coordinates in which the cases differ: at least one. x, hue: chosen already.
+
+    Raises ValueError if one is chosen twice, or the only one as hue.
+    """
+    counts = axis_sizes(points)
+    left = [name for name in counts if name not in (x, hue)]
+    if x == hue and x:
+        raise ValueError(f"{x}: is x and hue: needs two axes")
+    if not (x or left):
+        raise ValueError(f"{hue}: the only axis: needs to be x, not hue")
+    x = x or left.pop(0)
+    hue = hue or (left.pop(0) if left else "")
+    panels: list[str] = []
+    held: dict[str, Any] = {}
+    for name in left:
+        if math.prod(counts[each] for each in (*panels, name)) <= MOST_PANELS:
+            panels.append(name)
+        else:
+            values = values_of(points, name)
+            held[name] = values[len(values) // 2]
+    mapped = bool(hue) and (points.text or counts[hue] > MOST_HUES)
+    return Roles(x, hue, tuple(panels), held, mapped)
+
+
+def values_of(points: Points, name: str) -> list[Any]:
+    """The values of a coordinate, as `ordered` has them."""
+    return ordered(points.axes[name].tolist())
+
+
+def held_at(points: Points, values: Mapping[str, Any]) -> Points:
+    """The points with these values of coordinates."""
+    chosen: NDArray[np.bool_] = np.ones(len(points.values), np.bool_)
+    for name, value in values.items():
+        chosen &= points.axes[name] == value
+    return points.at(chosen)
+
+
+# Positions of values along an axis: numbers on a linear or logarithmic scale, texts at equal distances.
+#
+# Beside a 0 such a scale is linear up to the smallest other number.
+
+SPAN: Final = 8.0
+"""Ratio of the largest to the smallest number from which a scale is logarithmic."""
+CLOSE: Final = 30.0
+"""Ratio of the largest to the smallest positive number above which the smallest is not visible beside a 0 on a linear scale."""
+_TICKS: Final = 6
+"""Values of a coordinate up to which each has its tick."""
+
+
+def is_logarithmic(values: NDArray[Any]) -> bool:
+    """True if numbers are positive, span at least the ratio `SPAN`, and lie more evenly in their logarithm."""
+    numbers = np.unique(values[np.isfinite(values)])
+    if len(numbers) < 2 or numbers[0] <= 0.0 or numbers[-1] < SPAN * numbers[0]:
+        return False
+    return len(numbers) == 2 or unevenness(np.log(numbers)) < unevenness(numbers)
+
+
+def begins_with_zero(values: NDArray[Any]) -> bool:
+    """True if numbers are a 0 and positive ones, the smallest of which would coincide with it on a linear scale."""
+    numbers = np.unique(values[np.isfinite(values)])
+    return len(numbers) > 2 and numbers[0] == 0.0 and bool(numbers[-1] > CLOSE * numbers[1])
+
+
+def places_of(points: Points, name: str, chosen: Points) -> NDArray[Any]:
+    """Positions of some of the points along a coordinate."""
+    values = chosen.axes[name]
+    if values.dtype.kind not in "Ob":
+        return values
+    order = values_of(points, name)
+    return np.array([order.index(value) for value in values.tolist()], dtype=float)
+
+
+def set_axis(axis: Any, points: Points, name: str) -> None:
+    """Scale and ticks of an axis (matplotlib's) along which a coordinate runs."""
+    values = values_of(points, name)
+    if points.axes[name].dtype.kind in "Ob":
+        axis.set_ticks(range(len(values)), list(map(in_text, values)))
+        return
+    if begins_with_zero(points.axes[name]):
+        least, most = values[1], values[-1]
+        room = max(math.log10(most / least) / len(values), 1.0)
+        axis._set_axes_scale("symlog", linthresh=least, linscale=room)
+    elif is_logarithmic(points.axes[name]):
+        axis._set_axes_scale("log")
+        if values[-1] < 100.0 * values[0]:
+            set_few_ticks(axis)
+    if len(values) <= _TICKS:
+        axis.set_ticks(values, list(map(in_text, values)))
+        axis.set_ticks([], minor=True)
+
+
+def set_few_ticks(axis: Any) -> None:
+    """Ticks of a logarithmic axis at 1, 2 and 5, as of powers of ten there would be one or two."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(lambda value, _: in_text(float(value)))
+    axis.set_minor_formatter(NullFormatter())
