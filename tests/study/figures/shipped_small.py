@@ -12,7 +12,7 @@ from nanoslip.study import shipped
 SMALLER: Mapping[str, str] = {
     "figures/punch": "axes.n_x = [129, 257]",
     "figures/records": "axes.start = [0.0, 0.25, 0.5]\nnumerics.n_x = 33\nlimits.events = 400",
-    "figures/resolution": "axes.n_x = [17, 33]\nensemble.members = 2",
+    "figures/resolution": "axes.n_x = [17, 33, 65]\nensemble.members = 2",
     "figures/drive": "axes.start = [0.0, 0.25, 0.5]\nnumerics.n_x = 65\nlimits.events = 800",
     "figures/findings": "axes = {intrinsic_friction = [0.2, 0.5], start = [0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875]}\n"
     "numerics.n_x = 65\nlimits.events = 1000",
