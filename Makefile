@@ -14,7 +14,7 @@ SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.\(slow\|everyday\)' tests)
 
-.PHONY: run reproduce figures kernels test test-changed test-slow test-all mutants benchmarks docs dist check format clean
+.PHONY: run reproduce figures findings kernels test test-changed test-slow test-all mutants benchmarks docs dist check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -30,6 +30,11 @@ figures: .venv/installed  ## the paper's figures and further ones, with tables: 
 	done
 	$(BIN)/nanoslip figure --all --into $(FIGURES)
 	$(BIN)/python campaigns/gallery.py $(FIGURES)
+
+findings: .venv/installed  ## the claims of docs/findings.md and their figures; AGAIN=1: their bounds, from other starts
+	$(BIN)/python campaigns/findings/claims.py --out results --jobs $(RANKS) --again $(or $(AGAIN),0)
+	test $(AGAIN) || $(BIN)/nanoslip figure $(basename $(notdir $(wildcard campaigns/findings/*.toml))) --format png --out results --into campaigns
+	test $(AGAIN) || $(BIN)/python campaigns/gallery.py campaigns
 
 kernels: .venv/dev  ## compile what tests run; else each of their processes does
 	$(BIN)/python -m tests.kernels
@@ -64,7 +69,7 @@ check: .venv/dev  ## style and types
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m ruff format --check .
 	$(BIN)/python -m mypy
-	MYPYPATH=campaigns/figures:campaigns/maps:campaigns/interface:campaigns/paths $(BIN)/python -m mypy campaigns/figures/*.py campaigns/maps/*.py campaigns/interface/*.py campaigns/paths/*.py campaigns/schemes.py campaigns/gallery.py
+	MYPYPATH=campaigns/figures:campaigns/maps:campaigns/interface:campaigns/paths:campaigns/findings $(BIN)/python -m mypy campaigns/*/*.py campaigns/schemes.py campaigns/gallery.py
 
 format: .venv/dev
 	$(BIN)/python -m ruff format .

@@ -26,7 +26,7 @@ root_doc = "docs/index"
 include_patterns = [
     "docs/**",
     "CHANGELOG.md",
-    *(f"campaigns/{pages}*.md" for pages in ("", "figures/", "maps/", "interface/", "paths/")),
+    *(f"campaigns/{pages}*.md" for pages in ("", "figures/", "maps/", "interface/", "paths/", "findings/")),
     *(f"tests/{folder}/*.md" for folder in ("verification", "hard_cases", "benchmarks", "mpi", "slurm", "study/*")),
     "study/accuracy/*.md",
 ]

@@ -1,8 +1,9 @@
 """The paper's conclusions on data (§4): static friction belongs to a major peak of the record, kinetic friction is its mean."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Final
+from functools import partial
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -13,7 +14,7 @@ from scipy import stats
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, over_starts
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, column, number_of, over_starts
 
 Floats = NDArray[np.float64]
 
@@ -159,6 +160,36 @@ def claims_of_static(dataset: xr.Dataset) -> Iterator[Claim]:
         yield Claim(f"μ_s/μ_i at μ_i = {group.intrinsic_friction:g}", "", found, f"{remark}, {len(share)} starts")
 
 
+def of_starts(dataset: xr.Dataset, share: Callable[[Starts], Floats]) -> Number:
+    """Mean of a number over all starts, with its ±."""
+    return number_of(np.concatenate([share(group) for group in all_starts(dataset)]))
+
+
+def extreme(dataset: xr.Dataset, share: Callable[[Starts], Floats], most: Callable[[Floats], float]) -> Number:
+    """The least or the largest of all starts: no mean, so without a ±."""
+    return Number(float(most(np.concatenate([share(group) for group in all_starts(dataset)]))), 0.0)
+
+
+def correlation(dataset: xr.Dataset, peak: str) -> Number:
+    """Correlation of μ_s with a peak over the starts, mean over intrinsic frictions with its ±."""
+    return number_of([np.corrcoef(group.static, getattr(group, peak))[0, 1] for group in all_starts(dataset)])
+
+
+def kinetic_over_plateau(dataset: xr.Dataset) -> Number:
+    """Slope of μ_k over the plateau, with half of its interval of 95 %."""
+    return Number(*slope_of_kinetic(all_starts(dataset)))
+
+
+NUMBERS: Final[Mapping[str, Any]] = {
+    "fewest micro slips": partial(extreme, share=lambda group: group.micro_slips, most=np.min),
+    "fluctuation": lambda dataset: number_of((dataset["plateau_std"] / dataset["plateau_mean"]).values.ravel()),
+    "largest μ_s/μ_i": partial(extreme, share=lambda group: group.static / group.intrinsic_friction, most=np.max),
+    "μ_s/μ_i": partial(of_starts, share=lambda group: group.static / group.intrinsic_friction),
+    "μ_k/μ_i": partial(of_starts, share=lambda group: group.kinetic / group.intrinsic_friction),
+    "correlation of μ_s with the highest peak met": partial(correlation, peak="peak_met"),
+    "correlation of μ_s with the highest peak": partial(correlation, peak="peak"),
+    "μ_k over the plateau": kinetic_over_plateau,
+}
 FINDINGS: Final = CampaignFigure(
     "findings",
     "The paper's five findings",

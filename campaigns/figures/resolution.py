@@ -1,14 +1,14 @@
 """Figure 8 (§3.2.3): the mean step per event against the number of surface nodes, for two radii."""
 
-from collections.abc import Iterator
-from typing import Final
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from power_law import PowerLaw, fit_power_law
 
-from nanoslip.study.figures.shared import CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, average, column
 
 
 def step_law(dataset: xr.Dataset, radius: float) -> PowerLaw:
@@ -48,6 +48,24 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         yield Claim(f"mean step at n_x = {int(finest['n_x'])}, R/L_x = {radius:g}, nm", "→ 0", f"{step:.3g}", _LIMIT)
 
 
+def exponent(dataset: xr.Dataset) -> Number:
+    """Exponent of the mean step over the spacings, mean over the radii, with its interval of 95 %."""
+    laws = [step_law(dataset, float(radius)) for radius in dataset["radius"].values]
+    return average([Number(law.exponent, law.exponent_interval) for law in laws])
+
+
+def fall_of_plateau(dataset: xr.Dataset) -> Number:
+    """Plateau of the finest grid over that of the coarsest, the blunter pin, with its ±."""
+    found = dataset.squeeze().isel(radius=-1).isel(n_x=[0, -1])
+    plateau, error = (found[name].values for name in ("plateau_mean", "plateau_mean_uncertainty"))
+    ratio = float(plateau[1] / plateau[0])
+    return Number(ratio, ratio * float(np.hypot(*(error / plateau))))
+
+
+NUMBERS: Final[Mapping[str, Any]] = {
+    "exponent of the mean step": exponent,
+    "finest plateau over coarsest": fall_of_plateau,
+}
 _EXPONENT = "95 % interval; the paper gives no exponent"
 _LIMIT = "the step falls with every refinement: no end of the law on these grids"
 

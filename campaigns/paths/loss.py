@@ -1,6 +1,7 @@
 """Energy lost by strokes with full stress drops, over their amplitude and over cycles; slabs with ends shake down."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -10,7 +11,7 @@ from matplotlib.figure import Figure
 from nanoslip.solver.contact.closed_forms import MindlinLoops
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, DASHES, MARKERS, PAGE, CampaignFigure, Claim, column, exponent
+from nanoslip.study.figures.shared import COLORS, DASHES, MARKERS, PAGE, CampaignFigure, Claim, Number, column, exponent
 
 SMALL: Final = 0.5
 """Amplitude in presliding lengths up to which exponents are fitted."""
@@ -80,6 +81,18 @@ def draw_loss(axes: Any, found: xr.Dataset, name: str, style: dict[str, Any]) ->
     axes.set(xscale="log", yscale="log", xlabel="amplitude, in presliding lengths", ylabel=typeset("loss in W·L_x"))
 
 
+def shaken(dataset: xr.Dataset, ends: bool) -> Number:
+    """Share of small strokes that lose nothing any more, on slabs with ends or without."""
+    found = dataset.squeeze()
+    schemes = [name for name in found["scheme"].values.tolist() if (name == "biquadratic") == ends]
+    small = found["amplitude"].values[found["amplitude"].values < SMALL]
+    return Number(float(found["shaken_down"].sel(scheme=schemes, amplitude=small).mean()), 0.0)
+
+
+NUMBERS: Final[Mapping[str, Any]] = {
+    "shaken down, ends": partial(shaken, ends=True),
+    "shaken down, no ends": partial(shaken, ends=False),
+}
 LOSS: Final = CampaignFigure(
     "loss",
     "Energy lost by strokes",

@@ -1,6 +1,7 @@
 """Friction of a pin that turns back, beside what Eq. 13-15 make of it: stiffness, force on the way back, levels of both ways."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared import COLORS, PAGE, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, PAGE, CampaignFigure, Claim, Number, average, column, number_of
 
 Floats = NDArray[np.float64]
 BACK: Final = (0.5, 1.0)
@@ -99,6 +100,17 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
             yield Claim(f"{scheme}: {name}", assumed, shown, f"n_x = {', '.join(map(str, grids))}")
 
 
+def of_schemes(dataset: xr.Dataset, name: str, slab: bool | None = None) -> Number:
+    """One of the numbers, mean over grids and schemes: all, or slabs with ends alone, or those without."""
+    schemes = [each for each in dataset["scheme"].values.tolist() if slab is None or (each == "biquadratic") == slab]
+    found = []
+    for scheme in schemes:
+        for n_x in dataset["n_x"].values.tolist():
+            paths = (path_of(dataset, scheme=scheme, n_x=n_x, start=start) for start in dataset["start"].values)
+            found.append(number_of([numbers_of(path)[name] for path in paths]))
+    return average(found)
+
+
 def draw(dataset: xr.Dataset) -> Figure:
     """The way back of one start on the finest grid, a panel for each scheme, with what Eq. 13-14 have for it."""
     n_x, start = int(dataset["n_x"].values[-1]), float(dataset["start"].values[0])
@@ -116,6 +128,11 @@ def draw(dataset: xr.Dataset) -> Figure:
     return figure
 
 
+NUMBERS: Final[Mapping[str, Any]] = {
+    "level backward over forward": partial(of_schemes, name="level backward over forward"),
+    "error of F after 1 d, ends": partial(of_schemes, name="error of F/(μ_i·W) 1 d after the turn", slab=True),
+    "error of F after 1 d, no ends": partial(of_schemes, name="error of F/(μ_i·W) 1 d after the turn", slab=False),
+}
 REVERSAL: Final = CampaignFigure(
     "reversal",
     "Friction of a pin that turns back",

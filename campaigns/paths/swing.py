@@ -1,6 +1,7 @@
 """Highest friction force after a pin has swung back and come again, over that before the swing."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -8,10 +9,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, PAGE, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, PAGE, CampaignFigure, Claim, Number, column, number_of
 
 SWINGS: Final = {"first": 1, "second": 3}
 """Swing -> the leg that goes back."""
@@ -51,6 +51,16 @@ def swing_of(dataset: xr.Dataset, leg: int, **case: Any) -> Swing:
     return Swing(before, back, again, length)
 
 
+def swings(dataset: xr.Dataset, leg: int, **case: Any) -> list[Swing]:
+    """The swing of every start."""
+    return [swing_of(dataset, leg, start=start, **case) for start in dataset["start"].values]
+
+
+def rise(dataset: xr.Dataset, scheme: str, leg: int) -> Number:
+    """Rise of the peak by one swing on the finest grid, mean over starts, with its ±."""
+    return number_of([each.rise for each in swings(dataset, leg, scheme=scheme, n_x=int(dataset["n_x"].values[-1]))])
+
+
 def claims(dataset: xr.Dataset) -> Iterator[Claim]:
     """Rise of the peak by scheme and swing, for all grids."""
     grids = dataset["n_x"].values.tolist()
@@ -58,11 +68,8 @@ def claims(dataset: xr.Dataset) -> Iterator[Claim]:
         for leg in SWINGS.values():
             shown = []
             for n_x in grids:
-                of_starts = [
-                    swing_of(dataset, leg, scheme=scheme, n_x=n_x, start=start) for start in dataset["start"].values
-                ]
-                mean = mean_of(np.array([each.rise for each in of_starts]))
-                shown.append(with_error(float(mean.mean), float(mean.uncertainty)))
+                of_starts = swings(dataset, leg, scheme=scheme, n_x=n_x)
+                shown.append(with_error(*number_of([each.rise for each in of_starts])))
             meaning = f"{scheme}: peak after a swing back by {of_starts[0].size:.1f} d, over the peak before"
             yield Claim(meaning, "1", "; ".join(shown), f"n_x = {', '.join(map(str, grids))}")
 
@@ -82,6 +89,10 @@ def draw(dataset: xr.Dataset) -> Figure:
     return figure
 
 
+NUMBERS: Final[Mapping[str, Any]] = {
+    "rise by 0.8 d, ends": partial(rise, scheme="biquadratic", leg=SWINGS["second"]),
+    "rise by 0.8 d, no ends": partial(rise, scheme="strip", leg=SWINGS["first"]),
+}
 SWING: Final = CampaignFigure(
     "swing",
     "Friction after a swing back",

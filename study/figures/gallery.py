@@ -35,7 +35,7 @@ def figures_of(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
     if not script.is_file():
         return ()
     try:
-        found = _executed(script).get(SCRIPTS)
+        found = executed(script).get(SCRIPTS)
     except Exception as error:
         raise StoreError(f"{script}: cannot be run: {type(error).__name__}: {error}") from error
     if not (isinstance(found, tuple) and found and all(isinstance(each, CampaignFigure) for each in found)):
@@ -43,7 +43,7 @@ def figures_of(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
     return tuple(replace(each, campaign=name or campaign.stem) for each in found)
 
 
-def _executed(script: Path) -> dict[str, Any]:
+def executed(script: Path) -> dict[str, Any]:
     """Names that a script defines. Its imports of neighbours are private, as other folders may have files of the same names."""
     neighbours = {path.stem for path in script.parent.glob("*.py")}
     others = {name: sys.modules.pop(name) for name in neighbours & sys.modules.keys()}

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.dynamics.stick_slip import stick_slip
-from nanoslip.solver.ensemble import student
+from nanoslip.solver.ensemble import mean_of, student
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.table import scales_of
@@ -52,6 +52,25 @@ def table(claims: Iterable[Claim], header: Sequence[str] = HEADER) -> str:
     head, *body = zip(*kept, strict=True)
     lines = [head, ("---",) * len(head), *body]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+class Number(NamedTuple):
+    """A number of a dataset, and its ±."""
+
+    value: float
+    error: float
+
+
+def number_of(values: Any) -> Number:
+    """The mean of a number over starts, and its ±."""
+    mean = mean_of(np.asarray(values, float))
+    return Number(float(mean.mean), float(mean.uncertainty))
+
+
+def average(numbers: Sequence[Number]) -> Number:
+    """The mean of independent numbers."""
+    values, errors = np.array(numbers).T
+    return Number(float(values.mean()), float(np.hypot.reduce(errors)) / len(numbers))
 
 
 def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0) -> str:

@@ -562,7 +562,7 @@ FIGURES = shipped_figures()
 
 
 def test_every_campaign_of_figures_has_a_figure_and_the_other_way_round() -> None:
-    folders = ("figures/", "maps/", "interface/", "paths/")
+    folders = ("figures/", "maps/", "interface/", "paths/", "findings/")
     campaigns = {name for name in shipped.campaigns() if name.startswith(folders) or name == "schemes"}
     assert {figure.campaign for figure in FIGURES.values()} == campaigns
     assert set(SMALLER) <= campaigns
