@@ -24,7 +24,7 @@ reproduce:  ## the paper's campaign
 	$(MAKE) run CAMPAIGN=campaigns/streator2022.toml
 
 figures: .venv/installed  ## the paper's figures and further ones, with tables: results/figures, results/maps
-	@for campaign in campaigns/figures/*.toml campaigns/maps/*.toml campaigns/interface/*.toml campaigns/schemes.toml; do \
+	@for campaign in campaigns/figures/*.toml campaigns/maps/*.toml campaigns/interface/*.toml campaigns/paths/*.toml campaigns/findings/*.toml campaigns/schemes.toml; do \
 		name=$${campaign#campaigns/}; \
 		$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $$campaign --out results/$${name%.toml} || exit; \
 	done

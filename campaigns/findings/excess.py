@@ -67,30 +67,18 @@ def of_kinds(dataset: xr.Dataset) -> dict[Kind, Excess]:
     found, kinds = dataset.squeeze(), {}
     names = ("scheme", "n_x", "initial_contact", "spread", "intrinsic_friction")
     keys = [tuple(found[name].values[case] for name in names) for case in range(found.sizes["case"])]
+    width = found["contact_half_width"].groupby("n_x").mean()
+    across = {int(n_x): round(2.0 * float(width.sel(n_x=n_x)) * (n_x - 1)) for n_x in width["n_x"].values.tolist()}
     for key in dict.fromkeys(keys):
         here = found.isel(case=[case for case, each in enumerate(keys) if each == key]).sortby("contacts")
-        across = round(2.0 * float(here["contact_half_width"].mean()) * (key[1] - 1))
         excess = (here[name].values for name in ("contacts", "static_excess", "static_excess_uncertainty"))
-        kinds[Kind(key[0] == "half_space", across, str(key[2]), float(key[3]), float(key[4]))] = Excess(*excess)
+        kinds[Kind(key[0] == "half_space", across[key[1]], str(key[2]), float(key[3]), float(key[4]))] = Excess(*excess)
     return kinds
 
 
 def chosen(dataset: xr.Dataset, which: Callable[[Kind], bool], number: Callable[[Excess], Number]) -> Number:
     """Mean of a number over the kinds that are chosen."""
     return average([number(excess) for kind, excess in of_kinds(dataset).items() if which(kind)])
-
-
-def of_preparation(dataset: xr.Dataset) -> Number:
-    """Excess of the most contacts of a ball that came down sticking, less that of gradual ones, equal nodes."""
-    found = of_kinds(dataset)
-    pairs = [
-        (each.last, found[kind._replace(initial_contact="gradual")].last)
-        for kind, each in found.items()
-        if kind.ball and not kind.spread and kind.initial_contact == "stick"
-    ]
-    return average(
-        [Number(stick.value - gradual.value, float(np.hypot(stick.error, gradual.error))) for stick, gradual in pairs]
-    )
 
 
 def draw(dataset: xr.Dataset) -> Figure:
@@ -104,10 +92,8 @@ def draw(dataset: xr.Dataset) -> Figure:
         for kind, excess in kinds.items():
             number = made.index(kind.made)
             line: dict[str, Any] = {"color": COLORS[number], "marker": MARKERS[number], "markersize": 3, "capsize": 1.5}
-            line |= {
-                "linestyle": ("-", "--")[frictions.index(kind.friction)],
-                "label": f"{kind.made}, $\\mu_i$ = {kind.friction:g}",
-            }
+            second = frictions.index(kind.friction)
+            line |= {"linestyle": ("-", "--")[second], "label": None if second else kind.made}
             panels[kind.body].errorbar(*excess, **line)
         for body, axes in panels.items():
             (first, *_), contacts = (axes.lines[0].get_ydata(), axes.lines[0].get_xdata())
@@ -138,9 +124,12 @@ def common(kind: Kind, initial_contact: str) -> bool:
 
 
 NUMBERS: Final[Mapping[str, Any]] = {
-    "ball: exponent": partial(chosen, which=lambda kind: kind.ball, number=lambda excess: excess.exponent),
-    "ball: left": partial(chosen, which=lambda kind: kind.ball, number=lambda excess: excess.last),
-    "ball: stick less gradual": of_preparation,
+    "ball, unequal nodes: exponent": partial(
+        chosen, which=lambda kind: kind.ball and kind.spread > 0.0, number=lambda excess: excess.exponent
+    ),
+    "ball, equal nodes: left": partial(
+        chosen, which=lambda kind: kind.ball and not kind.spread, number=lambda excess: excess.last
+    ),
     "cylinder, unequal nodes: exponent": partial(
         chosen, which=lambda kind: not kind.ball and kind.spread > 0.0, number=lambda excess: excess.exponent
     ),

@@ -54,7 +54,7 @@ def mean_change(dataset: xr.Dataset, name: str) -> Number:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """μ_k and μ_s of every start over the contact, over those over the record."""
-    with column(4.6) as figure:
+    with column(4.0) as figure:
         for axes, (name, label) in zip(figure.subplots(2, 1), list(LABELS.items())[:2], strict=True):
             for number, (drive, (record, contact)) in enumerate(pairs(dataset, name).items()):
                 axes.plot(record, contact, MARKERS[number], color=COLORS[number], markersize=3, label=drive)

@@ -11,15 +11,21 @@ from nanoslip.study import shipped
 
 KINDS = [
     (*body, initial_contact, spread, contacts)
-    for body in (("half_plane", 33, 7.363e-4), ("half_plane", 145, 7.363e-4), ("half_space", 17, 3.125e-4))
+    for body in (("half_plane", 33, 7.363e-4), ("half_plane", 145, 7.363e-4), ("half_space", 25, 3.125e-4))
     for initial_contact, spread in (("stick", 0.0), ("gradual", 0.0), ("stick", 0.1))
     for contacts in (1, 8, 64)
+    if initial_contact == "stick" or body[1] == 145
 ]
 """Contacts of small intrinsic friction, as a table of cases would have them."""
-EXCESS = "table = ''\ndesign = 'zip'\nensemble.members = 2\nconstants.intrinsic_friction = 0.05\n[axes]\n" + "\n".join(
-    f"{name} = {list(values)}"
-    for name, values in zip(
-        ("scheme", "n_x", "normal_load", "initial_contact", "spread", "contacts"), zip(*KINDS, strict=True), strict=True
+EXCESS = (
+    "table = ''\ndesign = 'zip'\nensemble.members = 2\nlimits.presliding = 3\nconstants.intrinsic_friction = 0.05\n[axes]\n"
+    + "\n".join(
+        f"{name} = {list(values)}"
+        for name, values in zip(
+            ("scheme", "n_x", "normal_load", "initial_contact", "spread", "contacts"),
+            zip(*KINDS, strict=True),
+            strict=True,
+        )
     )
 )
 SMALLER: Mapping[str, str] = {
@@ -46,9 +52,9 @@ SMALLER: Mapping[str, str] = {
     "aspect_ratio = [1.0, 2.0]\nnormal_load = [5e-4, 1e-3]",
     "paths/reversal": "axes = {scheme = ['biquadratic', 'strip'], n_x = [33, 65], start = [0.0, 0.25, 0.5]}",
     "paths/pulse": "axes = {scheme = ['biquadratic', 'strip'], n_x = [33, 65], start = [0.0, 0.25, 0.5]}",
-    "paths/swing": "axes = {scheme = ['biquadratic', 'strip'], n_x = [33, 65], start = [0.0, 0.25, 0.5]}",
+    "paths/swing": "axes = {scheme = ['biquadratic', 'strip'], n_x = [65, 129], start = [0.0, 0.125, 0.25, 0.5, 0.75]}",
     "paths/coulomb": "axes.n_x = [17, 33]\nensemble.members = 3",
-    "paths/memory": "axes = {scheme = ['galerkin'], start = [0.0, 0.25, 0.5]}\nnumerics.n_x = 65",
+    "paths/memory": "axes = {scheme = ['galerkin', 'strip'], start = [0.0, 0.25, 0.5]}\nnumerics.n_x = 65",
     "findings/plateau": "table = ''\ndesign = 'zip'\nlimits.presliding = 4\nensemble.members = 3\n[axes]\n"
     "scheme = ['strip', 'strip', 'half_space', 'half_space']\nn_x = [129, 129, 33, 33]\n"
     "normal_load = [1e-3, 1e-3, 3.125e-4, 3.125e-4]\nresidual_shear = [0.0, 0.6, 0.0, 0.6]",
@@ -59,7 +65,7 @@ SMALLER: Mapping[str, str] = {
     "normal_load = [3.125e-4, 3.125e-4, 3.125e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4]",
     "findings/excess": EXCESS,
     "findings/extension": "axes.start = [0.0, 0.25, 0.5, 0.75]\nlimits.spacings = 4",
-    "findings/critical": "axes = {scheme = ['galerkin'], start = [0.0, 0.25, 0.5]}\nnumerics.n_x = 65",
+    "findings/critical": "axes = {scheme = ['galerkin', 'strip'], start = [0.0, 0.5]}\nnumerics.n_x = 65",
     "paths/loss": "axes = {scheme = ['biquadratic', 'half_plane'], n_x = [33, 65]}\nensemble.members = 3",
     "schemes": "axes.n_x = [33, 65]",
     "figures/choices": "numerics.n_x = 33\nlimits.events = 300\n[axes]\nradius = [200.0]\nsupport = ['bonded', 'right_side']\n"
@@ -70,14 +76,14 @@ SMALLER: Mapping[str, str] = {
 
 
 @cache
-def small(campaign: str) -> xr.Dataset:
-    """The dataset of a shipped campaign with the values of `SMALLER`."""
+def small(campaign: str, form: str = "") -> xr.Dataset:
+    """The dataset of a shipped campaign with the values of a form; those of `SMALLER` without one."""
     path = shipped.campaigns()[campaign]
     content = tomllib.loads(path.read_text("utf-8"))
     for place, key in ((content, "table"), (content.get("path", {}), "legs")):
         if key in place:
             place[key] = str(path.parent / place[key])
-    for table, changes in tomllib.loads(SMALLER.get(campaign, "")).items():
+    for table, changes in tomllib.loads(form or SMALLER.get(campaign, "")).items():
         content[table] = {**content.get(table, {}), **changes} if isinstance(changes, Mapping) else changes
     if not content.get("table", "as it is"):
         del content["table"]
