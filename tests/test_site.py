@@ -103,6 +103,15 @@ def test_the_paper_cites_what_its_bibliography_has() -> None:
 
 
 @pytest.mark.slow
+def test_front_pages_show_what_their_command_answers() -> None:
+    words = ["-m", "nanoslip", "try", "radius=50", "--drive"]
+    answer = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True, check=True)
+    for page in ("README.md", "docs/index.md"):
+        shown = (ROOT / page).read_text("utf-8").partition("$ nanoslip try radius=50 --drive\n")[2].partition("```")[0]
+        assert " ".join(answer.stdout.split()).endswith(" ".join(shown.split())), page
+
+
+@pytest.mark.slow
 def test_the_site_builds_without_warnings_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     """Without a network: warnings, broken links among them, are errors."""
     site = tmp_path / "site"
