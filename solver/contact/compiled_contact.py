@@ -171,65 +171,75 @@ LINE = 8
 """Floats in a cache line of 64 bytes."""
 
 
-def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """The bordered compliance pivoted on `contact` (shape (n,)) and on the load: transposed, (2n + 1, 2n + 1)."""
+def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_], into: NDArray[np.float64]) -> None:
+    """Write the bordered compliance pivoted on `contact` (shape (n,)) and on the load, transposed, into the first of so many
+    columns: (2n + 1, 2n + 1)."""
     touching, free = np.flatnonzero(contact), np.flatnonzero(~contact)
-    n, load = len(contact), [2 * len(contact)]
-    pivoted, kept = np.concatenate((touching, touching + n, load)), np.concatenate((free, free + n))
-    sorted_entries = _pivoted_first(matrix, pivoted, kept)
-    places = np.concatenate((pivoted, kept)).argsort()
-    return sorted_entries.take(places, 0).take(places, 1)
-
-
-def _pivoted_first(
-    matrix: NDArray[np.float64], pivoted: NDArray[np.int64], kept: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    """The tableau with its pivoted entries first."""
-    result = np.zeros((len(matrix) + 1, len(matrix) + 1))
-    result[:-1, :-1] = matrix
-    result[len(matrix) // 2 : -1, -1] = result[-1, len(matrix) // 2 : -1] = 1.0
-    first, then = result.take(pivoted, 0), result.take(kept, 0)
+    n, count = len(contact), len(touching)
+    pivoted, kept = np.concatenate((touching, touching + n)), np.concatenate((free, free + n))
+    normal = (kept >= n).astype(float)
+    stiffness = bordered_inverse(_bordered(matrix, pivoted), f"compliance of {count} nodes")
     # `take` along one axis after the other: several times as fast as a gather by lists of rows and columns.
-    across = first.take(kept, 1)
-    stiffness = bordered_inverse(first.take(pivoted, 1), f"compliance of {len(pivoted) // 2} nodes")
-    from_kept = then.take(pivoted, 1) @ stiffness
-    count = len(pivoted)
-    result[:count, :count] = stiffness.T
-    result[:count, count:] = from_kept.T
-    result[count:, :count] = -(stiffness @ across).T
-    result[count:, count:] = (then.take(kept, 1) - from_kept @ across).T
+    across, then = np.vstack((matrix.take(kept, 1).take(pivoted, 0), normal)), matrix.take(kept, 0)
+    from_kept = np.column_stack((then.take(pivoted, 1), normal)) @ stiffness
+    rest, answer, pivoted = then.take(kept, 1) - from_kept @ across, stiffness @ across, np.append(pivoted, 2 * n)
+    del then, across  # of thousands of nodes each is a tenth of a GB
+    into[np.ix_(kept, kept)] = rest.T
+    into[np.ix_(kept, pivoted)] = np.negative(answer, out=answer).T
+    into[np.ix_(pivoted, kept)] = from_kept.T
+    into[np.ix_(pivoted, pivoted)] = stiffness.T
+
+
+def _bordered(matrix: NDArray[np.float64], entries: NDArray[np.int64]) -> NDArray[np.float64]:
+    """The compliance (2n, 2n) in these m entries with a row and a column of approach and load, (m + 1, m + 1)."""
+    result = np.zeros((len(entries) + 1, len(entries) + 1))
+    for rows in _portions(len(entries)):
+        result[:-1][rows, :-1] = matrix.take(entries[rows], 0).take(entries, 1)
+    result[:-1, -1] = result[-1, :-1] = entries >= len(matrix) // 2
     return result
 
 
-def in_lines(square: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Pad every row of a matrix to begin at a cache line: adding a row that straddles lines takes a third longer."""
-    entries = len(square)
+def stiffness_of(compliance: Compliance, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Forces and approach per u, v and -load at these nodes, (2m + 1, 2m + 1). Raises SingularOperator."""
+    entries = np.concatenate((nodes, nodes + compliance.slab.nodes))
+    found = compliance.entries(entries, entries)
+    return bordered_inverse(_bordered(found, np.arange(len(found))), f"compliance of {len(nodes)} nodes")
+
+
+def in_lines(entries: int) -> NDArray[np.float64]:
+    """Zeros for a matrix of so many rows and at least as many columns, every row of which begins at a cache line: adding a row
+    that straddles lines takes a third longer."""
     stride = -(-entries // LINE) * LINE
     room = np.zeros(entries * stride + LINE)
     first = -room.ctypes.data // room.itemsize % LINE
-    padded = room[first : first + entries * stride].reshape(entries, stride)
-    padded[:, :entries] = square
-    return padded
+    return room[first : first + entries * stride].reshape(entries, stride)
 
 
 def bordered_inverse(system: NDArray[np.float64], name: str) -> NDArray[np.float64]:
-    """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one."""
+    """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one, in the
+    place of the system, as large ones fill the memory."""
     block, border = system[:-1, :-1], system[:-1, -1]
     if not np.array_equal(block, block.T):
         return inverse(system, name)
-    factor, failed = scipy.linalg.lapack.dpotrf(block.T)
-    if failed or scipy.linalg.lapack.dpocon(factor, np.abs(block).sum(0).max())[0] < np.finfo(float).eps:
+    portions, (factor, failed) = _portions(len(block)), scipy.linalg.lapack.dpotrf(block.T)
+    norm = max(float(np.abs(block[rows]).sum(1).max()) for rows in portions)
+    if failed or scipy.linalg.lapack.dpocon(factor, norm)[0] < np.finfo(float).eps:
         return inverse(system, name)
     triangle = scipy.linalg.lapack.dpotri(factor, overwrite_c=1)[0]
-    result = np.empty_like(system)
-    whole = np.add(triangle, triangle.T, out=result[:-1, :-1])
-    whole[np.diag_indices(len(whole))] /= 2.0
-    alone = whole @ border
+    np.add(triangle, triangle.T, out=block)
+    block[np.diag_indices(len(block))] /= 2.0
+    alone = block @ border
     share = float(border @ alone)
-    whole -= np.outer(alone, alone / share)
-    result[:-1, -1] = result[-1, :-1] = alone / share
-    result[-1, -1] = -1.0 / share
-    return result
+    for rows in portions:
+        block[rows] -= np.outer(alone[rows], alone / share)
+    system[:-1, -1] = system[-1, :-1] = alone / share
+    system[-1, -1] = -1.0 / share
+    return system
+
+
+def _portions(rows: int) -> list[slice]:
+    """Rows of a matrix in portions, for what would else need a matrix more."""
+    return [slice(first, first + 256) for first in range(0, rows, 256)]
 
 
 def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
@@ -300,8 +310,11 @@ def _state(
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
     few = compliance.slab.nodes <= FEW and compliance.lasting
     set_up = _set_up_before if few else _set_up
-    matrix, inverted = set_up(compliance, window.tobytes(), contact.tobytes())
-    entries, nodes, padded = 2 * len(contact) + 1, len(contact), in_lines(inverted)
+    matrix, padded = set_up(compliance, window.tobytes(), contact.tobytes())
+    entries, nodes = 2 * len(contact) + 1, len(contact)
+    if few:
+        cached, padded = padded, in_lines(entries)
+        padded[:] = cached
     sticks = math.isinf(case.intrinsic_friction)
     friction_of_nodes = np.zeros(nodes) if sticks else node_friction(case, first_node)[window]
     return KernelState(
@@ -332,7 +345,9 @@ def _set_up(compliance: Compliance, window: bytes, contact: bytes) -> tuple[NDAr
     # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
     within = compliance.window(np.frombuffer(window, np.int64))
     within.setflags(write=False)
-    return within, tableau(within, np.frombuffer(contact, np.bool_))
+    padded = in_lines(len(within) + 1)
+    tableau(within, np.frombuffer(contact, np.bool_), padded)
+    return within, padded
 
 
 _set_up_before = lru_cache(maxsize=KEPT)(_set_up)
@@ -359,8 +374,7 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
         if not (lifted or inaccurate):
             return status
         if inaccurate:
-            fresh = tableau(state.matrix, state.contact)
-            state.tableau[:, : len(fresh)] = fresh
+            tableau(state.matrix, state.contact, state.tableau)
             state.scalars["pivots"], state.pivots.followed[:] = 0, 0
             state.scalars["residual"] = 0.0
             respond(state)

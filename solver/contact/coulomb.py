@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.compiled_contact import bordered_inverse
+from nanoslip.solver.contact.compiled_contact import stiffness_of
 from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
@@ -199,15 +199,6 @@ def _everywhere(compliance: Compliance, nodes: NDArray[np.int64], answer: Vector
     u, v = compliance.displacements(force)
     approach = float(answer[-1]) + middle
     return force, approach, u, v + approach
-
-
-def stiffness_of(compliance: Compliance, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Forces and approach per u, v and -load at these nodes, (2m + 1, 2m + 1). Raises SingularOperator."""
-    count, entries = len(nodes), np.concatenate((nodes, nodes + compliance.slab.nodes))
-    system = np.zeros((2 * count + 1, 2 * count + 1))
-    system[:-1, :-1] = compliance.entries(entries, entries)
-    system[count:-1, -1] = system[-1, count:-1] = 1.0
-    return bordered_inverse(system, f"compliance of {count} nodes")
 
 
 # Roles of the surface nodes (free, stick, slide): changed one at a time, the worst violation first, until all constraints hold.

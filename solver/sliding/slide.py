@@ -334,8 +334,10 @@ def _tangential_state(
     # A node without pressure has no shear either, even where μ_i is infinite.
     limits = np.where(np.isnan(limits), 0.0, np.maximum(limits, 0.0))
     u = start.u[nodes].copy()
+    tableau = in_lines(len(nodes))
+    tableau[:, : len(nodes)] = stiffness.T
     state = TangentialState(
-        tableau=in_lines(stiffness.T),
+        tableau=tableau,
         base=start.nodal_force[0, nodes] - stiffness @ u,
         shear=np.empty(len(nodes)),
         u=u,

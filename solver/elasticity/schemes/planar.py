@@ -75,7 +75,10 @@ class PlaneConvolution(SurfaceConvolution):
         (moved, to), (pushed, at) = divmod(rows, n * n), divmod(columns, n * n)
         row = (2 * moved * offsets + to // n + n - 1) * offsets + to % n + n - 1
         column = (pushed * offsets - at // n) * offsets - at % n
-        return np.asarray(self.by_offset.ravel().take(row[:, None] + column))
+        found, table = np.empty((len(rows), len(columns))), self.by_offset.ravel()
+        for each, at in zip(found, row, strict=True):  # all places at once would take as much memory again
+            table.take(at + column, out=each, mode="clip")  # "raise" buffers
+        return found
 
     def uncoupled(self) -> "PlaneConvolution":
         table = self.by_offset.copy()
