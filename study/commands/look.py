@@ -48,7 +48,7 @@ def show_dataset(campaign: Path, parameters: tuple[str, ...], out: Path | None, 
     """Print the case of a campaign that has these parameters, or draw it."""
     given = assignments(parameters)
     if picture:
-        _draw().format_of(picture)
+        _draw().shared.format_of(picture)
     with dataset_of(campaign, out) as found:
         note(found.attrs.get("title", "no title"))
         _show_case(single(found, given), found, picture)
@@ -74,7 +74,7 @@ def try_campaign(
         raise click.UsageError("--contact and --drive exclude each other, --critical is of a drive")
     given = assignments(parameters) | ({"amplitude": stroke} if stroke else {})
     if picture:
-        _draw().format_of(picture)  # what cannot be drawn is better known before it is computed
+        _draw().shared.format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
         content = campaign_of(given | ({"critical": "true"} if critical else {}), contact, drive or critical)
         print_sentences(_on_quick_grid(content), stderr=True)
