@@ -456,6 +456,8 @@ def try_case() -> None:
     smaller. The answer comes first and last: friction with the ± of its starts, then what decides it beside them: the same case
     on half and twice the node spacing, in a few seconds.
 
+    Exit codes: 0 computed, also where physics refuses the case (steep_pin, no_plateau); 2 wrong input; 3 the computation failed.
+
     Example: nanoslip try radius=50 normal_load=1e-3
     """
 

@@ -1,6 +1,7 @@
 """Commands that show results: report, figure, show, try, frames, profile, effects, explain."""
 
 import math
+import sys
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -13,7 +14,7 @@ import xarray as xr
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of
-from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.outcome import UNDONE, Ending, InvalidInput
 from nanoslip.solver.parameter import GRID_ERROR
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
@@ -27,6 +28,7 @@ from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.table import scales_of
 from nanoslip.study.dataset.variables import DRIVE_NAME
+from nanoslip.study.exit_codes import FAILURES
 from nanoslip.study.manifest.cases import CampaignCase, campaign_of, expand
 from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
@@ -79,9 +81,13 @@ def try_campaign(
         content = campaign_of(given | ({"critical": "true"} if critical else {}), contact, drive or critical)
         print_sentences(_on_quick_grid(content), stderr=True)
         manifest, found = api.manifest_of(content), api.run(content, progress=True)
-    for ending, message in variables.OUTCOMES.values():
-        if ending.name in found and found[ending.name].item() == Ending.INVALID:
-            raise Refusal(found[message.name].item())
+    endings = {
+        found[each.name].item(): found[why.name].item()
+        for each, why in variables.OUTCOMES.values()
+        if each.name in found
+    }
+    if Ending.INVALID in endings:
+        raise Refusal(endings[Ending.INVALID])
     print_sentences([*_idle(given, contact), *([BALL] if resembles_ball(given) else [])])
     case = single(found, {})
     answer = answer_of(case, manifest, expand(manifest)[0])
@@ -90,6 +96,8 @@ def try_campaign(
         case, found, picture, () if everything else BRIEF["path" if "loss_per_cycle" in case else manifest.stages[-1]]
     )
     note(answer)  # which has scrolled away
+    if endings.keys() & UNDONE:
+        sys.exit(FAILURES)
 
 
 def _on_quick_grid(content: dict[str, Any]) -> Iterator[str]:

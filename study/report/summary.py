@@ -241,7 +241,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     failed = set()
     for case in each_case(all_rows, most):
         ending, flags, message = _ending(case)
-        if ending not in _UNHURT and bool(_missed(case)) and not _follows(case).item():
+        if ending not in _UNHURT and bool(_missed(case)) and not _answered(case).item():
             failed.add(len(rows))
         told = f"{ending}{flags if flagged else ''}{message if why else ''}"
         rows.append((*(_label(case, name, scales) for name in varying), *(_cell(case, name) for name in columns), told))
@@ -277,11 +277,15 @@ def _missed(dataset: xr.Dataset) -> xr.DataArray:
     return xr.DataArray(True) if len(missing) < max(len(names), 1) else functools.reduce(operator.or_, missing)
 
 
-def _follows(dataset: xr.Dataset) -> xr.DataArray:
-    """True for drives of micro slips: without μ_s, their regime is the answer, unless [target] names numbers."""
+def _answered(dataset: xr.Dataset) -> xr.DataArray:
+    """True for drives whose regime is the answer without μ_s, unless [target] names numbers.
+
+    A pin follows in micro slips, or sticks below a critical velocity that is known.
+    """
     if "regime" not in dataset or _target(dataset)[1]:
         return xr.DataArray(False)
-    return dataset["regime"] == "micro_slip"
+    known = dataset["critical_velocity"].notnull() if "critical_velocity" in dataset else xr.DataArray(False)
+    return (dataset["regime"] == "micro_slip") | (dataset["regime"] == "sticks") & known
 
 
 def flag_summary(dataset: xr.Dataset) -> list[str]:
@@ -366,11 +370,11 @@ def _reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str]
 
 def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     """Numbers of cases, then drives by ending, each with True if it is a failure: failures first, the most frequent first."""
-    follows = _follows(dataset)
+    answered = _answered(dataset)
     found = [
         (
             f"{count} {kind or 'case'}{'s' if count > 1 else ''}: {word.replace('_', ' ')}",
-            word != COMPLETED and not bool(follows.where(dataset[ending.name] == word, True).all()),
+            word != COMPLETED and not bool(answered.where(dataset[ending.name] == word, True).all()),
         )
         for kind, (ending, _) in variables.OUTCOMES.items()
         if ending.name in dataset
@@ -391,7 +395,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
 
     asked: for cases that miss a requested number, else for the others.
     """
-    lines, missed = [], _missed(dataset) & ~_follows(dataset)
+    lines, missed = [], _missed(dataset) & ~_answered(dataset)
     for what, outcomes, messages, groups in _reasons(dataset):
         failed = missed if set(missed.dims) <= set(outcomes.dims) else xr.DataArray(True)
         hurt = np.broadcast_to(

@@ -190,10 +190,11 @@ def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[floa
 
 
 def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
-    """The error of a mean that all members share."""
+    """The error of a mean that all members share; NaN where fewer than two have a value."""
     if quantity.shared == "nodes":
         return shared_by_nodes(np.array(values, float), float(np.mean([member.node for member in members])))
-    plateaus = [member.plateau for member in members if member.plateau]
+    having = zip(members, values, strict=True)
+    plateaus = [member.plateau for member, value in having if member.plateau and math.isfinite(value)]
     return shared_by_events(plateaus) if quantity.shared == "events" else shared_error(plateaus)
 
 

@@ -99,6 +99,18 @@ def test_effects_of_a_case_are_those_of_a_campaign_of_it_alone(main, campaign, t
     assert (code, wide) == (0, [])
 
 
+def test_errors_that_are_explained_are_those_of_the_drive_that_is_named(ask, finished):
+    """By name or by its own keys; a drive that is not there is refused."""
+    said = {
+        words: ask("explain", *ONE, *words) for words in (("drive=fast",), ("stage_velocity=2e-3",), ("drive=none",))
+    }
+    assert [code for code, *_ in said.values()] == [0, 0, 2]
+    (named, *_), (keyed, *_), (_, _, wrong) = ((out, errors, errors) for _, out, errors in said.values())
+    assert "static_friction " in named
+    assert named == keyed
+    assert "drive = none" in wrong
+
+
 # Shown: from a dataset, from a campaign's own, or from results that are not collected.
 
 
@@ -206,6 +218,8 @@ def test_a_contact_alone_is_its_pressure_and_a_punch_named_by_its_half_width_and
 def test_what_the_physics_refuses_is_a_result_and_what_means_nothing_bad_input(main):
     code, said, _ = main("try", "n_x=17", "radius=1e-3")
     assert (code, "outcome: steep_pin: " in said) == (0, True)
+    code, said, _ = main("try", "n_x=17", "events=20", "radius=50")
+    assert (code, "outcome: no_plateau: " in said) == (0, True)
     code, said, errors = main("try", "n_x=17", "pin_translation=false", "residual_shear=1")
     assert (code, said, "Error: residual_shear = 1.0 with pin_translation = false: " in errors) == (2, "", True)
 
@@ -278,6 +292,18 @@ def test_a_case_without_nodes_has_the_finest_grid_that_answers_in_seconds(main, 
     monkeypatch.setattr(api, "run", run)
     _, _, said = main("try", *given.split())
     assert (tried, "n_x = 129 takes" in said) == ([n_x], n_x in (17, 65))
+
+
+def test_a_task_that_failed_is_no_answer(main, monkeypatch):
+    """Exit code 3, as of a run: it says nothing of the case."""
+
+    def crashing(*_):
+        raise RuntimeError("a defect")
+
+    monkeypatch.setattr("nanoslip.study.run.executor.run_task", crashing)
+    with pytest.warns(RuntimeWarning, match="failed"):
+        code, said, _ = main("try", *QUICK)
+    assert (code, "crashed" in said) == (3, True)
 
 
 def test_every_key_has_one_table():

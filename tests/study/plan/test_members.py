@@ -138,6 +138,15 @@ def test_a_drive_is_over_each_members_own_record():
         np.testing.assert_equal(own, {name: alone.scalars[name] for name in own})
 
 
+def test_members_without_a_number_share_no_error_of_it():
+    """A drive that ends with its first slip has no μ_k; the records below it have plateaus."""
+    short = replace(DRIVE, duration=None, max_slips=1)
+    record = run(compliance_task(CASE.slab), record_task(CASE, FOUR))
+    driven = run(compliance_task(CASE.slab), record_task(CASE, FOUR), drive_task(CASE, short, FOUR))
+    assert math.isfinite(record.scalars[f"plateau_mean{SHARED_ERROR}"][0])
+    assert np.isnan(driven.scalars[f"kinetic_friction{SHARED_ERROR}"]).all()
+
+
 @pytest.mark.everyday(1)
 @pytest.mark.parametrize("number", [0, 2])
 def test_a_member_that_is_refused_leaves_the_others_as_they_are(monkeypatch, number):

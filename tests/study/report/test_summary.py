@@ -114,6 +114,14 @@ def test_a_pin_that_follows_in_micro_slips_is_an_answer_and_a_number_of_the_targ
         assert bool(scalar_table(data).failed) == red
         assert bool(failure_summary(data)) == red
         assert dict(endings(data))["2 drives: no slip"] == red
+    known = data.assign(
+        critical_velocity=data["static_friction"].fillna(0.01)
+    )  # the question was where it ceases to stick
+    assert (scalar_table(known).failed, failure_summary(known), dict(endings(known))["2 drives: no slip"]) == (
+        set(),
+        [],
+        False,
+    )
     data["regime"][:] = "micro_slip"
     data.attrs["manifest"] = '[target]\nwithin = 0.01\nof = ["static_friction"]'
     assert scalar_table(data).failed == {0, 1}
