@@ -100,8 +100,12 @@ def try_campaign(
         sys.exit(FAILURES)
 
 
+PATIENCE: Final = 15.0
+"""Estimated core seconds that a reader waits for a case whose n_x is not given; a ball then has some 400 nodes in contact."""
+
+
 def _on_quick_grid(content: dict[str, Any]) -> Iterator[str]:
-    """Give a case without n_x the finest grid, up to the default, that takes at most SECONDS; report the times of finer ones.
+    """Give a case without n_x the finest grid, up to the default, that takes at most PATIENCE; report the times of finer ones.
 
     A given n_x is left; its time is reported if it is longer.
     """
@@ -111,7 +115,7 @@ def _on_quick_grid(content: dict[str, Any]) -> Iterator[str]:
     for n_x in grids:
         plan = make_plan(api.manifest_of(content | {"numerics": {**numerics, "n_x": n_x}}))
         times[n_x] = sum(task.cost for task in plan.tasks)
-        if times[n_x] <= SECONDS:
+        if times[n_x] <= PATIENCE:
             break
     else:  # fewer nodes do not help
         yield f"estimated time: {roughly(times[grids[0]])}"

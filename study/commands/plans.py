@@ -79,7 +79,8 @@ def idle_lines(plan: Plan) -> list[str]:
 
 
 BALL: Final = (
-    'radius is a length, no slab_depth: plane strain computes a cylinder; scheme = "half_space" computes a ball'
+    'radius is a length, no slab_depth: plane strain computes a cylinder; scheme = "half_space" computes a ball, '
+    '"layer" one on a slab of this height'
 )
 """Advice where the keys of a case resemble a ball."""
 
