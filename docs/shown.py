@@ -36,7 +36,7 @@ def _parts(code: str) -> Iterator[tuple[str, str, str]]:
                 texts[name] = text
                 continue
         called = re.match(
-            r'Path\("([\w.]+)"\)\.write_text\((\w+)\)$|print\(check_output\((.*?), shell=True', source, re.DOTALL
+            r'Path\("([\w.]+)"\)\.write_text\((\w+)\)$|print\(\*?check_output\((.*?), shell=True', source, re.DOTALL
         )
         if called and called[1]:
             yield "toml", called[1], texts[called[2]]

@@ -38,7 +38,7 @@ fit = false
 Path("regimes.toml").write_text(MANIFEST)
 
 # %%
-print(check_output("nanoslip run regimes.toml -j 2", shell=True, text=True)[-1500:])
+print(*check_output("nanoslip run regimes.toml -j 2", shell=True, text=True).splitlines()[-20:], sep="\n")
 
 # %%
 # The regime of most starts, in Python:

@@ -35,7 +35,7 @@ records = false
 Path("sobol.toml").write_text(MANIFEST)
 
 # %%
-print(check_output("nanoslip run sobol.toml -j 2", shell=True, text=True)[-600:])
+print(*check_output("nanoslip run sobol.toml -j 2", shell=True, text=True).splitlines()[-8:], sep="\n")
 
 # %%
 # Plateau over μ_i, against each parameter:

@@ -34,7 +34,7 @@ print(Path("scripts/job.sh").read_text())
 # Many small jobs: each computes a shard, with or without a scheduler.
 print(check_output("nanoslip run parts.toml --shard 1/2 -j 2", shell=True, text=True))
 print(check_output("nanoslip run parts.toml --shard 2/2 -j 2", shell=True, text=True))
-print(check_output("nanoslip merge parts.toml", shell=True, text=True)[-700:])
+print(*check_output("nanoslip merge parts.toml", shell=True, text=True).splitlines()[-9:], sep="\n")
 
 # %%
 print(check_output("nanoslip status parts.toml", shell=True, text=True))

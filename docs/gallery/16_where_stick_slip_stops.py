@@ -40,7 +40,7 @@ members = 4  # full: 8
 Path("critical.toml").write_text(MANIFEST)
 
 # %%
-print(check_output("nanoslip run critical.toml -j 2", shell=True, text=True)[-1500:])
+print(*check_output("nanoslip run critical.toml -j 2", shell=True, text=True).splitlines()[-20:], sep="\n")
 command = "nanoslip figure critical.toml --y critical_velocity --x spring_stiffness -o 1_critical.png"
 print(check_output(command, shell=True, text=True))
 

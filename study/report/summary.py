@@ -625,7 +625,7 @@ def error_lines(
     for case in each_case(rows, most):
         place = label_text({dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1})
         for name in asked:
-            of = "of what is known, " if name in partly else ""
+            of = "within its ±, " if name in partly else ""
             yield _line(case, name, f" ({place})" if place else "", of, errors_of(case, name, cost, measured))
     mask = int(dataset[variables.VALIDITY.name].values.flat[0]) if variables.VALIDITY.name in dataset else 0
     if unresolved := [flag for flag in flags_in(mask) if flag.unresolved]:

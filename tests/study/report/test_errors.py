@@ -33,7 +33,7 @@ def test_starts_are_named_with_the_members_that_halve_their_part() -> None:
     assert error.cure == "16 members halve what starts do not share: about 1 s more"
     lines = list(error_lines(data))
     assert re.match(
-        r"plateau_mean 0\.\d+ ± 0\.\d+: of what is known, starts dominate \(\d+\.\d%\), 16 members halve what starts do not sh",
+        r"plateau_mean 0\.\d+ ± 0\.\d+: within its ±, starts dominate \(\d+\.\d%\), 16 members halve what starts do not sh",
         lines[0],
     )
     assert "part of plateau_mean" in lines[-1]
