@@ -90,7 +90,7 @@ def _bottomless(slab: Slab) -> Slab:
     return Slab(slab.n_x, poisson=slab.poisson, scheme="half_space" if slab.scheme.planar else "half_plane")
 
 
-def _in_plane_strain(case: Case) -> Case:
+def in_plane_strain(case: Case) -> Case:
     """The cylinder with a ball's curvature, Hertz half-width and node spacing; a disc is a punch under the same load."""
     load = case.normal_load
     if case.pin == "parabola":
@@ -113,7 +113,7 @@ OF_CASES: Final[tuple[Effect[Case], ...]] = (
     Effect(
         "third_dimension",
         lambda case: case.slab.scheme.planar,
-        _in_plane_strain,
+        in_plane_strain,
         "scheme half_plane, of a layer strip, at the load with the same Hertz half-width: as many nodes across",
     ),
 )

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared import COLUMN, MARKERS, column, image
+from nanoslip.study.figures.shared import MARKERS, PAGE, column, image, series_styles
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.parameters import Value, words_of
 from nanoslip.study.plan.grids import pareto_front
@@ -93,10 +93,46 @@ def _cell(value: Value, uncertainty: Value | None) -> str:
 
 
 def draw(diagrams: Sequence[Diagram]) -> bytes:
-    """All diagrams side by side, as PNG."""
-    with column(3.4, 1.4 * COLUMN * len(diagrams)) as figure:
-        for axes, diagram in zip(np.atleast_1d(figure.subplots(1, len(diagrams))), diagrams, strict=True):
-            _draw(axes, diagram)
+    """All diagrams in rows of two, as PNG."""
+    rows = (len(diagrams) + 1) // 2
+    with column(2.8 * rows, PAGE) as figure:
+        for place, diagram in enumerate(diagrams, start=1):
+            _draw(figure.add_subplot(rows, 2, place), diagram)
+        return image(figure, "png")
+
+
+TOGETHER: Final = {
+    ("Elastic operator", "galerkin"): "elastic grid, n_x and rows",
+    ("Elastic operator", "strip"): "elastic grid, n_x",
+    ("Elastic operator", "half_plane"): "elastic grid, n_x",
+    ("Elastic operator", "half_space"): "elastic grid, n_x",
+    ("Records", "members"): "members, of 8 presliding lengths",
+    ("Records", "presliding"): "presliding lengths, of 8 members",
+    ("Records", "dimension"): "plane strain for a ball",
+    ("Dynamics", "rk4"): "time steps of RK4",
+    ("Dynamics", "exact"): "exact integrator",
+}
+"""Diagram and series that have an error, not another scene, -> label in the picture of all."""
+
+
+def draw_together(diagrams: Sequence[Diagram]) -> bytes:
+    """The front of each series of all diagrams on the same axes, as PNG; what has no error is at the lower edge."""
+    with column(3.2, PAGE * 0.7) as figure:
+        axes, lines = figure.add_subplot(), dict[str, tuple[Any, Any]]()
+        for diagram in diagrams:
+            time, error, series = (diagram.column(name) for name in ("seconds", diagram.error, diagram.series))
+            for name in dict.fromkeys(series.tolist()):
+                if label := TOGETHER.get((diagram.title, str(name))):
+                    mine = series == name
+                    best = pareto_front(time[mine].astype(float), error[mine].astype(float))
+                    order = np.argsort(time[mine][best])
+                    lines[label] = time[mine][best][order].astype(float), error[mine][best][order].astype(float)
+        floor = 0.3 * min(error[error > 0.0].min(initial=np.inf) for _, error in lines.values())
+        for (label, (time, error)), look in zip(lines.items(), series_styles(), strict=False):
+            axes.loglog(time, np.maximum(error, floor), label=label, markersize=4, **look)
+        axes.axhline(floor, color="grey", linewidth=0.6, linestyle=":", label="reference")
+        axes.set(xlabel="processor time (s)", ylabel="relative error")
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         return image(figure, "png")
 
 

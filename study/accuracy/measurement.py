@@ -1,4 +1,4 @@
-"""Error against time of every numerical setting, measured: elastic operator, slip numerics, integrators (`nanoslip accuracy`)."""
+"""Error against time of every setting, measured: elastic operator, slip numerics, records, integrators (`nanoslip accuracy`)."""
 
 import math
 import platform
@@ -21,9 +21,10 @@ from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.statistics import event_statistics
-from nanoslip.study.accuracy.diagram import MARK, Diagram, Row, as_csv, draw
+from nanoslip.study.accuracy.diagram import MARK, Diagram, Row, as_csv, draw, draw_together
 from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.accuracy.operators import measure_elastic_operator
+from nanoslip.study.accuracy.records import measure_records
 from nanoslip.study.accuracy.setup import QUICK, Effort, Setup, contacts, on
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.origin import here, model
@@ -197,7 +198,7 @@ def measure(setup: Setup, effort: Effort) -> Measurement:
     if effort is not QUICK:
         measure(setup, QUICK)
     operator, front = measure_elastic_operator(setup, effort)
-    diagrams, remark = [operator, measure_slip_numerics(setup, effort)], ""
+    diagrams, remark = [operator, measure_slip_numerics(setup, effort), measure_records(setup, effort)], ""
     try:
         diagrams.append(measure_integrators(setup, effort))
     except SolverError as error:  # a record without a plateau drives no pin
@@ -210,6 +211,7 @@ def write_measurement(measurement: Measurement, out: Path, front: Path | None = 
     contents = {
         out / "accuracy.md": as_markdown(measurement).encode(),
         out / "accuracy.png": draw(measurement.diagrams),
+        out / "accuracy_at_a_glance.png": draw_together(measurement.diagrams),
         **{out / each.file: as_csv(each).encode() for each in measurement.diagrams},
     }
     if front is not None:

@@ -42,6 +42,10 @@ class Effort:
     """Event floors in node spacings; the smallest is the reference."""
     time_steps: tuple[float, ...]
     """Time steps of RK4, in s."""
+    members: tuple[int, ...]
+    """Members with records of the usual length, increasing."""
+    lengths: tuple[float, ...]
+    """Lengths of records in presliding lengths, increasing; the last is the reference."""
     half_widths: tuple[float, float, int]
     """Narrowest and widest contact on each operator, a/L_x, and how many there are."""
     repeats: int
@@ -58,6 +62,8 @@ FULL: Final = Effort(
     starts=4,
     event_floors=(1e-12, 1e-8, 1e-7, 1e-6, 1e-5),
     time_steps=(1e-6, 3e-7, 1e-7, 3e-8, 1e-8),
+    members=(3, 8, 16, 32, 64),
+    lengths=(3.0, 4.0, 8.0, 16.0, 32.0),
     half_widths=(0.04, 0.42, 24),
     repeats=3,
 )
@@ -68,6 +74,8 @@ QUICK: Final = Effort(
     starts=3,
     event_floors=(1e-6, 1e-5),
     time_steps=(1e-6, 3e-7),
+    members=(3, 6),
+    lengths=(3.0, 8.0),
     half_widths=(0.2, 0.4, 3),
     repeats=1,
 )

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from nanoslip import Case, Slab, friction_record, surface_compliance
+from nanoslip.solver.contact.pin import expected_half_width
+from nanoslip.solver.effects import in_plane_strain
 from nanoslip.solver.elasticity.schemes import Galerkin
 from nanoslip.study.accuracy.diagram import Diagram
 from nanoslip.study.accuracy.measurement import Measurement, measure
@@ -20,6 +22,7 @@ from nanoslip.study.accuracy.operators import (
     observables_on,
     reference_slab,
 )
+from nanoslip.study.accuracy.records import as_ball
 from nanoslip.study.accuracy.setup import FULL, QUICK, contacts, default_setup, setup_of
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.problems import ManifestError
@@ -77,7 +80,12 @@ def test_finer_operators_are_nearer_to_the_finest():
 
 
 def test_there_is_a_diagram_of_every_sort_of_numerics(measurement):
-    assert [diagram.title for diagram in measurement.diagrams] == ["Elastic operator", "Slip numerics", "Dynamics"]
+    assert [diagram.title for diagram in measurement.diagrams] == [
+        "Elastic operator",
+        "Slip numerics",
+        "Records",
+        "Dynamics",
+    ]
     for diagram in measurement.diagrams:
         assert np.all(diagram.column("seconds").astype(float) > 0.0)
         assert diagram.on_front.any()
@@ -94,12 +102,38 @@ def test_the_front_has_every_operator_of_the_diagram(measurement):
 
 
 def test_what_errors_are_held_against_has_none(measurement):
-    chaos, motion = measurement.diagrams[1:]
+    chaos, _, motion = measurement.diagrams[1:]
     for knob, reference in (("n_x", 33.0), ("event_floor", 1e-6)):
         apart = {row["value"]: row["step_difference"] for row in chaos.rows if row["knob"] == knob}
         assert [value for value, difference in apart.items() if difference == 0.0] == [reference]
     assert [row["integrator"] for row in motion.rows if row["velocity"] == 0.0] == ["exact"]
     assert all(row["velocity"] > 0.0 for row in motion.rows if row["integrator"] == "rk4")
+
+
+def test_records_have_the_error_of_their_members(measurement):
+    """More members of the same records; lengths of the same members; a ball beside which plane strain is wrong."""
+    found = {(row["knob"], row["value"]): row for row in measurement.diagrams[2].rows}
+    assert [*found] == [
+        *(("members", count) for count in (3, 6)),
+        *(("presliding", length) for length in (3.0, 8.0)),
+        ("dimension", 2),
+        ("dimension", 3),
+    ]
+    for (knob, _), row in found.items():
+        least = 0.0 if knob == "dimension" else row["plateau_uncertainty"] / row["plateau"]
+        assert row["error"] >= 0.99 * least
+        assert 0.2 < row["plateau"] < 0.4
+    assert found["members", 6]["seconds"] > found["members", 3]["seconds"]
+    assert found["dimension", 2]["error"] > 0.0 == found["dimension", 3]["error"]
+
+
+def test_a_ball_has_the_half_width_of_its_cylinder():
+    case = Case(slab=Slab(n_x=65))
+    ball = as_ball(case)
+    assert ball.slab.scheme.planar
+    assert expected_half_width(ball) == pytest.approx(expected_half_width(case), rel=1e-12)
+    assert expected_half_width(in_plane_strain(ball)) == pytest.approx(expected_half_width(case), rel=1e-12)
+    assert as_ball(ball) == ball
 
 
 def test_series_that_are_no_rivals_have_a_front_each():
@@ -125,7 +159,8 @@ def test_the_command_writes_table_picture_and_front(main: Main, tmp_path: Path):
     assert page.startswith("# What accuracy costs in time: Mine\n\nMeasured with: processor ")
     assert "\n- [Elastic operator](elastic_operator.csv). Reference: " in page
     assert set(re.findall(r"^33,(\w+)", table, re.MULTILINE)) == {"biquadratic", "galerkin"}
-    assert (tmp_path / "out" / "accuracy.png").read_bytes().startswith(b"\x89PNG")
+    for name in ("accuracy.png", "accuracy_at_a_glance.png"):
+        assert (tmp_path / "out" / name).read_bytes().startswith(b"\x89PNG")
     saved = load_front(tmp_path / "mine.json")
     assert {row.slab.aspect_ratio for row in saved.rows} == {1.0, 2.0}
 
@@ -170,7 +205,7 @@ def test_a_campaign_is_measured_with_its_own_first_case_and_drive_and_slabs(tmp_
 
 def test_a_record_without_a_plateau_drives_no_pin():
     found = measure(replace(SMALL, case=replace(SMALL.case, max_displacement=1e-6)), QUICK)
-    assert [diagram.title for diagram in found.diagrams] == ["Elastic operator", "Slip numerics"]
+    assert [diagram.title for diagram in found.diagrams] == ["Elastic operator", "Slip numerics", "Records"]
     assert found.remark.startswith("dynamics: ")
 
 

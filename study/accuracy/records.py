@@ -1,0 +1,107 @@
+"""Error against time of records: more members, longer records, and plane strain beside a ball.
+
+Errors are of the plateau's mean: its ± and its distance from the reference, which has the same members.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.pin import expected_half_width
+from nanoslip.solver.effects import in_plane_strain
+from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
+from nanoslip.solver.ensemble import Ensemble, mean_of
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.plateau import plateau_of
+from nanoslip.solver.sliding.slide import slide
+from nanoslip.study.accuracy.diagram import Diagram, Row
+from nanoslip.study.accuracy.effects import timed
+from nanoslip.study.accuracy.setup import Effort, Setup
+from nanoslip.study.manifest.manifest import MEMBERS
+from nanoslip.study.manifest.parameters import LIMITS
+
+USUAL: Final = float(LIMITS["max_presliding"])
+"""Length of a record by default, in presliding lengths."""
+MOST_ACROSS: Final = 33
+"""Largest n_x of a ball: the nodes in contact are the square of those across."""
+
+Sample = list[tuple[float, float]]
+"""Plateau, NaN where there is none, and seconds of each member."""
+
+
+def sample(case: Case, length: float, members: int) -> Sample:
+    """Members of a case whose records have this length in presliding lengths."""
+    compliance = surface_compliance(case.slab)
+    long = replace(
+        case, max_events=int(LIMITS["max_events"]), max_displacement=None, max_spacings=None, max_presliding=length
+    )
+    ensemble = Ensemble(members)
+    return [timed(partial(_plateau, ensemble.case(long, number), compliance)) for number in range(members)]
+
+
+def _plateau(case: Case, compliance: Compliance) -> float:
+    found = plateau_of(slide(case, compliance))
+    return found.mean if found.outcome.ok else math.nan
+
+
+def measure_records(setup: Setup, effort: Effort) -> Diagram:
+    """Members with records of the usual length, lengths with the usual members, and the cylinder beside its ball."""
+    most = effort.members[-1]
+    usual = sample(setup.case, USUAL, most)
+    longest = sample(setup.case, effort.lengths[-1], most)
+    rows = [_row("members", count, usual[:count], longest[:count]) for count in effort.members]
+    few = min(most, MEMBERS)
+    for length in effort.lengths:
+        rows.append(_row("presliding", length, sample(setup.case, length, few), longest[:few]))
+    return Diagram(
+        title="Records",
+        reference=f"records of {effort.lengths[-1]:g} presliding lengths of the same members; of dimension a ball",
+        series="knob",
+        shown=("knob", "value", "seconds", "plateau", "error"),
+        error="error",
+        rivals=False,
+        rows=(*rows, *_dimensions(setup.case, few)),
+    )
+
+
+def _dimensions(case: Case, members: int) -> Iterator[Row]:
+    """Cylinder and ball of the same curvature, half-width and spacing; nothing of what is no smooth ball."""
+    if case.heterogeneity.roughness or not case.slab.scheme.continuum or case.slip_rule.residual_shear == 1.0:
+        return
+    ball = as_ball(case)
+    in_depth = sample(ball, USUAL, members)
+    for value, each in ((2, sample(in_plane_strain(ball), USUAL, members)), (3, in_depth)):
+        yield _row("dimension", value, each, in_depth)
+
+
+def as_ball(case: Case) -> Case:
+    """The ball with a cylinder's curvature and Hertz half-width, on as many nodes across as are affordable."""
+    if case.slab.scheme.planar:
+        return case
+    slab = Slab(min(case.slab.n_x, MOST_ACROSS), poisson=case.slab.poisson, scheme="half_space")
+    load = 8.0 * expected_half_width(case) ** 3 / (3.0 * case.radius * (1.0 - case.slab.poisson))
+    return replace(case, slab=slab, normal_load=load)
+
+
+def _row(knob: str, value: float, found: Sample, truth: Sample) -> Row:
+    """Error of a mean: its own ±, unless it is the reference's, and its distance from the reference."""
+    (values, seconds), (others, _) = (np.array(each).T for each in (found, truth))
+    mean, reference = mean_of(values), mean_of(others)
+    off = (
+        0.0
+        if knob == "dimension" and np.array_equal(values, others)
+        else float(np.hypot(mean.uncertainty, mean.mean - reference.mean))
+    )
+    return {
+        "knob": knob,
+        "value": value,
+        "seconds": float(seconds.sum()),
+        "plateau": float(mean.mean),
+        "plateau_uncertainty": float(mean.uncertainty),
+        "error": off / abs(float(reference.mean)),
+    }

@@ -1,0 +1,41 @@
+"""What each effect changes and costs in three scenes, as `nanoslip effects` measures it: `python -m tests.benchmarks.scenes`.
+
+One case of eight members each. It writes tests/benchmarks/scenes.csv.
+"""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from nanoslip.solver.view import with_error
+from nanoslip.study.accuracy.effects import Influence, influences, scenes_of
+from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.manifest import MEMBERS
+from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.shipped import campaigns
+from tests.written_tables import show
+
+SCENES: Final = {"the paper's pin": "smoke", "a ball on rubber": "starters/ball", "an AFM tip": "starters/afm"}
+"""Name of a scene -> its campaign."""
+HEADER: Final = ("scene", "without", "number", "change", "time")
+
+
+def influences_of(campaign: str) -> list[Influence]:
+    """Influence of each effect of the first case of a campaign."""
+    manifest = load_manifest(campaigns()[campaign])
+    found, failures = influences(scenes_of(manifest, expand(manifest), 1, MEMBERS))
+    assert not failures, failures
+    return found
+
+
+def rows() -> Iterator[tuple[str, ...]]:
+    """A row for each scene, effect and number; time is that without the effect over that with everything."""
+    for scene, campaign in SCENES.items():
+        for each in influences_of(campaign):
+            change = with_error(each.change, each.uncertainty) if math.isfinite(each.change) else "–"
+            yield scene, each.effect, each.variable, change if each.change else "0", f"{each.seconds:.2g}"
+
+
+if __name__ == "__main__":
+    show([HEADER, *rows()], Path(__file__).with_name("scenes.csv"))
