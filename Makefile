@@ -14,7 +14,7 @@ SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.\(slow\|everyday\)' tests)
 
-.PHONY: run reproduce figures findings kernels test test-changed test-slow test-all mutants benchmarks docs dist check format clean
+.PHONY: run reproduce figures findings kernels test test-changed test-slow test-all mutants benchmarks hard docs dist check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -56,6 +56,9 @@ mutants: kernels  ## small changes of the code, and which test notices each: an 
 
 benchmarks: .venv/dev  ## figures beside their peers and limits: tests/benchmarks/table.md
 	$(BIN)/python -m tests.benchmarks
+
+hard: .venv/dev  ## how random scenes end, each held to the laws: tests/hard_cases/endings.csv; SEED=2 for others
+	$(BIN)/python -W ignore -m tests.hard_cases $(SEED)
 
 docs: .venv/dev  ## the site, its gallery executed: build/docs/index.html; NANOSLIP_GALLERY=full for the gallery's full values
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --jobs auto -c docs -d build/doctrees . build/docs
