@@ -39,7 +39,7 @@ ORDER = {
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
     "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures recording slips means cycles trace",
-    "nanoslip.study.accuracy": "effects deciding setup diagram operators measurement",
+    "nanoslip.study.accuracy": "effects deciding setup diagram operators records measurement",
     "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace cli",
 }
 """Folder -> what is in it, from the first to the last; `__init__` of a folder may import all of it."""
