@@ -312,3 +312,39 @@ def si_defaults() -> dict[str, Any]:
     defaults = {item.name: item.default for item in dataclasses.fields(Drive)}
     found = {name: stated.si for name, stated in declared(Drive).items()}
     return {name: defaults[name] if value is None else value for name, value in found.items()}
+
+
+# Times that a drive needs.
+
+CYCLES: Final = 4
+"""Cycles of stick-slip, or periods of a pin that slides, after the first slip: twice the periods that μ_k needs at the least."""
+
+
+def expected_duration(drive: Drive, peak: float, mean: float, surface_stiffness: float, way: float) -> float:
+    """The time that a drive needs, in its unit. peak, mean: friction forces in G·L_x·L_y. surface_stiffness: K in G·L_y.
+
+    way: of the friction record, after which the friction repeats, in L_x.
+    """
+    k, stage = drive.spring_stiffness, drive.stage_velocity
+    settling = settling_time(drive, peak)
+    if stage == 0.0:
+        return CYCLES * settling
+    if settling < lag_time(drive):
+        return CYCLES * (settling + way / stage)
+    first = peak * (1.0 / k + 1.0 / surface_stiffness) / stage
+    return 2.0 * first + CYCLES * (settling + 2.0 * (peak - mean) / (k * stage))
+
+
+def lag_time(drive: Drive) -> float:
+    """Relaxation time c/k: within it an overdamped sliding pin reaches its final lag behind the stage."""
+    return 2.0 * drive.damping_ratio / math.sqrt(drive.spring_stiffness)
+
+
+def settling_time(drive: Drive, peak: float) -> float:
+    """The pin's period, or c/k where that is longer: in it the driving force of a sliding pin becomes the friction force.
+
+    A pin that its damper drags moves with the stage at once, however long its spring still stretches.
+    """
+    period, lag = 2.0 * math.pi / math.sqrt(drive.spring_stiffness), lag_time(drive)
+    dragged = lag > period and peak <= drive.spring_stiffness * lag * drive.stage_velocity
+    return period if dragged else max(period, lag)

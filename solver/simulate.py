@@ -14,7 +14,8 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients
-from nanoslip.solver.dynamics.integrators import Pulled, disproportion, measured
+from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.integrators import Pulled, disproportion
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.outcome import Outcome

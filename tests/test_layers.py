@@ -25,7 +25,7 @@ ORDER = {
     "nanoslip.solver.contact.kernels": "state events path",
     "nanoslip.solver.sliding": "kernels record plateau validity slide path statistics interface slider power_law sizes",
     "nanoslip.solver.sliding.kernels": "slide",
-    "nanoslip.solver.dynamics": "friction_limit kernels result coefficients duration stick_slip regime integrators critical",
+    "nanoslip.solver.dynamics": "friction_limit kernels result coefficients stick_slip regime integrators duration critical",
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.solver.driven": "kernels contact_drive",
     "nanoslip.solver.driven.kernels": "drive",

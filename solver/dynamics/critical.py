@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.integrators import measured
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.regime import CriticalPoint, Regime, count_sticks
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.sliding.plateau import Plateau

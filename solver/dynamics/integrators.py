@@ -1,4 +1,4 @@
-"""Integrators of Eq. 12, whether rounding allows a drive, and the friction coefficients of a motion.
+"""Integrators of Eq. 12, and the rounding that a drive allows.
 
 The spring force k(Vt - x) has a rounding error of 1e-16 k·V·t, on settled drives up to three times the share that `resolved`
 computes (tests.hard_cases.test_dynamics). Narrower teeth cannot be followed one by one.
@@ -7,28 +7,19 @@ computes (tests.hard_cases.test_dynamics). Narrower teeth cannot be followed one
 import math
 from abc import abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cache, partial
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from nanoslip.solver.drive import FEWER_STEPS, INTEGRATORS, Drive, Integrator
-from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
-from nanoslip.solver.dynamics.duration import DOUBLINGS, FORGETTING, expected_duration, lag_time, settling_time
-from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
+from nanoslip.solver.drive import FEWER_STEPS, INTEGRATORS, Drive, Integrator, expected_duration, settling_time
+from nanoslip.solver.dynamics.friction_limit import FrictionLimit
 from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.dynamics.kernels.steps import integrate_by_steps, integrate_exactly, integrate_rigidly
-from nanoslip.solver.dynamics.regime import RISING, count_sticks, decay_rate, start_is_forgotten
-from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by
-from nanoslip.solver.dynamics.stick_slip import Oscillator
+from nanoslip.solver.dynamics.result import BINS, DynamicsResult
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
-from nanoslip.solver.parameter import MOST_WHOLE, check, declared, parameter, require
-from nanoslip.solver.sliding.plateau import Plateau
-from nanoslip.solver.sliding.record import FrictionRecord
+from nanoslip.solver.parameter import MOST_WHOLE, check, parameter, require
 
-FEWEST_SLIPS: Final = 8
-"""Fewest slips after the first whose strongest and weakest show how they scatter."""
 LARGEST: Final = 1e-4
 """Largest rounding error, over the steady friction force and over the mean width of a tooth: the precision of a plateau."""
 _DIGIT: Final = float(np.finfo(float).eps)
@@ -232,7 +223,7 @@ def longest(motion: Motion) -> float:
     return low
 
 
-# Drive the pin by a spring over its friction limit (§2.2, Eq. 12-14). One file per integrator, this one door.
+# Drive the pin by a spring over its friction limit (§2.2, Eq. 12-14): the one door to all integrators.
 #
 # The pin starts at rest at x = 0 with a relaxed contact: x_R = 0, so F = 0 (Eq. 13 leaves x = x_R open), whatever small force
 # initial contact may have left in the record.
@@ -315,91 +306,3 @@ def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive, pulled: Pu
     teeth = Teeth(friction_limit.edges, friction_limit.force, friction_limit.slope, friction_limit.periodic_from)
     method: Method = drive.integrator
     return method.run(teeth, motion, drive)
-
-
-def measured(
-    record: FrictionRecord, plateau: Plateau, drive: Drive, over: Pulled | None = None
-) -> tuple[DynamicsResult, FrictionCoefficients]:
-    """The motion of a drive over `record`, and its friction. over: pulls the pin over the contact itself instead.
-
-    Raises NoPlateauError if the record has no steady part that could be continued.
-    """
-    limit = friction_limit_of(record, plateau, drive.profile)
-    may_slide = cache(lambda: _may_slide(limit, drive, record.initial_stiffness))
-
-    def lasting(duration: float | None) -> tuple[DynamicsResult, FrictionCoefficients]:
-        motion = integrate(limit, replace(drive, duration=duration), record.initial_stiffness, over)
-        if over is None and drive.duration is None and ended_by(motion, drive) != "max_slips":
-            ends = partial(_slips_end, motion, drive, limit, may_slide)
-            motion = replace(motion, forgotten=start_is_forgotten(motion, drive, limit.period, ends))
-        return motion, friction_coefficients(motion, record, plateau, ended_by(motion, drive))
-
-    last = lasting(drive.duration)
-    longest = 2.0**DOUBLINGS * last[0].end_time
-    while drive.duration is None and (longer := _needed(*last, drive)) <= longest:
-        found = lasting(longer)
-        if last[1].outcome.ok and not found[1].outcome.ok:
-            break  # what is known stays, where rounding or the step limit ends a longer one
-        last = found
-    return last
-
-
-def _slips_end(result: DynamicsResult, drive: Drive, limit: FrictionLimit, may_slide: Callable[[], bool]) -> bool:
-    """True if slips end for good: a pin that slides sticks, too, or they are too strong for their scatter to matter."""
-    return _end_by_far(result, drive, limit) or not may_slide()
-
-
-def _end_by_far(result: DynamicsResult, drive: Drive, limit: FrictionLimit) -> bool:
-    """True if Eq. 17 ends even a slip as far below the weakest as that is below the strongest, by ratios of excess force.
-
-    Teeth may take a part of its energy, e²/(2k) of an excess e. Eq. 17 ends all slips without a damper, teeth do not.
-    """
-    k, excess = drive.spring_stiffness, result.slip_force[1:] - limit.steady_force
-    if len(excess) < FEWEST_SLIPS or not excess.min() > 0.0 or not drive.damping_ratio:
-        return False
-    left = float(excess.min() ** 2 / excess.max()) ** 2 - 2.0 * k * limit.uneven_work
-    damper = 2.0 * drive.damping_ratio * math.sqrt(k) * drive.stage_velocity
-    pin = Oscillator(k, drive.damping_ratio, drive.stage_velocity, damper - math.sqrt(max(left, 0.0)))
-    return left > 0.0 and not math.isnan(pin.first_stop(math.inf))
-
-
-def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> bool:
-    """False if a pin that slides steadily sticks on the repeated part of the limit; True if it slides on, or that costs too much.
-
-    Before that part friction rises from 0 to its mean over so long a way that the pin is as fast as the stage, to 1 %.
-    """
-    first, mean, decay = limit.periodic_from, limit.steady_force, decay_rate(drive)
-    ramp = mean / (RISING**2 * drive.spring_stiffness)
-    arrives = (ramp + mean / drive.spring_stiffness) / drive.stage_velocity
-    rings = -math.log(RISING) / decay if decay else 0.0  # without a damper it may still stick later
-    forgets = arrives + limit.period / drive.stage_velocity + rings
-    duration = 2.0 * forgets - arrives
-    if not declared(Drive)["duration"].holds(duration):
-        return True
-    edges = np.concatenate(([0.0], ramp + limit.edges[first:] - limit.edges[first]))
-    slope = np.concatenate(([mean / ramp], limit.slope[first:]))
-    there = FrictionLimit(edges, np.concatenate(([0.0], limit.force[first:])), slope, 1)
-    trial = replace(drive, duration=duration, integrator="exact", samples=1, max_slips=None, step_limit=FORGETTING)
-    motion = integrate(there, trial, surface_stiffness)
-    sticks = motion.restick_time[motion.restick_position > ramp]
-    slides = not len(sticks) or (sticks[-1] < forgets and np.isnan(motion.restick_time[-1]))
-    return not motion.outcome.ok or bool(slides)
-
-
-def _needed(motion: DynamicsResult, found: FrictionCoefficients, drive: Drive) -> float:
-    """Duration that a drive without one needs; infinite if a longer one gives no more information about this motion.
-
-    It is infinite if the motion has its numbers, was not to be extended, slips too little for any, or would meet the step
-    limit. A pin that its damper drags has its friction long before its spring force has settled. The ringing of the start is
-    awaited if that is cheap.
-    """
-    if not motion.outcome.ok or ended_by(motion, drive) == "max_slips" or drive.stage_velocity == 0.0:
-        return math.inf
-    count = count_sticks(motion, drive)
-    settled = not count.unsettled or motion.settling_time < lag_time(drive)
-    if settled and (found.outcome.ok or count.regime == "micro_slip"):
-        return math.inf
-    forgets = found.outcome.ok and (count.ringing > 0.0 or not motion.forgotten)  # friction is known
-    needed = 2.0 * max(motion.end_time, count.ringing if forgets else 0.0)
-    most = FORGETTING if forgets else drive.step_limit
-    return needed if motion.steps * needed <= most * motion.end_time else math.inf

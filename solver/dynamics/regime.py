@@ -19,8 +19,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.duration import lag_time
+from nanoslip.solver.drive import Drive, lag_time
 from nanoslip.solver.dynamics.result import BINS, DynamicsResult, ended_by, raising
 from nanoslip.solver.parameter import quantity
 

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.friction_limit import friction_limit_of
-from nanoslip.solver.dynamics.integrators import RK4, Exact, integrate, measured
+from nanoslip.solver.dynamics.integrators import RK4, Exact, integrate
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of

@@ -14,8 +14,7 @@ from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
 from nanoslip.solver.contact.kernels.path import STRETCHES
 from nanoslip.solver.contact.kernels.state import RINGS, margin
 from nanoslip.solver.contact.pin import expected_half_width
-from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.duration import expected_duration
+from nanoslip.solver.drive import Drive, expected_duration
 from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness

@@ -17,7 +17,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.state import ContactState, contact_summary
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.integrators import measured
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.regime import CriticalPoint, count_sticks
 from nanoslip.solver.dynamics.result import ended_by
 from nanoslip.solver.dynamics.stick_slip import fit_stick_slip

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.drive import Scales
-from nanoslip.solver.dynamics.integrators import measured
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
 from nanoslip.solver.outcome import SolverError

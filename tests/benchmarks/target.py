@@ -21,7 +21,7 @@ import numpy as np
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.integrators import measured
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.ensemble import FEWEST, Ensemble, Mean, mean_of
 from nanoslip.solver.outcome import SolverError

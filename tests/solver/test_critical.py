@@ -8,7 +8,7 @@ import pytest
 
 import nanoslip
 from nanoslip.solver.dynamics.critical import RESOLUTION, STRIDE, STRIDES, boundary, critical_point
-from nanoslip.solver.dynamics.integrators import measured
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.regime import count_sticks
 from tests.conftest import Main
 

@@ -10,8 +10,9 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.driven import contact_drive
 from nanoslip.solver.driven.contact_drive import driven_contact, pulling
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.friction_limit import friction_limit_of
-from nanoslip.solver.dynamics.integrators import RK4, integrate, measured
+from nanoslip.solver.dynamics.integrators import RK4, integrate
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.simulate import drive_result, friction_record

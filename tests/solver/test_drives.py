@@ -16,8 +16,9 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics import integrators
 from nanoslip.solver.dynamics.coefficients import friction_coefficients
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.friction_limit import sawtooth
-from nanoslip.solver.dynamics.integrators import LEAST_TRAVEL, RK4, STIFFEST, Exact, disproportion, integrate, measured
+from nanoslip.solver.dynamics.integrators import LEAST_TRAVEL, RK4, STIFFEST, Exact, disproportion, integrate
 from nanoslip.solver.dynamics.regime import count_sticks
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import Ending, Outcome

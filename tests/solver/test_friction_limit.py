@@ -7,6 +7,7 @@ import pytest
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.friction_limit import (
     COARSE,
     FrictionLimit,
@@ -17,7 +18,6 @@ from nanoslip.solver.dynamics.friction_limit import (
     sawtooth,
     taken_together,
 )
-from nanoslip.solver.dynamics.integrators import measured
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab

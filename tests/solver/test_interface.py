@@ -19,7 +19,7 @@ from nanoslip import (
     plateau_of,
 )
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.dynamics.integrators import measured
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import Ending, SolverError

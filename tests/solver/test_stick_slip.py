@@ -10,7 +10,8 @@ from scipy.optimize import brentq, least_squares
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics import stick_slip as closed_form
-from nanoslip.solver.dynamics.integrators import integrate, measured
+from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.integrators import integrate
 from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS, Oscillator, fit_stick_slip, stick_slip
 from nanoslip.solver.simulate import drive_result
 from nanoslip.solver.slab import Slab

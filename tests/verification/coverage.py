@@ -17,7 +17,7 @@ import numpy as np
 from nanoslip.solver.case import Case, Heterogeneity, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.drive import Drive
-from nanoslip.solver.dynamics.integrators import measured
+from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, stiffness_of_node, surface_compliance
 from nanoslip.solver.ensemble import Ensemble, Mean, mean_of
 from nanoslip.solver.outcome import SolverError
