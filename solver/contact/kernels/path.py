@@ -1,6 +1,6 @@
 """The path of pin and load from event to event, compiled: the loop around `next_event` and the cascade; columns of events."""
 
-from typing import NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,13 @@ class Events(NamedTuple):
     load: Floats
 
 
-_KINDS = [get_args(get_args(column)[1])[0] for column in Events.__annotations__.values()]
+def _kind_of(column: Any) -> Any:
+    """The type of an array's numbers: the innermost of its annotation, whose layers differ between versions of numpy."""
+    inner = get_args(column)
+    return _kind_of(inner[-1]) if inner else column
+
+
+_KINDS = [_kind_of(column) for column in Events.__annotations__.values()]
 
 
 def empty_events(capacity: int) -> Events:
