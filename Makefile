@@ -14,7 +14,7 @@ SIDE_BY_SIDE := --numprocesses auto --maxprocesses 8
 # Files with heavy tests: to import the others takes ten seconds.
 HEAVY = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.\(slow\|everyday\)' tests)
 
-.PHONY: run reproduce figures findings kernels test test-changed test-slow test-all mutants benchmarks hard docs dist check format clean
+.PHONY: run reproduce figures findings kernels test test-changed test-slow test-all mutants benchmarks hard docs dist lowest check format clean
 
 run: .venv/installed  ## compute a campaign, collect its dataset, draw its report
 	$(BIN)/mpiexec -n $(RANKS) $(BIN)/nanoslip run $(CAMPAIGN) --out $(OUT)
@@ -67,6 +67,12 @@ dist: .venv/dev  ## source distribution and wheel, checked as an index would: di
 	rm -rf dist
 	$(BIN)/python -m build --outdir dist
 	$(BIN)/python -m twine check --strict dist/*
+
+LOWEST := build/lowest
+lowest:  ## compute a campaign and draw its page with the oldest packages that are supported
+	$(PYTHON) -m venv --clear $(LOWEST)
+	PYTHONWARNINGS=ignore $(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --constraint constraints/lowest.txt .
+	cd $(LOWEST) && bin/nanoslip run smoke --serial && bin/nanoslip report smoke && bin/nanoslip frames smoke intrinsic_friction=0.5 --events 0:20:10
 
 check: .venv/dev  ## style and types
 	$(BIN)/python -m ruff check .
