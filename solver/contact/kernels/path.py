@@ -13,6 +13,7 @@ from nanoslip.solver.contact.kernels.state import (
     Floats,
     KernelConstants,
     KernelState,
+    Scalars,
     SlipConstants,
     Stop,
     equilibrium_residual,
@@ -52,6 +53,26 @@ _KINDS = [_kind_of(column) for column in Events.__annotations__.values()]
 def empty_events(capacity: int) -> Events:
     """Allocate columns for this number of events, not filled."""
     return Events(*[np.empty(capacity, kind) for kind in _KINDS])
+
+
+@compiled(inline="always")
+def note_trigger(events: Events, e: int, scalars: Scalars, force: float, kind: EventKind, node: int) -> None:
+    """Row e of the record as its cascade begins."""
+    events.displacement[e] = scalars.displacement
+    events.force_before[e] = force
+    events.kind[e] = kind
+    events.node[e] = node
+
+
+@compiled(inline="always")
+def note_event(events: Events, e: int, scalars: Scalars, force: float, nodes: int) -> None:
+    """Row e of the record once its cascade is over."""
+    events.force_after[e] = force
+    events.dissipated[e] = scalars.dissipated
+    events.slips[e] = scalars.slips
+    events.releases[e] = scalars.releases
+    events.touches[e] = scalars.touches
+    events.contact_size[e] = nodes
 
 
 @compiled(inline="always")
@@ -177,15 +198,14 @@ def follow_path(
             return Stop.DONE, e
         # A floor beyond the end of the run does not hide the event before it.
         step_along(state, min(max(step, _floor(state, constants.slip)), left))
-        events.displacement[e] = scalars.displacement
-        events.force_before[e] = total_shear(state.contact, state.response)
-        events.kind[e] = kind
-        events.node[e] = node
+        note_trigger(events, e, scalars, total_shear(state.contact, state.response), kind, node)
         status = answer_event(state, constants, kind, node)
         if status != Stop.DONE:
             return status, e
-        _record(state, events, e)
+        note_event(events, e, scalars, total_shear(state.contact, state.response), state.contact.sum())
+        events.stiffness[e] = total_shear(state.contact, state.rate) * scalars.pin_rate
         events.extent[e] = add_slips(node_slips, state.node_slips)
+        events.load[e] = -state.inputs[2 * len(state.x)]
         if scalars.touches_near_end or _left_window(state, constants):
             return Stop.WINDOW_TOO_NARROW, e + 1
         if scalars.releases + scalars.touches > 0 or e % CHECK_EVENTS == 0:
@@ -217,17 +237,3 @@ def answer_event(state: KernelState, constants: KernelConstants, kind: EventKind
     status = resolve(state, constants, kind, node)
     state.scalars.load_work -= state.inputs[last] * (state.response[last] - approach)
     return Stop.STEEP if status == Stop.DONE and driven_downhill(state, constants) else status
-
-
-@compiled(inline="always")
-def _record(state: KernelState, events: Events, e: int) -> None:
-    """Row e of the record once its cascade is over."""
-    scalars = state.scalars
-    events.force_after[e] = total_shear(state.contact, state.response)
-    events.stiffness[e] = total_shear(state.contact, state.rate) * scalars.pin_rate
-    events.dissipated[e] = scalars.dissipated
-    events.slips[e] = scalars.slips
-    events.releases[e] = scalars.releases
-    events.touches[e] = scalars.touches
-    events.contact_size[e] = state.contact.sum()
-    events.load[e] = -state.inputs[2 * len(state.x)]

@@ -17,7 +17,7 @@ from nanoslip.solver.contact.kernels.events import (
     limited,
     ranked,
 )
-from nanoslip.solver.contact.kernels.path import Events, add_slips, overshot, smallest_step
+from nanoslip.solver.contact.kernels.path import Events, add_slips, note_event, note_trigger, overshot, smallest_step
 from nanoslip.solver.contact.kernels.state import (
     EventKind,
     Floats,
@@ -236,20 +236,12 @@ def slide_tangentially(
             _advance(state, left)
             return Stop.DONE, e
         _advance(state, step)
-        events.displacement[e] = scalars.displacement
-        events.force_before[e] = state.shear.sum()
-        events.kind[e] = EventKind.SLIP
-        events.node[e] = state.nodes[node]
+        note_trigger(events, e, scalars, state.shear.sum(), EventKind.SLIP, state.nodes[node])
         status = _answer_event(state, constants, node)
         if status != Stop.DONE:
             return status, e
-        events.force_after[e] = state.shear.sum()
+        note_event(events, e, scalars, state.shear.sum(), len(state.u))
         events.stiffness[e] = stiffness
-        events.dissipated[e] = scalars.dissipated
-        events.slips[e] = scalars.slips
-        events.releases[e] = 0
-        events.touches[e] = 0
-        events.contact_size[e] = len(state.u)
         events.extent[e] = add_slips(node_slips, state.node_slips)
     return Stop.FULL, len(events.displacement)
 
