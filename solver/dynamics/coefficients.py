@@ -46,7 +46,7 @@ class FrictionCoefficients(Labels):
     )
     static_friction_excess: float = quantity(
         "μ_s beyond the record",
-        comment="by inertia and damper: excess over all forces of the record, as F/W; the same for all starts",
+        comment="by inertia and damper: excess over all forces of the record, as F/W, beside no μ_s too; same for all starts",
     )
     kinetic_friction: float = quantity(
         "kinetic friction coefficient",
@@ -91,7 +91,7 @@ def friction_coefficients(
             outcome = Outcome(Ending.NO_PLATEAU, message, ended_by == "duration")
     return FrictionCoefficients(
         static_friction=first,
-        static_friction_excess=_beyond(record, first),
+        static_friction_excess=_beyond(record, float(static[0])),
         every_static_friction=static,
         kinetic_friction=kinetic,
         outcome=outcome.adding(excess),

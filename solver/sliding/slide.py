@@ -160,7 +160,8 @@ def record_of(
 # Slide with the whole contact: nodes slip, are released and touch as the pin moves over them (residual_shear below 1).
 
 RESUMABLE = 10_000
-"""Number of events after which a run restarts from its state: a run in such pieces has the same bits as one run."""
+"""Number of events, for each row of nodes, after which a run restarts from its state: a run in such pieces has the same bits as
+one run. To set up the window of a plane takes as long as thousands of events."""
 LASTING = 100
 """Events that a rough pin's windows have to last on average to be worth their setting up, else the whole surface is followed."""
 AT_FIRST = 8
@@ -187,10 +188,11 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
     compiled = compiled_at(case, compliance, start, whole, way)
     initial_stiffness = _stiffness(way.direction, total_shear(compiled.state.contact, compiled.state.rate))
     most, end_at = case.max_events or MOST_EVENTS, way.end(case, initial_stiffness)
+    piece = RESUMABLE * case.slab.rows
     events, held, windows, load_work = first_room(most), 0, 0, 0.0
     slipped = SlippedNodes(start.first_node, np.zeros(case.slab.nodes, np.int64))
     while True:
-        stop = min(len(events.displacement), most, (held // RESUMABLE + 1) * RESUMABLE)
+        stop = min(len(events.displacement), most, (held // piece + 1) * piece)
         room, before, first, window = first_of(events, stop), held, compiled.first_node, compiled.window
         slips = np.zeros(len(window), np.int64)
         status, held = follow_path(compiled.state, compiled.constants, room, slips, held, end_at)
@@ -205,13 +207,13 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
         if held == len(events.displacement):
             events = grown(events)
         windows += status == Stop.WINDOW_TOO_NARROW
-        short = bool(case.heterogeneity.roughness) and windows > AT_FIRST + held % RESUMABLE / LASTING
-        going_on, status = continued(compiled, status, whole, whole or short, anew=held % RESUMABLE == 0)
+        short = bool(case.heterogeneity.roughness) and windows > AT_FIRST + held % piece / LASTING
+        going_on, status = continued(compiled, status, whole, whole or short, anew=held % piece == 0)
         if going_on is None:
             return None
         if going_on is not compiled:
             load_work += compiled.state.scalars["load_work"]
-        compiled, windows = going_on, windows if held % RESUMABLE else 0
+        compiled, windows = going_on, windows if held % piece else 0
         if status != Stop.DONE:
             break
     end = state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])
