@@ -25,6 +25,7 @@ from nanoslip.study.run.executor import executor, left
 from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.journal import BEGUN, LONG, Journal, left_begun
 from nanoslip.study.run.launch import Program
+from tests.conftest import SMALL
 from tests.study.results.results import NO_FILES, written
 from tests.study.run import faults
 from tests.study.run.faults import FAULTS, computed
@@ -75,6 +76,9 @@ def dying_after(out):
 
 
 def test_a_task_whose_process_dies_after_its_result_is_kept_is_done_and_not_computed_again(campaign, tmp_path):
+    campaign.write_text(
+        SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]")
+    )  # each costs a process
     plan, store = make_plan(load_manifest(campaign)), Store(tmp_path)
     store.prepare()
     journal, agents = Journal(tmp_path), [Agent(Program(__name__, "dying_after", tmp_path), 0)]
