@@ -13,9 +13,12 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nanoslip.solver.case import Case
+from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import quantities
 from nanoslip.study.accuracy.effects import key_of, tasks_of
+from nanoslip.study.dataset.variables import factors
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import make_case
@@ -58,12 +61,12 @@ class Deciding(NamedTuple):
         return [each for each in self.spacings if math.isfinite(each.value)]
 
 
-def deciding(manifest: Manifest, case: CampaignCase, most: float = SECONDS) -> Deciding:
-    """Compute the main number of a case on half and twice its node spacing. most: core seconds for each; longer is left out."""
+def deciding(manifest: Manifest, case: CampaignCase, variable: str, most: float = SECONDS) -> Deciding:
+    """Compute a number of a case on half and twice its node spacing. most: core seconds for each; longer is left out."""
     assert case.case is not None
-    slides = "slip" in manifest.stages
-    variable = MAIN[slides]
     spaces, own = case.case.slab.n_x - 1, manifest.ensemble
+    drive = None if variable in MAIN else next(each.drive for each in manifest.drives if each.drive)
+    unit = factors(case.case, manifest.scales, drive)[quantities(CriticalPoint)[variable].per if drive else ""]
     ensemble = Ensemble(FEWEST, places=own.places)
     found, rate = list[Spacing](), 0.0
     for word, n_x in (
@@ -81,12 +84,12 @@ def deciding(manifest: Manifest, case: CampaignCase, most: float = SECONDS) -> D
             found.append(Spacing(word, n_x, problem=f"left out, {roughly(seconds)}"))
             continue
         if not rate:  # loads libraries and compiles kernels
-            _computed(word, n_x, variable, _tasks(manifest, other, Ensemble(), variable))
+            _computed(word, n_x, variable, _tasks(manifest, other, Ensemble(), variable), unit)
         begun = time.process_time()
-        found.append(_computed(word, n_x, variable, tasks))
+        found.append(_computed(word, n_x, variable, tasks, unit))
         rate = (time.process_time() - begun) / expected
     rule = case.case.slip_rule
-    drops = slides and rule.residual_shear < 1.0 and math.isfinite(case.case.intrinsic_friction)
+    drops = variable == MAIN[True] and rule.residual_shear < 1.0 and math.isfinite(case.case.intrinsic_friction)
     return Deciding(variable, tuple(found[::-1]), case.case.intrinsic_friction if drops else math.nan)
 
 
@@ -97,12 +100,16 @@ def _on(manifest: Manifest, case: CampaignCase, n_x: int) -> Case:
 
 
 def _tasks(manifest: Manifest, case: Case, ensemble: Ensemble, variable: str) -> list[Task]:
-    tasks = [task for _, task in tasks_of(manifest, case, {}, ensemble, (variable,))]
+    pulled = variable not in MAIN
+    drives = {
+        each.label: each.drive.dimensionless(manifest.scales) for each in manifest.drives if each.drive and pulled
+    }
+    tasks = [task for _, task in tasks_of(manifest, case, drives, ensemble, (variable,))]
     compliance = compliance_task(case.slab)
     return [*([compliance] if any(compliance.key in task.needs for task in tasks) else []), *tasks]
 
 
-def _computed(word: str, n_x: int, variable: str, tasks: list[Task]) -> Spacing:
+def _computed(word: str, n_x: int, variable: str, tasks: list[Task], unit: float) -> Spacing:
     results = dict[str, TaskResult]()
     for task in tasks:
         results[task.key] = run_task(task, results)
@@ -110,7 +117,7 @@ def _computed(word: str, n_x: int, variable: str, tasks: list[Task]) -> Spacing:
             array.setflags(write=False)  # as a store gives it: kernels are compiled for that
     last = results[tasks[-1].key]
     values = last.scalars.get(key_of(variable, last), [math.nan])
-    value = float(mean_of(np.array(values, float)).mean)
+    value = float(mean_of(np.array(values, float)).mean) * unit
     return Spacing(word, n_x, value, "" if math.isfinite(value) else f"{last.outcome.ending} with n_x = {n_x}")
 
 

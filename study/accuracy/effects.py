@@ -15,9 +15,11 @@ import numpy as np
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import Drive
+from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.effects import OF_CASES, OF_DRIVES, Effect
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
+from nanoslip.solver.parameter import quantities
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
 from nanoslip.study.manifest.problems import ManifestError, refused
@@ -194,7 +196,11 @@ def tasks_of(
         yield from (("", batch) for batch in all_batches(case, record.ensemble))
         yield "", record
     for label, drive in drives.items():
-        yield label, drive_task(case, drive, ensemble, scalars_only=True, fitted=manifest.outputs.fit)
+        critical = manifest.outputs.critical and bool({*names} & quantities(CriticalPoint).keys())
+        yield (
+            label,
+            drive_task(case, drive, ensemble, scalars_only=True, fitted=manifest.outputs.fit, critical=critical),
+        )
 
 
 def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> ComputedScene:

@@ -20,9 +20,11 @@ from nanoslip.study.report.console import Table
 
 def decided(case: xr.Dataset, manifest: Manifest, of: CampaignCase, most: float = SECONDS) -> Deciding | None:
     """Influences on a computed case beside its starts; None if its main number is unknown. most: see `deciding`."""
-    main = MAIN["slip" in manifest.stages]
-    known = of.case is not None and main in case and math.isfinite(float(case[main]))
-    return deciding(manifest, of, most) if known else None
+    if of.case is not None:
+        for main in ("critical_velocity", MAIN["slip" in manifest.stages]):
+            if main in case and not case[main].dims and math.isfinite(float(case[main])):
+                return deciding(manifest, of, main, most)
+    return None
 
 
 def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from nanoslip.study import api
-from nanoslip.study.accuracy.deciding import Deciding, deciding, deciding_words
+from nanoslip.study.accuracy.deciding import MAIN, Deciding, deciding, deciding_words
 from nanoslip.study.manifest.cases import expand
 from tests.conftest import Main
 
@@ -23,12 +23,23 @@ CASE: dict[str, Any] = {
 CONTACT = {**CASE, "stages": ["contact"], "limits": {}}
 
 
+CRITICAL = {
+    **CASE,
+    "stages": ["contact", "slip", "dynamics"],
+    "drives": [{"stage_velocity": 2e-2, "spring_stiffness": 2e6}],
+    "outputs": {"critical": True, "fit": False},
+}
+
+
 def found_in(campaign: dict[str, Any], most: float = math.inf) -> Deciding:
     manifest = api.manifest_of(campaign)
-    return deciding(manifest, expand(manifest)[0], most)
+    variable = "critical_velocity" if manifest.drives else MAIN["slip" in manifest.stages]
+    return deciding(manifest, expand(manifest)[0], variable, most)
 
 
-@pytest.mark.parametrize(("campaign", "variable"), [(CASE, "plateau_mean"), (CONTACT, "contact_half_width")])
+@pytest.mark.parametrize(
+    ("campaign", "variable"), [(CASE, "plateau_mean"), (CONTACT, "contact_half_width"), (CRITICAL, "critical_velocity")]
+)
 def test_half_and_twice_the_spacing_are_campaigns_of_their_own(campaign: dict[str, Any], variable: str) -> None:
     """Of as many members, to the last bit; the grid's own rows follow n_x."""
     found = found_in(campaign)
