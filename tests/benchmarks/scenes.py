@@ -4,6 +4,7 @@ One case of eight members each. It writes tests/benchmarks/scenes.csv.
 """
 
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
@@ -34,7 +35,8 @@ def rows() -> Iterator[tuple[str, ...]]:
     for scene, campaign in SCENES.items():
         for each in influences_of(campaign):
             change = with_error(each.change, each.uncertainty) if math.isfinite(each.change) else "–"
-            yield scene, each.effect, each.variable, change if each.change else "0", f"{each.seconds:.2g}"
+            shown = re.sub("^-", "−", change) if each.change else "0"  # a hyphen first is a formula to a spreadsheet
+            yield scene, each.effect, each.variable, shown, f"{each.seconds:.2g}"
 
 
 if __name__ == "__main__":
