@@ -16,6 +16,7 @@ from typing import get_args, get_origin, get_type_hints
 import numba
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from nanoslip import solver
 from nanoslip.solver.compiled import Kernel, compiled, reporting_compilation
@@ -179,7 +180,7 @@ def test_numba_is_loaded_by_the_first_call_of_any_thread(environment):
 
 def holds_arrays(kind):
     """Whether values of an annotated type hold arrays or lists."""
-    if get_origin(kind) in (np.ndarray, list):
+    if get_origin(kind) in (np.ndarray, NDArray, list):  # of numpy 2.5 the alias itself
         return True
     parts = get_type_hints(kind).values() if hasattr(kind, "_fields") else get_args(kind)
     return any(holds_arrays(part) for part in parts)
