@@ -122,7 +122,7 @@ def count_sticks(result: DynamicsResult, drive: Drive) -> StickSlipCount:
     rise = drive.spring_stiffness * (drive.stage_velocity - result.stick_velocity) * 0.5 * result.end_time
     follows = result.spring_force_range < 0.5 * rise
     if not result.forgotten:
-        why = "a longer drive may have another regime: spring_force_amplitude and stick_slip_period are not known: set duration"
+        why = "a longer drive may have another regime: spring_force_amplitude and stick_slip_period are not known"
         return StickSlipCount(slips, resticks, stuck, None, math.nan, math.nan, why)
     regime = _regime(result) if slips else "micro_slip" if follows else "sticks"
     late = result.slip_time >= 0.5 * duration

@@ -251,7 +251,7 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
 # Bytes of the arrays of contacts and friction records while they are computed.
 
 _FLOAT = 8.0
-_SYSTEMS = 5.0  # copies of its matrix that a contact holds at once
+_SYSTEMS = 4.5  # copies of its matrix that a contact holds at once
 _CONVOLVED = 40.0  # numbers for each surface node while a contact is looked for without a matrix
 _OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
 _EVENT = 65.0  # bytes of an event in a record

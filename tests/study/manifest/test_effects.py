@@ -119,7 +119,7 @@ def test_the_effects_of_a_campaign_are_listed(tmp_path):
 @pytest.mark.parametrize("pin_translation", [True, False])
 @pytest.mark.parametrize("coupling", [True, False])
 def test_what_is_off_is_foreseen_without_its_bytes(coupling, pin_translation):
-    """A narrow contact on a wide slab, where the squares of both are told apart: 0.92 to 1.6 of the peak, by version of numpy."""
+    """A narrow contact on a wide slab, where the squares of both are told apart: 0.88 to 1.49 of the peak seen."""
     effects_on = Effects(coupling=coupling, pin_translation=pin_translation)
     case = Case(radius=2.0, slab=Slab(257), effects=effects_on, max_events=3)
     compliance = surface_compliance(case.slab)
@@ -128,7 +128,7 @@ def test_what_is_off_is_foreseen_without_its_bytes(coupling, pin_translation):
     friction_record(replace(case, max_events=4), compliance)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak / 2 < sliding_bytes(case) < 2 * peak
+    assert peak / 1.6 < sliding_bytes(case) < 1.6 * peak
 
 
 def test_a_half_plane_has_no_inside(tmp_path):
