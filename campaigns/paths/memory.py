@@ -1,4 +1,4 @@
-"""Friction of a pin pulled over its contact, which remembers the way, less that over its record: the same 16 starts."""
+"""Friction of a pin pulled over its contact, which remembers the way, less that over its record: the same 32 starts."""
 
 from collections.abc import Iterator, Mapping
 from functools import partial
@@ -80,7 +80,7 @@ MEMORY: Final = CampaignFigure(
     "memory",
     "A driven pin with and without memory",
     "Coefficients of each start: the pin pulled over its contact, which remembers the way, over those of the pin pulled over its "
-    "record by Eq. 13-15. Table: means over 16 starts and their ±.",
+    "record by Eq. 13-15. Table: means over 32 starts and their ±.",
     draw,
     claims,
     ("", "over the record", "memory changes it by", ""),
