@@ -2,12 +2,10 @@
 
 import math
 import sys
-import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
@@ -32,8 +30,8 @@ from nanoslip.solver.contact.kernels.state import (
 )
 from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.elasticity.compliance import FEW, KEPT, Compliance
-from nanoslip.solver.outcome import Outcome, SingularOperator
+from nanoslip.solver.elasticity.compliance import FEW, KEPT, Compliance, bordered, bordered_inverse
+from nanoslip.solver.outcome import Outcome
 
 # The window of surface nodes that the kernels follow: the contact and a margin. Slips cost what the window is wide.
 #
@@ -178,7 +176,7 @@ def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_], into: NDArr
     n, count = len(contact), len(touching)
     pivoted, kept = np.concatenate((touching, touching + n)), np.concatenate((free, free + n))
     normal = (kept >= n).astype(float)
-    stiffness = bordered_inverse(_bordered(matrix, pivoted), f"compliance of {count} nodes")
+    stiffness = bordered_inverse(bordered(matrix, pivoted), f"compliance of {count} nodes")
     # `take` along one axis after the other: several times as fast as a gather by lists of rows and columns.
     across, then = np.vstack((matrix.take(kept, 1).take(pivoted, 0), normal)), matrix.take(kept, 0)
     from_kept = np.column_stack((then.take(pivoted, 1), normal)) @ stiffness
@@ -190,22 +188,6 @@ def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_], into: NDArr
     into[np.ix_(pivoted, pivoted)] = stiffness.T
 
 
-def _bordered(matrix: NDArray[np.float64], entries: NDArray[np.int64]) -> NDArray[np.float64]:
-    """The compliance (2n, 2n) in these m entries with a row and a column of approach and load, (m + 1, m + 1)."""
-    result = np.zeros((len(entries) + 1, len(entries) + 1))
-    for rows in _portions(len(entries)):
-        result[:-1][rows, :-1] = matrix.take(entries[rows], 0).take(entries, 1)
-    result[:-1, -1] = result[-1, :-1] = entries >= len(matrix) // 2
-    return result
-
-
-def stiffness_of(compliance: Compliance, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Forces and approach per u, v and -load at these nodes, (2m + 1, 2m + 1). Raises SingularOperator."""
-    entries = np.concatenate((nodes, nodes + compliance.slab.nodes))
-    found = compliance.entries(entries, entries)
-    return bordered_inverse(_bordered(found, np.arange(len(found))), f"compliance of {len(nodes)} nodes")
-
-
 def in_lines(entries: int) -> NDArray[np.float64]:
     """Zeros for a matrix of so many rows and at least as many columns, every row of which begins at a cache line: adding a row
     that straddles lines takes a third longer."""
@@ -213,46 +195,6 @@ def in_lines(entries: int) -> NDArray[np.float64]:
     room = np.zeros(entries * stride + LINE)
     first = -room.ctypes.data // room.itemsize % LINE
     return room[first : first + entries * stride].reshape(entries, stride)
-
-
-def bordered_inverse(system: NDArray[np.float64], name: str) -> NDArray[np.float64]:
-    """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one, in the
-    place of the system, as large ones fill the memory."""
-    block, border = system[:-1, :-1], system[:-1, -1]
-    if not np.array_equal(block, block.T):
-        return inverse(system, name)
-    portions, (factor, failed) = _portions(len(block)), scipy.linalg.lapack.dpotrf(block.T)
-    norm = max(float(np.abs(block[rows]).sum(1).max()) for rows in portions)
-    if failed or scipy.linalg.lapack.dpocon(factor, norm)[0] < np.finfo(float).eps:
-        return inverse(system, name)
-    triangle = scipy.linalg.lapack.dpotri(factor, overwrite_c=1)[0]
-    np.add(triangle, triangle.T, out=block)
-    block[np.diag_indices(len(block))] /= 2.0
-    alone = block @ border
-    share = float(border @ alone)
-    for rows in portions:
-        block[rows] -= np.outer(alone[rows], alone / share)
-    system[:-1, -1] = system[-1, :-1] = alone / share
-    system[-1, -1] = -1.0 / share
-    return system
-
-
-def _portions(rows: int) -> list[slice]:
-    """Rows of a matrix in portions, for what would else need a matrix more."""
-    return [slice(first, first + 256) for first in range(0, rows, 256)]
-
-
-def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
-    """block⁻¹ of a `name`; SingularOperator if not a digit of it is sure."""
-    try:
-        with warnings.catch_warnings():
-            # One whose reciprocal condition is below machine precision.
-            warnings.simplefilter("error", scipy.linalg.LinAlgWarning)
-            return np.asarray(scipy.linalg.inv(block))
-    except (scipy.linalg.LinAlgError, scipy.linalg.LinAlgWarning, ValueError) as error:
-        raise SingularOperator(
-            f"the {name} in contact is singular to rounding: use another scheme or n_x, or an aspect_ratio nearer 1"
-        ) from error
 
 
 @dataclass(frozen=True, slots=True, eq=False)

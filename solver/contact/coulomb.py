@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.compiled_contact import stiffness_of
 from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.elasticity.compliance import Compliance
+from nanoslip.solver.elasticity.compliance import Compliance, stiffness_of
 from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverError, TooFarApart
 
 # Classical Coulomb friction, residual_shear 1: some nodes slide at |shear| = μ_i·pressure, the others stick.

@@ -1,5 +1,6 @@
 """The surface compliance of a slab (Eq. 11), displacements of its nodes per nodal force, and how sound it is."""
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -11,7 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, SurfaceConvolution
-from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.solver.outcome import Ending, Outcome, SingularOperator
 from nanoslip.solver.slab import Slab, surface_x, surface_y
 from nanoslip.solver.view import OneLine
 
@@ -187,6 +188,62 @@ def _stiffness_of_node(compliance: Compliance, in_contact: bytes) -> float:
 
 
 _stiffness_of_node_before = lru_cache(maxsize=KEPT)(_stiffness_of_node)
+
+
+def bordered(matrix: NDArray[np.float64], entries: Indices) -> NDArray[np.float64]:
+    """The compliance (2n, 2n) in these m entries with a row and a column of approach and load, (m + 1, m + 1)."""
+    result = np.zeros((len(entries) + 1, len(entries) + 1))
+    for rows in _portions(len(entries)):
+        result[:-1][rows, :-1] = matrix.take(entries[rows], 0).take(entries, 1)
+    result[:-1, -1] = result[-1, :-1] = entries >= len(matrix) // 2
+    return result
+
+
+def stiffness_of(compliance: Compliance, nodes: Indices) -> NDArray[np.float64]:
+    """Forces and approach per u, v and -load at these nodes, (2m + 1, 2m + 1). Raises SingularOperator."""
+    entries = np.concatenate((nodes, nodes + compliance.slab.nodes))
+    found = compliance.entries(entries, entries)
+    return bordered_inverse(bordered(found, np.arange(len(found))), f"compliance of {len(nodes)} nodes")
+
+
+def bordered_inverse(system: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one, in the
+    place of the system, as large ones fill the memory."""
+    block, border = system[:-1, :-1], system[:-1, -1]
+    if not np.array_equal(block, block.T):
+        return inverse(system, name)
+    portions, (factor, failed) = _portions(len(block)), scipy.linalg.lapack.dpotrf(block.T)
+    norm = max(float(np.abs(block[rows]).sum(1).max()) for rows in portions)
+    if failed or scipy.linalg.lapack.dpocon(factor, norm)[0] < np.finfo(float).eps:
+        return inverse(system, name)
+    triangle = scipy.linalg.lapack.dpotri(factor, overwrite_c=1)[0]
+    np.add(triangle, triangle.T, out=block)
+    block[np.diag_indices(len(block))] /= 2.0
+    alone = block @ border
+    share = float(border @ alone)
+    for rows in portions:
+        block[rows] -= np.outer(alone[rows], alone / share)
+    system[:-1, -1] = system[-1, :-1] = alone / share
+    system[-1, -1] = -1.0 / share
+    return system
+
+
+def _portions(rows: int) -> list[slice]:
+    """Rows of a matrix in portions, for what would else need a matrix more."""
+    return [slice(first, first + 256) for first in range(0, rows, 256)]
+
+
+def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """block⁻¹ of a `name`; SingularOperator if not a digit of it is sure."""
+    try:
+        with warnings.catch_warnings():
+            # One whose reciprocal condition is below machine precision.
+            warnings.simplefilter("error", scipy.linalg.LinAlgWarning)
+            return np.asarray(scipy.linalg.inv(block))
+    except (scipy.linalg.LinAlgError, scipy.linalg.LinAlgWarning, ValueError) as error:
+        raise SingularOperator(
+            f"the {name} in contact is singular to rounding: use another scheme or n_x, or an aspect_ratio nearer 1"
+        ) from error
 
 
 @lru_cache(maxsize=4)  # asked for every contact, and few campaigns have more grids at a time

@@ -17,7 +17,6 @@ from nanoslip.solver.contact.compiled_contact import (
     corrected_for_rounding,
     following,
     in_lines,
-    inverse,
     left_behind,
     slip_constants,
     state_of,
@@ -39,7 +38,7 @@ from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind,
 from nanoslip.solver.contact.pin import LONGEST_STEP, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_ENDING, OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
-from nanoslip.solver.elasticity.compliance import Compliance
+from nanoslip.solver.elasticity.compliance import Compliance, inverse
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator, TooFarApart
 from nanoslip.solver.slab import surface_x
 from nanoslip.solver.sliding.kernels.slide import TangentialState, refresh, slide_tangentially
