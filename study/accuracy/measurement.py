@@ -133,7 +133,7 @@ SAMPLES: Final = 2000
 def measure_integrators(setup: Setup, effort: Effort) -> Diagram:
     """Errors and times of every integrator over the setup's record. Raises SolverError if it has no plateau.
 
-    RK4 runs the whole drive; a step that is refused as unstable has no row.
+    RK4 runs the whole drive; a step that is refused as unstable, or of which the drive needs more than step_limit, has no row.
     """
     record = slide(setup.case, surface_compliance(setup.case.slab))
     in_si = replace(setup.drive.in_si, integrator=Exact(), samples=SAMPLES)

@@ -50,7 +50,7 @@ def critical_words(case: xr.Dataset) -> str:
         if math.isfinite(value):
             found.append(f"{what} {compact(value, unit, error)}")
     if not found:
-        return f"the pin neither begins nor ceases to stick within a factor of {STRIDE**STRIDES:,.0f} of this drive"
+        return f"no change from sticking to sliding was found within a factor of {STRIDE**STRIDES:,.0f} of this drive"
     return f"the pin no longer sticks above {' or '.join(found)}"
 
 
