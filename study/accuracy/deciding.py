@@ -21,7 +21,7 @@ from nanoslip.study.accuracy.effects import key_of, tasks_of
 from nanoslip.study.dataset.variables import factors
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import make_case
+from nanoslip.study.manifest.parameters import as_written, compact, make_case
 from nanoslip.study.plan.cost import estimate
 from nanoslip.study.plan.kinds import compliance_task
 from nanoslip.study.plan.task import Task, TaskResult
@@ -121,14 +121,16 @@ def _computed(word: str, n_x: int, variable: str, tasks: list[Task], unit: float
     return Spacing(word, n_x, value, "" if math.isfinite(value) else f"{last.outcome.ending} with n_x = {n_x}")
 
 
-def deciding_words(found: Deciding, title: str = "", digits: int = 3) -> Iterator[str]:
+def deciding_words(found: Deciding, title: str = "") -> Iterator[str]:
     """Word influences as parts of a sentence: `0.42 to 0.48 with half and twice the node spacing`. title: of the number."""
     known = found.computed
-    values = dict.fromkeys(f"{each.value:.{digits}g}" for each in sorted(known, key=lambda each: each.value))
+    unit = "" if found.variable in MAIN else as_written(quantities(CriticalPoint)[found.variable].units)
+    sizes = sorted(float(f"{each.value:.3g}") for each in known)
+    values = dict.fromkeys(compact(size, unit) if unit else f"{size:g}" for size in sizes)
     unknown = "".join(f" ({each.word}: {each.problem})" for each in found.spacings if each not in known)
     if known:
         yield f"{title}{' to '.join(values)} with {' and '.join(each.word for each in known)} the node spacing{unknown}"
     elif unknown:
         yield f"other node spacings{unknown}"
     if math.isfinite(found.without_drop):
-        yield f"{found.without_drop:.{digits}g} if slips drop no stress"
+        yield f"{found.without_drop:.3g} if slips drop no stress"

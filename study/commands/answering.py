@@ -35,8 +35,9 @@ def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase) -> str:
     if "critical_velocity" in case:
         answer = f"{critical_words(case)}; {answer}"
     by = " (± by starts alone)" if re.search(r"± \d", answer) else ""
-    title = "" if answer.startswith(summary.SHOWN[found.variable]) else f"{summary.SHOWN[found.variable]} "
-    return "; ".join([f"{answer}{by}", *deciding_words(found, title)])
+    title = summary.SHOWN[found.variable] if found.variable in MAIN else case[found.variable].attrs["symbol"]
+    named = "" if answer.startswith(title) else f"{title} "
+    return "; ".join([f"{answer}{by}", *deciding_words(found, named)])
 
 
 def critical_words(case: xr.Dataset) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from nanoslip.study import api
-from nanoslip.study.accuracy.deciding import MAIN, Deciding, deciding, deciding_words
+from nanoslip.study.accuracy.deciding import MAIN, Deciding, Spacing, deciding, deciding_words
 from nanoslip.study.manifest.cases import expand
 from tests.conftest import Main
 
@@ -68,6 +68,14 @@ def test_a_spacing_that_takes_too_long_or_is_refused_is_left_out_with_the_reason
     assert [each.word for each in few.computed] == ["half"]
     (words, _) = deciding_words(few)
     assert "(twice: bottom_row = 17: " in words
+
+
+def test_a_velocity_on_another_spacing_has_the_unit_of_the_answer() -> None:
+    """An answer in mm/s beside another in m/s is read wrong."""
+    spacings = (Spacing("half", 33, 1.5e-3), Spacing("twice", 9, 2.85e-3))
+    assert list(deciding_words(Deciding("critical_velocity", spacings, math.nan), "V_c ")) == [
+        "V_c 1.5 mm/s to 2.85 mm/s with half and twice the node spacing"
+    ]
 
 
 def test_a_try_begins_and_ends_with_its_answer_and_what_decides_it(main: Main) -> None:
