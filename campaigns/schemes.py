@@ -100,4 +100,3 @@ SCHEMES: Final = CampaignFigure(
     claims,
     ("", "biquadratic", "galerkin", "half_plane"),
 )
-FIGURES: Final = (SCHEMES,)

@@ -20,7 +20,7 @@ from nanoslip.solver.sliding.sizes import (
 )
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Floats, column
 
 
 def names(dataset: xr.Dataset) -> dict[int, str]:
@@ -208,7 +208,6 @@ SIZES: Final = CampaignFigure(
 
 # Correlation of events with earlier events: an elastic slab against chains of blocks on springs.
 
-Floats = NDArray[np.float64]
 LAGS: Final = np.array([1, 2, 3, 5, 7, 10, 20, 30, 50, 100, 200, 300])
 """Events apart."""
 PARTS: Final = 32
@@ -329,9 +328,4 @@ NODES: Final = CampaignFigure(
     "Share of all slips of a record at each surface node, of an elastic slab and of chains of blocks.",
     draw_of_nodes,
     claims_of_nodes,
-)
-FIGURES: Final = (
-    SIZES,
-    CORRELATIONS,
-    NODES,
 )

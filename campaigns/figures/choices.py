@@ -9,14 +9,12 @@ import numpy as np
 import paper
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy import stats
 
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Floats, column
 
 # How well combinations of unstated choices reproduce the paper's numbers: misses in standard deviations, and their ranking.
 
-Floats = NDArray[np.float64]
 NEAR: Final = 2.0
 """Standard deviations up to which a number counts as reproduced."""
 CAP: Final = 10.0
@@ -212,4 +210,3 @@ CHOICES: Final = CampaignFigure(
     claims,
     ("rank, or number", "choices, or the paper", "score, or nearest of all", "remark"),
 )
-FIGURES: Final = (CHOICES,)

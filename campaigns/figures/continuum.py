@@ -113,4 +113,3 @@ CONTINUUM: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (CONTINUUM,)

@@ -8,7 +8,6 @@ import numpy as np
 import paper
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from records import every_start
 
 from nanoslip.study.dataset.access import Accessor
@@ -18,13 +17,12 @@ from nanoslip.study.figures.shared import (
     CampaignFigure,
     Claim,
     ClosedForm,
+    Floats,
     closed_form as closed_form_of,
     column,
     over_starts,
     scales_in,
 )
-
-Floats = NDArray[np.float64]
 
 
 def run_of(dataset: xr.Dataset, intrinsic_friction: float = 0.5, begin: float = 0.0) -> xr.Dataset:
@@ -285,9 +283,4 @@ FIG11: Final = CampaignFigure(
     "macroscopic slip; ticks: bursts.",
     draw_friction,
     claims_of_friction,
-)
-FIGURES: Final = (
-    FIG9,
-    FIG10,
-    FIG11,
 )

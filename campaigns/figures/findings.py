@@ -9,14 +9,11 @@ import numpy as np
 import xarray as xr
 from drive import damper_force
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy import stats
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, column, number_of, over_starts
-
-Floats = NDArray[np.float64]
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Floats, Number, column, number_of, over_starts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -204,8 +201,4 @@ STATIC: Final = CampaignFigure(
     "Static and kinetic friction over μ_i, sorted within each group of 32 starts; bars: means.",
     draw_static,
     claims_of_static,
-)
-FIGURES: Final = (
-    FINDINGS,
-    STATIC,
 )

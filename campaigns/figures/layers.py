@@ -126,7 +126,6 @@ LAYERS: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (LAYERS,)
 
 if __name__ == "__main__":
     with Path(__file__).with_suffix(".csv").open("w", newline="", encoding="utf-8") as file:

@@ -7,13 +7,11 @@ from typing import Final
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from nanoslip.solver.sliding.plateau import Teeth
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Floats, column
 
-Floats = NDArray[np.float64]
 BINS = 32
 """Parts of a node spacing."""
 
@@ -92,4 +90,3 @@ MODULATION: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (MODULATION,)

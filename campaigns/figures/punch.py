@@ -6,13 +6,11 @@ from typing import Final
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Floats, column
 
-Floats = NDArray[np.float64]
 INNER: Final = 0.8
 """Share of the half-width within which pressures are compared: at the edges they are infinite."""
 SHOWN: Final = 0.25
@@ -75,4 +73,3 @@ FIG5: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (FIG5,)

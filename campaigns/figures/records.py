@@ -7,12 +7,10 @@ import numpy as np
 import paper
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, over_starts
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Floats, column, over_starts
 
-Floats = NDArray[np.float64]
 _FRICTIONS = (0.25, 0.5)
 
 
@@ -119,8 +117,4 @@ FIG7: Final = CampaignFigure(
     "million to read a slab of 1 mm in nanometres.",
     draw_steps,
     claims_of_steps,
-)
-FIGURES: Final = (
-    FIG6,
-    FIG7,
 )

@@ -76,4 +76,3 @@ FIG8: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (FIG8,)

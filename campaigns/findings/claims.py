@@ -16,7 +16,7 @@ import xarray as xr
 
 import nanoslip
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.gallery import executed
+from nanoslip.study.figures.gallery import executed, figures_of
 from nanoslip.study.figures.shared import Claim, Number, table
 from nanoslip.study.results.store import write_files
 from nanoslip.study.shipped import campaigns
@@ -122,8 +122,8 @@ def main(out: Path, jobs: int, again: int) -> None:
 
 def as_row(claim: Bounds, found: Number) -> Claim:
     """A row of the table, which leads to the page of its campaign's figure."""
-    figure = executed(campaigns()[claim.campaign].with_suffix(".py"))["FIGURES"][0].name
-    page = f"[{claim.campaign}](../{Path(claim.campaign).parent}/{figure}.md)"
+    first, *_ = figures_of(campaigns()[claim.campaign])
+    page = f"[{claim.campaign}](../{Path(claim.campaign).parent}/{first.name}.md)"
     return Claim(f"{claim.finding}: {claim.claim}", claim.words, in_words(found), page)
 
 

@@ -74,4 +74,3 @@ CRITICAL: Final = CampaignFigure(
     claims,
     ("", "the paper's drive", "critical", ""),
 )
-FIGURES: Final = (CRITICAL,)

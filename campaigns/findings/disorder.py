@@ -82,4 +82,3 @@ DISORDER: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (DISORDER,)

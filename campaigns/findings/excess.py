@@ -154,4 +154,3 @@ EXCESS: Final = CampaignFigure(
     claims,
     ("", "one contact", "many", "exponent"),
 )
-FIGURES: Final = (EXCESS,)

@@ -73,4 +73,3 @@ EXTENSION: Final = CampaignFigure(
     claims,
     ("", "2000 events, repeated", "eight node spacings", "change"),
 )
-FIGURES: Final = (EXTENSION,)

@@ -91,4 +91,3 @@ PLATEAU: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (PLATEAU,)

@@ -70,4 +70,3 @@ PREPARATION: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (PREPARATION,)

@@ -86,4 +86,3 @@ SHEAR: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (SHEAR,)

@@ -117,8 +117,3 @@ FRICTION_DRIVE: Final = CampaignFigure(
     draw_drive,
     _claims_of_drive,
 )
-FIGURES: Final = (
-    FRICTION,
-    FRICTION_STATIC,
-    FRICTION_DRIVE,
-)

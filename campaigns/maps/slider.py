@@ -121,4 +121,3 @@ REGIMES: Final = CampaignFigure(
     draw_regimes,
     claims_of_regimes,
 )
-FIGURES: Final = (DROP, REGIMES)

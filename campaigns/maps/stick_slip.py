@@ -78,4 +78,3 @@ REGIMES: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (REGIMES,)

@@ -48,4 +48,3 @@ COULOMB: Final = CampaignFigure(
     claims,
     ("", "Mindlin", "found", "remark"),
 )
-FIGURES: Final = (COULOMB,)

@@ -103,4 +103,3 @@ LOSS: Final = CampaignFigure(
     claims,
     ("", "Eq. 13-15", "found", ""),
 )
-FIGURES: Final = (LOSS,)

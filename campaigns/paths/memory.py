@@ -85,4 +85,3 @@ MEMORY: Final = CampaignFigure(
     claims,
     ("", "over the record", "memory changes it by", ""),
 )
-FIGURES: Final = (MEMORY,)

@@ -6,13 +6,11 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.view import ROUNDING, with_error
-from nanoslip.study.figures.shared import COLORS, MARKERS, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import COLORS, MARKERS, CampaignFigure, Claim, Floats, column
 
-Floats = NDArray[np.float64]
 VISITED: Final = ("W", "2W", "W", "0.8W", "W")
 """Load at the end of each leg."""
 
@@ -71,4 +69,3 @@ PULSE: Final = CampaignFigure(
     draw,
     claims,
 )
-FIGURES: Final = (PULSE,)

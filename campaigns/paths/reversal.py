@@ -145,4 +145,3 @@ REVERSAL: Final = CampaignFigure(
     claims,
     ("", "Eq. 13-15", "found", ""),
 )
-FIGURES: Final = (REVERSAL,)

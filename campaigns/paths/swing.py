@@ -103,4 +103,3 @@ SWING: Final = CampaignFigure(
     claims,
     ("", "Eq. 13-15", "found", ""),
 )
-FIGURES: Final = (SWING,)

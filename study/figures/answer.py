@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 
 from nanoslip.solver.view import ROUNDING, with_error
 from nanoslip.study.figures.points import (
@@ -18,14 +19,8 @@ from nanoslip.study.figures.points import (
     points_of,
     symbol,
 )
-from nanoslip.study.figures.shared import (
-    View,
-    resized,
-)
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, roles_of, scattered, together
+from nanoslip.study.figures.shared import View, resized
 from nanoslip.study.figures.sweep import SHORTEST, border_of, draw_scattered, far_below, figure_of, is_crowded
 
 # Numbers that need no figure, told in one sentence: the same in all cases, known of one case only, or of none.
@@ -189,7 +184,7 @@ def _members(points: Points) -> str:
     )
 
 
-def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any) -> "Axes":
+def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any) -> Axes:
     """Draw a number of a dataset over its axes, with its ±: lines, a map of tiles, or points, as `nanoslip figure` does.
 
     y: a variable, its symbol, or a ratio of two, as `plateau/mu_i`. x, hue: axes; others become panels. where: selected values.

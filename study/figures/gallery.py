@@ -15,9 +15,6 @@ from nanoslip.study.figures.shared import CampaignFigure, image, table
 from nanoslip.study.results.store import StoreError
 from nanoslip.study.shipped import campaigns
 
-SCRIPTS = "FIGURES"
-"""Name of the tuple of figures in a script."""
-
 
 @cache
 def shipped_figures() -> dict[str, CampaignFigure]:
@@ -27,19 +24,19 @@ def shipped_figures() -> dict[str, CampaignFigure]:
 
 
 def figures_of(campaign: Path, name: str = "") -> tuple[CampaignFigure, ...]:
-    """The figures in the script beside a campaign file, which may import its neighbours; none if there is no script.
+    """The figures that the script beside a campaign file defines; none if there is no script. It may import its neighbours.
 
-    name: of the campaign; else its file's. Raises StoreError if the script fails or has none.
+    name: of the campaign; else its file's. Raises StoreError if the script fails or defines none.
     """
     script = campaign.with_suffix(".py")
     if not script.is_file():
         return ()
     try:
-        found = executed(script).get(SCRIPTS)
+        found = [each for each in executed(script).values() if isinstance(each, CampaignFigure)]
     except Exception as error:
         raise StoreError(f"{script}: cannot be run: {type(error).__name__}: {error}") from error
-    if not (isinstance(found, tuple) and found and all(isinstance(each, CampaignFigure) for each in found)):
-        raise StoreError(f"{script}: {SCRIPTS}: needs a tuple of nanoslip.study.figures.shared.CampaignFigure")
+    if not found:
+        raise StoreError(f"{script}: needs a variable that is a nanoslip.study.figures.shared.CampaignFigure")
     return tuple(replace(each, campaign=name or campaign.stem) for each in found)
 
 

@@ -3,21 +3,13 @@
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from nanoslip.study.figures.points import (
-    Points,
-    in_text,
-    ordered,
-    unevenness,
-)
-
-if TYPE_CHECKING:
-    pass
+from nanoslip.study.figures.points import Points, in_text, ordered, unevenness
 
 # Assignment of coordinates to a figure: x axis, colours, panels. Those left over are held at one value.
 

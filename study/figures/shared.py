@@ -26,7 +26,7 @@ from nanoslip.solver.ensemble import mean_of, student
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.table import scales_of
-from nanoslip.study.figures.points import Columns, ordered
+from nanoslip.study.figures.points import Columns, Floats, ordered
 from nanoslip.study.manifest.columns import rows_as_csv
 
 # A table of claims: the paper's statement, the dataset's number, and why the two differ.
@@ -214,7 +214,7 @@ def edges(places: NDArray[np.float64], axis: Any) -> NDArray[np.float64]:
     return np.asarray(scale.inverted().transform(0.5 * (wider[1:] + wider[:-1])))
 
 
-# A figure of one campaign, with a table of claims: a script beside its file, of the same name, has them as FIGURES.
+# A figure of one campaign, with a table of claims: a script beside its file, of the same name, defines them.
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,9 +230,6 @@ class CampaignFigure:
     header: tuple[str, ...] = HEADER
     campaign: str = ""
     """Name of the campaign, as `nanoslip campaigns` lists it; set when the script is found."""
-
-
-Floats = NDArray[np.float64]
 
 
 # A view is a figure that a dataset calls for, with its numbers; and which of many alike are shown.

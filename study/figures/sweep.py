@@ -4,7 +4,7 @@ import itertools
 import math
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib import colormaps
@@ -13,29 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
-from nanoslip.study.figures.points import (
-    Floats,
-    Points,
-    hyphenated,
-    in_symbols,
-    in_text,
-    label,
-    short,
-    typeset,
-)
-from nanoslip.study.figures.shared import (
-    COLORS,
-    REGIME_COLORS,
-    WIDTH,
-    column,
-    edges,
-    legend,
-    series_styles,
-)
-
-if TYPE_CHECKING:
-    pass
+from nanoslip.study.figures.points import Floats, Points, hyphenated, in_symbols, in_text, label, short, typeset
 from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, is_logarithmic, places_of, set_axis, values_of
+from nanoslip.study.figures.shared import COLORS, REGIME_COLORS, WIDTH, column, edges, legend, series_styles
 
 # Panels of lines with error bars, a colour for each value of a second coordinate, or of tiles; or one for each coordinate.
 

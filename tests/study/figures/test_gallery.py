@@ -48,7 +48,7 @@ def test_a_script_beside_a_campaign_has_its_figures_and_may_import_neighbours_of
         (tmp_path / folder / "paper.py").write_text(f"TITLE = {folder!r}\n")
         (tmp_path / folder / "mine.py").write_text(
             "from paper import TITLE\nfrom nanoslip.study.figures.shared import CampaignFigure\n"
-            "FIGURES = (CampaignFigure('own', TITLE, '', None, None),)\n"
+            "OWN = CampaignFigure('own', TITLE, '', None, None)\n"
         )
         (figure,) = figures_of(tmp_path / folder / "mine.toml")
         assert (figure.name, figure.title, figure.campaign) == ("own", folder, "mine")
@@ -60,9 +60,8 @@ def test_a_script_beside_a_campaign_has_its_figures_and_may_import_neighbours_of
     [
         ("x =", "cannot be run: SyntaxError"),
         ("import no_such_neighbour", "cannot be run: ModuleNotFoundError"),
-        ("FIGURES = 3", "FIGURES: needs"),
-        ("FIGURES = ('fig5',)", "FIGURES: needs"),
-        ("", "FIGURES: needs"),
+        ("OWN = 'fig5'", "needs"),
+        ("", "needs"),
     ],
 )
 def test_a_script_that_is_none_is_named_with_what_is_wrong(tmp_path: Path, script: str, said: str) -> None:
