@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared import COLORS, MARKERS, CampaignFigure, Claim, Number, column, number_of
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, marked, number_of
 
 OWN: Final = {
     "critical_velocity": ("stage_velocity", "velocity of the stage (m/s)"),
@@ -35,14 +35,8 @@ def draw(dataset: xr.Dataset) -> Figure:
         for axes, (name, (own, label)) in zip(figure.subplots(2, 1, sharex=True), OWN.items(), strict=True):
             for number, scheme in enumerate(dataset["scheme"].values.tolist()):
                 values = np.sort(of_starts(dataset, scheme, name))
-                axes.plot(
-                    np.linspace(0.0, 1.0, len(values)),
-                    values,
-                    MARKERS[number],
-                    color=COLORS[number],
-                    markersize=3,
-                    label=scheme,
-                )
+                shares = np.linspace(0.0, 1.0, len(values))
+                axes.plot(shares, values, label=scheme, **marked(number, linestyle=""))
             axes.axhline(float(dataset[own]), linestyle=":", color="0.5", label="the paper's")
             axes.set(ylabel=label, yscale="log")
         axes.set_xlabel("share of starts with less")

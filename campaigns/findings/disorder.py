@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, MARKERS, CampaignFigure, Claim, Number, column
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Number, column, marked
 
 
 def bodies(dataset: xr.Dataset) -> dict[str, xr.Dataset]:
@@ -46,14 +46,8 @@ def draw(dataset: xr.Dataset) -> Figure:
     with column() as figure:
         axes = figure.add_subplot()
         for number, (name, found) in enumerate(bodies(dataset).items()):
-            style: dict[str, Any] = {
-                "color": COLORS[number],
-                "marker": MARKERS[number],
-                "markersize": 3,
-                "capsize": 1.5,
-            }
             ratio, error = found["plateau_ratio"].values, found["plateau_ratio_uncertainty"].values
-            axes.errorbar(found["spread"].values, ratio, error, label=name, **style)
+            axes.errorbar(found["spread"].values, ratio, error, label=name, **marked(number, capsize=1.5))
         axes.set(xlabel=typeset("spread of μ_i over the nodes"), ylabel=typeset("plateau/μ_i"))
         axes.legend()
     return figure

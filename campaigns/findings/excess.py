@@ -10,17 +10,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import (
-    COLORS,
-    MARKERS,
-    PAGE,
-    CampaignFigure,
-    Claim,
-    Number,
-    average,
-    column,
-    exponent,
-)
+from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, Number, average, column, exponent, marked
 
 
 class Kind(NamedTuple):
@@ -90,11 +80,9 @@ def draw(dataset: xr.Dataset) -> Figure:
     with column(2.6, PAGE) as figure:
         panels = dict(zip(bodies, figure.subplots(1, len(bodies), sharey=True), strict=True))
         for kind, excess in kinds.items():
-            number = made.index(kind.made)
-            line: dict[str, Any] = {"color": COLORS[number], "marker": MARKERS[number], "markersize": 3, "capsize": 1.5}
             second = frictions.index(kind.friction)
-            line |= {"linestyle": ("-", "--")[second], "label": None if second else kind.made}
-            panels[kind.body].errorbar(*excess, **line)
+            line = {"linestyle": ("-", "--")[second], "label": None if second else kind.made, "capsize": 1.5}
+            panels[kind.body].errorbar(*excess, **marked(made.index(kind.made), **line))
         for body, axes in panels.items():
             (first, *_), contacts = (axes.lines[0].get_ydata(), axes.lines[0].get_xdata())
             axes.plot(contacts, first / np.sqrt(contacts), "k:", label="$N^{-1/2}$")

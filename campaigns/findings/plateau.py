@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, MARKERS, CampaignFigure, Claim, Number, average, column
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, average, column, marked
 
 BALL: Final = "half_space"
 
@@ -57,14 +57,8 @@ def draw(dataset: xr.Dataset) -> Figure:
     with column() as figure:
         axes = figure.add_subplot()
         for number, (name, found) in enumerate(of_schemes(dataset).items()):
-            style: dict[str, Any] = {
-                "color": COLORS[number],
-                "marker": MARKERS[number],
-                "markersize": 3,
-                "linestyle": "",
-            }
             r, error = found["residual_shear"].values, found["plateau_ratio_uncertainty"].values
-            axes.errorbar(r, above(found).values, error, label=name, **style)
+            axes.errorbar(r, above(found).values, error, label=name, **marked(number, linestyle=""))
             axes.plot([0.0, 1.0], [part(found).value, 0.0], color=COLORS[number])
         axes.set(xlabel=typeset("residual shear r"), ylabel=typeset("plateau/μ_i - (1 + r)/2"))
         axes.legend()

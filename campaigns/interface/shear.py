@@ -1,14 +1,14 @@
 """Plateau and highest force of a slider over the shear that slips leave, by intrinsic friction, spread and number of contacts."""
 
 from collections.abc import Iterator
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.study.figures.points import typeset
-from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, CampaignFigure, Claim, column, exponent
+from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, exponent, marked
 
 LINES: Final = ("-", "--")
 """Line styles of the spreads."""
@@ -30,8 +30,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         for line, spread in zip(LINES, found["spread"].values, strict=True):
             for number, friction in enumerate(found["intrinsic_friction"].values):
                 here = {"spread": spread, "intrinsic_friction": friction}
-                style: dict[str, Any] = {"color": COLORS[number], "marker": MARKERS[number], "markersize": 3}
-                style |= {"linestyle": line, "label": f"$\\mu_i$ = {friction:g}, spread {spread:g}"}
+                style = marked(number, linestyle=line, label=f"$\\mu_i$ = {friction:g}, spread {spread:g}")
                 left.plot(found["residual_shear"], above.sel(here | most), **style)
                 excess = found["static_excess"].sel(here)
                 middle.plot(found["residual_shear"], excess.sel(most), **style)

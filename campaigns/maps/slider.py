@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tiles import counted, panels, regime_legend, regime_tiles
 
 from nanoslip.study.figures.points import in_text, typeset
-from nanoslip.study.figures.shared import COLORS, MARKERS, PAGE, CampaignFigure, Claim, column
+from nanoslip.study.figures.shared import PAGE, CampaignFigure, Claim, column, marked
 
 
 def load_of(dataset: xr.Dataset) -> Any:
@@ -33,18 +33,15 @@ def draw_drop(dataset: xr.Dataset) -> Figure:
         left, right = figure.subplots(1, 2, sharex=True)
         for number, way in enumerate(found["loads"].values):
             here = found.sel(loads=way)
-            style: dict[str, Any] = {
-                "color": COLORS[number],
-                "marker": MARKERS[number],
-                "markersize": 3,
-                "capsize": 1.5,
-            }
             excess = here["static_excess"]
-            left.errorbar(load, excess, here["static_excess_uncertainty"], label=f"{way} loads", **style)
+            left.errorbar(
+                load, excess, here["static_excess_uncertainty"], label=f"{way} loads", **marked(number, capsize=1.5)
+            )
             for line, stiffness in zip(("-", "--", ":"), found["spring_stiffness"].values, strict=False):
-                style = {"color": COLORS[number], "marker": MARKERS[number], "markersize": 3, "linestyle": line}
                 name = f"{way} loads, k = {in_text(stiffness)} N/m"
-                right.plot(load, drop.sel(loads=way, spring_stiffness=stiffness), **style, label=name)
+                right.plot(
+                    load, drop.sel(loads=way, spring_stiffness=stiffness), label=name, **marked(number, linestyle=line)
+                )
         first = float(found["static_excess"].isel(loads=0, contacts=0))
         left.plot(load, first / np.sqrt(found["contacts"]), "k:", linewidth=0.8, label="$W^{-1/2}$")
         left.set(xscale="log", yscale="log", xlabel=typeset("load W (N)"), ylabel=typeset("excess F_max/F - 1"))

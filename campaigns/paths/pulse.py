@@ -1,7 +1,7 @@
 """Friction force of a resting pin while its load is doubled and lowered, over the force before: it remembers the lowest load."""
 
 from collections.abc import Iterator
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.view import ROUNDING, with_error
-from nanoslip.study.figures.shared import COLORS, MARKERS, CampaignFigure, Claim, Floats, column
+from nanoslip.study.figures.shared import CampaignFigure, Claim, Floats, column, marked
 
 VISITED: Final = ("W", "2W", "W", "0.8W", "W")
 """Load at the end of each leg."""
@@ -48,13 +48,9 @@ def draw(dataset: xr.Dataset) -> Figure:
         axes = figure.add_subplot()
         for number, scheme in enumerate(dataset["scheme"].values.tolist()):
             found = mean_of(kept(dataset, scheme, n_x).T)
-            style: dict[str, Any] = {
-                "color": COLORS[number],
-                "marker": MARKERS[number],
-                "markersize": 3,
-                "capsize": 1.5,
-            }
-            axes.errorbar(range(len(VISITED)), found.mean, found.uncertainty, label=scheme, **style)
+            axes.errorbar(
+                range(len(VISITED)), found.mean, found.uncertainty, label=scheme, **marked(number, capsize=1.5)
+            )
         axes.set_xticks(range(len(VISITED)), VISITED)
         axes.set(xlabel="load visited", ylabel="F over F before")
         axes.legend()

@@ -179,6 +179,11 @@ def resized(figure: Figure, size: Sequence[float] = ()) -> Figure:
     return figure
 
 
+def marked(number: int, **look: Any) -> dict[str, Any]:
+    """Colour and marker of the series of this number, small, and other settings of its line."""
+    return {"color": COLORS[number], "marker": MARKERS[number], "markersize": 3, **look}
+
+
 def series_styles() -> Iterator[dict[str, Any]]:
     """Colour, marker and dashes of successive series, without end; the user's property cycle has precedence."""
     own = ({"marker": marker, "linestyle": dashes} for marker, dashes in zip(MARKERS, DASHES, strict=True))
