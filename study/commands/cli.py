@@ -61,9 +61,14 @@ def work(command: str, /, **given: object) -> None:
     """Call a function of `nanoslip.study.commands`, "file:function", with the arguments of the command line. Raises Refusal."""
     pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
     gc.set_threshold(100_000)  # of 100 000 cases little is garbage: to look for it as often as usual doubles `collect`
+    gc.disable()  # imports make many objects and no garbage
     file, _, function = command.partition(":")
-    with import_module("nanoslip.study.commands.plans").refusals():
-        getattr(import_module(f"nanoslip.study.commands.{file}"), function)(**given)
+    refusals = import_module("nanoslip.study.commands.plans").refusals
+    with refusals():
+        called = getattr(import_module(f"nanoslip.study.commands.{file}"), function)
+        gc.freeze()
+        gc.enable()
+        called(**given)
 
 
 Declared: TypeAlias = Callable[..., object]

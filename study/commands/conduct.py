@@ -1,10 +1,11 @@
 """The root's part of `nanoslip run`: plan, compute remaining tasks, write the dataset. Other ranks do not import this file."""
 
+from importlib import import_module
 from pathlib import Path
+from typing import Final
 
 import click
 
-from nanoslip.study.commands.datasets import write_dataset
 from nanoslip.study.commands.plans import advised, counted, idle_lines, planned, print_foreign, refusals
 from nanoslip.study.commands.words import show
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
@@ -18,6 +19,8 @@ from nanoslip.study.run.dispatch import MeasuredTimes
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.progress import Progress, open_progress
+
+_DATASETS: Final = "nanoslip.study.commands.datasets"
 
 
 def conduct(farm: Farm, campaign: Path, out: Path, shard: Shard | None, **again: bool) -> int:
@@ -50,6 +53,7 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
         cases, todo = counted(len(plan.cases), "case"), counted(len(rest.left.tasks), "task")
         _warn(f"{title}: {cases}, {todo} left, {processes} {farm.unit}")
         print_sentences(idle_lines(plan), stderr=True)
+        import_module(_DATASETS)  # while other processes import what they compute with
         return open_progress(rest.left.tasks, console(stderr=True), processes, measured)
 
     journal = Journal(into)
@@ -65,7 +69,7 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
             ended = f"has ended without {counted(failed + given_up, 'task')}" if failed + given_up else "is done"
             note(f"{shard} {ended}; {advised('merge', campaign, out)} brings all shards together")
         else:
-            pending = write_dataset(plan, store)
+            pending = import_module(_DATASETS).write_dataset(plan, store)
         if failed:
             _warn(f"{counted(failed, 'task')} failed, or needed one that did: see {into / attempts.FILE}")
         if given_up:

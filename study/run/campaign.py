@@ -155,6 +155,8 @@ def compute(
     """
     store = Store(journal.out)
     rest = _rest_of(plan, store, out or journal.out, journal, warn, **again)
+    if rest.left.tasks:
+        farm.load()
     try:
         failed = _compute(farm, plan, store, out or journal.out, rest, journal, lease, show)
     except (StoreError, ShortageError, FarmError) as error:
@@ -196,13 +198,14 @@ def _compute(
     tasks = rest.left.tasks
     if short := shortages(plan, tasks, farm.here):
         raise ShortageError("\n".join(short))
+    shown = show(rest, farm.size, measured_in(journal.out, out))
     if tasks:
         farm.run([WarmUp(miniatures(tasks))], Watch())
         journal.begin(farm.size, farm.unit)
     farm.interruption.at_request = journal.forget  # whatever ends the run from then on is no task
     with ExitStack() as stack:
         stack.callback(journal.forget)
-        journal.show(stack.enter_context(show(rest, farm.size, measured_in(journal.out, out))))
+        journal.show(stack.enter_context(shown))
         tally = farm.run(tasks, journal)
     journal.computed(tally)
     _check_whole(tally, lease)

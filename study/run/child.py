@@ -128,7 +128,9 @@ _START: Final = (
 class ChildProcess:
     """A process that computes, and this end of its connection."""
 
-    def __init__(self, program: Program, number: int) -> None:
+    def __init__(self) -> None:
+        self.loads = False
+        """True if it has got its program: it has nothing to compute with before."""
         self.ready = False
         """True if it can compute. `seconds` counts its start until then, and its task from then on."""
         ours, theirs = socket.socketpair()
@@ -155,13 +157,17 @@ class ChildProcess:
         self._deaths = deaths_for_memory()
         self.seconds = 0.0
         self._seen = time.monotonic()
-        self._send((program, number))
 
     def look(self) -> None:
         """Add the time since the last look to `seconds`, less that in which this process was stopped, and the child with it."""
         now = time.monotonic()
         self.seconds += min(now - self._seen, LONGEST_LOOK)
         self._seen = now
+
+    def load(self, program: Program, number: int) -> None:
+        """Have it import what tasks need."""
+        self.loads = True
+        self._send((program, number))
 
     def begin(self, task: Work) -> None:
         """Have it compute a task, now that it has none."""
@@ -273,17 +279,23 @@ class Agent:
         return self._child.pipe if self._child else None
 
     def start(self) -> ChildProcess:
-        """Start the child, which imports what it needs meanwhile, and return it."""
-        if self._child is None:
-            self._child = ChildProcess(self._program, self._number)
-            if self._origin:
-                self._child.adopt(self._origin)
+        """Start the child, and return it."""
+        self._child = self._child or ChildProcess()
         return self._child
+
+    def load(self) -> ChildProcess:
+        """Have the child import what tasks need, before there is one."""
+        child = self.start()
+        if not child.loads:
+            child.load(self._program, self._number)
+            if self._origin:
+                child.adopt(self._origin)
+        return child
 
     def adopt(self, origin: Origin) -> None:
         """Have every child state this software in results."""
         self._origin = origin
-        if self._child:
+        if self._child and self._child.loads:
             self._child.adopt(origin)
 
     def give(self, tasks: Sequence[Any]) -> None:
@@ -313,7 +325,7 @@ class Agent:
         """Keep the child at work."""
         if self._waiting and self._begun is None:
             self._begun = self._waiting.popleft()
-            self.start().begin(self._begun)
+            self.load().begin(self._begun)
 
     def _begin_again(self) -> None:
         """Give the remaining tasks to the next child."""

@@ -94,6 +94,10 @@ class Farm(ABC):
         self.interruption.__exit__(*error)
 
     @abstractmethod
+    def load(self) -> None:
+        """Have the processes of this rank import what tasks need, before they get one."""
+
+    @abstractmethod
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a rank compute tasks, after the ones it has."""
 
@@ -117,6 +121,10 @@ class SerialFarm(Farm):
         self._load = load
         self._execute: dispatch.Execute | None = None
         self._waiting: list[Any] = []
+
+    def load(self) -> None:
+        """Import what tasks need."""
+        self._execute = self._execute or self._load()
 
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Compute tasks after others, when news are awaited."""
@@ -155,6 +163,11 @@ class ProcessFarm(Farm):
         for agent in self._agents:
             agent.close()
         super().__exit__(*error)
+
+    def load(self) -> None:
+        """Have all processes import what tasks need."""
+        for agent in self._agents:
+            agent.load()
 
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a process compute tasks, after the ones it has."""
@@ -215,6 +228,10 @@ class MPIFarm(Farm):
             print_notice(f"rank {self.rank} on {socket.gethostname()} cannot go on:\n{text}")
             time.sleep(launch.LAST_WORDS)
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
+
+    def load(self) -> None:
+        """Have this rank's child import what tasks need."""
+        self._agent.load()
 
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Have a rank compute tasks, after the ones it has."""
@@ -383,6 +400,8 @@ def open_farm(
         if started > 1:  # a signal while MPI starts would end this rank alone, and the others would wait for it
             stack.enter_context(interruption)
         agents[0].start()  # before MPI, which may not like its process to start others
+        if launch.launcher_rank():  # rank 0 finds out whether there is a task
+            agents[0].load()
         mpi = None if jobs else _mpi(started)
         stack.pop_all()  # the farm goes on with them
     return MPIFarm(mpi, agents[0], interruption) if mpi else ProcessFarm(agents, grace)

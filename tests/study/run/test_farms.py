@@ -102,6 +102,9 @@ class MadeUpRanks(Farm):
         self._waiting = [[] for _ in range(size)]
         self._returned = []
 
+    def load(self):
+        raise NotImplementedError
+
     def give(self, rank, tasks):
         self._waiting[rank].extend(tasks)
 

@@ -179,7 +179,8 @@ def test_time_in_which_both_processes_are_stopped_is_not_the_task_s(tmp_path, mo
     """A suspended job is: its clock jumps between two looks at a child."""
     clock, jump = time.monotonic, 0.0
     monkeypatch.setattr(process.time, "monotonic", lambda: clock() + jump)
-    child = process.ChildProcess(faults.program(tmp_path), 0)
+    child = process.ChildProcess()
+    child.load(faults.program(tmp_path), 0)
     try:
         while not child.ready:
             child.receive()
@@ -193,15 +194,15 @@ def test_time_in_which_both_processes_are_stopped_is_not_the_task_s(tmp_path, mo
 
 
 def test_a_child_that_is_killed_before_it_computes_is_replaced(tmp_path, monkeypatch):
-    start, killed = process.ChildProcess.__init__, []
+    load, killed = process.ChildProcess.load, []
 
     def doomed(child, program, number):
-        start(child, program, number)
+        load(child, program, number)
         if len(killed) < 2:
             killed.append(child)
             child._process.kill()
 
-    monkeypatch.setattr(process.ChildProcess, "__init__", doomed)
+    monkeypatch.setattr(process.ChildProcess, "load", doomed)
     tally, _, failed = computed(faults.program(tmp_path), SOUND, 1)
     assert (tally, failed, len(killed)) == (Tally(done=19), [], 2)
 
