@@ -18,7 +18,7 @@ from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor, file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
-from nanoslip.study.dataset.join import joined, shared_scalars
+from nanoslip.study.dataset.join import joined
 from nanoslip.study.inference.campaign import question_of
 from nanoslip.study.inference.fit import MOST, Fit, Target
 from nanoslip.study.manifest.checker import read_text
@@ -249,7 +249,7 @@ def concat(
     names = [f"dataset {number}" if isinstance(each, xr.Dataset) else str(each) for number, each in enumerate(given, 1)]
     with ExitStack() as stack:
         roots = [each if isinstance(each, xr.Dataset) else stack.enter_context(open(each)) for each in given]
-        return joined(shared_scalars(roots) if scalars else roots, names, holes=join == "outer")
+        return joined(roots, names, holes=join == "outer", scalars=scalars)
 
 
 def manifest_of(campaign: Campaign) -> Manifest:

@@ -46,7 +46,8 @@ def id_of(root: xr.Dataset, name: str) -> str:
             f"this dataset was saved without its groups, {name} too: .nanoslip.tree.to_netcdf(path) keeps them"
         )
     if name not in groups:
-        raise ValueError(f"this dataset has no group {name}: its campaign leaves that out (see [outputs] and stages)")
+        why = "its campaign leaves that out (see [outputs] and stages), or it was joined with scalars=True"
+        raise ValueError(f"this dataset has no group {name}: {why}")
     if known not in root:
         raise ValueError(f"this dataset has lost {known}: keep it when choosing variables")
     return known

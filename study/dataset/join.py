@@ -1,12 +1,14 @@
 """Join several datasets into one: scalars over the union of their axes, groups one behind the other."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import fields
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 
+from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.file import FORMAT, carrying, groups_of, with_texts
 from nanoslip.study.dataset.table import CASE
@@ -36,7 +38,8 @@ def _merged(
     along = {name: _along(name, added, roots) for name in names}
     found = xr.Dataset()
     for root, source in zip(roots, sources, strict=True):
-        labels = {dim: xr.Variable(dim, np.atleast_1d(root[dim].values), root[dim].attrs) for dim in (*added, *dims)}
+        there = [dim for dim in (*added, *dims) if dim in root.variables]
+        labels = {dim: xr.Variable(dim, np.atleast_1d(root[dim].values), root[dim].attrs) for dim in there}
         variables = {
             name: root[name].variable.set_dims({dim: labels[dim].size for dim in own})  # type: ignore[no-untyped-call]
             for name, own in along.items()
@@ -83,7 +86,7 @@ def _filled(name: str, values: xr.DataArray, kind: np.dtype[Any]) -> xr.DataArra
 
 def _union(name: str, roots: Sequence[xr.Dataset]) -> list[Any]:
     """All labels of a dimension, in their order where each dataset has them in order."""
-    each: list[list[Any]] = [np.atleast_1d(root[name].values).tolist() for root in roots]
+    each: list[list[Any]] = [np.atleast_1d(root[name].values).tolist() for root in roots if name in root.variables]
     found = list(dict.fromkeys(label for labels in each for label in labels))
     return sorted(found) if all(labels == sorted(labels) for labels in each) else found
 
@@ -94,16 +97,21 @@ def _values(name: str, roots: Sequence[xr.Dataset]) -> set[Any]:
 
 
 _TITLE: Final = "title"
+SOURCES: Final = "sources"
+"""Attribute that lists the campaigns of a joined dataset."""
 
 
-def joined(roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = False) -> xr.Dataset:
+def joined(
+    roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = False, scalars: bool = False
+) -> xr.Dataset:
     """One dataset, in memory, of all that the datasets have. Raises NotJoinableError, LostGroupsError.
 
-    sources: names in messages. holes: whether cases of no dataset may be missing, as pending.
+    sources: names in messages. holes: whether cases of no dataset may be missing, as pending. scalars: those alone, with holes
+        all of them, else those that all have.
     """
     roots = [with_texts(root) for root in roots]
-    _refuse_strangers(roots, sources)
-    roots = _numbered(roots)
+    _refuse_strangers(roots, sources, scalars)
+    roots = _numbered(_scalars(roots, holes) if scalars else roots)
     dims = list(dict.fromkeys(str(dim) for root in roots for dim in root.dims))
     added = added_axes(dims, roots, sources)
     names = list(dict.fromkeys(str(name) for root in roots for name in root.variables if name not in (*added, *dims)))
@@ -124,10 +132,11 @@ def joined(roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = Fa
     return carrying(root, groups | {software: _software([groups_of(each)[software] for each in roots])})
 
 
-def shared_scalars(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
-    """The datasets with the variables alone that all of them have, and with no group but the software."""
-    shared = set.intersection(*({*map(str, root.data_vars)} for root in roots)) - run_names() if roots else set()
-    kept = [[str(name) for name in root.data_vars if name in shared] for root in roots]
+def _scalars(roots: Sequence[xr.Dataset], unshared: bool) -> list[xr.Dataset]:
+    """The datasets without groups but the software, with the scalars that all of them have, or also with unshared ones."""
+    names = [{*map(str, root.data_vars)} - run_names() for root in roots]
+    known = set.union(*names) if unshared else set.intersection(*names)
+    kept = [[str(name) for name in root.data_vars if name in known] for root in roots]
     software = SOFTWARE[0].name
     return [
         carrying(root[names].copy(), {software: groups_of(root)[software]})
@@ -135,15 +144,20 @@ def shared_scalars(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
     ]
 
 
-def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str]) -> None:
-    """Raise NotJoinableError unless all have the same variables and groups."""
+def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str], scalars: bool) -> None:
+    """Raise NotJoinableError unless all have the same scales, and the same variables and groups if these are joined."""
     if not roots:
         raise NotJoinableError("no datasets: needs at least one")
     first = roots[0]
     for root, source in zip(roots, sources, strict=True):
         if "case_id" not in root.coords or FORMAT not in root.attrs:
             raise NotJoinableError(f"{source}: no dataset: needs what nanoslip.open or nanoslip.run returned")
-        for mine, theirs in ((root.data_vars, first.data_vars), (groups_of(root), groups_of(first))):
+        for name in (each.name for each in fields(Scales)):
+            if root.attrs.get(name) != first.attrs.get(name):
+                said = f"{source}: {name} = {root.attrs.get(name)}: needs that of {sources[0]}, {first.attrs.get(name)}"
+                raise NotJoinableError(f"{said}: the same [scales] in all campaigns, given or by default")
+        held = () if scalars else ((root.data_vars, first.data_vars), (groups_of(root), groups_of(first)))
+        for mine, theirs in held:
             if odd := sorted(map(str, mine.keys() ^ theirs.keys())):
                 said = f"{', '.join(odd[:4])}: {'there alone' if odd[0] in mine else f'only in {sources[0]}'}"
                 raise NotJoinableError(
@@ -165,11 +179,17 @@ def _numbered(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
 
 
 def _attributes(roots: Sequence[xr.Dataset]) -> dict[str, Any]:
-    """Attributes that all share, and all titles."""
+    """Attributes that all share, all titles, and the sources: title and checksum of each campaign."""
     kept = {
         name: value for name, value in roots[0].attrs.items() if all(root.attrs.get(name) == value for root in roots)
     }
-    return {**kept, _TITLE: "; ".join(dict.fromkeys(str(root.attrs[_TITLE]) for root in roots))}
+    sources = (root.attrs.get(SOURCES, _source(root.attrs)) for root in roots)
+    named = list(dict.fromkeys(each for source in sources for each in np.atleast_1d(source).tolist()))
+    return {**kept, _TITLE: "; ".join(dict.fromkeys(str(root.attrs[_TITLE]) for root in roots)), SOURCES: named}
+
+
+def _source(attributes: Mapping[Any, Any]) -> str:
+    return f"{attributes[_TITLE]}, manifest sha256 {attributes.get('manifest_sha256', 'lost')}"
 
 
 def _group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:

@@ -190,6 +190,7 @@ def test_the_examples_of_the_page_run(tmp_path, monkeypatch):
     assert len(blocks) == 3
     assert len(names["table"]) == 4
     assert set(names["events"]["normal_load"]) == {1e-3, 2e-3}
+    np.testing.assert_array_equal(names["words"].values, names["results"]["message"].values)
 
 
 @pytest.mark.parametrize(

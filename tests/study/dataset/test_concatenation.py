@@ -43,6 +43,8 @@ def test_datasets_paths_and_folders_are_joined_to_what_one_campaign_gives(folder
     xr.testing.assert_identical(joined.nanoslip.events(), whole.nanoslip.events())
     assert joined.attrs["title"] == "one; other"
     assert "manifest" not in joined.attrs
+    assert [each.split(",")[0] for each in joined.attrs["sources"]] == ["one", "other"]
+    assert joined.attrs["sources"] == concat([joined, joined], "outer").attrs["sources"]
     software = groups_of(joined)["software"]
     assert (
         software["software_results"].values.tolist() == groups_of(whole)["software"]["software_results"].values.tolist()
@@ -102,6 +104,11 @@ REFUSED = {
         "dataset 2: approach, .*: there alone: needs the same stages and outputs",
     ),
     "other outputs": ({}, {"outputs": {"records": False}}, "dataset 2: record_id: only in dataset 1"),
+    "other scales": (
+        {"axes": {"radius": [50.0]}},
+        {"axes": {"radius": [70.0]}, "scales": {"slab_width": "2 mm"}},
+        "dataset 2: slab_width = 0.002: needs .*0.001",
+    ),
     "a list beside axes": ({}, {"design": "zip", "axes": {"radius": [50.0, 60.0]}}, "needs all of one design"),
     "no full product": (
         {"axes": {"radius": [50.0], "normal_load": [1e-3, 2e-3]}},
