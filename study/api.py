@@ -239,7 +239,8 @@ def concat(
 
     sources: datasets, paths of results.nc, or folders with one; cases of a full product of axes, or lists of cases, numbered on.
     join: "outer" if cases of the product may be missing (`pending`). Attributes that differ are omitted.
-    scalars: join the numbers that all have, without records, trajectories and contacts: stages and outputs may differ.
+    scalars: join the numbers that all have (with "outer" all numbers), without records, trajectories and contacts: stages and
+        outputs may differ. Scales must be the same.
 
     Raises StoreError if a path is no dataset, ValueError with what differs if they do not fit together.
     """

@@ -235,16 +235,16 @@ def test_studies_with_unlike_outputs_join_by_their_scalars_alone() -> None:
 
 
 def test_an_outer_join_of_scalars_keeps_those_that_only_one_study_has() -> None:
-    small = {"title": "x", "ensemble": {"members": 1}, "numerics": {"n_x": 17}, "limits": {"events": 50}}
+    small = {"title": "x", "ensemble": {"members": 1}, "numerics": {"n_x": 17}, "limits": {"events": 300}}
     drives = [{"name": name, "stage_velocity": v, "duration": 1e-3} for name, v in (("slow", 1e-3), ("fast", 1e-2))]
     driven = nanoslip.run({**small, "axes": {"radius": [50.0]}, "drives": drives})
     bare = nanoslip.run({**small, "axes": {"radius": [100.0]}, "stages": ["contact", "slip"]})
     for parts in ([driven, bare], [bare, driven]):
         both = nanoslip.concat(parts, "outer", scalars=True)
-        assert both.drive_steps.sel(radius=50.0).values.ravel().tolist() == driven.drive_steps.values.ravel().tolist()
-        assert (both.drive_steps.notnull().sum(), both.sizes["drive"]) == (2, 2)
+        assert both.steps.sel(radius=50.0).values.ravel().tolist() == driven.steps.values.ravel().tolist()
+        assert (both.steps.notnull().sum(), both.sizes["drive"]) == (2, 2)
         assert both.peak_friction.sel(radius=100.0).item() == bare.peak_friction.item()
-        assert "drive_steps" not in nanoslip.concat(parts, scalars=True)
+        assert "steps" not in nanoslip.concat(parts, scalars=True)
 
 
 def test_every_key_of_axes_is_a_dimension_and_lengths_and_loads_are_in_si_where_scales_are_given() -> None:
