@@ -23,8 +23,6 @@ from nanoslip.solver.outcome import InvalidInput, Need
 #
 # A field states its name in a dataset, meaning, unit and uncertainty once. Variables, tables and pages follow from it.
 
-GRID_ERROR: Final = "discretization_error"
-"""Name of the variable that holds the relative error of the slab's grid, which no ± contains."""
 SCALED: Final = ("", "normal_load", "contact_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
 """Scales of a number: none, the load W of all contacts or of one, μ_i (the number becomes a share of it), or the case's
 unit (the number becomes SI)."""
@@ -66,8 +64,6 @@ class Quantity:
     if none."""
     alike: str = ""
     """Variable of words that must agree in all members, or there is no mean; nor is there if a member lacks the number."""
-    of_grid: bool = False
-    """True if the error of the slab's grid affects it."""
     comment: str = ""
     """Full explanation, in sentences."""
     symbol: str = ""
@@ -167,9 +163,7 @@ def attributes(quantity: Quantity) -> dict[str, Any]:
     """Attributes of the variable in the dataset; words have no unit."""
     more: dict[str, Any] = {
         "symbol": quantity.symbol,
-        "ancillary_variables": " ".join(
-            filter(None, (quantity.uncertainty, quantity.members, quantity.shared_error, quantity.of_grid * GRID_ERROR))
-        ),
+        "ancillary_variables": " ".join(filter(None, (quantity.uncertainty, quantity.members, quantity.shared_error))),
         "comment": quantity.comment,
     }
     if quantity.flags:

@@ -32,7 +32,7 @@ ORDER = {
     "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance origin "
     "manifest plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.manifest": "units parameters vocabulary problems columns surface checker manifest keys reader cases",
-    "nanoslip.study.plan": "task kinds cost grids plan",
+    "nanoslip.study.plan": "task kinds cost plan",
     "nanoslip.study.results": "files entry attempts shard store",
     "nanoslip.study.dataset": "texts variables content file collect table access join compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",

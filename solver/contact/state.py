@@ -55,7 +55,6 @@ class ContactState(Viewed):
     approach: float = quantity(
         "approach of the pin",
         ensemble=True,
-        of_grid=True,
         comment="depth of its lowest point below the undeformed surface at initial contact",
         measure="L_x",
     )
@@ -124,7 +123,6 @@ class ContactSummary:
         symbol="p",
         per="contact_load",
         ensemble=True,
-        of_grid=True,
         comment="after initial contact: the load over the contact's width",
         measure="W/(L_x·L_y)",
     )
@@ -133,7 +131,6 @@ class ContactSummary:
         symbol="p",
         per="contact_load",
         ensemble=True,
-        of_grid=True,
         comment="after initial contact",
         measure="W/(L_x·L_y)",
     )

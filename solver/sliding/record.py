@@ -101,9 +101,7 @@ class FrictionRecord(Viewed):
         symbol="F/W",
         comment="friction force over load",
     )
-    initial_stiffness: float = quantity(
-        "initial stiffness", of_grid=True, comment="dF/dδ_p before the first event", measure="G·L_y"
-    )
+    initial_stiffness: float = quantity("initial stiffness", comment="dF/dδ_p before the first event", measure="G·L_y")
     initial_slips: int = quantity("node slips of initial contact")
     initial_contact_size: int = quantity("nodes in contact after initial contact")
     end_nodes: int = quantity(

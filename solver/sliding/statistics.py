@@ -35,7 +35,6 @@ class EventStatistics(Labels):
         "lateral stiffness",
         ensemble=True,
         shared="nodes",
-        of_grid=True,
         symbol="K",
         comment="of the contact before it slides (Eq. 15)",
         si=Quantity("", "lateral stiffness", "N m-1", "stiffness", symbol="K"),

@@ -143,7 +143,6 @@ class Validity:
         "half-width of the contact",
         symbol="a/L_x",
         ensemble=True,
-        of_grid=True,
         comment="after initial contact: half of the contact's width, without gaps in it; its edges are where the "
         "square of pressure, drawn through the last two nodes, is zero",
         measure="L_x",

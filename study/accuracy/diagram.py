@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared import MARKERS, PAGE, column, image, series_styles
+from nanoslip.study.figures.shared import PAGE, column, image, series_styles
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.parameters import Value, words_of
-from nanoslip.study.plan.grids import pareto_front
 from nanoslip.study.report.console import Table
 
 Row = Mapping[str, Value]
@@ -62,6 +61,21 @@ class Diagram:
         return np.array([row[name] for row in self.rows])
 
 
+def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
+    """Mask of the Pareto-optimal points: no other point is at least as fast and at least as accurate, and better in one.
+
+    time, error: shape (points,). Of equal points only the first is marked. A point without time or error (NaN) is not.
+    """
+    times, errors = np.asarray(time, float), np.asarray(error, float)
+    on_front = np.zeros(times.shape, dtype=np.bool_)
+    best = math.inf
+    for index in np.lexsort((errors, times)):
+        if errors[index] < best and not math.isnan(times[index]):
+            best = float(errors[index])
+            on_front[index] = True
+    return on_front
+
+
 MARK = "*"
 
 
@@ -92,16 +106,7 @@ def _cell(value: Value, uncertainty: Value | None) -> str:
     return f"{value:.3g}"
 
 
-def draw(diagrams: Sequence[Diagram]) -> bytes:
-    """All diagrams in rows of two, as PNG."""
-    rows = (len(diagrams) + 1) // 2
-    with column(2.8 * rows, PAGE) as figure:
-        for place, diagram in enumerate(diagrams, start=1):
-            _draw(figure.add_subplot(rows, 2, place), diagram)
-        return image(figure, "png")
-
-
-TOGETHER: Final = {
+SERIES: Final = {
     ("Elastic operator", "galerkin"): "elastic grid, n_x and rows",
     ("Elastic operator", "strip"): "elastic grid, n_x",
     ("Elastic operator", "half_plane"): "elastic grid, n_x",
@@ -112,17 +117,17 @@ TOGETHER: Final = {
     ("Dynamics", "rk4"): "time steps of RK4",
     ("Dynamics", "exact"): "exact integrator",
 }
-"""Diagram and series that have an error, not another scene, -> label in the picture of all."""
+"""Diagram and series that have an error, not another scene, -> label in the picture."""
 
 
-def draw_together(diagrams: Sequence[Diagram]) -> bytes:
+def draw(diagrams: Sequence[Diagram]) -> bytes:
     """The front of each series of all diagrams on the same axes, as PNG; what has no error is at the lower edge."""
     with column(3.2, PAGE * 0.7) as figure:
         axes, lines = figure.add_subplot(), dict[str, tuple[Any, Any]]()
         for diagram in diagrams:
             time, error, series = (diagram.column(name) for name in ("seconds", diagram.error, diagram.series))
             for name in dict.fromkeys(series.tolist()):
-                if label := TOGETHER.get((diagram.title, str(name))):
+                if label := SERIES.get((diagram.title, str(name))):
                     mine = series == name
                     best = pareto_front(time[mine].astype(float), error[mine].astype(float))
                     order = np.argsort(time[mine][best])
@@ -134,25 +139,3 @@ def draw_together(diagrams: Sequence[Diagram]) -> bytes:
         axes.set(xlabel="processor time (s)", ylabel="relative error")
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         return image(figure, "png")
-
-
-def _draw(axes: Any, diagram: Diagram) -> None:
-    """A panel. The reference, without error, is at the lower edge."""
-    time, error = (diagram.column(name).astype(float) for name in ("seconds", diagram.error))
-    series = diagram.column(diagram.series)
-    floor = 0.3 * np.nanmin(error[error > 0.0], initial=np.inf)
-    shown = np.where(error == 0.0, floor, error)
-    for marker, name in zip(MARKERS, dict.fromkeys(series.tolist()), strict=False):
-        mine = series == name
-        axes.loglog(time[mine], shown[mine], marker, label=str(name), markersize=3, alpha=0.8)
-    for number, rivals in enumerate(diagram.groups):
-        best = np.flatnonzero(diagram.on_front & rivals)
-        best = best[np.argsort(time[best])]
-        label = "Pareto front" if number == 0 else None
-        axes.step(time[best], shown[best], where="post", color="black", linewidth=0.9, label=label)
-    if (error == 0.0).any():
-        axes.axhline(floor, color="grey", linewidth=0.6, linestyle=":", label="reference (no error by definition)")
-    axes.set(
-        title=diagram.title, xlabel="processor time (s)", ylabel=f"relative error: {diagram.error.replace('_', ' ')}"
-    )
-    axes.legend()

@@ -22,14 +22,13 @@ from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.statistics import event_statistics
-from nanoslip.study.accuracy.diagram import MARK, Diagram, Row, as_csv, draw, draw_together
+from nanoslip.study.accuracy.diagram import MARK, Diagram, Row, as_csv, draw
 from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.accuracy.operators import measure_elastic_operator
 from nanoslip.study.accuracy.records import measure_records
-from nanoslip.study.accuracy.setup import QUICK, Effort, Setup, contacts, on
+from nanoslip.study.accuracy.setup import QUICK, Effort, Setup, on
 from nanoslip.study.manifest.parameters import Value
 from nanoslip.study.origin import here, model
-from nanoslip.study.plan.grids import MeasuredGrid, as_text
 from nanoslip.study.provenance import UNKNOWN
 from nanoslip.study.results.store import write_files
 
@@ -186,10 +185,6 @@ class Measurement:
 
     title: str
     diagrams: tuple[Diagram, ...]
-    contacts: tuple[float, ...]
-    """Half-widths of the contacts on each operator, a/L_x."""
-    front: tuple[MeasuredGrid, ...]
-    """Every discretization of every slab of the setup under each of these contacts."""
     remark: str
     """Reason why a value could not be measured; empty if none."""
 
@@ -198,24 +193,21 @@ def measure(setup: Setup, effort: Effort) -> Measurement:
     """Measure every setting: first all once, for compilation, then with the requested effort."""
     if effort is not QUICK:
         measure(setup, QUICK)
-    operator, front = measure_elastic_operator(setup, effort)
-    diagrams, remark = [operator, measure_slip_numerics(setup, effort), measure_records(setup, effort)], ""
+    measures, remark = (measure_elastic_operator, measure_slip_numerics, measure_records), ""
+    diagrams = [each(setup, effort) for each in measures]
     try:
         diagrams.append(measure_integrators(setup, effort))
     except SolverError as error:  # a record without a plateau drives no pin
         remark = f"dynamics: {error}"
-    return Measurement(f"{TITLE}: {setup.title}", tuple(diagrams), contacts(effort), front, remark)
+    return Measurement(f"{TITLE}: {setup.title}", tuple(diagrams), remark)
 
 
-def write_measurement(measurement: Measurement, out: Path, front: Path | None = None) -> list[Path]:
-    """Write tables and picture to `out`, and the front where it is wanted; returns the files. Raises StoreError."""
+def write_measurement(measurement: Measurement, out: Path) -> list[Path]:
+    """Write tables and picture to `out`; returns the files. Raises StoreError."""
     contents = {
         out / "accuracy.md": as_markdown(measurement).encode(),
         out / "accuracy.png": draw(measurement.diagrams),
-        out / "accuracy_at_a_glance.png": draw_together(measurement.diagrams),
         **{out / each.file: as_csv(each).encode() for each in measurement.diagrams},
     }
-    if front is not None:
-        contents[front] = as_text(machine(), measurement.contacts, measurement.front).encode()
     write_files(contents)
     return list(contents)

@@ -23,9 +23,8 @@ from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
 from nanoslip.study.accuracy.effects import timed
-from nanoslip.study.accuracy.setup import Effort, Setup, contacts
+from nanoslip.study.accuracy.setup import Effort, Setup, contacts, discretized, settings
 from nanoslip.study.manifest.parameters import Value
-from nanoslip.study.plan.grids import MeasuredGrid, alike, discretized, hertz_half_width, settings
 
 Vector = NDArray[np.float64]
 
@@ -83,42 +82,30 @@ class Tried:
     values: Mapping[float, Mapping[str, float]]
 
 
-def measure_elastic_operator(setup: Setup, effort: Effort) -> tuple[Diagram, tuple[MeasuredGrid, ...]]:
-    """Errors and times of every discretization: the diagram of the first slab, its errors the largest of all contacts about
-    as wide as the setup's own; the front of all slabs and contacts, no error smaller than the reference's own doubt."""
-    widths = contacts(effort)
-    own = float(np.clip(hertz_half_width(setup.case), widths[0], widths[-1]))
-    near = [width for width in widths if alike(width, own)]
+def measure_elastic_operator(setup: Setup, effort: Effort) -> Diagram:
+    """Errors and times of every discretization; errors are the largest of contacts about as wide as the setup's own."""
+    widths = contacts(setup.case, effort)
+    truth, doubt = _reference(setup.case.slab, effort, widths)
     rows: list[Row] = []
-    measured: list[MeasuredGrid] = []
-    reference = ""
-    for slab in setup.slabs:
-        truth, doubt = _reference(slab, effort, widths)
-        for tried in _every(setup, slab, effort):
-            errors = {width: relative_errors(tried.values[width], truth[width]) for width in widths}
-            times = {"seconds": tried.seconds, "record_seconds": tried.record_seconds}
-            sure = tuple(max(_worst(errors[width]), doubt[width]) for width in widths)
-            measured.append(MeasuredGrid(tried.slab, sum(times.values()), sure))
-            if slab == setup.slabs[0]:
-                worst = {name: max(errors[width][name] for width in near) for name in errors[near[0]]}
-                rows.append({**_knobs(tried.slab), **times, **worst, "error": _worst(worst)})
-                reference = _words(reference_slab(slab, effort.reference_size), max(doubt[width] for width in near))
-    return _sheet(reference, tuple(rows)), tuple(measured)
+    for tried in _every(setup, effort, widths):
+        errors = [relative_errors(tried.values[width], truth[width]) for width in widths]
+        worst = {name: max(each[name] for each in errors) for name in errors[0]}
+        times = {"seconds": tried.seconds, "record_seconds": tried.record_seconds}
+        rows.append({**_knobs(tried.slab), **times, **worst, "error": _worst(worst)})
+    return _sheet(_words(reference_slab(setup.case.slab, effort.reference_size), doubt), tuple(rows))
 
 
-def _reference(
-    slab: Slab, effort: Effort, widths: tuple[float, ...]
-) -> tuple[dict[float, dict[str, float]], dict[float, float]]:
-    """Half-width of the contact -> the finest observables, and their distance from those of a surface half as fine."""
+def _reference(slab: Slab, effort: Effort, widths: tuple[float, ...]) -> tuple[dict[float, dict[str, float]], float]:
+    """Half-width of the contact -> the finest observables, and their largest distance from those of a surface half as fine."""
     sizes = (effort.reference_size, (effort.reference_size + 1) // 2)
     fine, coarse = (observables_on(surface_compliance(reference_slab(slab, size)), widths) for size in sizes)
-    return fine, {width: _worst(relative_errors(coarse[width], fine[width])) for width in widths}
+    return fine, max(_worst(relative_errors(coarse[width], fine[width])) for width in widths)
 
 
-def _every(setup: Setup, slab: Slab, effort: Effort) -> Iterator[Tried]:
+def _every(setup: Setup, effort: Effort, widths: tuple[float, ...]) -> Iterator[Tried]:
     """Yield every discretization once: on some slabs and sizes different words mean the same grid."""
-    for each in dict.fromkeys(each for size in effort.sizes for each in discretizations(slab, size)):
-        yield from _try(setup, each, effort)
+    for each in dict.fromkeys(each for size in effort.sizes for each in discretizations(setup.case.slab, size)):
+        yield from _try(setup, each, effort, widths)
 
 
 def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> dict[str, float]:
@@ -186,14 +173,14 @@ def lateral_stiffness(compliance: Compliance, nodes: NDArray[np.int64]) -> float
     return float(np.linalg.solve(bordered, moved)[:m].sum())
 
 
-def _try(setup: Setup, slab: Slab, effort: Effort) -> Iterator[Tried]:
+def _try(setup: Setup, slab: Slab, effort: Effort, widths: tuple[float, ...]) -> Iterator[Tried]:
     """The discretization measured, or nothing where the slab or its contact has no answer in it."""
     case = replace(setup.case, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
     try:
         compliance, seconds = timed(partial(surface_compliance, slab), effort.repeats)
     except SolverError:
         return
-    values = observables_on(compliance, contacts(effort))
+    values = observables_on(compliance, widths)
     _, record_seconds = timed(partial(slide, case, compliance), effort.repeats)
     if not any(math.isnan(value) for each in values.values() for value in each.values()):
         yield Tried(slab, seconds, record_seconds, values)

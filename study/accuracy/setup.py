@@ -1,17 +1,19 @@
 """The physics on which accuracy is measured, and the extent of the measurement."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from nanoslip.solver.case import Case
+from nanoslip.solver.contact.closed_forms import hertz_half_width
 from nanoslip.solver.drive import Scales
-from nanoslip.solver.slab import Slab
+from nanoslip.solver.slab import PHYSICS, Slab
+from nanoslip.study.manifest import parameters
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.problems import ManifestError
-from nanoslip.study.plan.grids import discretized
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,8 +22,6 @@ class Setup:
 
     title: str
     case: Case
-    slabs: tuple[Slab, ...]
-    """Slabs of which the front is measured, their discretization left to the knobs; the case's own comes first."""
     drive: NamedDrive
     scales: Scales
 
@@ -47,7 +47,7 @@ class Effort:
     lengths: tuple[float, ...]
     """Lengths of records in presliding lengths, increasing; the last is the reference."""
     half_widths: tuple[float, float, int]
-    """Narrowest and widest contact on each operator, a/L_x, and how many there are."""
+    """Narrowest and widest contact, a/L_x, and how many there are; operators have those like the case's own."""
     repeats: int
     """Repetitions of a short timing; the shortest counts."""
 
@@ -83,31 +83,42 @@ QUICK: Final = Effort(
 
 def default_setup() -> Setup:
     """The paper's case (§3): R/L_x = 200, μ_i = 0.5, 2000 events at 129 nodes, and its drive."""
-    return Setup("The paper's case", Case(), (Slab(),), NamedDrive("paper"), Scales())
+    return Setup("The paper's case", Case(), NamedDrive("paper"), Scales())
 
 
 def setup_of(manifest: Manifest) -> Setup:
-    """A campaign's first case and first drive (the paper's where it has none), and all its slabs that can be measured.
-
-    Raises ManifestError.
-    """
-    cases = expand(manifest)
-    first = cases[0].case
+    """A campaign's first case and first drive (the paper's where it has none). Raises ManifestError."""
+    case = expand(manifest)[0]
+    first = case.case
     if first is None:
-        raise ManifestError.in_file(manifest.path, remark=f"its first case is no case: {cases[0].outcome.message}")
+        raise ManifestError.in_file(manifest.path, remark=f"its first case is no case: {case.outcome.message}")
     if first.pin != "parabola":
         raise ManifestError.of("pin", first.pin, "a parabola, with which accuracy is measured")
     if first.slab.support == POINT:
         raise ManifestError.of("support", POINT, remark=POINTLESS)
-    bodies = [each.case.slab for each in cases if each.case]
-    slabs = dict.fromkeys(slab if slab.scheme.endless else discretized(slab, {}) for slab in bodies)
     drive = next((each.drive for each in manifest.drives if each.drive), NamedDrive("paper"))
-    return Setup(manifest.title, first, tuple(slab for slab in slabs if slab.support != POINT), drive, manifest.scales)
+    return Setup(manifest.title, first, drive, manifest.scales)
 
 
-def contacts(effort: Effort) -> tuple[float, ...]:
-    """Half-widths of the contacts on each operator, a/L_x, increasing by equal factors."""
-    return tuple(float(f"{width:.6g}") for width in np.geomspace(*effort.half_widths))
+ALIKE: Final = 1.25
+"""Ratio of half-widths up to which contacts are alike. A contact consists of whole nodes, so errors jump as its width grows."""
+
+
+def contacts(case: Case, effort: Effort) -> tuple[float, ...]:
+    """Half-widths of the effort's contacts that are about as wide as a case's own (Hertz), a/L_x."""
+    widths = np.geomspace(*effort.half_widths)
+    own = np.clip(hertz_half_width(case.normal_load, case.radius, case.slab.poisson), widths[0], widths[-1])
+    return tuple(float(f"{width:.6g}") for width in widths[np.maximum(widths / own, own / widths) <= ALIKE])
+
+
+def discretized(slab: Slab, discretization: Mapping[str, Any]) -> Slab:
+    """Change the discretization of a slab, its other settings by default. Raises InvalidInput."""
+    return Slab.of({**{name: getattr(slab, name) for name in PHYSICS}, **discretization})
+
+
+def settings(slab: Slab) -> dict[str, Any]:
+    """The parameters of a slab's discretization by field name; None for the settings of other schemes."""
+    return {name: slab.flat[name] for name in parameters.settings()}
 
 
 def on(case: Case, **discretization: object) -> Case:

@@ -594,7 +594,6 @@ def describe() -> None:
 @command("judge:show_accuracy", OUT)
 @click.argument("campaign", type=CAMPAIGN_PATH, required=False)
 @flag("--quick", help="Measure few values of every setting: a trial that takes seconds.")
-@click.option("--save", type=PATH, help="Write the Pareto front to this file.")
 def accuracy() -> None:
     """Measure error against time for every numerical setting.
 

@@ -266,16 +266,15 @@ def describe_variables(name: str | None, as_json: bool) -> None:
 # `nanoslip accuracy`: error against processor time for every numerical setting.
 
 
-def show_accuracy(campaign: Path | None, out: Path | None, quick: bool, save: Path | None) -> None:
+def show_accuracy(campaign: Path | None, out: Path | None, quick: bool) -> None:
     """Measure every numerical setting on a campaign's first case, print the diagrams and write them."""
     setup = setup_of(load_manifest(campaign)) if campaign else default_setup()
-    slabs = counted(len(setup.slabs), "slab")
-    note(f"{setup.title}: measuring, {slabs}, a minute or two each unless --quick", stderr=True)
+    note(f"{setup.title}: measuring, a minute or two unless --quick", stderr=True)
     measured = measure(setup, QUICK if quick else FULL)
     for diagram in measured.diagrams:
         note(f"{diagram.title}; errors against {diagram.reference}")
         print_table(as_table(diagram))
     if measured.remark:
         note(f"not measured: {measured.remark}")
-    for path in write_measurement(measured, folder(campaign or Path("accuracy"), out), save):
+    for path in write_measurement(measured, folder(campaign or Path("accuracy"), out)):
         note(whole(f"written: {path}"))

@@ -15,7 +15,6 @@ import xarray as xr
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of
 from nanoslip.solver.outcome import UNDONE, Ending, InvalidInput
-from nanoslip.solver.parameter import GRID_ERROR
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
 from nanoslip.study import api
@@ -36,7 +35,6 @@ from nanoslip.study.manifest.parameters import STANDARD, make_case, names_by_wor
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
-from nanoslip.study.plan.grids import Front, load_front
 from nanoslip.study.plan.plan import make_plan, plan_of
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import summary
@@ -200,10 +198,8 @@ def explain_case(
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
-    front = load_front()
-    slides = "slip" in manifest.stages
-    grid, rough = _of_grid(case.case, front, slides), _of_roughness(case.case, slides)
-    print_sentences([f"case {case.point}", f"estimated time, roughly: {roughly(seconds)}", grid, rough])
+    rough = _of_roughness(case.case, "slip" in manifest.stages)
+    print_sentences([f"case {case.point}", f"estimated time, roughly: {roughly(seconds)}", rough])
     scenes, measured = scenes_of(manifest, [case], SHOWN), dict[str, Error]()
     if show_grid:
         finer, failures = influences(scenes._replace(of_cases=(FINER,), of_drives=()))
@@ -252,26 +248,6 @@ SHOWN: Final = 3
 """Drives whose effects are shown: the first, the middle and the last one."""
 
 
-def _of_grid(case: Case, front: Front, slides: bool) -> str:
-    """The error of the grid, and the fastest measured grid that has half of it."""
-    error = front.expected_error(case)
-    if math.isnan(error):
-        return "error of the grid: not measured for such a slab and contact"
-    said = f"error of the grid, of contact, approach and stiffness: {error:.2g}"
-    contacts = front.comparable(case)
-    better = [
-        row
-        for row in front.like(case.slab)
-        if row.slab.scheme.name == case.slab.scheme.name and front.worst_error(row.slab, contacts) <= 0.5 * error
-    ]
-    if not better:
-        return f"{said}; no measured grid of this scheme has half of it"
-    best = min(better, key=lambda row: row.seconds)
-    times = _seconds(replace(case, slab=best.slab), slides) / _seconds(case, slides)
-    grid = f"n_x = {best.slab.n_x}, {best.slab.scheme} (another surface for what slips)"
-    return f"{said}; half of it costs {times:.2g} × the time of this grid: {grid}"
-
-
 def _of_roughness(case: Case, slides: bool) -> str:
     """Report the roughness that nodes miss, its effect on plateaus, and the grid that resolves it; empty for a smooth pin."""
     pin = pin_of(case)
@@ -296,7 +272,7 @@ _NAMES: Final = ("case_id", "case")
 
 
 BRIEF: Final[Mapping[str, tuple[str, ...]]] = {
-    "contact": ("contact_half_width", "approach", "mean_pressure", "maximum_pressure", "initial_stiffness", GRID_ERROR),
+    "contact": ("contact_half_width", "approach", "mean_pressure", "maximum_pressure", "initial_stiffness"),
     "slip": ("plateau_mean", "peak_friction", "surface_stiffness", "contact_half_width", "events", "record_spacings"),
     "path": ("loss_per_cycle", "turn_friction", "equivalent_damping", "closure", "shaken_down", "contact_half_width"),
     "dynamics": (

@@ -34,7 +34,6 @@ from nanoslip.study.dataset.variables import (
     ADVICE,
     CASE_ID,
     COMPUTED_BY,
-    DISCRETIZATION_ERROR,
     DRIVE,
     DRIVE_MEMBERS,
     DRIVE_NAME,
@@ -56,7 +55,6 @@ from nanoslip.study.manifest.cases import CampaignCase, Heard, labels_of
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, in_files
 from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
-from nanoslip.study.plan.grids import Front, load_front
 from nanoslip.study.plan.kinds import KINDS, needed_kinds, unrequested
 from nanoslip.study.plan.plan import CaseTasks, Plan, case_outcome, drive_outcome, flags_of
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, without_effect
@@ -302,7 +300,7 @@ class CaseVariables:
             if not kind or kind in kinds:
                 for text in (ending, message, COMPUTED_BY[kind]):
                     self._declare(kind, text, PENDING if text == ending else "")
-        for each in (DISCRETIZATION_ERROR, ADVICE, MEMBERS):
+        for each in (ADVICE, MEMBERS):
             self._declare("", each, "" if each == ADVICE else np.nan)
         if DRIVE in kinds:
             self._declare(DRIVE, DRIVE_MEMBERS, np.nan)
@@ -446,7 +444,6 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
     Raises StoreError. heard: callback, called with the number of collected cases.
     """
     manifest, layout, runs = plan.manifest, layout_of(plan.manifest), _runs(plan.manifest, store.folder)
-    front = load_front()
     table = CaseVariables(manifest, layout, [each.group for each in runs])
     finished, origins = Finished(plan, store), dict[str, Origins]()
     drives = {drive.label: drive.drive for drive in manifest.drives}
@@ -460,7 +457,6 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
             table.enter_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
         table.enter_software(place, results)
         if case.case is not None:
-            table.put(DISCRETIZATION_ERROR.name, place, "", front.expected_error(case.case))
             by = {name: factors(case.case, manifest.scales, drives.get(name)) for _, name in results}
             for (_, name), result in results.items():
                 table.enter(place, case.case, name, result, by[name])
@@ -470,9 +466,7 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
                         table.put(each.group.id.name, place, name, each.add(parts, by[name], case.case_id, name))
         heard(number)
     counts = census(origins.values())  # a result counts once, however many cases share it
-    root = xr.Dataset(
-        table.variables(), coordinates(manifest, plan.cases, layout), _attributes(manifest, front, counts)
-    )
+    root = xr.Dataset(table.variables(), coordinates(manifest, plan.cases, layout), _attributes(manifest, counts))
     return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: software(counts)})
 
 
@@ -499,7 +493,7 @@ def _requested(series: Series, manifest: Manifest) -> Series:
     return replace(series, columns={name: each for name, each in series.columns.items() if name not in apart})
 
 
-def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) -> dict[str, Any]:
+def _attributes(manifest: Manifest, counts: Mapping[Origin, int]) -> dict[str, Any]:
     return {
         FORMAT: VERSION,
         "title": manifest.title,
@@ -509,7 +503,6 @@ def _attributes(manifest: Manifest, front: Front, counts: Mapping[Origin, int]) 
         "manifest": manifest.text,
         **{f"manifest_{key}": text for key, text in manifest.files.items() if text is not None},
         "manifest_sha256": manifest.sha256,
-        "discretization_front": f"{front.name}, sha256 {front.sha256}",
         **software_attributes(counts),
         **{item.name: getattr(manifest.scales, item.name) for item in fields(Scales)},
         "scales": "slab_width L_x in m, slab_depth L_y in m, shear_modulus G in Pa",
@@ -524,8 +517,7 @@ NOTE: Final = "dataset.json"
 
 def made_of(manifest: Manifest, store: Store) -> str:
     """A hash of all that decides a dataset: the campaign, its results and failures, and the code that collects them."""
-    front = load_front()
-    texts = (manifest.text, *manifest.files.items(), front.sha256)
+    texts = (manifest.text, *manifest.files.items())
     found = hashlib.sha256(content_hash(all_sources_hash(), manifest.path.name, *texts).encode())
     for key, seal in store.seals():
         found.update(f"{key} {seal}\n".encode())

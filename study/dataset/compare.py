@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.solver.parameter import GRID_ERROR, SHARED_ERROR
+from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
@@ -203,7 +203,7 @@ def _names(found: Matched) -> list[str]:
     apart = {each.name for each in variables.COMPUTED_BY.values()} | {
         message.name for _, message in variables.OUTCOMES.values()
     }
-    apart |= variables.run_names() | {"advice", GRID_ERROR}
+    apart |= variables.run_names() | {"advice"}
     shared = (str(name) for name in found.roots[0].data_vars if name not in apart)
     both = [name for name in shared if all(rows.has(name) for rows in found.both)]
     told = ("_uncertainty", "members", SHARED_ERROR)
@@ -284,7 +284,7 @@ def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     for name in (f"manifest_{key}" for key in HASHED):
         if name in root.attrs:
             yield name, f"a file of hash {content_hash(root.attrs[name], length=12)}"
-    for name in ("discretization_front", *(item.name for kind in (Scales, Origin) for item in fields(kind))):
+    for name in (item.name for kind in (Scales, Origin) for item in fields(kind)):
         if name in root.attrs:
             yield name, str(root.attrs[name])
 

@@ -25,7 +25,7 @@ _MOST: Final = 60
 """Letters of a name in a message."""
 _TITLE: Final = "title"
 _MANIFEST: Final = "manifest"
-_IN_WORDS: Final = (_TITLE, "manifest_sha256", "discretization_front", *(each.name for each in fields(Origin)))
+_IN_WORDS: Final = (_TITLE, "manifest_sha256", *(each.name for each in fields(Origin)))
 """Attributes of a dataset that are texts; a manifest and files that it names have lines."""
 _OF_VARIABLES: Final = ("long_name", "units", "symbol", "comment", "ancillary_variables", "flag_meanings")
 """Attributes of variables that are texts."""

@@ -21,7 +21,7 @@ from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import GRID_ERROR, Quantity, attributes, in_measure, quantities
+from nanoslip.solver.parameter import Quantity, attributes, in_measure, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.solver.view import ROUNDING
@@ -133,15 +133,6 @@ def run_names() -> set[str]:
     return {group.id.name for group in all_groups().values()}
 
 
-DISCRETIZATION_ERROR = Quantity(
-    GRID_ERROR,
-    "relative error of the grid",
-    comment="expected error of stiffness, approach, contact half-width and pressure due to the slab's grid; "
-    "measured by nanoslip accuracy on the front that the attribute discretization_front names; NaN if that has "
-    "no such discretization of such a slab or no contact of such a width, if the pin is rough or a flat punch (its "
-    "pressure is singular), and with a half_plane or the support frictionless (a point's, which yields without limit)",
-)
-"""Discretization error of a case, from the measured front."""
 EVENT_DROP: Final = quantities(EventSizes)["drop"]
 """Column that `.record` and `.events` have beside the columns of the file."""
 VALIDITY = quantities(Validity)["validity_flags"]
@@ -312,7 +303,7 @@ def variable_text(variable: Described) -> str:
 def _all(beside: bool = False) -> Iterator[Described]:
     """Variables of all groups. beside: with ± and member counts, which stand beside means."""
     ending, message = OUTCOMES[""]
-    own = (CASE_ID, ending, message, COMPUTED_BY[""], DISCRETIZATION_ERROR, ADVICE, MEMBERS)
+    own = (CASE_ID, ending, message, COMPUTED_BY[""], ADVICE, MEMBERS)
     yield from _of("the case", CASES, own)
     for kind in KINDS:
         head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE], DRIVE_MEMBERS) if kind == DRIVE else ()

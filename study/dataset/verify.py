@@ -148,7 +148,6 @@ LITTLE: Final = 1e-2
 _NOT_COMPARED: Final = "not compared"
 _SOFTWARE: Final = {quantity.name for quantity in variables.COMPUTED_BY.values()}
 _ADVICE: Final = {message.name for _, message in variables.OUTCOMES.values()}
-_FRONT: Final = "discretization_front"
 _Values = Mapping[str, xr.Variable]
 
 
@@ -224,14 +223,11 @@ class Recomputed:
     def __init__(self, found: xr.Dataset, again: xr.Dataset) -> None:
         self._found, self._again = found, again
         self._reworded = bool(other_software(found))
-        # A later package may have a newly measured front: its estimates of a grid's error then differ.
-        same_front = found.attrs.get(_FRONT) == again.attrs.get(_FRONT)
-        self._of_front = set() if same_front else {_FRONT, variables.DISCRETIZATION_ERROR.name}
         groups = groups_of(found), groups_of(again)
         declared = [group for name, group in variables.all_groups().items() if all(name in each for each in groups)]
         self._groups = [_Runs(group, [each[group.name] for each in groups]) for group in declared]
         self._along = set(again["case_id"].dims)
-        apart = variables.run_names() | self._of_front | _SOFTWARE
+        apart = variables.run_names() | _SOFTWARE
         self._names = [
             str(name)
             for name, values in again.data_vars.items()
@@ -266,7 +262,7 @@ class Recomputed:
         return "/" not in name and (name in self._again.coords or not set(self._again[name].dims) & self._along)
 
     def _attributes(self) -> list[Difference]:
-        apart = {item.name for item in fields(Origin)} | {file.MIXED} | self._of_front
+        apart = {item.name for item in fields(Origin)} | {file.MIXED}
         kept = self._found.attrs
         return [
             compared(f"attribute {name}", np.array(kept[name]), np.array(value))
@@ -376,16 +372,16 @@ def _half(votes: Iterable[bool]) -> bool:
     return bool(counted) and 2 * sum(counted) >= len(counted)
 
 
+_STIFFNESSES: Final = ("surface_stiffness", "path_stiffness")
+"""Stiffness K of a contact, before a record and before a path."""
+
+
 @cache
 def _before_sliding() -> set[str]:
     """Variables that no decision of sliding changes."""
-    of_record = [each for _, each in variables.scalars("record") if each.of_grid or each.name.startswith("initial_")]
-    of_record += [each for _, each in variables.scalars("path") if each.name == "path_stiffness"]
-    return (
-        {variables.DISCRETIZATION_ERROR.name}
-        | _names(each for _, each in variables.scalars("contact"))
-        | _names(of_record)
-    )
+    sliding = [each for kind in ("record", "path") for _, each in variables.scalars(kind)]
+    before = [each for each in sliding if each.name.startswith("initial_") or each.name in _STIFFNESSES]
+    return _names(each for _, each in variables.scalars("contact")) | _names(before)
 
 
 @cache

@@ -18,7 +18,7 @@ from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.load_path import Loops
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import GRID_ERROR, quantities
+from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
@@ -479,7 +479,7 @@ SHOWN: Final = {
     "mean_pressure": "mean p·L_x·L_y/W",
     "maximum_pressure": "max p·L_x·L_y/W",
     "members": "members",
-    "largest_error": "± of starts or grid",
+    "largest_error": "largest error",
 }
 """Variable -> title of its column in tables of cases, on the terminal and on a page; numbers of one case have this order, too.
 What cases are computed for comes first: a narrow terminal leaves out the last ones."""
@@ -530,12 +530,9 @@ class Error(NamedTuple):
 
 def _parts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
     """Known parts of a number's error, relative to it, of all cases, by source."""
-    attributes, value = dataset[name].attrs.get("ancillary_variables", ""), abs(dataset[name])
-    found = {}
+    value, found = abs(dataset[name]), {}
     if f"{name}{UNCERTAINTY}" in dataset:
         found["starts"] = dataset[f"{name}{UNCERTAINTY}"] / value.where(value > 0.0)
-    if GRID_ERROR in attributes and GRID_ERROR in dataset:
-        found["the grid"] = dataset[GRID_ERROR]
     if _LEFT_OUT_ERROR.name in dataset:
         found[_LEFT_OUT.name] = dataset[_LEFT_OUT_ERROR.name].where(dataset[_LEFT_OUT.name] != "nothing")
     return found
@@ -549,7 +546,6 @@ def errors_of(case: xr.Dataset, name: str, cost: str = "", measured: Mapping[str
     members = case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan))
     cures = {
         "starts": f"{4 * float(members):g} members halve what starts do not share{cost and f': {cost} more'}",
-        "the grid": "a finer grid",
         _LEFT_OUT.name: "half of target.within halves it",
     }
     left_out = f"{str(case[_LEFT_OUT.name].item()).replace('_', ' ')} left out" if _LEFT_OUT.name in case else ""
@@ -618,8 +614,7 @@ def error_lines(
     cost, measured: see `errors_of`.
     """
     rows, asked = case_rows(dataset), _main_numbers_in(dataset)
-    attributes = {name: dataset[name].attrs.get("ancillary_variables", "") for name in asked}
-    partly = [name for name in asked if not measured and GRID_ERROR not in attributes[name]]
+    partly = [] if measured else asked
     if len(rows) > most > 1:
         yield f"{most} of {len(rows)} drives, the first to the last:"
     for case in each_case(rows, most):

@@ -30,7 +30,6 @@ from nanoslip.study.dataset.variables import (
     scalars,
 )
 from nanoslip.study.origin import Origin, computing, here
-from nanoslip.study.plan.grids import load_front
 from nanoslip.study.plan.kinds import column
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.task import TaskResult
@@ -93,18 +92,6 @@ def test_no_number_of_a_result_is_lost(small):
         if task.kind in ("record", "drive"):
             kept = {name for each in series for name in each.columns}
             assert set(result.arrays) - {"binned_force"} <= kept  # what uncertainties are made of
-
-
-def test_every_case_has_the_error_that_its_grid_was_measured_with(build):
-    """And NaN where it was not: a slab of another height."""
-    plan, store = build(changed(radius="radius = [200.0]") + "[constants]\npoisson = 0.3333333333333333\n")
-    found = collect(plan, store)
-    (error,) = said(found["discretization_error"])
-    assert 0.0 < error == load_front().expected_error(plan.cases[0].case) < 0.1
-    assert found.attrs["discretization_front"].startswith("front.json, sha256 ")
-    found = collect(*build(changed(radius="radius = [200.0]") + "[constants]\naspect_ratio = 1.234\n"))
-    assert np.all(np.isnan(found["discretization_error"]))
-    assert "NaN if" in found["discretization_error"].attrs["comment"]
 
 
 # What is not there, and how cases ended.

@@ -125,8 +125,7 @@ def numbers(
         {
             "plateau_mean": ("radius", [plateau]),
             "plateau_mean_uncertainty": ("radius", [error]),
-            "surface_stiffness": ("radius", [0.5], {"ancillary_variables": "discretization_error"}),
-            "discretization_error": ("radius", [0.01]),
+            "surface_stiffness": ("radius", [0.5]),
             "events": ("radius", [events]),
             "outcome": ("radius", np.array([outcome], dtype=object)),
             "message": ("radius", np.array([f"why {events}"], dtype=object)),

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.slab import Slab
 from nanoslip.study.dataset import file, verify as verification
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.compare import Verdict
@@ -20,8 +19,6 @@ from nanoslip.study.dataset.texts import NONE
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import computing, here
-from nanoslip.study.plan import grids
-from nanoslip.study.plan.grids import MeasuredGrid, as_text
 from nanoslip.study.plan.kinds import in_stages
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import Task, TaskResult
@@ -173,14 +170,6 @@ TABLE = "intrinsic_friction, radius\r\n0.25, 50\r\n0.5, 100\r\n"
 
 LOADS = "load\n0.5\n2.0\n"
 ROUGH = "xi, height\n-0.1, 0\n0, 1e-5\n0.1, 0\n"
-
-
-CONTACTS = tuple(0.01 * 1.2**number for number in range(22))
-
-
-FRONT = as_text(
-    {}, CONTACTS, [MeasuredGrid(Slab(n_x=n_x), n_x / 17.0, tuple(0.2 / n_x for _ in CONTACTS)) for n_x in (17, 33, 65)]
-)
 
 
 DESIGNS = {
@@ -378,15 +367,6 @@ def test_all_that_a_campaign_is_made_of_is_in_its_dataset(tmp_path, text):
     findings = verified(path, tmp_path)
     assert len(findings) > 2
     assert verdicts(findings) == len(findings) * [Verdict.IDENTICAL]
-
-
-def test_a_front_that_was_measured_anew_judges_nothing(tmp_path, monkeypatch):
-    path = computed(tmp_path / "campaign", RECORDS)
-    (tmp_path / "new.json").write_text(FRONT)
-    anew = replace(grids.load_front(tmp_path / "new.json"), name="front.json")
-    for module in ("dataset.collect", "plan.grids"):
-        monkeypatch.setattr(f"nanoslip.study.{module}.load_front", lambda *_: anew)
-    assert verdicts(verified(path, tmp_path)) == 5 * [Verdict.IDENTICAL]
 
 
 ONE_CASE = SMALL.replace("[0.25, 0.5]", "[0.5]").replace("[50.0, 100.0]", "[50.0]") + (
