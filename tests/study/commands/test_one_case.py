@@ -54,24 +54,20 @@ def test_a_parameter_may_be_given_by_the_symbol_that_heads_its_column():
     assert {typed: next(iter(assignments([f"{typed}=0.5"]))) for typed in keys} == keys
 
 
-# Explained: what it costs, what its grid leaves open, and what half of that costs.
+# Explained: what it costs, and what it leaves open.
 
 
-def test_time_and_grid_of_a_case_are_said(main, campaign):
-    campaign.write_text(SMALL.replace("n_x = 17", "n_x = 65"))
+def test_the_time_of_a_case_is_estimated(main, campaign):
     code, said, errors = main("explain", campaign, *ONE)
     assert (code, errors, said.startswith("case intrinsic_friction = 0.5, radius = 50.0")) == (0, "", True)
     assert "estimated time, roughly: " in said
-    assert 0.0 < float(said.split("approach and stiffness: ")[1].split(";")[0]) <= 0.1
-    assert float(said.split("it costs ")[1].split(" ×")[0]) > 1.0
 
 
 @pytest.mark.parametrize("constant", ["intrinsic_friction = inf", "intrinsic_friction = 0.0", 'pin = "flat_punch"'])
-def test_extreme_cases_are_explained_too_and_a_grid_that_was_not_measured_is_named_so(main, campaign, constant):
+def test_extreme_cases_are_explained_too(main, campaign, constant):
     campaign.write_text(f'title = "x"\n[constants]\n{constant}\n[numerics]\nn_x = 17\n')
     code, said, _ = main("explain", campaign)
-    assert (code, "the grid" in said) == (0, True)
-    assert ("grid: not measured" in said) == ("punch" in constant)
+    assert (code, "estimated time, roughly: " in said) == (0, True)
 
 
 def test_a_case_that_physics_refuses_is_not_explained(main, campaign):
