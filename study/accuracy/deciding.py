@@ -5,7 +5,6 @@ pressure, and F is μ_i·W: that needs no computation.
 """
 
 import math
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
@@ -17,15 +16,13 @@ from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import quantities
-from nanoslip.study.accuracy.effects import key_of, tasks_of
+from nanoslip.study.accuracy.effects import Done, compute, key_of, tasks_of
 from nanoslip.study.dataset.variables import factors
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import as_written, compact, make_case
 from nanoslip.study.plan.cost import estimate
-from nanoslip.study.plan.kinds import compliance_task
 from nanoslip.study.plan.task import Task, TaskResult
-from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.progress import roughly
 
 MAIN: Final = ("contact_half_width", "plateau_mean")
@@ -79,15 +76,16 @@ def deciding(manifest: Manifest, case: CampaignCase, variable: str, most: float 
             found.append(Spacing(word, n_x, problem=str(error)))
             continue
         tasks = _tasks(manifest, other, ensemble, variable)
-        expected = sum(estimate(task)[0] for task in tasks)
+        expected = sum(estimate(task)[0] for _, task in tasks)
         if (seconds := (rate or 1.0) * expected) > most:
             found.append(Spacing(word, n_x, problem=f"left out, {roughly(seconds)}"))
             continue
         if not rate:  # loads libraries and compiles kernels
-            _computed(word, n_x, variable, _tasks(manifest, other, Ensemble(), variable), unit)
-        begun = time.process_time()
-        found.append(_computed(word, n_x, variable, tasks, unit))
-        rate = (time.process_time() - begun) / expected
+            compute(_tasks(manifest, other, Ensemble(), variable), {})
+        done: Done = {}
+        compute(tasks, done)
+        rate = sum(seconds for _, seconds in done.values()) / expected
+        found.append(_spacing(word, n_x, variable, done[tasks[-1][1].key][0], unit))
     rule = case.case.slip_rule
     drops = variable == MAIN[True] and rule.residual_shear < 1.0 and math.isfinite(case.case.intrinsic_friction)
     return Deciding(variable, tuple(found[::-1]), case.case.intrinsic_friction if drops else math.nan)
@@ -99,23 +97,14 @@ def _on(manifest: Manifest, case: CampaignCase, n_x: int) -> Case:
     return make_case({**manifest.fixed, **{name: value for name, value in own if value is not None}, "n_x": n_x})
 
 
-def _tasks(manifest: Manifest, case: Case, ensemble: Ensemble, variable: str) -> list[Task]:
-    pulled = variable not in MAIN
-    drives = {
-        each.label: each.drive.dimensionless(manifest.scales) for each in manifest.drives if each.drive and pulled
-    }
-    tasks = [task for _, task in tasks_of(manifest, case, drives, ensemble, (variable,))]
-    compliance = compliance_task(case.slab)
-    return [*([compliance] if any(compliance.key in task.needs for task in tasks) else []), *tasks]
+def _tasks(manifest: Manifest, case: Case, ensemble: Ensemble, variable: str) -> list[tuple[str, Task]]:
+    pulled = [] if variable in MAIN else [each for each in manifest.drives if each.drive]
+    drives = {each.label: each.drive.dimensionless(manifest.scales) for each in pulled if each.drive}
+    return tasks_of(manifest, case, drives, ensemble, (variable,))
 
 
-def _computed(word: str, n_x: int, variable: str, tasks: list[Task], unit: float) -> Spacing:
-    results = dict[str, TaskResult]()
-    for task in tasks:
-        results[task.key] = run_task(task, results)
-        for array in results[task.key].arrays.values():
-            array.setflags(write=False)  # as a store gives it: kernels are compiled for that
-    last = results[tasks[-1].key]
+def _spacing(word: str, n_x: int, variable: str, last: TaskResult, unit: float) -> Spacing:
+    """The number of a case on another spacing, from the result of its last task."""
     values = last.scalars.get(key_of(variable, last), [math.nan])
     value = float(mean_of(np.array(values, float)).mean) * unit
     return Spacing(word, n_x, value, "" if math.isfinite(value) else f"{last.outcome.ending} with n_x = {n_x}")

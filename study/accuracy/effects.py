@@ -184,8 +184,16 @@ def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, s
 
 def tasks_of(
     manifest: Manifest, case: Case, drives: Drives, ensemble: Ensemble, names: Sequence[str]
-) -> Iterator[tuple[str, Task]]:
+) -> list[tuple[str, Task]]:
     """The label of a drive or nothing, and a task; needed ones first. names: the requested variables."""
+    tasks, compliance = list(_after_compliance(manifest, case, drives, ensemble, names)), compliance_task(case.slab)
+    needed = any(compliance.key in task.needs for _, task in tasks)
+    return [("", compliance), *tasks] if needed else tasks
+
+
+def _after_compliance(
+    manifest: Manifest, case: Case, drives: Drives, ensemble: Ensemble, names: Sequence[str]
+) -> Iterator[tuple[str, Task]]:
     slides = "slip" in manifest.stages
     if not slides or {*names} & {*OF_CONTACTS}:
         yield "", contact_task(case, ensemble, scalars_only=True)
@@ -205,22 +213,25 @@ def tasks_of(
 
 def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> ComputedScene:
     """Results of a case and its drives. done: results and their core seconds; new ones are added."""
-    found: dict[Place, TaskResult] = {}
     for ensemble in (Ensemble(), scenes.ensemble):  # the first one loads libraries and compiles kernels
-        tasks = list(tasks_of(scenes.manifest, case, drives, ensemble, scenes.variables))
-        seconds, compliance = 0.0, compliance_task(case.slab)
-        shared = [("", compliance)] if any(compliance.key in task.needs for _, task in tasks) else []
-        for label, task in (*shared, *tasks):
-            if task.key not in done:
-                done[task.key] = timed(partial(run_task, task, {key: done[key][0] for key in task.needs}))
-                for array in done[task.key][0].arrays.values():
-                    array.setflags(write=False)  # as a store gives it: kernels are compiled for that
-            result, took = done[task.key]
-            seconds += 0.0 if task is compliance else took
-            found |= {
-                (variable, label): result for variable in scenes.variables if variable in names_of(KINDS[task.kind])
-            }
-    return ComputedScene(found, seconds)
+        tasks = tasks_of(scenes.manifest, case, drives, ensemble, scenes.variables)
+        compute(tasks, done)
+    found = {
+        (variable, label): done[task.key][0]
+        for label, task in tasks
+        for variable in scenes.variables
+        if variable in names_of(KINDS[task.kind])
+    }
+    return ComputedScene(found, sum(done[task.key][1] for _, task in tasks if task.kind != "compliance"))
+
+
+def compute(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
+    """Add the results of tasks, needed ones first, and their core seconds to those that are done."""
+    for _, task in tasks:
+        if task.key not in done:
+            done[task.key] = timed(partial(run_task, task, {key: done[key][0] for key in task.needs}))
+            for array in done[task.key][0].arrays.values():
+                array.setflags(write=False)  # as a store gives it: kernels are compiled for that
 
 
 def key_of(variable: str, result: TaskResult) -> str:

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.closed_forms import hertz_half_width
+from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.slab import PHYSICS, Slab
 from nanoslip.study.manifest import parameters
@@ -107,7 +107,7 @@ ALIKE: Final = 1.25
 def contacts(case: Case, effort: Effort) -> tuple[float, ...]:
     """Half-widths of the effort's contacts that are about as wide as a case's own (Hertz), a/L_x."""
     widths = np.geomspace(*effort.half_widths)
-    own = np.clip(hertz_half_width(case.normal_load, case.radius, case.slab.poisson), widths[0], widths[-1])
+    own = np.clip(expected_half_width(case), widths[0], widths[-1])
     return tuple(float(f"{width:.6g}") for width in widths[np.maximum(widths / own, own / widths) <= ALIKE])
 
 

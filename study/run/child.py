@@ -20,7 +20,6 @@ import traceback
 from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
@@ -72,7 +71,7 @@ def _serve(parent: "Connection[Any, Any]") -> None:
             os._exit(NO_TASK)
         if isinstance(message, Origin):
             if different := message.differences(software()):
-                parent.send(OtherSoftware(where, different))
+                parent.send(_other_software(where, different))
                 return
             adopt(message)
             continue
@@ -84,21 +83,12 @@ def _serve(parent: "Connection[Any, Any]") -> None:
             return
 
 
-@dataclass(frozen=True, slots=True)
-class OtherSoftware:
-    """Message of a child that would compute with other software than the run."""
-
-    where: str
-    different: Mapping[str, tuple[str, str]]
-    """Property of an origin -> the run's and the child's."""
-
-    def __str__(self) -> str:
-        pairs = (
-            f"{name.removesuffix('_version')} {its} instead of {mine}" for name, (mine, its) in self.different.items()
-        )
-        return (
-            f"{self.where} has other software than the run began with: {', '.join(pairs)}; nothing is computed with it"
-        )
+def _other_software(where: str, different: Mapping[str, tuple[str, str]]) -> "FarmError":
+    """Error of a child with other software than the run. different: property of an origin -> the run's and the child's."""
+    pairs = (f"{name.removesuffix('_version')} {its} instead of {mine}" for name, (mine, its) in different.items())
+    return FarmError(
+        f"{where} has other software than the run began with: {', '.join(pairs)}; nothing is computed with it"
+    )
 
 
 def _end_with(parent: int) -> None:
@@ -178,7 +168,7 @@ class ChildProcess:
         """Have it state this software in results."""
         self._send(origin)
 
-    def receive(self) -> Done | OtherSoftware | None:
+    def receive(self) -> "Done | FarmError | None":
         """Outcome of its task, None while it runs; or why it computes none. Raises if it ended or wrote no message."""
         while self._poll.poll(0):
             message = pickle.loads(self.pipe.recv_bytes(LONGEST_MESSAGE))
@@ -342,11 +332,11 @@ class Agent:
             done = child.receive()
         except Exception:  # it has ended, or written what is no message
             return self._dead(task, child)
-        if isinstance(done, OtherSoftware):
+        if isinstance(done, FarmError):
             self._begun = None
             self._waiting.clear()
             self.close()
-            raise FarmError(str(done))
+            raise done
         if done is None and not child.ready and child.seconds > START:
             child.stop()
             return self._dead(task, child)

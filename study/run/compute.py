@@ -357,23 +357,17 @@ def _statistics(task: Task, inputs: Inputs) -> Computed:
 def _states(task: Task, inputs: Inputs) -> Computed:
     compliance = compliance_of(task, inputs)
     states, outcome = states_at(case_of(task), compliance, task.events)
-    values: tuple[object, ...] = ()
-    if states:
-        values = (_surfaces(task.events, states), None, None, None)
-        if task.subsurface:
-            from nanoslip.solver.elasticity.interior import interior_fields  # noqa: PLC0415  few campaigns look inside
+    if not states:
+        return Computed((Member((), outcome),))
+    inside: tuple[object, object] = (None, None)
+    across = kinds.RowsOfContact(np.concatenate([state.y for state in states])) if states[0].rows > 1 else None
+    if task.subsurface:
+        from nanoslip.solver.elasticity.interior import interior_fields  # noqa: PLC0415  few campaigns look inside
 
-            inside = [interior_fields(task.slab, state.nodal_force) for state in states]
-            nodes = [len(each.x) for each in inside]
-            values = (
-                values[0],
-                kinds.InteriorEvents(np.repeat(task.events[: len(states)], nodes)),
-                _behind(inside),
-                None,
-            )
-        elif states[0].rows > 1:
-            values = (*values[:3], kinds.RowsOfContact(np.concatenate([state.y for state in states])))
-    return Computed((Member(values, outcome),))
+        parts = [interior_fields(task.slab, state.nodal_force) for state in states]
+        events = np.repeat(task.events[: len(states)], [len(each.x) for each in parts])
+        inside, across = (kinds.InteriorEvents(events), _behind(parts)), None
+    return Computed((Member((_surfaces(task.events, states), *inside, across), outcome),))
 
 
 def _surfaces(events: Sequence[int], states: Sequence[ContactState]) -> kinds.SurfaceStates:

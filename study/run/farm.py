@@ -445,7 +445,7 @@ def _start(mpi: Any) -> None:
         raise RuntimeError(f"MPI_Init_thread returned {code}")
     for communicator in (mpi.COMM_WORLD, mpi.COMM_SELF):
         communicator.Set_errhandler(mpi.ERRORS_RETURN)  # as mpi4py does: errors become exceptions
-    atexit.register(_end, mpi)
+    atexit.register(lambda: mpi.Is_finalized() or mpi.Finalize())
 
 
 def _give_up() -> None:
@@ -454,11 +454,6 @@ def _give_up() -> None:
         print_notice(_NOT_STARTED.format(LONGEST_START))
     time.sleep(launch.LAST_WORDS)
     os._exit(INTERRUPTED)
-
-
-def _end(mpi: Any) -> None:
-    if not mpi.Is_finalized():
-        mpi.Finalize()
 
 
 def _library(mpi: Any) -> str:
