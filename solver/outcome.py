@@ -5,7 +5,7 @@ without an inverse (`SingularOperator`). Both name the offending value and what 
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Final, Self
 
@@ -97,6 +97,8 @@ class Outcome:
     message: str = ""
     longer: bool = False
     """True if a longer drive helps: which key says how long is the reader's to name."""
+    cause: str = ""
+    """Name of the fact that the message words with its values; empty if its words are always the same."""
 
     def __post_init__(self) -> None:
         message = self.message
@@ -113,19 +115,29 @@ class Outcome:
         """True if all computed numbers are valid, though some may be missing: the outcome names them."""
         return self.ending in _USABLE
 
-    def adding(self, more: str, longer: bool = False) -> "Outcome":
-        """Outcome with a longer message."""
-        return Outcome(self.ending, "; ".join(filter(None, (self.message, more))), self.longer or longer)
+    @property
+    def kind(self) -> str:
+        """Name that outcomes share if their messages differ in values alone."""
+        return self.cause or self.message
+
+    def adding(self, more: "Outcome") -> "Outcome":
+        """Outcome with a message more; the ending stays."""
+        both = [each for each in (self, more) if each.message]
+        cause = "; ".join(each.kind for each in both) if any(each.cause for each in both) else ""
+        return Outcome(self.ending, "; ".join(each.message for each in both), self.longer or more.longer, cause)
 
     def naming(self, key: str) -> "Outcome":
         """Outcome whose message advises to raise the key that gives the duration of the drive, if a longer one helps."""
-        return self if not self.longer else Outcome(self.ending, f"{self.message}; raise {key}")
+        return self if not self.longer else replace(self, message=f"{self.message}; raise {key}", longer=False)
 
 
 _USABLE = frozenset({Ending.COMPLETED, Ending.NO_PLATEAU, Ending.NO_SLIP})
 UNDONE = {Ending.CRASHED: "crashed", Ending.TIMED_OUT: "took too long", Ending.OUT_OF_MEMORY: "ran out of memory"}
 """Endings without information about the case and without a result, in words."""
 COMPLETED = Outcome(Ending.COMPLETED)
+INDEFINITE: Final = "indefinite_compliance"
+ROUNDED: Final = "rounded_compliance"
+"""Causes of endings that a compliance is to blame for: its scheme, or rounding, against which an aspect_ratio nearer 1 helps."""
 
 SHOWN = 60
 """Characters of a value that a message shows."""
@@ -139,11 +151,13 @@ class SolverError(NanoslipError):
     """Base of the solver's own exceptions; carries an outcome."""
 
     ending = Ending.INVALID
+    cause = ""
+    """Name of the fact, as in `Outcome`."""
 
     @property
     def outcome(self) -> Outcome:
         """Equivalent outcome, as a value."""
-        return Outcome(self.ending, str(self))
+        return Outcome(self.ending, str(self), cause=self.cause)
 
 
 def quoted(value: object) -> str:
@@ -170,6 +184,7 @@ class InvalidInput(SolverError, ValueError):
         """beside: other arguments, with which the value is not allowed."""
         super().__init__(key, value, need, beside)  # all arguments, so that other processes get it whole
         self.key, self.value, self.beside, self._need = key, value, beside or {}, need
+        self.cause = " ".join((key, *self.beside))
 
     @property
     def need(self) -> str:
@@ -191,6 +206,7 @@ class SingularOperator(SolverError):
     """An operator that must be invertible is not; the message names it and the likely cause."""
 
     ending = Ending.SINGULAR_OPERATOR
+    cause = "singular"
 
 
 class TooFarApart(SolverError):

@@ -155,16 +155,21 @@ def with_error(number: float, uncertainty: float) -> str:
 
     The uncertainty has one significant digit, two where it begins with 1; the number ends at the same place.
     """
+    return " ± ".join(filter(None, rounded(number, uncertainty)))
+
+
+def rounded(number: float, uncertainty: float) -> tuple[str, str]:
+    """A number and its uncertainty as text, as in `with_error`; an infinite number or NaN has none."""
     if not np.isfinite(number):
-        return f"{number:g}"
+        return f"{number:g}", ""
     if not ROUNDING * abs(number) < uncertainty < np.inf:
-        return f"{number:.3g} ± ?"
+        return f"{number:.3g}", "?"
     _, _, exponent = f"{uncertainty:.0e}".partition("e")
     digits = 2 if "1" in (f"{uncertainty:.0e}"[0], f"{uncertainty:.1e}"[0]) else 1
     place = int(exponent) - digits + 1  # the power of ten of its last digit
     number, uncertainty = round(number, -place), round(uncertainty, -place)
     if number and not SMALL <= abs(number) < LARGE:
         shown = max(int(f"{number:e}".partition("e")[2]) - place, 0)
-        return f"{number:.{shown}e} ± {uncertainty:.{digits - 1}e}"
+        return f"{number:.{shown}e}", f"{uncertainty:.{digits - 1}e}"
     decimals = max(-place, 0)
-    return f"{number:.{decimals}f} ± {uncertainty:.{decimals}f}"
+    return f"{number:.{decimals}f}", f"{uncertainty:.{decimals}f}"

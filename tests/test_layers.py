@@ -182,6 +182,47 @@ def test_packages_have_one_name() -> None:
     none(f"{path}: {found[0]}" for path in files for found in BARE.finditer(path.read_text("utf-8")))
 
 
+APART = {
+    "what users write: words, numbers, units, names": """solver.parameter._short commands.cli.work commands.datasets.assignments
+        commands.infer commands.infer.read_numbers commands.infer.read_ranges figures.frames.events_of figures.points._values
+        figures.points.points_named figures.shared.format_of inference.recording._words manifest.units._in_symbols
+        manifest.vocabulary.beyond manifest.vocabulary.key_meant results.shard.Shard.parse""",
+    "files of users": """manifest.columns manifest.columns._cells manifest.columns._labels manifest.columns.read_cells
+        manifest.columns.read_columns manifest.surface""",
+    "files of this program, their names and hashes": """dataset.file dataset.table.listed dataset.texts dataset.texts.decoded
+        dataset.texts.encoded manifest.checker.NamedFiles._read plan.grids.as_text results.entry results.entry.later
+        results.files results.files.read results.store run.journal.left_begun toml_text._key""",
+    "names and symbols": """solver.compiling solver.view.labelled dataset.variables.in_si_too figures.gallery._number
+        figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
+        manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.plan._named
+        plan.task._parameters run.child.OtherSoftware.__str__""",
+    "digits of a number": "solver.view.rounded figures.points.in_text",
+    "lines and words of a text that is shown": """solver.outcome.Outcome.__post_init__ notices.print_notice report.console
+        report.console.print_error commands.judge.describe_variables report.page.themed run.child.ChildProcess.last_words""",
+    "what the machine lists": """origin._mpi origin._processor origin.features results.files._is_zombie
+        run.child.deaths_for_memory run.launch.processes_here run.farm._library commands.prepare._submit""",
+}
+"""Texts that the package takes apart -> where. No sentence is among them, of its own or of a library: facts travel as values."""
+CUTS = {"split", "rsplit", "partition", "rpartition", "removeprefix", "removesuffix", "splitlines"}
+
+
+def cuts(node: ast.AST, place: str) -> Iterator[str]:
+    """Functions that take a text apart, each as often as it does."""
+    for child in ast.iter_child_nodes(node):
+        named = isinstance(child, ast.FunctionDef | ast.ClassDef)
+        yield from cuts(child, f"{place}.{child.name}" if named else place)
+        if isinstance(child, ast.Call) and isinstance(child.func, ast.Attribute):
+            of = ast.unparse(child.func.value)
+            if (child.func.attr in CUTS and of != "np") or (of == "re" and child.func.attr != "escape"):
+                yield place
+
+
+def test_no_sentence_is_taken_apart() -> None:
+    found = {place for path, tree in TREES.items() for place in cuts(tree, module_of(path).removeprefix("nanoslip."))}
+    allowed = {name for names in APART.values() for name in names.split()}
+    none({name.removeprefix("study.") for name in found} ^ allowed)
+
+
 def too_large() -> Iterator[str]:
     """Folders of too many files, files and classes of too many lines."""
     for folder, names in ORDER.items():

@@ -14,7 +14,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.state import Stop
 from nanoslip.solver.contact.pin import pin_of, surface_from_axis, surface_from_pin
-from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.solver.outcome import COMPLETED, ROUNDED, Ending, Outcome
 
 # Meaning of the kernels' reasons to stop: the one place where a `Stop` becomes an `Outcome`.
 
@@ -111,8 +111,8 @@ def energy_created(case: Case) -> Outcome:
 
 
 def advised_of_pillars(case: Case, outcome: Outcome) -> Outcome:
-    """The outcome, of a slab that may sway with the advice to lower it, unless its message does so already."""
-    if outcome.ending in _OF_PILLARS and case.slab.aspect_ratio > PILLAR and "aspect_ratio" not in outcome.message:
+    """The outcome, of a slab that may sway with the advice to lower it, unless that is the advice against rounding, too."""
+    if outcome.ending in _OF_PILLARS and case.slab.aspect_ratio > PILLAR and outcome.cause != ROUNDED:
         return replace(outcome, message=f"{outcome.message}, or use an aspect_ratio nearer 1")
     return outcome
 
@@ -156,6 +156,7 @@ def soundness(
             Ending.ROUNDING,
             f"heights of the pin are known to {share:.0e} of what the load displaces, {COARSEST:g} is needed: raise normal_load, "
             "or use a larger radius or lower heights in heterogeneity.roughness",
+            cause="heights",
         )
     return COMPLETED if _steepest(case, xi, outermost) <= STEEPEST else STEEP_PIN
 

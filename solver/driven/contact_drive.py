@@ -100,6 +100,7 @@ def _outcome(stop: Stop, run: Run, motion: Motion, drive: Drive) -> Outcome:
         return outcome_of_segments(run, motion, drive.step_limit)
     found = OUTCOME_OF_STOP[stop]
     if found.ending is Ending.CONTACT_LOST:
-        advice = "shorten the drive, or use a scheme without ends"
-        return Outcome(found.ending, f"the contact reaches the slab's end after {part_reached(run, motion)}: {advice}")
+        after = part_reached(run, motion)
+        message = f"the contact reaches the slab's end after {after}: shorten the drive, or use a scheme without ends"
+        return Outcome(found.ending, message, cause="end_reached")
     return found

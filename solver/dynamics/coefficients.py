@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.dynamics.result import DynamicsResult, raising
-from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import quantity
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
@@ -82,13 +82,14 @@ def friction_coefficients(
         message = (
             f"the pin slid for {periods:g} oscillation periods; averaging μ_k needs {PERIODS:g}{raising(ended_by)}"
         )
-        outcome = Outcome(Ending.NO_PLATEAU, f"the friction force is not steady: {message}", ended_by == "duration")
+        message = f"the friction force is not steady: {message}"
+        outcome = Outcome(Ending.NO_PLATEAU, message, ended_by == "duration", "few_periods")
     if outcome.ok:
         blocks, complaint = steady_blocks(result.binned_force / record.normal_load)
         kinetic = nan if complaint else float(blocks.mean())
         if complaint:
             message = f"the friction force {complaint}{raising(ended_by)}"
-            outcome = Outcome(Ending.NO_PLATEAU, message, ended_by == "duration")
+            outcome = Outcome(Ending.NO_PLATEAU, message, ended_by == "duration", "unsteady_force")
     return FrictionCoefficients(
         static_friction=first,
         static_friction_excess=_beyond(record, float(static[0])),
@@ -103,31 +104,31 @@ def _no_slip(result: DynamicsResult, plateau: Plateau, normal_load: float) -> Ou
     spring = result.spring_force / normal_load
     reached = max(float(result.binned_force.max()) / normal_load, float(spring[-1]))
     if result.stick_velocity == 0.0:
-        message = "the stage is at rest: raise stage_velocity"
-    elif reached < plateau.peak and spring[-1] == spring.max():  # that of a stuck pin only rises
+        return Outcome(Ending.NO_SLIP, "the stage is at rest: raise stage_velocity")
+    if reached < plateau.peak and spring[-1] == spring.max():  # that of a stuck pin only rises
         message = (
             f"the pin is pulled with F/W = {reached:.3g} in the end, it slips at {plateau.mean:.3g} to {plateau.peak:.3g}: "
             "raise stage_velocity or spring_stiffness"
         )
-        return Outcome(Ending.NO_SLIP, message, longer=True)
-    else:
-        message = (
-            f"pulled with F/W = {reached:.3g} the pin slips, but never by more than {result.presliding_length:.3g} L_x, which "
-            "the contact stretches: lower spring_stiffness, or raise stage_velocity"
-        )
-    return Outcome(Ending.NO_SLIP, message)
+        return Outcome(Ending.NO_SLIP, message, True, "weak_pull")
+    message = (
+        f"pulled with F/W = {reached:.3g} the pin slips, but never by more than {result.presliding_length:.3g} L_x, which "
+        "the contact stretches: lower spring_stiffness, or raise stage_velocity"
+    )
+    return Outcome(Ending.NO_SLIP, message, cause="short_slips")
 
 
-def _first_slip(record: FrictionRecord, static: NDArray[np.float64]) -> tuple[float, str]:
+def _first_slip(record: FrictionRecord, static: NDArray[np.float64]) -> tuple[float, Outcome]:
     """μ_s of the first slip, from the driving force of each; NaN, and the reason with advice, where that is not friction."""
     first = float(static[0])
     highest = record.highest_force / record.normal_load
     if _beyond(record, first) <= highest:
-        return first, ""
-    return math.nan, (
+        return first, COMPLETED
+    message = (
         f"the driving force of the first slip, F/W = {first:.3g}, is inertia and damper: the contact holds "
         f"{highest:.3g} at most; for static friction lower stage_velocity, spring_stiffness or damping_ratio"
     )
+    return math.nan, Outcome(Ending.COMPLETED, message, cause="excess")
 
 
 def _beyond(record: FrictionRecord, coefficient: float) -> float:

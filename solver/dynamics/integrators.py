@@ -33,6 +33,7 @@ def resolved(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
         return COMPLETED
     if force_noise > LARGEST * friction_force:
         return _refused(
+            "rounded_force",
             f"spring_stiffness × stage_velocity × duration rounds the spring force by {force_noise / friction_force:.1e} of the "
             "friction force: soften the spring, slow the stage or shorten the drive",
             force_noise / friction_force,
@@ -42,6 +43,7 @@ def resolved(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
     position_noise = _DIGIT * way * teeth / friction_limit.period
     if uneven and position_noise > LARGEST:
         return _refused(
+            "rounded_position",
             f"stage_velocity × duration rounds the position by {position_noise:.1e} of the friction profile's mean tooth: "
             'slow the stage, shorten the drive or take profile = "mean"',
             position_noise,
@@ -55,8 +57,8 @@ def nothing(samples: int) -> Run:
     return Run(0.0, 0, np.full((samples + 1, 3), nan), np.full(BINS + 1, nan), np.empty((0, 5)), 0, nan, nan, nan, nan)
 
 
-def _refused(message: str, noise: float) -> Outcome:
-    return Outcome(Ending.ROUNDING, f"{message} (by a factor of {noise / LARGEST:.2g} or more)")
+def _refused(cause: str, message: str, noise: float) -> Outcome:
+    return Outcome(Ending.ROUNDING, f"{message} (by a factor of {noise / LARGEST:.2g} or more)", cause=cause)
 
 
 # Proportion of a dimensionless drive to the contact that it pulls: one in N/m, m/s and s hardly ever fits.
@@ -107,7 +109,8 @@ def outcome_of_segments(run: Run, motion: Motion, step_limit: int) -> Outcome:
         return COMPLETED
     if run.steps < step_limit:
         return reversed_at(run, motion)
-    return Outcome(Ending.STEP_LIMIT, f"{step_limit} segments reached {part_reached(run, motion)}: {FEWER_STEPS}")
+    message = f"{step_limit} segments reached {part_reached(run, motion)}: {FEWER_STEPS}"
+    return Outcome(Ending.STEP_LIMIT, message, cause="segments")
 
 
 def part_reached(run: Run, motion: Motion) -> str:
@@ -123,7 +126,7 @@ def slipped_enough(run: Run, motion: Motion) -> bool:
 def reversed_at(run: Run, motion: Motion) -> Outcome:
     """The end of a run whose pin was not to move back."""
     message = f"the pin slips back after {part_reached(run, motion)}: needs reverse_motion = true"
-    return Outcome(Ending.REVERSED, message)
+    return Outcome(Ending.REVERSED, message, cause="reversed")
 
 
 # The event-driven method: Eq. 12 in closed form between crossings (model of Eq. 13-14 as a ratchet on straight teeth).
@@ -192,17 +195,17 @@ class RK4(Method):
             message = (
                 f"the stuck pin's vibrations would grow: needs a time_step shorter by a factor of {shorter:.4g} or more"
             )
-            return nothing(drive.samples), Outcome(Ending.UNSTABLE_STEP, message)
+            return nothing(drive.samples), Outcome(Ending.UNSTABLE_STEP, message, cause="vibrations")
         steps_needed = motion.duration / self.time_step * (1.0 - 1e-12)
         if steps_needed > drive.step_limit:
             message = f"{steps_needed:.6g} steps of time_step, step_limit = {drive.step_limit}: raise one of the two"
-            return nothing(drive.samples), Outcome(Ending.STEP_LIMIT, message)
+            return nothing(drive.samples), Outcome(Ending.STEP_LIMIT, message, cause="steps")
         steps = max(1, math.ceil(steps_needed))
         one_way = None if drive.reverse_motion else True
         run = integrate_by_steps(teeth, motion, steps, drive.samples, BINS, one_way)
         if math.isnan(run.friction_work):
             message = f"the motion ran away after {part_reached(run, motion)}: needs a shorter time_step"
-            return run, Outcome(Ending.UNSTABLE_STEP, message)
+            return run, Outcome(Ending.UNSTABLE_STEP, message, cause="runaway")
         return run, COMPLETED if run.steps == steps or slipped_enough(run, motion) else reversed_at(run, motion)
 
 

@@ -12,7 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, SurfaceConvolution
-from nanoslip.solver.outcome import Ending, Outcome, SingularOperator
+from nanoslip.solver.outcome import INDEFINITE, ROUNDED, Ending, Outcome, SingularOperator
 from nanoslip.solver.slab import Slab, surface_x, surface_y
 from nanoslip.solver.view import OneLine
 
@@ -324,11 +324,20 @@ def explained(outcome: Outcome, compliance: Compliance, contact: NDArray[np.bool
     operator = f"; the {compliance.slab.scheme} operator of the {int(contact.sum())} nodes in contact"
     figures = f"(asymmetry {found.asymmetry:.1e}, reciprocal condition {found.reciprocal_condition:.1e})"
     if not found.positive_definite and not compliance.slab.scheme.reciprocal:
-        why = f"is not positive definite {figures}: use the scheme galerkin, or a poisson further from 0.5"
+        cause, why = (
+            INDEFINITE,
+            f"is not positive definite {figures}: use the scheme galerkin, or a poisson further from 0.5",
+        )
     elif not found.positive_definite:  # it is, but for rounding
-        why = f"is not positive definite {figures}: use a poisson further from 0.5, or an aspect_ratio nearer 1"
+        cause, why = (
+            ROUNDED,
+            f"is not positive definite {figures}: use a poisson further from 0.5, or an aspect_ratio nearer 1",
+        )
     elif found.reciprocal_condition < ILL_CONDITIONED:
-        why = f"is ill-conditioned {figures}: use a poisson further from 0.5, or an aspect_ratio nearer 1"
+        cause, why = (
+            ROUNDED,
+            f"is ill-conditioned {figures}: use a poisson further from 0.5, or an aspect_ratio nearer 1",
+        )
     else:
         return outcome
-    return replace(outcome, message=f"{outcome.message}{operator} {why}")
+    return replace(outcome, message=f"{outcome.message}{operator} {why}", cause=cause)

@@ -130,13 +130,15 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     begins = RUN_IN * record.presliding_length
     if not begins < record.final_displacement:
         return _refused(
-            f"the record ends after {record.presliding_lengths:.2g} presliding lengths, run-in takes {RUN_IN:g}", record
+            "run_in",
+            f"the record ends after {record.presliding_lengths:.2g} presliding lengths, run-in takes {RUN_IN:g}",
+            record,
         )
     if events and (whole := math.floor((record.displacement[-1] - begins) / record.spacing)):
         begins = record.displacement[-1] - whole * record.spacing
     first, last = int(np.searchsorted(record.displacement, begins)), events - 1
     if last - first < FEWEST_EVENTS:
-        return _refused(f"{max(last - first, 0)} events after run-in: needs {FEWEST_EVENTS}", record)
+        return _refused("few_events", f"{max(last - first, 0)} events after run-in: needs {FEWEST_EVENTS}", record)
     steady = Teeth(record.displacement[first:], record.force_after[first:last], record.force_before[first + 1 :])
     start, end = float(steady.edges[0]), float(steady.edges[-1])
     mean, std = _moments(steady)
@@ -187,11 +189,13 @@ def _moments(steady: Teeth) -> tuple[float, float]:
     return mean, float(np.sqrt(width @ (low * low + low * high + high * high) / (3.0 * width.sum())))
 
 
-def _refused(message: str, record: FrictionRecord) -> Plateau:
+def _refused(cause: str, message: str, record: FrictionRecord) -> Plateau:
     """Report no plateau, and the limit to raise: displacement ends a record between two events, events at the last."""
     last = record.displacement[-1] if len(record.displacement) else -math.inf
     # Beyond the rounding of a sum of steps.
     between = record.final_displacement - last > 1e-12 * record.final_displacement
     limit = "limits.presliding, spacings or displacement, whichever ended it" if between else "limits.events"
-    nan = math.nan
-    return Plateau(0, 0, nan, nan, nan, nan, nan, nan, outcome=Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}"))
+    outcome = Outcome(
+        Ending.NO_PLATEAU, f"{message}; raise {limit}", cause=f"{cause} {'travel' if between else 'events'}"
+    )
+    return Plateau(0, 0, *(math.nan,) * 6, outcome=outcome)

@@ -88,7 +88,9 @@ def _end(case: Case, compliance: Compliance) -> float:
     if not 0.0 < end < math.inf:
         raise _ended(
             Outcome(
-                Ending.INVALID, f"contacts of one slider end at one displacement, not at {end:g}: give limits.spacings"
+                Ending.INVALID,
+                f"contacts of one slider end at one displacement, not at {end:g}: give limits.spacings",
+                cause="ends_apart",
             )
         )
     return end
@@ -96,7 +98,7 @@ def _end(case: Case, compliance: Compliance) -> float:
 
 def _ended(outcome: Outcome) -> SolverError:
     error = SolverError(outcome.message)
-    error.ending = outcome.ending
+    error.ending, error.cause = outcome.ending, outcome.cause
     return error
 
 
@@ -109,7 +111,7 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
         raise _ended(record.outcome)
     if not record.final_displacement >= end * (1.0 - 1e-12):  # rounding of a sum of steps
         reached = f"{len(record.displacement)} events reach {record.final_displacement / end:.2g} of the slider's way"
-        raise _ended(Outcome(Ending.INVALID, f"{reached}: raise limits.events"))
+        raise _ended(Outcome(Ending.INVALID, f"{reached}: raise limits.events", cause="few_events"))
     whole, edges = teeth(record), np.linspace(0.0, end, PIECES + 1)
     force = whole.force(np.minimum(edges, whole.edges[-1]))
     force[-1] = record.final_force
@@ -162,8 +164,8 @@ def _without(found: Portion, outcome: Outcome, lost: int) -> Portion:
     """A portion with some contacts lost. Its own outcome is completed; lost contacts are counted and reported once."""
     first = not found.lost
     ending = _ENDINGS.index(outcome.ending) if first else found.ending
-    message = outcome.message if first else found.outcome.message
-    return replace(found, lost=found.lost + lost, ending=ending, outcome=Outcome(Ending.COMPLETED, message))
+    told = outcome if first else found.outcome
+    return replace(found, lost=found.lost + lost, ending=ending, outcome=replace(told, ending=Ending.COMPLETED))
 
 
 def _together(one: Portion, other: Portion) -> Portion:
@@ -199,7 +201,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
     """
     total = reduce(_together, portions)
     if total.contacts < needed(case.interface.contacts):
-        raise _ended(Outcome(_ENDINGS[total.ending], total.outcome.message))
+        raise _ended(replace(total.outcome, ending=_ENDINGS[total.ending]))
     there = case.total_load / total.load
     edges = np.linspace(0.0, total.end, PIECES + 1)
     force = total.force * there
@@ -231,7 +233,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
         end_nodes=total.end_nodes,
         final_displacement=total.end,
         final_force=float(force[-1]),
-        outcome=Outcome(Ending.COMPLETED, lost if total.lost else ""),
+        outcome=Outcome(Ending.COMPLETED, lost, cause=total.outcome.kind) if total.lost else COMPLETED,
     )
     each = 1.0 / total.events if total.events else math.nan
     statistics = replace(

@@ -319,7 +319,7 @@ def lawfulness(
     if case.slip_rule.residual_shear < 1.0 and stiffness <= 0.0:
         other = "an aspect_ratio nearer 1" if case.slab.scheme.reciprocal else "the scheme galerkin"
         message = f"lateral stiffness K = {stiffness:.3g}: an elastic slab's is above 0; use {other}"
-        return Outcome(Ending.SINGULAR_OPERATOR, message)
+        return Outcome(Ending.SINGULAR_OPERATOR, message, cause="stiffness")
     # Classical sliding has looked at its energy event by event.
     if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end, load_work):
         return COMPLETED

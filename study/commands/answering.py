@@ -1,7 +1,6 @@
 """The answer of a case in a line: friction with the ± of its starts, and what decides it beside them."""
 
 import math
-import re
 from collections.abc import Iterator
 from typing import Final
 
@@ -29,14 +28,15 @@ def decided(case: xr.Dataset, manifest: Manifest, of: CampaignCase, most: float 
 
 def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase) -> str:
     """Friction of a case with its ±, and what decides it beside the starts, in a line."""
-    answer, found = summary.answer(case), decided(case, manifest, of)
+    answer, names, found = summary.answer(case), list(summary.answered(case)), decided(case, manifest, of)
     if found is None:
         return answer
     if "critical_velocity" in case:
-        answer = f"{critical_words(case)}; {answer}"
-    by = " (± by starts alone)" if re.search(r"± \d", answer) else ""
+        answer, names = f"{critical_words(case)}; {answer}", ["critical_velocity", *names]
+    known = (float(case.get(f"{name}_uncertainty", 0.0)) for name in names)
+    by = " (± by starts alone)" if any(0.0 < each < math.inf for each in known) else ""
     title = summary.SHOWN[found.variable] if found.variable in MAIN else case[found.variable].attrs["symbol"]
-    named = "" if answer.startswith(title) else f"{title} "
+    named = "" if names[:1] == [found.variable] else f"{title} "
     return "; ".join([f"{answer}{by}", *deciding_words(found, named)])
 
 
@@ -107,7 +107,7 @@ def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[summary
         yield summary.Error(f"{spacings} the node spacing", most, cure)
     if math.isfinite(found.without_drop):
         cure = "residual_shear from 0 to 1: nanoslip fit finds it from measured friction"
-        yield summary.Error("slips that drop no stress", abs(found.without_drop / value - 1.0), cure)
+        yield summary.Error("slips that drop no stress", abs(found.without_drop / value - 1.0), cure, plural=True)
     spaced = float(case.get("record_spacings", math.nan))
     if (shared := float(case.get(f"{found.variable}{SHARED_ERROR}", 0.0))) > 0.0:
         cure = f"a longer record: it spans {spaced:.2g} of the node spacings with which the surface repeats"

@@ -8,6 +8,7 @@ from nanoslip.solver.contact.pin import Pin
 from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
 from nanoslip.solver.parameter import Parameter
 from nanoslip.solver.sliding.validity import nodes_for
+from nanoslip.solver.view import in_words
 from nanoslip.study import api, shipped
 from nanoslip.study.commands.answering import middle_answer
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of
@@ -192,8 +193,9 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None,
         shown = frames(case.case, wanted, output, plan.manifest.stated_scales)
     if len(shown.moments) < len(wanted):
         ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
-        reason = f"{ended.ending}: {ended.message}".rstrip(": ")
-        note(f"no {shown.counted} {wanted[len(shown.moments)]}: the record ends before ({reason})", stderr=True)
+        note(
+            f"no {shown.counted} {wanted[len(shown.moments)]}: the record ends before ({in_words(ended)})", stderr=True
+        )
     last = shown.moments[-1].event
     note(
         f"{whole(f'written: {output}')} ({case.point}; {counted(len(shown.moments), 'moment')} to {shown.counted} {last})"

@@ -15,7 +15,6 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.datasets import dataset_of
 from nanoslip.study.commands.plans import counted, print_json, refusals
 from nanoslip.study.commands.words import Refusal, folder, show
-from nanoslip.study.dataset.variables import without_numbers
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.figures.points import in_text
 from nanoslip.study.figures.shared import format_of, image
@@ -46,7 +45,7 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     form = format_of(picture) if picture else ""
     with refusals(ValueError), dataset_of(dataset, out) as opened:
         found = sensitivity(opened, of)
-        why = holes(opened) if found.holes else []
+        why = [*holes(opened).values()] if found.holes else []
     if as_json:
         parts = {"first": found.first, "total": found.total}
         rows = {
@@ -201,7 +200,7 @@ def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
         time = f", {roughly(makespan(left, farm.size, measured.seconds))}" if known else ""
         most = f"then more where it is open what agrees, at most {points}"
         warn(f"{question.manifest.title}: {counted(len(left), 'task')} at first{time}; {most} points")
-        expected = {without_numbers(line): line for plan in plans for line in out_of_reach(plan)}
+        expected = {cause: line for plan in plans for cause, line in out_of_reach(plan).items()}
         print_sentences(expected.values(), stderr=True)
 
     def progress(rest: Rest, processes: int, measured: Any) -> Any:

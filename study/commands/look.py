@@ -301,9 +301,8 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
     """Print parameters, outcome and numbers of a case, all or only these; several drives as rows."""
     values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
     scales = scales_of(dataset.attrs)
-    in_si = [si_line(scales, values, {})] if scales else []
-    endings = [line for line in summary.ending_lines(case) if not (names and line.endswith(f": {Ending.COMPLETED}"))]
-    print_sentences([f"case {_label(case, dataset)}", *in_si, *endings])
+    in_si = [f"in SI: {si_line(scales, values, {})}"] if scales else []
+    print_sentences([f"case {_label(case, dataset)}", *in_si, *summary.ending_lines(case, completed=not names)])
     table, others = summary.case_table(case, names)
     if table.rows:
         print_table(table)

@@ -34,7 +34,7 @@ from nanoslip.study.report.console import Table, note, print_entries, print_sent
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
 from nanoslip.study.run.launch import cores
-from nanoslip.study.run.progress import duration, makespan, roughly
+from nanoslip.study.run.progress import duration, makespan, roughly, to_one_digit
 
 
 def list_campaigns(as_json: bool) -> None:
@@ -147,7 +147,7 @@ def _print(found: plans.Standing, ranks: int) -> None:
 
 
 def _in_si(plan: Plan) -> str:
-    return si_line(plan.manifest.scales, plan.manifest.fixed, plan.manifest.axes)
+    return f"in SI: {si_line(plan.manifest.scales, plan.manifest.fixed, plan.manifest.axes)}"
 
 
 def _cases(plan: Plan) -> Iterator[str]:
@@ -207,7 +207,7 @@ GUESS: Final = 10.0
 
 def _range(seconds: float) -> str:
     """A first guess as a range: `0.4 s to 40 s`."""
-    return " to ".join(roughly(each).removeprefix("about ") for each in (seconds / GUESS, seconds * GUESS))
+    return " to ".join(to_one_digit(each) for each in (seconds / GUESS, seconds * GUESS))
 
 
 def _ensembles(found: plans.Standing) -> Iterator[str]:
@@ -354,14 +354,15 @@ def _submit(scripts: list[Path]) -> int:
     before: list[str] = []
     for path in scripts:
         try:
-            done = subprocess.run(["sbatch", *before, str(path)], check=False, stdout=subprocess.PIPE, text=True)
+            done = subprocess.run(
+                ["sbatch", "--parsable", *before, str(path)], check=False, stdout=subprocess.PIPE, text=True
+            )
         except FileNotFoundError:
             raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
-        sys.stdout.write(done.stdout)
         if done.returncode:
+            sys.stdout.write(done.stdout)
             return done.returncode
-        number = next(
-            word for word in done.stdout.split() if word.isdigit()
-        )  # `Submitted batch job 12`, or `… 12 on cluster …`
+        number = done.stdout.strip().partition(";")[0]  # before the cluster's name
+        note(f"Submitted batch job {number}")
         before = [f"--dependency=afterany:{number}"]
     return 0

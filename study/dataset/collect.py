@@ -33,6 +33,7 @@ from nanoslip.study.dataset.file import FORMAT, MIXED, VERSION, carrying, seal_o
 from nanoslip.study.dataset.variables import (
     ADVICE,
     CASE_ID,
+    CAUSES,
     COMPUTED_BY,
     DRIVE,
     DRIVE_MEMBERS,
@@ -268,6 +269,7 @@ class CaseVariables:
             ending, message = OUTCOMES[DRIVE if drive else ""]
             self.put(ending.name, place, drive, outcome.ending.value)
             self.put(message.name, place, drive, outcome.message)
+            self.put(CAUSES[DRIVE if drive else ""].name, place, drive, outcome.cause)
 
     def enter_software(self, place: int, results: Results) -> None:
         """Set which software a case, and each of its drives, stems from."""
@@ -298,7 +300,7 @@ class CaseVariables:
         kinds = needed_kinds(manifest)
         for kind, (ending, message) in OUTCOMES.items():
             if not kind or kind in kinds:
-                for text in (ending, message, COMPUTED_BY[kind]):
+                for text in (ending, message, CAUSES[kind], COMPUTED_BY[kind]):
                     self._declare(kind, text, PENDING if text == ending else "")
         for each in (ADVICE, MEMBERS):
             self._declare("", each, "" if each == ADVICE else np.nan)

@@ -203,6 +203,7 @@ def _names(found: Matched) -> list[str]:
     apart = {each.name for each in variables.COMPUTED_BY.values()} | {
         message.name for _, message in variables.OUTCOMES.values()
     }
+    apart |= {each.name for each in variables.CAUSES.values()}
     apart |= variables.run_names() | {"advice"}
     shared = (str(name) for name in found.roots[0].data_vars if name not in apart)
     both = [name for name in shared if all(rows.has(name) for rows in found.both)]

@@ -134,6 +134,7 @@ def _texts() -> set[str]:
         variables.DRIVE_NAME,
         variables.ADVICE,
         *variables.COMPUTED_BY.values(),
+        *variables.CAUSES.values(),
         *(each for both in variables.OUTCOMES.values() for each in both),
     )
     words = (each for kind in KINDS for _, each in variables.scalars(kind) if each.words)

@@ -5,10 +5,9 @@ stiffness in G·L_y, forces over the load W; trajectories of drives are in SI.
 """
 
 import difflib
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO, Any, Final
@@ -149,6 +148,11 @@ OUTCOMES = {
     ),
 }
 """Variables of the ending, by kind of task ("": all before the drives)."""
+CAUSES: Final = {
+    "": Quantity("cause", "cause of the outcome", "", comment="one for messages that differ in values alone, or empty"),
+    DRIVE: Quantity("drive_cause", "cause of drive_outcome", "", comment="as cause"),
+}
+"""Variables, arranged as in `OUTCOMES`, that name the fact in a message."""
 
 MEMBERS: Final = Quantity(
     "members", "members computed", comment="independent starts of the case; means are over members with a value"
@@ -187,7 +191,7 @@ def in_si_too() -> dict[str, Quantity]:
     return {
         name: Quantity(
             f"{name}_si",
-            each.meaning.partition(", in ")[0],
+            each.meaning,
             UNITS[each.scale],
             symbol=each.symbol.partition("/")[0],
             comment=f"{name} times its scale",
@@ -303,10 +307,10 @@ def variable_text(variable: Described) -> str:
 def _all(beside: bool = False) -> Iterator[Described]:
     """Variables of all groups. beside: with ± and member counts, which stand beside means."""
     ending, message = OUTCOMES[""]
-    own = (CASE_ID, ending, message, COMPUTED_BY[""], ADVICE, MEMBERS)
+    own = (CASE_ID, ending, message, CAUSES[""], COMPUTED_BY[""], ADVICE, MEMBERS)
     yield from _of("the case", CASES, own)
     for kind in KINDS:
-        head = (*OUTCOMES[DRIVE], COMPUTED_BY[DRIVE], DRIVE_MEMBERS) if kind == DRIVE else ()
+        head = (*OUTCOMES[DRIVE], CAUSES[DRIVE], COMPUTED_BY[DRIVE], DRIVE_MEMBERS) if kind == DRIVE else ()
         dims = f"{CASES}, drive" if kind == DRIVE else CASES
         own = (*head, *(quantity for _, quantity in scalars(kind)))
         around = [part for each in own for part in (each, *each.beside)] if beside else own
@@ -415,13 +419,6 @@ def means_of(dataset: xr.Dataset) -> str:
 
 
 # Runs of different length, one behind the other: CF contiguous ragged arrays with the labels of what they belong to.
-
-
-@lru_cache(maxsize=1024)  # of a million messages few are different
-def without_numbers(message: str) -> str:
-    """A message without its numbers, equal for messages that differ only in these."""
-    return re.sub(r"\d[\d.e+-]*", "#", message)
-
 
 NAME_LENGTH: Final = 12
 """Hexadecimal digits of a run's name."""

@@ -135,7 +135,8 @@ def _as_pending(found: xr.Dataset) -> xr.Dataset:
     for kind, (outcome, message) in variables.OUTCOMES.items():
         if outcome.name in found:
             changed[outcome.name] = endings = _endings(found, kind)
-            changed[message.name] = found[message.name].where(endings != PENDING, "")
+            for each in (message, variables.CAUSES[kind]):
+                changed[each.name] = found[each.name].where(endings != PENDING, "")
     return found.assign(changed)
 
 
@@ -147,7 +148,7 @@ LITTLE: Final = 1e-2
 """Relative difference allowed, over its scale, for a number computed by another method without known uncertainty."""
 _NOT_COMPARED: Final = "not compared"
 _SOFTWARE: Final = {quantity.name for quantity in variables.COMPUTED_BY.values()}
-_ADVICE: Final = {message.name for _, message in variables.OUTCOMES.values()}
+_CAUSE_OF: Final = {message.name: variables.CAUSES[kind].name for kind, (_, message) in variables.OUTCOMES.items()}
 _Values = Mapping[str, xr.Variable]
 
 
@@ -308,7 +309,7 @@ class Recomputed:
         found = compared(name, kept[name].values, now[name].values, scale)
         if found.verdict is not Verdict.DIFFERENT:
             return found
-        if name in _ADVICE and (self._reworded or _alike(kept[name].values, now[name].values)):
+        if name in _CAUSE_OF and (self._reworded or _alike(kept[_CAUSE_OF[name]], now[_CAUSE_OF[name]])):
             return replace(found, verdict=Verdict.WITHIN)
         elsewhere = parted if name in _of_records() else moved or parted
         if not elsewhere or name in _before_sliding() or now[name].dtype == object:
@@ -322,10 +323,9 @@ class Recomputed:
         return replace(found, verdict=Verdict.WITHIN) if np.all(close) else found
 
 
-def _alike(kept: NDArray[Any], again: NDArray[Any]) -> bool:
-    """True if messages differ in numbers alone."""
-    pairs = zip(map(str, kept.flat), map(str, again.flat), strict=True)
-    return all(variables.without_numbers(one) == variables.without_numbers(other) for one, other in pairs)
+def _alike(kept: xr.Variable, again: xr.Variable) -> bool:
+    """True if both have the same causes, whose messages differ in values alone."""
+    return identical(kept.values, again.values) and bool(np.all(again.values != ""))
 
 
 class _Runs:

@@ -25,6 +25,7 @@ from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.sliding.path import Path as LoadingPath, follow
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide, states_at
+from nanoslip.solver.view import in_words
 from nanoslip.study.figures.points import typeset
 from nanoslip.study.figures.shared import COLORS, FORMATS, column, format_of, image, legend
 from nanoslip.study.manifest.parameters import axis_unit
@@ -144,7 +145,7 @@ def moments_of(case: Case, events: Sequence[int], scales: Scales | None = None) 
     if not states and outcome.ok:
         raise InvalidInput(f"no event {events[0]}: the record ends before")
     if not states:
-        raise InvalidInput(f"no contact after event {events[0]}: {outcome.ending}: {outcome.message}".rstrip(": "))
+        raise InvalidInput(f"no contact after event {events[0]}: {in_words(outcome)}")
     record = path or slide(replace(case, max_events=max(events[len(states) - 1], 1)), compliance)
     before = [None, *states[:-1]]
     shown = tuple(_moment(*each, case) for each in zip(events, before, states, strict=False))
@@ -170,15 +171,17 @@ def _in_si(shown: Sequence[Moment], normal_load: float, scales: Scales) -> Units
     def places(moment: Moment) -> Any:
         return moment.x[moment.pressure > 0.0]
 
-    pressure = unit("pressure p", "Pa", traction, lambda moment: moment.pressure)
+    pressure, shear, stress = (
+        unit(name, "Pa", traction, lambda moment: moment.pressure) for name in ("pressure p", "shear q", "traction")
+    )
     return Units(
         unit("x", "m", width, places),
         unit("y", "m", width, places),
         unit("pin displacement δ_p", "m", width, lambda moment: moment.displacement),
         unit("friction force F", "N", load, lambda moment: moment.friction),
         pressure,
-        Unit(pressure.factor, pressure.label.replace("pressure p", "shear q")),
-        Unit(pressure.factor, pressure.label.replace("pressure p", "traction")),
+        shear,
+        stress,
         unit("slip s", "m", width, lambda moment: moment.slip),
     )
 

@@ -24,7 +24,7 @@ from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.ensemble import mean_of, student
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.view import with_error
+from nanoslip.solver.view import rounded
 from nanoslip.study.dataset.table import scales_of
 from nanoslip.study.figures.points import Columns, Floats, ordered
 from nanoslip.study.manifest.columns import rows_as_csv
@@ -81,7 +81,7 @@ def over_starts(values: NDArray[np.float64], digits: int = 4, scale: float = 1.0
     low, high = found.min(), found.max()
     if low == high:
         return f"{low:.{digits}g} from every start" if len(found) > 1 else f"{low:.{digits}g}"
-    mean, _, deviation = with_error(found.mean(), found.std(ddof=1)).partition(" ± ")
+    mean, deviation = rounded(found.mean(), found.std(ddof=1))
     return f"{mean} (s.d. {deviation}, {low:.{digits}g} to {high:.{digits}g})"
 
 

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -15,7 +15,6 @@ from nanoslip.solver.drive import DURATIONS
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
-from nanoslip.study.dataset.variables import without_numbers
 from nanoslip.study.figures.points import Points, points_named
 from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, fit
 from nanoslip.study.inference.sensitivity import axis_of
@@ -64,7 +63,9 @@ class Question:
         """
         return self._plans(np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]))
 
-    def answer(self, compute: Compute, out: Path, most: int, why: Callable[[xr.Dataset], list[str]]) -> Fit:
+    def answer(
+        self, compute: Compute, out: Path, most: int, why: Callable[[xr.Dataset], Mapping[Hashable, str]]
+    ) -> Fit:
         """Find the parameters that agree, from at most `most` computed points; finished points of the campaign are used.
 
         out: folder of the campaign's results. why: what ended the cases of a dataset, and what helps. Raises what `compute`
@@ -76,8 +77,8 @@ class Question:
             return ComputedPoint(x, *self._numbers(plans, compute(together(plans))))
 
         def reasons(x: Floats) -> list[str]:
-            lines = (line for plan in self.plans(x) for line in why(collect(plan, Store(out))))
-            return list({without_numbers(line): line for line in lines}.values())
+            found = [why(collect(plan, Store(out))) for plan in self.plans(x)]
+            return list({cause: line for each in found for cause, line in each.items()}.values())
 
         known = self.finished_points(Store(out))
         return fit(self.targets, self.ranges, simulate, simulate(known) if len(known) else None, most, reasons)

@@ -247,7 +247,7 @@ def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequenc
     said += [f"L_y = {compact(scales.slab_depth, 'm')}", f"G = {compact(scales.shear_modulus, 'Pa')}"]
     if len({*given["poisson"]}) == 1:
         said.append(f"E = {compact(2.0 * (1.0 + float(given['poisson'][0])) * scales.shear_modulus, 'Pa')}")
-    return f"in SI: {', '.join(said)}, nodes {_span(apart, 'm')} apart"
+    return f"{', '.join(said)}, nodes {_span(apart, 'm')} apart"
 
 
 def in_si(scales: Scales, name: str, value: Any) -> str:

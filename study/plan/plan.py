@@ -144,8 +144,9 @@ class Plan:
                 continue
             outcome, need = found[lost], tasks[lost]
             message = f"its {need.kind} {UNDONE.get(outcome.ending, 'failed')}: {outcome.message}"
+            cause = outcome.cause and f"{need.kind} {outcome.ending} {outcome.cause}"
             own = need.kind == task.kind  # the scalars of a record
-            found[task.key] = outcome if own else Outcome(Ending.NEEDS_FAILED, message)
+            found[task.key] = outcome if own else Outcome(Ending.NEEDS_FAILED, message, cause=cause)
         return found | dict(finished)
 
     def foreign(self, finished: Mapping[str, Origins]) -> dict[str, Origins]:
@@ -352,18 +353,18 @@ _OF_CONTACTS = ("contact", "record", "path")
 """Kinds of task whose results have flags."""
 
 
-def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> list[str]:
-    """Describe each flag that any case has: number of cases, the first one, meaning and advice.
+def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> dict[str, str]:
+    """Lines about the flags that any case has, by flag: number of cases, the first one, meaning and advice.
 
     masks: the flags of every case, as bits. words: a case's number -> what tells it from the others, empty for a single case.
     """
-    lines = []
+    lines = {}
     for flag in FLAGS:
         having = [number for number, mask in enumerate(masks) if mask & flag.mask]
         if having:
             first = words(having[0])
             where = f"{len(having)} of {len(masks)} cases" + (f", first {first}" if first else "")
-            lines.append(f"{flag.name}: {where}: {flag.meaning}; {flag.advice}")
+            lines[flag.name] = f"{flag.name}: {where}: {flag.meaning}; {flag.advice}"
     return lines
 
 
@@ -386,7 +387,7 @@ def flags_of(case: Case, result: TaskResult) -> int | None:
 
 def expected_lines(plan: Plan, outlook: Outlook) -> list[str]:
     """Expected flags of a plan's cases before a run, refused cases excluded."""
-    return [*flag_lines(outlook.masks, partial(_words, plan)), *out_of_reach(plan)]
+    return [*flag_lines(outlook.masks, partial(_words, plan)).values(), *out_of_reach(plan).values()]
 
 
 def _words(plan: Plan, number: int) -> str:
@@ -396,19 +397,20 @@ def _words(plan: Plan, number: int) -> str:
     return in_words({name: short(point[name]) for name in varying})
 
 
-def out_of_reach(plan: Plan) -> list[str]:
-    """Lines about drives that never pull as hard as friction holds, and that need more segments than step_limit."""
-    return [*_too_short(plan), *_too_many_steps(plan)]
+def out_of_reach(plan: Plan) -> dict[str, str]:
+    """Lines about drives that never pull as hard as friction holds, and that need more segments than step_limit, by cause."""
+    found = {"duration": _too_short(plan), "step_limit": _too_many_steps(plan)}
+    return {cause: line for cause, line in found.items() if line}
 
 
-def _too_short(plan: Plan) -> list[str]:
-    """List drives that are too short to slide. The smallest plateau counts, which holds to spreads of 3. Without a duration
+def _too_short(plan: Plan) -> str:
+    """Report drives that are too short to slide. The smallest plateau counts, which holds to spreads of 3. Without a duration
     a drive lasts while its stage moves."""
     manifest = plan.manifest
     drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]
     cases = [(number, each.case) for number, each in enumerate(plan.cases) if each.case is not None]
     if not (drives and cases):
-        return []
+        return ""
     weight = np.array([case.total_load * manifest.scales.force for _, case in cases])
     share = np.array([least_plateau(case) for _, case in cases])
     pace = np.array([named.in_si.spring_stiffness * named.in_si.stage_velocity for _, named in drives])
@@ -417,7 +419,7 @@ def _too_short(plan: Plan) -> list[str]:
     pull = np.array([rate * time if rate else 0.0 for rate, time in zip(pace, lasts, strict=True)]) + damper
     low = np.isfinite(share)[:, None] & (pull < (weight * share)[:, None])
     if not low.any():
-        return []
+        return ""
     number, which = divmod(int(low.argmax()), len(drives))
     drive, named = drives[which]
     needed = max(weight[number] * share[number] - damper[which], 0.0) / pace[which] if pace[which] else math.inf
@@ -431,7 +433,7 @@ def _too_short(plan: Plan) -> list[str]:
     )
     reached = f"reaches F/W = {pull[which] / weight[number]:.2g}, slips near {share[number]:.2g}"
     where = ", ".join(filter(None, [_words(plan, cases[number][0]), drive.label]))
-    return [f"too short to slip: {low.sum()} of {low.size} drives, first {where}: {reached}: {advice}"]
+    return f"too short to slip: {low.sum()} of {low.size} drives, first {where}: {reached}: {advice}"
 
 
 _LOOKED_AT: Final = 1000
@@ -448,16 +450,16 @@ def _driven(plan: Plan) -> Iterator[tuple[int, Case, CampaignDrive, Drive]]:
             yield from ((number, case, *each) for each in known)
 
 
-def _too_many_steps(plan: Plan) -> list[str]:
+def _too_many_steps(plan: Plan) -> str:
     driven = [each for each in _driven(plan) if each[-1].max_slips is None]
     steps = np.array([drive_steps(drive, case) for _, case, _, drive in driven])
     many = steps > [drive.step_limit for *_, drive in driven]
     if not many.any():
-        return []
+        return ""
     number, _, named, _ = driven[int(np.where(many, steps, 0.0).argmax())]
     where = ", ".join(filter(None, [_words(plan, number), named.label]))
     needs = f"needs about {steps[many].max():.1g} segments (to a factor of 5): {FEWER_STEPS}"
-    return [f"may end at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: {needs}"]
+    return f"may end at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: {needs}"
 
 
 def duration_lines(plan: Plan) -> list[str]:

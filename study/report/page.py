@@ -161,7 +161,7 @@ def in_si(dataset: xr.Dataset) -> Iterator[str]:
     if found is None:
         return
     given = {name: values(dataset, name) for name in parameters_of_a_case()}
-    yield si_line(found, {}, {name: each for name, each in given.items() if each}).removeprefix("in SI: ")
+    yield si_line(found, {}, {name: each for name, each in given.items() if each})
     for name in ("final_displacement_si", "mean_step_si", "surface_stiffness_si"):
         if name in dataset and bool(dataset[name].notnull().any()):
             ends, unit = (

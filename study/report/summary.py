@@ -4,7 +4,7 @@ import functools
 import math
 import operator
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Final, NamedTuple, TypeAlias
@@ -76,6 +76,7 @@ UNCERTAINTY: Final = "_uncertainty"
 """Suffix of a number's name for its ±."""
 _SAID_APART: Final = {
     *(each.name for both in variables.OUTCOMES.values() for each in both),
+    *(each.name for each in variables.CAUSES.values()),
     *variables.run_names(),
     variables.VALIDITY.name,
     "advice",
@@ -110,14 +111,18 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
     }
 
 
-def ending_lines(case: xr.Dataset) -> Iterator[str]:
-    """Outcomes of a case and its drive with messages, advice for validity flags, and the meaning of means and ±."""
+def ending_lines(case: xr.Dataset, completed: bool = True) -> Iterator[str]:
+    """Outcomes of a case and its drive with messages, advice for validity flags, and the meaning of means and ±.
+
+    completed: with outcomes that are `completed` and have no message.
+    """
     for label, (ending, message) in zip(
         ("outcome", "drive"), (variables.OUTCOMES[""], variables.OUTCOMES["drive"]), strict=True
     ):
         if ending.name in case and not case[ending.name].dims:
-            why = str(case[message.name].item())
-            yield f"{label}: {case[ending.name].item()}" + (f": {why}" if why else "")
+            ended, why = str(case[ending.name].item()), str(case[message.name].item())
+            if completed or why or ended != COMPLETED:
+                yield ": ".join(filter(None, (label, ended, why)))
     if "advice" in case and (advice := str(case["advice"].item())):
         yield f"advice: {advice}"
     yield from filter(None, [variables.means_of(case)])
@@ -125,14 +130,19 @@ def ending_lines(case: xr.Dataset) -> Iterator[str]:
 
 def answer(case: xr.Dataset) -> str:
     """Friction, regime and plateau of one case in a line, of a contact its half-width; and how it ended unless completed."""
-    names = [name for name in _ANSWER if name in case and not case[name].dims]
-    names = names or [name for name in ("loss_per_cycle", "contact_half_width") if name in case][:1]
-    there = {SHOWN[name]: _text(case, name, 4) for name in names}
-    if there.get(SHOWN["kinetic_friction"], NOTHING) != NOTHING:
-        there.pop(SHOWN["plateau_mean"], None)  # which is the same
     endings = (case[each.name] for each, _ in variables.OUTCOMES.values() if each.name in case)
     failed = dict.fromkeys(str(each.item()) for each in endings if not each.dims and each.item() != COMPLETED)
-    return ", ".join([*(f"{title} {value}" for title, value in there.items() if value != NOTHING), *failed])
+    return ", ".join([*(f"{SHOWN[name]} {value}" for name, value in answered(case).items()), *failed])
+
+
+def answered(case: xr.Dataset) -> dict[str, str]:
+    """Variables that answer for one case, and their values as text, the first one first."""
+    names = [name for name in _ANSWER if name in case and not case[name].dims]
+    names = names or [name for name in ("loss_per_cycle", "contact_half_width") if name in case][:1]
+    there = {name: value for name in names if (value := _text(case, name, 4)) != NOTHING}
+    if "kinetic_friction" in there:
+        there.pop("plateau_mean", None)  # which is the same
+    return there
 
 
 def _text(values: xr.Dataset, name: str, digits: int) -> str:
@@ -290,8 +300,12 @@ def _answered(dataset: xr.Dataset) -> xr.DataArray:
 
 def flag_summary(dataset: xr.Dataset) -> list[str]:
     """One line for each validity flag: how many cases have it, the first of them, and the advice."""
+    return list(_flags(dataset).values())
+
+
+def _flags(dataset: xr.Dataset) -> dict[str, str]:
     if variables.VALIDITY.name not in dataset:
-        return []
+        return {}
     masks = dataset[variables.VALIDITY.name]
     first = partial(_place, case_rows(dataset, str(masks.name))) if masks.size > 1 else lambda _: ""
     return flag_lines(masks.values.ravel().tolist(), first)
@@ -348,24 +362,31 @@ Alike: TypeAlias = dict[tuple[str, str | None], list[int]]
 
 
 def _reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str], Alike]]:
-    """`case`, then `drive`: their outcomes, messages, and those that ended alike: positions by outcome and message.
+    """`case`, then `drive`: their outcomes, messages, and those that ended alike: positions by outcome and cause.
 
-    Messages that differ in numbers alone are one; that of a drive is None if its case has it. The most frequent come first.
+    Messages of one cause are one; that of a drive is None if its case has it. The most frequent come first.
     """
-    above = [each.name for each in variables.OUTCOMES[""]]
     for run, (outcome, message) in variables.OUTCOMES.items():
         if outcome.name in dataset:
-            endings, texts = (dataset[each.name].values.ravel().tolist() for each in (outcome, message))
-            kinds = list(map(variables.without_numbers, texts))
             rows = case_rows(dataset, outcome.name)
-            cases = zip(*(rows.values(each).tolist() for each in above), strict=True)
+            endings, texts = (rows.values(each.name).tolist() for each in (outcome, message))
+            both = (_kinds(rows, run), _kinds(rows, ""))
+            ended_before = rows.values(variables.OUTCOMES[""][0].name).tolist()
             groups: Alike = {}
-            for number, (ending, kind, (ended, why)) in enumerate(zip(endings, kinds, cases, strict=True)):
-                same = kind != "" and kind == variables.without_numbers(why)
+            for number, (ending, ended, kind, before) in enumerate(zip(endings, ended_before, *both, strict=True)):
+                same = kind != "" and kind == before
                 inherited = bool(run) and (same or (ending == ended and ended not in _UNHURT))
                 groups.setdefault((ending, None if inherited else kind), []).append(number)
             ordered = dict(sorted(groups.items(), key=lambda item: -len(item[1])))
             yield run or "case", dataset[outcome.name], texts, ordered
+
+
+def _kinds(rows: CaseRows, run: str) -> list[str]:
+    """Cause of each outcome, or else its message, as in `Outcome.kind`."""
+    cause, message = variables.CAUSES[run].name, variables.OUTCOMES[run][1].name
+    messages: list[str] = rows.values(message).tolist()
+    causes = rows.values(cause).tolist() if rows.has(cause) else messages
+    return [one or other for one, other in zip(causes, messages, strict=True)]
 
 
 def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
@@ -395,7 +416,11 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
 
     asked: for cases that miss a requested number, else for the others.
     """
-    lines, missed = [], _missed(dataset) & ~_answered(dataset)
+    return list(_failures(dataset, asked).values())
+
+
+def _failures(dataset: xr.Dataset, asked: bool) -> dict[Hashable, str]:
+    lines, missed = dict[Hashable, str](), _missed(dataset) & ~_answered(dataset)
     for what, outcomes, messages, groups in _reasons(dataset):
         failed = missed if set(missed.dims) <= set(outcomes.dims) else xr.DataArray(True)
         hurt = np.broadcast_to(
@@ -404,16 +429,16 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
         for (ending, kind), found in groups.items():
             numbers = [number for number in found if (hurt[number] or ending in _UNHURT) == asked]
             if numbers and ending and kind is not None and (kind or ending not in _UNHURT):
-                alike = len({messages[number] for number in numbers}) == 1
+                others = "" if len({messages[number] for number in numbers}) == 1 else "; the others differ in numbers"
                 where = _where(case_rows(dataset, str(outcomes.name)), numbers, f"{what}s")
-                why = messages[numbers[0]] + ("" if alike else "; the others differ in numbers")
-                lines.append(f"{ending}: {where}: {why}".removesuffix(": "))
+                why = messages[numbers[0]] + others
+                lines[what, ending, kind] = ": ".join(filter(None, (ending, where, why)))
     return lines
 
 
-def holes(dataset: xr.Dataset) -> list[str]:
-    """Reasons for cases without a number, or with a flag, and remedies."""
-    return [*failure_summary(dataset), *flag_summary(dataset)]
+def holes(dataset: xr.Dataset) -> dict[Hashable, str]:
+    """Reasons for cases without a number, or with a flag, and remedies, by cause."""
+    return _failures(dataset, asked=True) | {**_flags(dataset)}
 
 
 def _where(rows: CaseRows, numbers: Sequence[int], what: str = "cases") -> str:
@@ -526,6 +551,8 @@ class Error(NamedTuple):
     source: str
     share: float
     cure: str
+    plural: bool = False
+    """True if the source is a plural noun."""
 
 
 def _parts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
@@ -551,7 +578,8 @@ def errors_of(case: xr.Dataset, name: str, cost: str = "", measured: Mapping[str
     left_out = f"{str(case[_LEFT_OUT.name].item()).replace('_', ' ')} left out" if _LEFT_OUT.name in case else ""
     found = [measured[name]] if measured and name in measured else []
     for source, share in _parts(case, name).items():
-        found.append(Error(left_out if source == _LEFT_OUT.name else source, float(share), cures[source]))
+        named = left_out if source == _LEFT_OUT.name else source
+        found.append(Error(named, float(share), cures[source], source == "starts"))
     return sorted((each for each in found if each.share > 0.0), key=lambda each: -each.share)
 
 
@@ -637,7 +665,7 @@ def _line(case: xr.Dataset, name: str, where: str, of: str, errors: list[Error])
         return f"{name} {value:.3g}{where} {variables.UNKNOWN}"
     first, *others = errors
     beside = "".join(f"; {each.source} {each.share:.1%}" for each in others)
-    verb = "dominates" if first.source.startswith("the ") else "dominate"
+    verb = "dominate" if first.plural else "dominates"
     return (
         f"{name} {with_error(value, error)}{where}: {of}{first.source} {verb} ({first.share:.1%}), {first.cure}{beside}"
     )

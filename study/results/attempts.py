@@ -38,11 +38,13 @@ class Attempt:
     ended: str
     """Time of the end, in UTC."""
     trace: str = ""
+    cause: str = ""
+    """Name of the fact in the message."""
 
     @property
     def outcome(self) -> Outcome:
         """Outcome of the task, the same on every machine."""
-        return Outcome(Ending(self.ending), self.message + (ADVICE if self.given_up else ""))
+        return Outcome(Ending(self.ending), self.message + (ADVICE if self.given_up else ""), cause=self.cause)
 
     @property
     def given_up(self) -> bool:

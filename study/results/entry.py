@@ -88,7 +88,7 @@ def packed(result: TaskResult) -> bytes:
     if any(array.dtype.hasobject for array in arrays.values()):
         raise ValueError(f"{result.key}: an array of objects; needs numbers or texts")
     rows = [(name, array.dtype.str, array.shape, _fortran(array)) for name, array in arrays.items()]
-    members = [(each.ending.value, each.message, each.longer) for each in result.members]
+    members = [(each.ending.value, each.message, each.longer, each.cause) for each in result.members]
     table = _filled(_json({"scalars": dict(result.scalars), "arrays": rows, "members": members}), b" ")
     body = b"".join((table, *(_filled(array.tobytes("A"), b"\0") for array in arrays.values())))
     meta = _meta_bytes(result.kind, result.outcome, result.origins)
@@ -98,7 +98,12 @@ def packed(result: TaskResult) -> bytes:
 
 @lru_cache(maxsize=256)  # most results say the same of themselves
 def _meta_bytes(kind: str, outcome: Outcome, origins: Origins) -> bytes:
-    ending = {"ending": outcome.ending.value, "message": outcome.message, "longer": outcome.longer}
+    ending = {
+        "ending": outcome.ending.value,
+        "message": outcome.message,
+        "longer": outcome.longer,
+        "cause": outcome.cause,
+    }
     return _filled(_json({"kind": kind, **ending, "origins": as_data(origins)}), b" ", LEAST)
 
 
@@ -176,7 +181,7 @@ def _meta(text: bytes) -> Meta:
         isinstance(each, str) for each in (found["kind"], *(v for one in found["origins"] for v in one.values()))
     ):
         raise TypeError("no texts")
-    outcome = Outcome(Ending(found["ending"]), found["message"], bool(found.get("longer")))
+    outcome = Outcome(Ending(found["ending"]), found["message"], bool(found.get("longer")), found.get("cause", ""))
     return Meta(found["kind"], outcome, from_data(found["origins"]))
 
 

@@ -26,7 +26,7 @@ from typing import Any, Final
 
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.origin import Origin, adopt, software
-from nanoslip.study.run.dispatch import Done, Work, attempt, print_failure
+from nanoslip.study.run.dispatch import Done, Place, Work, attempt, print_failure
 from nanoslip.study.run.launch import ONE_THREAD, SIGNALS, Program
 
 READY: Final = "ready"
@@ -60,7 +60,7 @@ def _serve(parent: "Connection[Any, Any]") -> None:
     program, number = parent.recv()
     execute = program.load()
     parent.send(READY)
-    where, process = f"rank {number} on {socket.gethostname()}", os.getpid()
+    where, process = Place(number, socket.gethostname()), os.getpid()
     while True:
         try:
             message = parent.recv()
@@ -83,7 +83,7 @@ def _serve(parent: "Connection[Any, Any]") -> None:
             return
 
 
-def _other_software(where: str, different: Mapping[str, tuple[str, str]]) -> "FarmError":
+def _other_software(where: Place, different: Mapping[str, tuple[str, str]]) -> "FarmError":
     """Error of a child with other software than the run. different: property of an origin -> the run's and the child's."""
     pairs = (f"{name.removesuffix('_version')} {its} instead of {mine}" for name, (mine, its) in different.items())
     return FarmError(
@@ -341,7 +341,7 @@ class Agent:
             child.stop()
             return self._dead(task, child)
         if done is None and child.ready and child.seconds > task.limit:
-            outcome = Outcome(Ending.TIMED_OUT, _TIMED_OUT.format(task.limit))
+            outcome = Outcome(Ending.TIMED_OUT, _TIMED_OUT.format(task.limit), cause="seconds")
             return self._lost(task, child, outcome, again=False)
         if done is not None:
             self._begun = None
@@ -363,7 +363,7 @@ class Agent:
         return None
 
     def _lost(self, task: Work, child: ChildProcess, outcome: Outcome, again: bool) -> Done:
-        where = f"rank {self._number} on {socket.gethostname()}"
+        where = Place(self._number, socket.gethostname())
         done = Done(task.key, outcome, child.seconds, where, child.last_words(), again, died=True)
         self._begun = None
         self.close()
@@ -382,11 +382,10 @@ def _death(child: ChildProcess, code: int | None) -> Outcome:
         return Outcome(
             Ending.OUT_OF_MEMORY, "its process was ended as no memory was left: start fewer ranks on a machine"
         )
-    how = (
-        "closed its connection"
-        if code is None
-        else f"died of signal {-code}"
-        if code < 0
-        else f"ended with exit code {code}"
-    )
-    return Outcome(Ending.CRASHED, f"its process {how}: a bug, or it was killed")
+    cause = "connection" if code is None else "signal" if code < 0 else "exit_code"
+    how = {
+        "connection": "closed its connection",
+        "signal": f"died of signal {-(code or 0)}",
+        "exit_code": f"ended with exit code {code}",
+    }[cause]
+    return Outcome(Ending.CRASHED, f"its process {how}: a bug, or it was killed", cause=cause)

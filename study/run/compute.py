@@ -61,13 +61,15 @@ def _computed(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     for need in needs:
         if not need.outcome.usable:  # a record without a plateau is still a record
             message = f"its {need.kind} ended as {need.outcome.ending}: {need.outcome.message}"
-            return TaskResult(task.key, task.kind, Outcome(Ending.NEEDS_FAILED, message))
+            cause = need.outcome.cause and f"{need.kind} {need.outcome.ending} {need.outcome.cause}"
+            return TaskResult(task.key, task.kind, Outcome(Ending.NEEDS_FAILED, message, cause=cause))
     try:
         return _result(task, inputs)
     except SolverError as error:
         return TaskResult(task.key, task.kind, error.outcome)
     except MemoryError as error:
-        return TaskResult(task.key, task.kind, Outcome(Ending.OUT_OF_MEMORY, _NO_MEMORY.format(task.slab.n_x, error)))
+        message = _NO_MEMORY.format(task.slab.n_x, error)
+        return TaskResult(task.key, task.kind, Outcome(Ending.OUT_OF_MEMORY, message, cause="memory"))
 
 
 _NO_MEMORY = "no memory left at n_x = {}: start fewer ranks on a machine, or use a smaller n_x or fewer events ({})"
@@ -220,12 +222,17 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
         else max((each for each in counts if each is not Ending.COMPLETED), key=counts.__getitem__)
     )
     speaking = [each for each in members if each.message]
-    first = {each.ending: each.message for each in reversed(speaking)}
+    first = {each.ending: each for each in reversed(speaking)}
+    said = Counter(each.ending for each in speaking).most_common()
     messages = [
-        first[each] if count == len(members) else f"{count} of {len(members)} members {each}: {first[each]}"
-        for each, count in Counter(each.ending for each in speaking).most_common()
+        first[each].message
+        if count == len(members)
+        else f"{count} of {len(members)} members {each}: {first[each].message}"
+        for each, count in said
     ]
-    return Outcome(ending, "; ".join(messages), any(each.longer for each in members))
+    kinds_of = [first[each].kind for each, _ in said]
+    cause = "; ".join(kinds_of) if kinds_of != messages else ""
+    return Outcome(ending, "; ".join(messages), any(each.longer for each in members), cause)
 
 
 @lru_cache(maxsize=64)
@@ -315,7 +322,7 @@ def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs
         plateau = plateau_of(found.record)
         together = collective(found.record, plateau, found.bound, found.lost)
         values: tuple[object, ...] = (found.validity, plateau, found.statistics, found.record, together)
-        return Member(values, plateau.outcome.adding(found.record.outcome.message), plateau=plateau)
+        return Member(values, plateau.outcome.adding(found.record.outcome), plateau=plateau)
     start = initial_contact(case, compliance)
     record, end = slide_to_state(case, compliance, start)
     plateau = plateau_of(record)
@@ -436,7 +443,7 @@ class _Pulling:
         count = count_sticks(motion, drive)
         critical = _critical(record, plateau, drive) if self.task.critical else None
         longer = bool(count.unsettled) and ended_by(motion, drive) == "duration"
-        outcome = coefficients.outcome.adding(count.unsettled, longer)
+        outcome = coefficients.outcome.adding(Outcome(Ending.COMPLETED, count.unsettled, longer, "unsettled"))
         return Member((coefficients, fit, count, critical, motion), outcome, plateau=plateau)
 
 

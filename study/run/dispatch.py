@@ -9,7 +9,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter, time
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 
@@ -168,6 +168,16 @@ class CannotGoOnError(Exception):
     """No task can finish (a full disk, for example); the message has the reason."""
 
 
+class Place(NamedTuple):
+    """Process that computes."""
+
+    rank: int
+    host: str
+
+    def __str__(self) -> str:
+        return f"rank {self.rank} on {self.host}"
+
+
 @dataclass(frozen=True, slots=True)
 class Done:
     """Outcome and duration of one task; its result is in the store."""
@@ -175,8 +185,8 @@ class Done:
     key: str
     outcome: Outcome
     seconds: float
-    where: str = ""
-    """Rank and host."""
+    where: Place | None = None
+    """None of a task that no process has begun."""
     trace: str = ""
     """Traceback where it crashed."""
     again: bool = False
@@ -234,7 +244,10 @@ class Tally:
 
 
 def attempt(
-    execute: Execute, task: Work, where: str, survive: type[BaseException] | tuple[type[BaseException], ...] = Exception
+    execute: Execute,
+    task: Work,
+    where: Place,
+    survive: type[BaseException] | tuple[type[BaseException], ...] = Exception,
 ) -> Done:
     """Compute one task. An exception (a defect, never physics) becomes the outcome `crashed`, with its place and traceback.
 
@@ -254,7 +267,8 @@ def attempt(
         machine = isinstance(error, OSError | MemoryError)
         ending = Ending.OUT_OF_MEMORY if isinstance(error, MemoryError) else Ending.CRASHED
         message = "".join(traceback.format_exception_only(error))  # also where its own text cannot be had
-        return Done(task.key, Outcome(ending, message), seconds, where, traceback.format_exc(), machine, machine)
+        failed = Outcome(ending, message, cause=type(error).__name__)
+        return Done(task.key, failed, seconds, where, traceback.format_exc(), machine, machine)
     machine = outcome.ending is Ending.OUT_OF_MEMORY
     return Done(task.key, outcome, perf_counter() - start, where, again=machine, passing=machine)
 
@@ -263,7 +277,7 @@ def print_failure(task: Work, done: Done) -> None:
     """Print on standard error that an attempt has failed, at once."""
     ending, message = done.outcome.ending, done.outcome.message
     if ending in UNDONE and not done.halt:
-        why = "" if done.trace.rstrip().endswith(message) else f": {message}"
+        why = "" if done.trace and not done.died else f": {message}"  # the trace of an exception ends with it
         print_notice(f"{done.where}: {task.label} {UNDONE[ending]}{why}\n{done.trace}")
 
 
@@ -287,7 +301,7 @@ class Ledger:
         self._kept = True  # a result since the last one that could not be
         self._measured = MeasuredTimes()
         self._seconds = 0.0
-        self._places: set[str] = set()
+        self._hosts: set[Place] = set()
 
     @property
     def unfinished(self) -> bool:
@@ -336,7 +350,7 @@ class Ledger:
             done = replace(done, outcome=outcome)
         self._away -= 1
         self._seconds += done.seconds
-        self._places.add(done.where)
+        self._hosts |= {done.where} if done.where else set()
         if done.halt or done.outcome.ending in UNDONE:
             self._fail(done)
         else:
@@ -380,7 +394,7 @@ class Ledger:
         """The counts so far. A signal that came after the last task interrupted nothing."""
         left = len(self.queue) + self._away > 0
         stopped = left and not self.halt and (interrupted or self.queue.aside > 0)
-        hosts = Counter(where.partition(" on ")[2] for where in self._places if where)
+        hosts = Counter(place.host for place in self._hosts)
         return Tally(self._done, self._crashed, stopped, self.halt, self.queue.aside, self._seconds, hosts)
 
 

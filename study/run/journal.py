@@ -156,9 +156,10 @@ class Journal(Watch):
             final=final,
             passing=done.passing,
             solver=here().solver,
-            where=done.where,
+            where=str(done.where or ""),
             ended=_now(),
             trace=done.trace,
+            cause=done.outcome.cause,
         )
         self._notice(attempts.add(self.out, attempt))
 

@@ -59,9 +59,14 @@ def makespan(tasks: Sequence[Work], ranks: int, seconds: Callable[[Work], float]
 
 def roughly(seconds: float) -> str:
     """Seconds as text to one digit: `about 0.05 s`, `about 3 min`, `about 2 h`, `about 4 days`."""
+    return f"about {to_one_digit(seconds)}"
+
+
+def to_one_digit(seconds: float) -> str:
+    """Seconds as text: `0.05 s`, `3 min`."""
     units = ((95.0, 1.0, "s"), (95.0, 60.0, "min"), (47.0, 3600.0, "h"), (math.inf, 86400.0, "days"))
     number, word = next((seconds / unit, word) for most, unit, word in units if seconds / unit < most)
-    return f"about {float(f'{number:.1g}'):g} {word}"
+    return f"{float(f'{number:.1g}'):g} {word}"
 
 
 def duration(seconds: float) -> str:

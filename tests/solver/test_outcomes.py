@@ -11,7 +11,7 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, Stop, equilibrium_residual, refresh
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advised, energy_created
 from nanoslip.solver.elasticity.compliance import surface_compliance
-from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, Outcome, printable
+from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, InvalidInput, Outcome, printable
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
 
@@ -30,10 +30,20 @@ def test_a_message_is_one_line_that_can_be_shown(text, shown):
     assert Outcome(Ending.CRASHED, text).message == shown
 
 
+def test_outcomes_that_differ_in_values_alone_are_of_one_kind():
+    one, other = (InvalidInput("n_x", value, "at least 3").outcome for value in (1, 2))
+    assert (one.kind, one.message == other.message) == (other.kind, False)
+    assert one.kind != InvalidInput("poisson", 1, "at least 3").outcome.kind
+    advised, again = (each.adding(Outcome(Ending.COMPLETED, "raise it")) for each in (one, other))
+    assert advised.kind == again.kind != one.kind
+
+
 @pytest.mark.parametrize("letter", ["x", "\ud800", "μ"])
 def test_a_long_message_keeps_its_beginning_and_its_end(letter):
     """Advice stands at the end."""
-    message = Outcome(Ending.CRASHED, "why: " + 2_000_000 * letter).adding("try again").message
+    message = (
+        Outcome(Ending.CRASHED, "why: " + 2_000_000 * letter).adding(Outcome(Ending.COMPLETED, "try again")).message
+    )
     assert len(message) <= LONGEST_MESSAGE
     assert message.isprintable()
     assert (message[:5], message[-9:]) == ("why: ", "try again")

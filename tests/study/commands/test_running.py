@@ -403,11 +403,13 @@ def test_an_array_has_no_more_jobs_than_a_run_takes_shards(ask, out):
 def test_an_array_and_the_job_that_merges_are_handed_over_one_behind_the_other(ask, out, tmp_path, monkeypatch):
     asked, sbatch = tmp_path / "asked", tmp_path / "bin" / "sbatch"
     sbatch.parent.mkdir()
-    sbatch.write_text(f'#!/bin/bash\necho "$@" >> {asked}\necho Submitted batch job 4$(wc -l < {asked})\n')
+    sbatch.write_text(f'#!/bin/bash\necho "$@" >> {asked}\necho "4$(wc -l < {asked});cluster"\n')
     sbatch.chmod(0o755)
     monkeypatch.setenv("PATH", f"{sbatch.parent}:{os.environ['PATH']}")
     code, said, _ = ask("submit", "--shards", "10")
     assert (code, f"{out / 'array.sh'}: sbatch it" in said, "afterany:NUMBER" in said) == (0, True, True)
     assert '--shard "$SLURM_ARRAY_TASK_ID/10"' in (out / "array.sh").read_text()
     assert ask("submit", "--shards", "10", "--submit")[0] == 0
-    assert asked.read_text().splitlines() == [str(out / "array.sh"), f"--dependency=afterany:41 {out / 'merge.sh'}"]
+    first, then = asked.read_text().splitlines()
+    assert first == f"--parsable {out / 'array.sh'}"
+    assert then == f"--parsable --dependency=afterany:41 {out / 'merge.sh'}"

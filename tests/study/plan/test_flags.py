@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.drive import FEWER_STEPS
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
@@ -208,7 +209,7 @@ def test_a_drive_that_is_too_short_to_slip_is_named_with_what_it_needs():
     ]
 
     def lines_of(campaign: dict[str, object]) -> list[str]:
-        return out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {})))
+        return list(out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {}))).values())
 
     def run(**more: object) -> tuple[list[str], xr.Dataset]:
         campaign = {"title": "x", **own, "drives": drives, **more}
@@ -235,12 +236,13 @@ def test_a_drive_that_may_end_at_its_step_limit_is_named_with_the_advice_of_its_
         "ensemble": {"members": 1},
         "drives": [limited],
     }
-    (line,) = out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {})))
+    ((cause, line),) = out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {}))).items()
     data = api.run(campaign, progress=False).squeeze()
-    assert data["drive_outcome"] == "step_limit"
-    assert str(data["drive_message"].values).endswith(line.rpartition(": ")[2])
+    assert data["drive_outcome"] == cause == "step_limit"
+    assert line.endswith(FEWER_STEPS)
+    assert data["drive_message"].item().endswith(FEWER_STEPS)
     campaign["drives"] = [{"name": "a"}]
-    assert out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {}))) == []
+    assert out_of_reach(make_plan(parse_manifest(Path("mine.toml"), as_toml(campaign), {}))) == {}
     needed = float(re.findall(r"about (\S+) segments", line)[0])
     assert 0.2 < needed / float(api.run(campaign, progress=False)["steps"].squeeze()) < 5.0
 

@@ -65,12 +65,15 @@ def over_axes() -> xr.Dataset:
     )
 
 
-def failing(endings: list[str], messages: list[str], drives: list[list[str]] | None = None) -> xr.Dataset:
+def failing(
+    endings: list[str], messages: list[str], drives: list[list[str]] | None = None, causes: list[str] | None = None
+) -> xr.Dataset:
     """Cases over load that ended so; with drives, whose messages are given, they ended as no_slip or as their case."""
     load = ("normal_load",)
     variables = {
         "outcome": (load, np.array(endings, dtype=object)),
         "message": (load, np.array(messages, dtype=object)),
+        "cause": (load, np.array(causes or [""] * len(endings), dtype=object)),
     }
     if drives:
         texts = np.array(drives, dtype=object)
@@ -259,8 +262,12 @@ FAILURES = {
         failing(["cascade_limit", "completed", "cascade_limit", "steep_pin"], ["raise it", "", "raise it", "lower it"]),
         [f"cascade_limit: 2 of 4 cases, {FIRST} = 0.1: raise it", f"steep_pin: 1 of 4 cases, {FIRST} = 1e-4: lower it"],
     ),
-    "that differ in numbers are one line that says so": (
-        failing(["no_plateau"] * 3, ["rises by 3.5%: more", "rises by 1e-3%: more", "falls by 3.5%: more"]),
+    "of one cause are one line that says so": (
+        failing(
+            ["no_plateau"] * 3,
+            ["rises by 3.5%: more", "rises by 1e-3%: more", "falls by 3.5%: more"],
+            causes=["rises", "rises", "falls"],
+        ),
         [
             f"no_plateau: 2 of 3 cases, {FIRST} = 0.1: rises by 3.5%: more; the others differ in numbers",
             f"no_plateau: 1 of 3 cases, {FIRST} = 0.001: falls by 3.5%: more",

@@ -58,7 +58,7 @@ def compute(folder: Path, rank: int) -> None:
         if not farm.root:
             farm.leave(farm.serve())
         farm.run(tasks, diary)
-        ended, where = diary.reported, {key: done.where.split(" on ")[0] for key, done, _ in reversed(diary.attempts)}
+        ended, where = diary.reported, {key: f"rank {done.where.rank}" for key, done, _ in reversed(diary.attempts)}
         found = {
             name: (ended[name].ending, ended[name].message, ended[f"sound {name}"].ok, where.get(name, ""))
             for name in FAULTS

@@ -47,7 +47,7 @@ def test_faults_cost_their_own_tasks(tmp_path):
     assert tally == Tally(done=2 * len(EVERYDAY) - len(failures), crashed=len(failures) + 1)
     assert reported["after"].ending is Ending.NEEDS_FAILED
     assert {key for key, _ in failed} == failures
-    assert all(done.where.startswith("rank ") for _, done in failed)
+    assert all(done.where.host for _, done in failed)
 
 
 @pytest.mark.slow
