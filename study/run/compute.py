@@ -443,7 +443,7 @@ class _Pulling:
         count = count_sticks(motion, drive)
         critical = _critical(record, plateau, drive) if self.task.critical else None
         longer = bool(count.unsettled) and ended_by(motion, drive) == "duration"
-        outcome = coefficients.outcome.adding(Outcome(Ending.COMPLETED, count.unsettled, longer, "unsettled"))
+        outcome = coefficients.outcome.adding(Outcome(Ending.COMPLETED, count.unsettled, longer))
         return Member((coefficients, fit, count, critical, motion), outcome, plateau=plateau)
 
 

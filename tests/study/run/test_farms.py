@@ -46,7 +46,9 @@ def test_a_crash_is_told_and_costs_only_what_needs_it(capsys):
     with SerialFarm(lambda: diary.execute) as farm:
         assert farm.run(DIAMOND, diary) == Tally(done=3, crashed=2)
     assert diary.executed == ["a", "b", "c", "e"]
-    crashed = Outcome(Ending.CRASHED, "ZeroDivisionError: a defect")  # the same on every machine
+    crashed = Outcome(
+        Ending.CRASHED, "ZeroDivisionError: a defect", cause="ZeroDivisionError"
+    )  # the same on every machine
     needs_it = Outcome(Ending.NEEDS_FAILED, "task b crashed")
     assert diary.reported == dict.fromkeys("ace", COMPLETED) | {"b": crashed, "d": needs_it}
     said = capsys.readouterr().err
