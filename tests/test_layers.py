@@ -183,7 +183,7 @@ def test_packages_have_one_name() -> None:
 
 
 APART = {
-    "what users write: words, numbers, units, names": """solver.parameter._short commands.cli.work commands.datasets.assignments
+    "what users write: words, numbers, units, names": """commands.cli.work solver.parameter._short commands.datasets.assignments
         commands.infer commands.infer.read_numbers commands.infer.read_ranges figures.frames.events_of figures.points._values
         figures.points.points_named figures.shared.format_of inference.recording._words manifest.units._in_symbols
         manifest.vocabulary.beyond manifest.vocabulary.key_meant results.shard.Shard.parse""",
@@ -192,12 +192,12 @@ APART = {
     "files of this program, their names and hashes": """dataset.file dataset.table.listed dataset.texts dataset.texts.decoded
         dataset.texts.encoded manifest.checker.NamedFiles._read plan.grids.as_text results.entry results.entry.later
         results.files results.files.read results.store run.journal.left_begun toml_text._key""",
-    "names and symbols": """solver.compiling solver.view.labelled dataset.variables.in_si_too figures.gallery._number
+    "names and symbols": """dataset.variables.in_si_too solver.compiling solver.view.labelled figures.gallery._number
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
         manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.plan._named
         plan.task._parameters run.child.OtherSoftware.__str__""",
-    "digits of a number": "solver.view.rounded figures.points.in_text",
-    "lines and words of a text that is shown": """solver.outcome.Outcome.__post_init__ notices.print_notice report.console
+    "digits of a number": "figures.points.in_text solver.view.rounded",
+    "lines and words of a text that is shown": """notices.print_notice solver.outcome.Outcome.__post_init__ report.console
         report.console.print_error commands.judge.describe_variables report.page.themed run.child.ChildProcess.last_words""",
     "what the machine lists": """origin._mpi origin._processor origin.features results.files._is_zombie
         run.child.deaths_for_memory run.launch.processes_here run.farm._library commands.prepare._submit""",
