@@ -190,7 +190,7 @@ APART = {
     "files of users": """manifest.columns manifest.columns._cells manifest.columns._labels manifest.columns.read_cells
         manifest.columns.read_columns manifest.surface""",
     "files of this program, their names and hashes": """dataset.file dataset.table.listed dataset.texts dataset.texts.decoded
-        dataset.texts.encoded manifest.checker.NamedFiles._read plan.grids.as_text results.entry results.entry.later
+        dataset.texts.encoded manifest.checker.NamedFiles._read results.entry results.entry.later
         results.files results.files.read results.store run.journal.left_begun toml_text._key""",
     "names and symbols": """dataset.variables.in_si_too solver.compiling solver.view.labelled figures.gallery._number
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
