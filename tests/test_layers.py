@@ -195,7 +195,7 @@ APART = {
     "names and symbols": """dataset.variables.in_si_too solver.compiling solver.view.labelled figures.gallery._number
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
         manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.plan._named
-        plan.task._parameters run.child.OtherSoftware.__str__""",
+        plan.task._parameters run.child._other_software""",
     "digits of a number": "figures.points.in_text solver.view.rounded",
     "lines and words of a text that is shown": """notices.print_notice solver.outcome.Outcome.__post_init__ report.console
         report.console.print_error commands.judge.describe_variables report.page.themed run.child.ChildProcess.last_words""",
