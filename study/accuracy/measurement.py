@@ -63,7 +63,16 @@ def measure_slip_numerics(setup: Setup, effort: Effort) -> Diagram:
     for knob, cases in _turned(case, effort).items():
         readings = [(value, *_over_starts(each, setup, effort)) for value, each in cases]
         rows += [_row(knob, value, seconds, reading, readings[-1][2]) for value, seconds, reading in readings]
-    return _sheet_of_slip(tuple(rows))
+    plateau, others = ("plateau", "plateau_difference", "plateau_distance"), ("static", "static_distance", "kinetic")
+    return Diagram(
+        title="Slip numerics",
+        reference="the largest n_x and the smallest event floor of this table",
+        series="knob",
+        shown=("knob", "value", "seconds", *plateau, *others, "step", "step_distance"),
+        error="plateau_difference",
+        rivals=False,
+        rows=tuple(rows),
+    )
 
 
 def _over_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Reading]:
@@ -109,19 +118,6 @@ def _row(knob: str, value: float, seconds: float, reading: Reading, truth: Readi
             f"{name}_distance": difference / combined if combined else math.nan,
         }
     return row
-
-
-def _sheet_of_slip(rows: tuple[Row, ...]) -> Diagram:
-    plateau, others = ("plateau", "plateau_difference", "plateau_distance"), ("static", "static_distance", "kinetic")
-    return Diagram(
-        title="Slip numerics",
-        reference="the largest n_x and the smallest event floor of this table",
-        series="knob",
-        shown=("knob", "value", "seconds", *plateau, *others, "step", "step_distance"),
-        error="plateau_difference",
-        rivals=False,
-        rows=rows,
-    )
 
 
 # The dynamic stage: RK4's steps against the exact integrator, from crossing to crossing of the friction profile.

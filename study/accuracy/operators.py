@@ -7,7 +7,7 @@ grid. It is nanoslip's own; tests/verification show that it converges to the sla
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import partial
 from typing import Any, Final
 
@@ -70,29 +70,27 @@ def reference_slab(slab: Slab, size: int) -> Slab:
     return discretized(slab, {"n_x": size, **REFERENCE, "coarsest_row": coarsest})
 
 
-@dataclass(frozen=True, slots=True)
-class Tried:
-    """A discretization: its processor times in s, and half-width of the contact -> observable -> value."""
-
-    slab: Slab
-    seconds: float
-    """Time to compute the compliance, in s."""
-    record_seconds: float
-    """Time to slide the reference displacement on it, in s."""
-    values: Mapping[float, Mapping[str, float]]
-
-
 def measure_elastic_operator(setup: Setup, effort: Effort) -> Diagram:
     """Errors and times of every discretization; errors are the largest of contacts about as wide as the setup's own."""
-    widths = contacts(setup.case, effort)
-    truth, doubt = _reference(setup.case.slab, effort, widths)
-    rows: list[Row] = []
-    for tried in _every(setup, effort, widths):
-        errors = [relative_errors(tried.values[width], truth[width]) for width in widths]
-        worst = {name: max(each[name] for each in errors) for name in errors[0]}
-        times = {"seconds": tried.seconds, "record_seconds": tried.record_seconds}
-        rows.append({**_knobs(tried.slab), **times, **worst, "error": _worst(worst)})
-    return _sheet(_words(reference_slab(setup.case.slab, effort.reference_size), doubt), tuple(rows))
+    slab = setup.case.slab
+    truth, doubt = _reference(slab, effort, contacts(setup.case, effort))
+    grids = dict.fromkeys(
+        each for size in effort.sizes for each in discretizations(slab, size)
+    )  # words may mean the same
+    rows = tuple(row for grid in grids for row in _measured(setup, grid, effort, truth))
+    fine = reference_slab(slab, effort.reference_size)
+    shown = (
+        "n_x",
+        "scheme",
+        "rows_per_level",
+        "coarsest_row",
+        "seconds",
+        "record_seconds",
+        "error",
+        *OF_OPERATORS,
+        COUPLING,
+    )
+    return Diagram("Elastic operator", _words(fine, doubt), "scheme", shown, "error", rivals=True, rows=rows)
 
 
 def _reference(slab: Slab, effort: Effort, widths: tuple[float, ...]) -> tuple[dict[float, dict[str, float]], float]:
@@ -100,12 +98,6 @@ def _reference(slab: Slab, effort: Effort, widths: tuple[float, ...]) -> tuple[d
     sizes = (effort.reference_size, (effort.reference_size + 1) // 2)
     fine, coarse = (observables_on(surface_compliance(reference_slab(slab, size)), widths) for size in sizes)
     return fine, max(_worst(relative_errors(coarse[width], fine[width])) for width in widths)
-
-
-def _every(setup: Setup, effort: Effort, widths: tuple[float, ...]) -> Iterator[Tried]:
-    """Yield every discretization once: on some slabs and sizes different words mean the same grid."""
-    for each in dict.fromkeys(each for size in effort.sizes for each in discretizations(setup.case.slab, size)):
-        yield from _try(setup, each, effort, widths)
 
 
 def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> dict[str, float]:
@@ -173,17 +165,20 @@ def lateral_stiffness(compliance: Compliance, nodes: NDArray[np.int64]) -> float
     return float(np.linalg.solve(bordered, moved)[:m].sum())
 
 
-def _try(setup: Setup, slab: Slab, effort: Effort, widths: tuple[float, ...]) -> Iterator[Tried]:
-    """The discretization measured, or nothing where the slab or its contact has no answer in it."""
+def _measured(setup: Setup, slab: Slab, effort: Effort, truth: Mapping[float, Mapping[str, float]]) -> Iterator[Row]:
+    """Times and errors of a discretization, or nothing where the slab or its contact has no answer in it."""
     case = replace(setup.case, slab=slab, max_events=None, max_displacement=DISPLACEMENT)
     try:
         compliance, seconds = timed(partial(surface_compliance, slab), effort.repeats)
     except SolverError:
         return
-    values = observables_on(compliance, widths)
+    values = observables_on(compliance, truth)
     _, record_seconds = timed(partial(slide, case, compliance), effort.repeats)
-    if not any(math.isnan(value) for each in values.values() for value in each.values()):
-        yield Tried(slab, seconds, record_seconds, values)
+    errors = [relative_errors(values[width], truth[width]) for width in truth]
+    if not any(math.isnan(value) for each in errors for value in each.values()):
+        worst = {name: max(each[name] for each in errors) for name in errors[0]}
+        times = {"seconds": seconds, "record_seconds": record_seconds}
+        yield {**_knobs(slab), **times, **worst, "error": _worst(worst)}
 
 
 def _worst(errors: Mapping[str, float]) -> float:
@@ -203,9 +198,3 @@ def _knobs(slab: Slab) -> dict[str, Value]:
     words = {item.name for kind in kinds for item in fields(kind) if choices_of(item.type)}
     nothing = {name: "" if name in words else math.nan for name in settings(slab)}
     return {name: nothing[name] if value is None else value for name, value in settings(slab).items()}
-
-
-def _sheet(reference: str, rows: tuple[Row, ...]) -> Diagram:
-    grid, times = ("n_x", "scheme", "rows_per_level", "coarsest_row"), ("seconds", "record_seconds")
-    shown = (*grid, *times, "error", *OF_OPERATORS, COUPLING)
-    return Diagram("Elastic operator", reference, "scheme", shown, "error", rivals=True, rows=rows)
