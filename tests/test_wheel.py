@@ -37,13 +37,28 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def installed(wheel: Path) -> Path:
     """The programs of an environment that has the wheel, and the dependencies of this one."""
-    folder = wheel.parent / "venv"
+    return environment(wheel.parent / "venv", wheel)
+
+
+def environment(folder: Path, *wheels: Path) -> Path:
+    """The programs of a new environment with these wheels, and the dependencies of this one."""
     venv.create(folder)
-    python = folder / "bin" / "python"
-    pip("--python", python, "install", "--no-deps", "--no-index", wheel)
+    pip("--python", folder / "bin" / "python", "install", "--no-deps", "--no-index", *wheels)
     library = Path(sysconfig.get_path("purelib", "venv", {"base": str(folder)}))
     (library / "dependencies.pth").write_text("\n".join(path for path in sys.path if path.endswith("-packages")))
     return folder / "bin"
+
+
+def test_a_source_tree_is_found_from_the_folder_that_it_is_in(tmp_path: Path) -> None:
+    """There its folder, perhaps `nanoslip`, is a package without `__init__.py`, which comes before what an import hook finds."""
+    (tmp_path / "build.cfg").write_text(f"[build]\nbuild_base = {tmp_path}\n[egg_info]\negg_base = {tmp_path}\n")
+    build = f"from setuptools.build_meta import build_editable; build_editable({str(tmp_path)!r})"
+    apart = os.environ | {"DIST_EXTRA_CONFIG": str(tmp_path / "build.cfg")}
+    subprocess.run([sys.executable, "-c", build], cwd=ROOT, env=apart, capture_output=True, check=True)
+    python = environment(tmp_path / "venv", *tmp_path.glob("*.whl")) / "python"
+    (tmp_path / "nanoslip").mkdir()
+    print_version = [python, "-c", "import nanoslip; print(nanoslip.__version__)"]
+    assert subprocess.check_output(print_version, cwd=tmp_path, text=True) == f"{version()}\n"
 
 
 @pytest.fixture
