@@ -363,8 +363,12 @@ def as_float(name: str, given: Any) -> float:
     fits = not isinstance(given, int) or abs(given) <= sys.float_info.max
     require(name, given, fits, f"a number of at most {sys.float_info.max:.2g}")
     number = not isinstance(given, bool | str) and _converts(float, given) and not math.isnan(float(given))
-    require(name, given, number, "a number")
+    measured = isinstance(given, str) and given[:1].isdigit() and given[-1:].isalpha()
+    require(name, given, number, f"a number{_NO_UNIT if measured else ''}")
     return float(given) + 0.0
+
+
+_NO_UNIT: Final = " without a unit; lengths, loads, scales and drives of a campaign may have one"
 
 
 def as_int(name: str, given: Any) -> int:

@@ -26,6 +26,7 @@ from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED
 from nanoslip.study.figures.points import worded
 from nanoslip.study.manifest import keys
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.manifest.vocabulary import beyond, key_meant
 from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import FAILED, Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.page import as_csv, as_json
@@ -248,8 +249,9 @@ def describe_variables(name: str | None, as_json: bool) -> None:
     try:
         found = [describe(name)] if name else rows()
     except KeyError as error:
+        key = key or keys.key_of(key_meant(name or ""))
         if key is None:
-            raise Refusal(error.args[0]) from None
+            raise Refusal(beyond(name or "") or error.args[0]) from None
         found = []
     if as_json:
         more = {"key": key.place, "allowed": key.allowed, "default": key.default, "example": key.example} if key else {}

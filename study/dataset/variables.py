@@ -26,7 +26,7 @@ from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
-from nanoslip.study.manifest.parameters import UNITS, with_symbol
+from nanoslip.study.manifest.parameters import UNITS, spellings, with_symbol
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.kinds import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, column, declared
 from nanoslip.study.plan.task import PENDING, TaskResult
@@ -259,7 +259,9 @@ def describe(name: str) -> Described:
     names = list(dict.fromkeys(each.name for each in rows()))
     if found := called(names, name):
         return by_name()[found[0]]
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    spelt = spellings(_symbols(names[::-1]))
+    words = {word: each for each, own in spelt.items() for word in own} | {each: each for each in names}
+    near = dict.fromkeys(words[word] for word in difflib.get_close_matches(name, words, n=3, cutoff=0.5))
     raise KeyError(f"{name}: no variable of a dataset" + (f"; nearest: {', '.join(near)}" if near else ""))
 
 
@@ -267,8 +269,11 @@ def called(names: Sequence[str], word: str) -> list[str]:
     """The variables of these names that a word means, by the first rule that finds any."""
     if word in names:
         return [word]
-    symbols = {name: by_name()[name].symbol for name in names if name in by_name() and not name.startswith("fitted_")}
-    return with_symbol(word, symbols) or [name for name in names if name == f"{word}_mean"]
+    return with_symbol(word, _symbols(names)) or [name for name in names if name == f"{word}_mean"]
+
+
+def _symbols(names: Sequence[str]) -> dict[str, str]:
+    return {name: by_name()[name].symbol for name in names if name in by_name() and not name.startswith("fitted_")}
 
 
 @cache

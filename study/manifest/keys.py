@@ -63,7 +63,8 @@ class Key:
         if not unit or value.startswith('"'):
             return f"{self.word} = {value}"
         scale = 1.0 if self.stated.unit != "1" else getattr(Scales(), self.stated.scale)
-        return f'{self.word} = {value}, or {self.word} = "{compact(float(value) * scale, unit)}"'
+        over = "  # beside a slab_width" * (self.stated.unit == "1" and self.stated.scale == "slab_width")
+        return f'{self.word} = {value}, or {self.word} = "{compact(float(value) * scale, unit)}"{over}'
 
 
 def _unit(key: Key) -> str:

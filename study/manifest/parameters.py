@@ -35,10 +35,15 @@ _LATIN: Final = {"μ": "mu", "ζ": "zeta", "ν": "nu", "τ": "tau", "δ": "delta
 """Greek letters of symbols, as they are typed."""
 
 
+def spellings(symbols: Mapping[Name, str]) -> dict[Name, set[str]]:
+    """Each symbol in Greek and in Latin letters, without empty ones."""
+    latin = str.maketrans(_LATIN)
+    return {name: {symbol, symbol.translate(latin)} for name, symbol in symbols.items() if symbol}
+
+
 def with_symbol(word: str, symbols: Mapping[Name, str]) -> list[Name]:
     """The names with this symbol, in Greek or Latin letters: all of it, as `R/L_x`; else without its unit."""
-    latin = str.maketrans(_LATIN)
-    spelt = {name: {symbol, symbol.translate(latin)} for name, symbol in symbols.items() if symbol}
+    spelt = spellings(symbols)
     whole = [name for name, each in spelt.items() if word in each]
     return whole or [name for name, each in spelt.items() if word in {one.partition("/")[0] for one in each}]
 

@@ -5,7 +5,7 @@ from typing import Final
 
 MEANT: Final[Mapping[str, str]] = {
     "aspect_ratio": "thickness height slab_height slab_thickness film_thickness layer_thickness coating_thickness l_z lz h",
-    "young_modulus": "youngs_modulus young elastic_modulus e_modulus modulus e",
+    "young_modulus": "youngs_modulus youngs young elastic_modulus e_modulus modulus e",
     "shear_modulus": "g",
     "slab_width": "width slab_length length l_x lx",
     "slab_depth": "depth l_y ly line_length",

@@ -100,6 +100,7 @@ def _drive(**given):
         (Toy, {"share": 0.0}, "share = 0.0: needs 0 < share ≤ 1"),
         (Toy, {"share": math.nan}, "share = nan: needs a number"),
         (Toy, {"share": "1"}, "share = '1': needs a number"),
+        (Case, {"radius": "5 mm"}, "radius = '5 mm': needs a number without a unit"),
         (Toy, {"length": 0}, "length = 0.0: needs length > 0"),
         (Toy, {"length": math.inf}, "length = inf: needs length > 0"),
         (Toy, {"far": 1e25}, "far = 1e+25: needs 1e-12 ≤ far ≤ 1e24"),

@@ -188,7 +188,15 @@ def test_one_variable_is_explained_and_an_unknown_one_refused_with_similar_names
     assert (code, [word for word in words if word not in said]) == (0, [])
     assert main("describe", "mu_s")[1].startswith("static_friction\n")
     assert main("describe", "plateau")[1].startswith("plateau_mean\n")
-    one_line(main("describe", "mean_stp"), "mean_step")
+    for word, meant in {
+        "mean_stp": "mean_step",
+        "mus": "static_friction",
+        "muk": "kinetic_friction",
+        "wear": "not mod",
+    }.items():
+        one_line(main("describe", word), meant)
+    for word, key in {"youngs": "young_modulus", "thickness": "aspect_ratio"}.items():
+        assert main("describe", word)[1].startswith(f"{key}\n")
 
 
 def test_what_validity_flags_ask_for_is_described(main):
