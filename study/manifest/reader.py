@@ -397,10 +397,10 @@ class _Reader(NamedFiles):
             if "shear_modulus" in content or "poisson" in top.get("axes", {}) or "table" in top:
                 need = "one Poisson's ratio, and no shear_modulus beside it"
                 self.refuse(YOUNG, modulus, need, table="scales")
-            elif wrong := refused(as_float, YOUNG, modulus) or refused(make_case, {"poisson": poisson}):
+            elif wrong := refused(as_float, YOUNG, modulus):
                 self.refuse(YOUNG, modulus, wrong.need, table="scales")
-            else:
-                content["shear_modulus"] = modulus / (2.0 * (1.0 + poisson))
+            elif not refused(as_float, "poisson", poisson) and parameters_of_a_case()["poisson"].holds(poisson):
+                content["shear_modulus"] = modulus / (2.0 * (1.0 + poisson))  # a wrong one is refused in its table
         return Scales(**self.checked("scales", _with_depth(top, content), Scales, field_names(Scales)))
 
     def _top(self, document: dict[str, Any]) -> dict[str, Any]:

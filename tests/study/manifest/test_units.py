@@ -80,6 +80,12 @@ def test_a_young_modulus_is_a_shear_modulus_with_the_campaigns_poisson() -> None
     assert read('title = "x"\nscales.young_modulus = "26 GPa"\nconstants.poisson = 0.3').scales == Scales(
         shear_modulus=26e9 / 2.6
     )
+    rubber = 'title = "x"\nscales.young_modulus = "3 MPa"\nconstants.poisson = 0.5\nnumerics.scheme = "layer"\n'
+    assert read(rubber).scales.shear_modulus == pytest.approx(1e6)
+    for poisson, scheme in (("0.5", "galerkin"), ("-1", "layer"), ("true", "layer"), ('"a"', "layer")):
+        with pytest.raises(ManifestError) as wrong:
+            read(rubber.replace("0.5", poisson).replace("layer", scheme))
+        assert [each.key for each in wrong.value.problems] == ["poisson"]
     for beside in ("scales.shear_modulus = 1e10", "axes.poisson = [0.3, 0.4]"):
         with pytest.raises(ManifestError, match="shear_modulus"):
             read(f'title = "x"\nscales.young_modulus = 26e9\n{beside}')
