@@ -30,7 +30,7 @@ from nanoslip.study.dataset.variables import DRIVE_NAME
 from nanoslip.study.exit_codes import FAILURES
 from nanoslip.study.manifest.cases import CampaignCase, campaign_of, expand
 from nanoslip.study.manifest.checker import number_or_text
-from nanoslip.study.manifest.manifest import Manifest, drive_parameters
+from nanoslip.study.manifest.manifest import Manifest, drive_line, drive_parameters
 from nanoslip.study.manifest.parameters import STANDARD, make_case, names_by_word, resembles_ball, si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -39,7 +39,7 @@ from nanoslip.study.plan.plan import make_plan, plan_of
 from nanoslip.study.plan.task import idle
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
-from nanoslip.study.report.curves import curves, print_lines
+from nanoslip.study.report.curves import beyond_contact, curves, print_lines
 from nanoslip.study.report.summary import Error, error_lines
 from nanoslip.study.run.progress import roughly
 
@@ -293,6 +293,12 @@ def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, name
         _draw().write({picture: _draw().drawn(lines, picture)})
     else:
         print_lines(lines)
+    if found := beyond_contact(case):
+        least, most, holds = found
+        note(
+            f"the spring force over load, {least:.3g} to {most:.3g}, is not friction alone: the contact holds {holds:.3g}, the "
+            "rest is inertia and damper; lower stage_velocity, spring_stiffness or pin_mass"
+        )
     if lines and not names and (answer := summary.answer(case)):  # which has scrolled away
         note(answer)
 
@@ -302,7 +308,9 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
     values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
     scales = scales_of(dataset.attrs)
     in_si = [f"in SI: {si_line(scales, values, {})}"] if scales else []
-    print_sentences([f"case {_label(case, dataset)}", *in_si, *summary.ending_lines(case, completed=not names)])
+    driven = drive_line({name: (values[name],) for name in drive_parameters().keys() & values.keys()})
+    endings = summary.ending_lines(case, completed=not names)
+    print_sentences([f"case {_label(case, dataset)}", *in_si, driven, *endings])
     table, others = summary.case_table(case, names)
     if table.rows:
         print_table(table)

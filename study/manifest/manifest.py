@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
@@ -23,7 +23,7 @@ from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, check, declared, parameter, require
-from nanoslip.study.manifest.parameters import YOUNG, Value
+from nanoslip.study.manifest.parameters import YOUNG, Value, as_written, span
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 # Who made a campaign and how others may use it: the table [about], for attributes of the dataset. It decides no result.
@@ -148,6 +148,18 @@ class CampaignDrive:
 def drive_parameters() -> Mapping[str, Parameter]:
     """Every parameter that a table [[drives]] takes beside the name, with its declaration."""
     return {**declared(NamedDrive), **parameters_of_a_drive()}
+
+
+def drive_line(given: Mapping[str, Sequence[Any]]) -> str:
+    """Pin mass, spring, damping and stage velocity of drives in SI, in one line; empty without drives."""
+    stated = {name: each for name, each in drive_parameters().items() if each.symbol}
+    found = {name: [each for each in given.get(name, ()) if math.isfinite(each)] for name in stated}
+    said = [
+        f"{stated[name].symbol} = {span(values, as_written(stated[name].unit).removeprefix('1'))}"
+        for name, values in found.items()
+        if values
+    ]
+    return f"drive: {', '.join(said)}" if said else ""
 
 
 Stage = Literal["contact", "slip", "dynamics"]

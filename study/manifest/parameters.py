@@ -247,12 +247,12 @@ def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequenc
     said = [f"L_x = {compact(scales.slab_width, 'm')}"]
     for name in (name for name in stated if stated[name].scale in UNITS and stated[name].symbol and name not in idle):
         sizes = [float(value) * getattr(scales, stated[name].scale) for value in given[name]]
-        said.append(f"{stated[name].symbol.partition('/')[0]} = {_span(sizes, UNITS[stated[name].scale])}")
+        said.append(f"{stated[name].symbol.partition('/')[0]} = {span(sizes, UNITS[stated[name].scale])}")
     apart = [scales.slab_width / (int(n_x) - 1) for n_x in given["n_x"]]
     said += [f"L_y = {compact(scales.slab_depth, 'm')}", f"G = {compact(scales.shear_modulus, 'Pa')}"]
     if len({*given["poisson"]}) == 1:
         said.append(f"E = {compact(2.0 * (1.0 + float(given['poisson'][0])) * scales.shear_modulus, 'Pa')}")
-    return f"{', '.join(said)}, nodes {_span(apart, 'm')} apart"
+    return f"{', '.join(said)}, nodes {span(apart, 'm')} apart"
 
 
 def in_si(scales: Scales, name: str, value: Any) -> str:
@@ -263,7 +263,8 @@ def in_si(scales: Scales, name: str, value: Any) -> str:
     return compact(float(value) * getattr(scales, stated.scale), UNITS[stated.scale])
 
 
-def _span(values: Sequence[float], unit: str) -> str:
+def span(values: Sequence[float], unit: str) -> str:
+    """The least and the largest of values in SI, in words; one if they are equal."""
     ends = dict.fromkeys(compact(end, unit) for end in (min(values), max(values)))
     return " to ".join(ends)
 
@@ -272,10 +273,10 @@ def compact(value: float, unit: str, error: float | None = None) -> str:
     """A value in SI with the prefix that suits it, to four digits, or rounded beside its ±: 15.62 μm."""
     if unit == "kg":  # which has a prefix already
         value, unit = 1e3 * value, "g"
-    power, prefix = _prefix(value)
+    power, prefix = _prefix(value) if unit else (0, "")
     size = float(Decimal(value).scaleb(-power))
     said = f"{size:.4g}" if error is None else with_error(size, error * 10.0**-power)
-    return f"{said} {prefix}{unit}"
+    return f"{said} {prefix}{unit}".rstrip()
 
 
 def axis_unit(size: float, unit: str) -> tuple[float, str]:

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from nanoslip.solver.dynamics.coefficients import INERTIAL
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.report.console import console
@@ -38,6 +39,16 @@ def curves(case: xr.Dataset) -> Iterator[Curve]:
         yield _curve(last, "x", "pressure")
     if _has(case, "trajectory", "sample"):
         yield _curve(see.trajectory(), "time", "sample_spring_force")
+
+
+def beyond_contact(case: xr.Dataset) -> tuple[float, float, float] | None:
+    """The least and largest spring force over load of a drive, and what its contact holds, where inertia goes beyond it."""
+    holds = float(case.get("peak_friction", np.nan))
+    if not _has(case, "trajectory", "sample"):
+        return None
+    force = Accessor(case).trajectory()["sample_spring_force"]
+    least, most = float(force.min()), float(force.max())
+    return (least, most, holds) if max(most - holds, -least) > INERTIAL * holds else None
 
 
 def _has(case: xr.Dataset, group: str, sample: str) -> bool:
