@@ -154,11 +154,8 @@ def drive_line(given: Mapping[str, Sequence[Any]]) -> str:
     """Pin mass, spring, damping and stage velocity of drives in SI, in one line; empty without drives."""
     stated = {name: each for name, each in drive_parameters().items() if each.symbol}
     found = {name: [each for each in given.get(name, ()) if math.isfinite(each)] for name in stated}
-    said = [
-        f"{stated[name].symbol} = {span(values, as_written(stated[name].unit).removeprefix('1'))}"
-        for name, values in found.items()
-        if values
-    ]
+    units = {name: "" if each.unit == "1" else as_written(each.unit) for name, each in stated.items()}
+    said = [f"{stated[name].symbol} = {span(values, units[name])}" for name, values in found.items() if values]
     return f"drive: {', '.join(said)}" if said else ""
 
 
