@@ -223,20 +223,25 @@ PRESSURE, SHEAR, MARK = COLORS[:3]
 
 
 def strip(shown: Moments) -> Figure:
-    """Moments side by side; below them the record, where each of them is a numbered point."""
-    count = len(shown.moments)
-    if shown.planar:
-        return _strip_of_maps(shown)
-    with column(4.2, max(3.35, 0.6 + 1.35 * count)) as figure:
-        grid = figure.add_gridspec(3, count, height_ratios=(1.0, 0.6, 0.8))
+    """Moments side by side, maps of planes; below them the record, where each of them is a numbered point."""
+    count, drawn = len(shown.moments), list[tuple[Any, str]]()
+    ratios, height, beside = ((1.0, 1.0, 1.0, 0.9), 6.0, 0.9) if shown.planar else ((1.0, 0.6, 0.8), 4.2, 0.6)
+    with column(height, max(3.35, beside + 1.35 * count)) as figure:
+        grid = figure.add_gridspec(len(ratios), count, height_ratios=ratios)
         for number, moment in enumerate(shown.moments):
-            upper, lower = (figure.add_subplot(grid[row, number]) for row in (0, 1))
-            _draw_contact(upper, lower, shown, moment)
-            for axes in (upper, lower) if number else ():
+            panels = [figure.add_subplot(grid[row, number]) for row in range(len(ratios) - 1)]
+            if shown.planar:
+                drawn = _draw_maps(panels, shown, moment)
+                panels[0].set_title(f"{shown.counted} {moment.event}")
+            else:
+                _draw_contact(*panels, shown, moment)
+            for axes in panels if number else ():
                 axes.set(ylabel="", yticklabels=[])
                 axes.yaxis.get_offset_text().set_visible(False)
+        for axes, (colors, label) in zip(panels, drawn, strict=False):
+            figure.colorbar(colors, ax=axes, label=label)
         legend(figure)
-        _draw_record(figure.add_subplot(grid[2, :]), shown, shown.moments)
+        _draw_record(figure.add_subplot(grid[-1, :]), shown, shown.moments)
     return figure
 
 
@@ -251,23 +256,6 @@ def draw_frame(figure: Figure, shown: Moments, moment: Moment) -> None:
     _draw_contact(figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), shown, moment)
     _draw_record(figure.add_subplot(grid[:, 1]), shown, (moment,))
     legend(figure)
-
-
-def _strip_of_maps(shown: Moments) -> Figure:
-    """Maps of pressure, shear and slip of the moments side by side; below them the record."""
-    count = len(shown.moments)
-    with column(6.0, max(3.35, 0.9 + 1.35 * count)) as figure:
-        grid = figure.add_gridspec(4, count, height_ratios=(1.0, 1.0, 1.0, 0.9))
-        for number, moment in enumerate(shown.moments):
-            maps = [figure.add_subplot(grid[row, number]) for row in range(3)]
-            drawn = _draw_maps(maps, shown, moment)
-            maps[0].set_title(f"{shown.counted} {moment.event}")
-            for axes in maps if number else ():
-                axes.set(ylabel="", yticklabels=[])
-            for axes, (each, label) in zip(maps, drawn, strict=True) if number == count - 1 else ():
-                figure.colorbar(each, ax=axes, label=label)
-        _draw_record(figure.add_subplot(grid[3, :]), shown, shown.moments)
-    return figure
 
 
 def _draw_maps(maps: Sequence[Any], shown: Moments, moment: Moment, titles: bool = False) -> list[tuple[Any, str]]:
