@@ -129,16 +129,11 @@ def computed_members(
 
     for size in ensemble.sizes() if there is None else (there, *(size for size in ensemble.sizes() if size > there)):
         found += map(tried, range(len(found), size))
-        if ensemble.within is not None and _reaches_target(
-            kind, replace(ensemble, within=ensemble.within - spent()), found
-        ):
-            break
+        if ensemble.within is not None:
+            target = replace(ensemble, within=ensemble.within - spent())
+            if all(target.within_target(*each) for each in _targeted(kind, target, found)):
+                break
     return tuple(found)
-
-
-def _reaches_target(kind: kinds.Kind, ensemble: Ensemble, members: Sequence[Member]) -> bool:
-    """True if these members meet an ensemble's target for all its observables that are numbers of this kind."""
-    return all(ensemble.within_target(*each) for each in _targeted(kind, ensemble, members))
 
 
 def largest_change(kind: kinds.Kind, ensemble: Ensemble, without: Sequence[Member], whole: Sequence[Member]) -> float:
