@@ -234,7 +234,7 @@ def strip(shown: Moments) -> Figure:
                 drawn = _draw_maps(panels, shown, moment)
                 panels[0].set_title(f"{shown.counted} {moment.event}")
             else:
-                _draw_contact(*panels, shown, moment)
+                _draw_contact(panels[0], panels[1], shown, moment)
             for axes in panels if number else ():
                 axes.set(ylabel="", yticklabels=[])
                 axes.yaxis.get_offset_text().set_visible(False)
