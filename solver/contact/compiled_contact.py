@@ -3,7 +3,8 @@
 import math
 import sys
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from nanoslip.solver.contact.kernels.state import (
     KernelPin,
     KernelState,
     Pivots,
+    Plane,
     Rise,
     SlipConstants,
     Stop,
@@ -30,7 +32,17 @@ from nanoslip.solver.contact.kernels.state import (
 )
 from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.elasticity.compliance import FEW, KEPT, Compliance, bordered, bordered_inverse
+from nanoslip.solver.elasticity.compliance import (
+    FEW,
+    KEPT,
+    Compliance,
+    EndlessCompliance,
+    Entries,
+    bordered,
+    bordered_inverse,
+    taken,
+)
+from nanoslip.solver.elasticity.schemes.planar import PlaneConvolution
 from nanoslip.solver.outcome import Outcome
 
 # The window of surface nodes that the kernels follow: the contact and a margin. Slips cost what the window is wide.
@@ -169,23 +181,23 @@ LINE = 8
 """Floats in a cache line of 64 bytes."""
 
 
-def tableau(matrix: NDArray[np.float64], contact: NDArray[np.bool_], into: NDArray[np.float64]) -> None:
+def tableau(compliance: Entries, contact: Nodes, into: NDArray[np.float64]) -> None:
     """Write the bordered compliance pivoted on `contact` (shape (n,)) and on the load, transposed, into the first of so many
     columns: (2n + 1, 2n + 1)."""
     touching, free = np.flatnonzero(contact), np.flatnonzero(~contact)
     n, count = len(contact), len(touching)
     pivoted, kept = np.concatenate((touching, touching + n)), np.concatenate((free, free + n))
     normal = (kept >= n).astype(float)
-    stiffness = bordered_inverse(bordered(matrix, pivoted), f"compliance of {count} nodes")
-    # `take` along one axis after the other: several times as fast as a gather by lists of rows and columns.
-    across, then = np.vstack((matrix.take(kept, 1).take(pivoted, 0), normal)), matrix.take(kept, 0)
-    from_kept = np.column_stack((then.take(pivoted, 1), normal)) @ stiffness
-    rest, answer, pivoted = then.take(kept, 1) - from_kept @ across, stiffness @ across, np.append(pivoted, 2 * n)
-    del then, across  # of thousands of nodes each is a tenth of a GB
+    stiffness = bordered_inverse(bordered(compliance, pivoted, n), f"compliance of {count} nodes", into)
+    across = np.vstack((compliance(pivoted, kept), normal))
+    from_kept = np.column_stack((compliance(kept, pivoted), normal)) @ stiffness
+    rest, answer, pivoted = compliance(kept, kept) - from_kept @ across, stiffness @ across, np.append(pivoted, 2 * n)
+    del across  # of thousands of nodes it is a tenth of a GB
     into[np.ix_(kept, kept)] = rest.T
     into[np.ix_(kept, pivoted)] = np.negative(answer, out=answer).T
     into[np.ix_(pivoted, kept)] = from_kept.T
     into[np.ix_(pivoted, pivoted)] = stiffness.T
+    into[:, len(into) :] = 0.0  # where the inverse had its room
 
 
 def in_lines(entries: int) -> NDArray[np.float64]:
@@ -197,7 +209,7 @@ def in_lines(entries: int) -> NDArray[np.float64]:
     return room[first : first + entries * stride].reshape(entries, stride)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class CompiledContact:
     """State and constants of the kernels, for the surface nodes of one window."""
 
@@ -208,6 +220,10 @@ class CompiledContact:
     constants: KernelConstants
     first_node: int
     """Number of the grid's first node on the surface."""
+
+    def give_up(self) -> None:
+        """Let the memory of the tableau go, as the next one needs it; the state's scalars stay."""
+        self.state = self.state._replace(tableau=np.empty((0, 0)))
 
 
 def compiled_contact(
@@ -252,7 +268,7 @@ def _state(
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
     few = compliance.slab.nodes <= FEW and compliance.lasting
     set_up = _set_up_before if few else _set_up
-    matrix, padded = set_up(compliance, window.tobytes(), contact.tobytes())
+    matrix, plane, padded = set_up(compliance, window.tobytes(), contact.tobytes())
     entries, nodes = 2 * len(contact) + 1, len(contact)
     if few:
         cached, padded = padded, in_lines(entries)
@@ -261,6 +277,7 @@ def _state(
     friction_of_nodes = np.zeros(nodes) if sticks else node_friction(case, first_node)[window]
     return KernelState(
         matrix=matrix,
+        plane=plane,
         tableau=padded,
         response=np.zeros(entries),
         inputs=np.zeros(entries),
@@ -282,14 +299,33 @@ def _state(
     )
 
 
-def _set_up(compliance: Compliance, window: bytes, contact: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The compliance of the window's nodes among each other, (2n, 2n), and the tableau of those in contact."""
+def _set_up(
+    compliance: Compliance, window: bytes, contact: bytes
+) -> tuple[NDArray[np.float64], Plane, NDArray[np.float64]]:
+    """The compliance of the window's nodes among each other, (2n, 2n), or their places on a plane; the tableau of those in
+    contact."""
+    nodes, plane, within = np.frombuffer(window, np.int64), IN_A_ROW, np.empty((0, 0))
+    if isinstance(compliance, EndlessCompliance) and isinstance(compliance.convolution, PlaneConvolution):
+        plane = Plane(compliance.convolution.by_offset, *compliance.convolution.runs(nodes))
+    else:
+        within = compliance.window(nodes)
     # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
-    within = compliance.window(np.frombuffer(window, np.int64))
     within.setflags(write=False)
-    padded = in_lines(len(within) + 1)
-    tableau(within, np.frombuffer(contact, np.bool_), padded)
-    return within, padded
+    padded = in_lines(2 * len(nodes) + 1)
+    tableau(_entries(compliance, nodes, within), np.frombuffer(contact, np.bool_), padded)
+    return within, plane, padded
+
+
+IN_A_ROW: Final = Plane(np.broadcast_to(0.0, (2, 2, 1, 1)), *np.empty((3, 0), np.int64))
+"""Not a plane."""
+
+
+def _entries(compliance: Compliance, window: Window, matrix: NDArray[np.float64]) -> Entries:
+    """Entries of the compliance of a window's nodes among each other: of its matrix, if there is one."""
+    both = np.concatenate((window, window + compliance.slab.nodes))
+    return (
+        partial(taken, matrix) if len(matrix) else lambda rows, columns: compliance.entries(both[rows], both[columns])
+    )
 
 
 _set_up_before = lru_cache(maxsize=KEPT)(_set_up)
@@ -316,7 +352,7 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
         if not (lifted or inaccurate):
             return status
         if inaccurate:
-            tableau(state.matrix, state.contact, state.tableau)
+            tableau(_entries(compiled.compliance, compiled.window, state.matrix), state.contact, state.tableau)
             state.scalars["pivots"], state.pivots.followed[:] = 0, 0
             state.scalars["residual"] = 0.0
             respond(state)

@@ -2,7 +2,7 @@
 
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Final
@@ -19,6 +19,8 @@ from nanoslip.solver.view import OneLine
 Vector = NDArray[np.float64]
 Dense = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Entries = Callable[[Indices, Indices], Dense]
+"""A matrix in these rows and columns, (rows, columns), a copy."""
 
 
 class Compliance(OneLine, ABC):
@@ -113,10 +115,7 @@ class SurfaceCompliance(Compliance):
         return np.array(blocks, order="C").reshape(2 * len(nodes), 2 * len(nodes))
 
     def entries(self, rows: Indices, columns: Indices) -> Dense:
-        # Much faster by `take`, along the shorter list first, than by both at once.
-        if len(rows) <= len(columns):
-            return self.matrix.take(rows, 0).take(columns, 1)
-        return self.matrix.take(columns, 1).take(rows, 0)
+        return taken(self.matrix, rows, columns)
 
     def displacements(self, forces: Dense, coupled: bool = True) -> Dense:
         n, found = self.slab.n_x, np.zeros(forces.size)
@@ -190,29 +189,39 @@ def _stiffness_of_node(compliance: Compliance, in_contact: bytes) -> float:
 _stiffness_of_node_before = lru_cache(maxsize=KEPT)(_stiffness_of_node)
 
 
-def bordered(matrix: NDArray[np.float64], entries: Indices) -> NDArray[np.float64]:
-    """The compliance (2n, 2n) in these m entries with a row and a column of approach and load, (m + 1, m + 1)."""
+def taken(matrix: Dense, rows: Indices, columns: Indices) -> Dense:
+    """The matrix in these rows and columns: much faster by `take`, along the shorter list first, than by both at once."""
+    if len(rows) <= len(columns):
+        return matrix.take(rows, 0).take(columns, 1)
+    return matrix.take(columns, 1).take(rows, 0)
+
+
+def bordered(compliance: Entries, entries: Indices, nodes: int) -> Dense:
+    """The compliance of so many nodes in these m entries with a row and a column of approach and load, (m + 1, m + 1)."""
     result = np.zeros((len(entries) + 1, len(entries) + 1))
     for rows in _portions(len(entries)):
-        result[:-1][rows, :-1] = matrix.take(entries[rows], 0).take(entries, 1)
-    result[:-1, -1] = result[-1, :-1] = entries >= len(matrix) // 2
+        result[:-1][rows, :-1] = compliance(entries[rows], entries)
+    result[:-1, -1] = result[-1, :-1] = entries >= nodes
     return result
 
 
-def stiffness_of(compliance: Compliance, nodes: Indices) -> NDArray[np.float64]:
+def stiffness_of(compliance: Compliance, nodes: Indices) -> Dense:
     """Forces and approach per u, v and -load at these nodes, (2m + 1, 2m + 1). Raises SingularOperator."""
-    entries = np.concatenate((nodes, nodes + compliance.slab.nodes))
-    found = compliance.entries(entries, entries)
-    return bordered_inverse(bordered(found, np.arange(len(found))), f"compliance of {len(nodes)} nodes")
+    count = compliance.slab.nodes
+    system = bordered(compliance.entries, np.concatenate((nodes, nodes + count)), count)
+    return bordered_inverse(system, f"compliance of {len(nodes)} nodes")
 
 
-def bordered_inverse(system: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+def bordered_inverse(system: Dense, name: str, room: Dense | None = None) -> Dense:
     """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one, in the
-    place of the system, as large ones fill the memory."""
+    place of the system, as large ones fill the memory. room: for as many numbers, overwritten."""
     block, border = system[:-1, :-1], system[:-1, -1]
     if not np.array_equal(block, block.T):
         return inverse(system, name)
-    portions, (factor, failed) = _portions(len(block)), scipy.linalg.lapack.dpotrf(block.T)
+    place = np.empty(block.size) if room is None else room.reshape(-1)[: block.size]
+    place.reshape(block.shape)[:] = block
+    portions = _portions(len(block))
+    factor, failed = scipy.linalg.lapack.dpotrf(place.reshape(block.shape).T, overwrite_a=1)
     norm = max(float(np.abs(block[rows]).sum(1).max()) for rows in portions)
     if failed or scipy.linalg.lapack.dpocon(factor, norm)[0] < np.finfo(float).eps:
         return inverse(system, name)

@@ -256,6 +256,7 @@ def _set_up_again(compiled: CompiledContact, whole: bool) -> CompiledContact | N
         return None
     scalars, load = compiled.state.scalars, float(-compiled.state.inputs[-1])
     way = Way(load, Direction(*(scalars[name] for name in Direction._fields)))
+    compiled.give_up()
     return compiled_at(compiled.case, compiled.compliance, state, whole, way)
 
 

@@ -118,11 +118,24 @@ class Pivots(NamedTuple):
     """(N,) number of these pivots that each row has followed."""
 
 
+class Plane(NamedTuple):
+    """Places of the window's nodes on a plane, where the compliance of two nodes follows from their offset; empty in a row."""
+
+    by_offset: Floats
+    """(2, 2, 2m-1, 2m-1) compliance at -(m-1) … m-1 nodes along x and along y from the force, even along y."""
+    columns: NDArray[np.int64]
+    """(n,) of each node, as are its rows."""
+    rows: NDArray[np.int64]
+    runs: NDArray[np.int64]
+    """First node of each run of neighbours in a column, and n."""
+
+
 class KernelState(NamedTuple):
     """State of one contact; arrays are changed in place. n nodes in the window, N = 2n + 1 entries."""
 
     matrix: Floats
-    """(2n, 2n) surface compliance."""
+    """(2n, 2n) surface compliance; (0, 0) on a plane, where it would be as large as the tableau."""
+    plane: Plane
     tableau: Floats
     """(N, at least N), row j: response to input j, then padding."""
     response: Floats
@@ -502,6 +515,54 @@ def _displaced(compliances: Floats, forces: Floats) -> tuple[float, float]:
     return total, moved
 
 
+@compiled()
+def _displaced_in_row(state: KernelState, forces: Floats, seen: Floats) -> float:
+    """Set the displacements by forces, (2n,), from the matrix; returns the largest sum of magnitudes."""
+    largest = 0.0
+    for row in range(len(seen)):
+        seen[row], moved = _displaced(state.matrix[row], forces)
+        largest = max(largest, moved)
+    return largest
+
+
+@compiled()
+def _displaced_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
+    """`_displaced_in_row` on a plane: the forces of a run meet a run of the table."""
+    n, middle, largest = len(plane.rows), plane.by_offset.shape[-1] // 2, 0.0
+    for i in range(n):
+        u, w, moved = 0.0, 0.0, 0.0
+        for run in range(len(plane.runs) - 1):
+            first, end = plane.runs[run], plane.runs[run + 1]
+            along, across = plane.columns[i] - plane.columns[first] + middle, plane.rows[first] - plane.rows[i] + middle
+            beyond = across + end - first
+            more_u, more_w, more = _displaced_by_run(
+                plane.by_offset[0, 0, along, across:beyond],
+                plane.by_offset[0, 1, along, across:beyond],
+                plane.by_offset[1, 0, along, across:beyond],
+                plane.by_offset[1, 1, along, across:beyond],
+                forces[first:end],
+                forces[n + first : n + end],
+            )
+            u, w, moved = u + more_u, w + more_w, moved + more
+        seen[i], seen[n + i] = u, w
+        largest = max(largest, moved)
+    return largest
+
+
+@compiled(fastmath={"contract", "reassoc"})
+def _displaced_by_run(
+    ux: Floats, uz: Floats, wx: Floats, wz: Floats, f_x: Floats, f_z: Floats
+) -> tuple[float, float, float]:
+    """u and w of one node by the forces of others, and the sum of magnitudes of w."""
+    u, w, moved = 0.0, 0.0, 0.0
+    for k in range(len(f_x)):
+        u += ux[k] * f_x[k] + uz[k] * f_z[k]
+        sideways, down = wx[k] * f_x[k], wz[k] * f_z[k]
+        w += sideways + down
+        moved += abs(sideways) + abs(down)
+    return u, w, moved
+
+
 @compiled(entry=True)
 def equilibrium_residual(state: KernelState) -> float:
     """Relative distance of the response from equilibrium (see RESIDUAL_LIMIT); the residual, (N,), is left in `state.work[0]`.
@@ -510,22 +571,25 @@ def equilibrium_residual(state: KernelState) -> float:
     missing or nothing bears the load.
     """
     n, response, inputs, missing, forces = len(state.x), state.response, state.inputs, state.work[0], state.work[1]
-    error, largest, carried = 0.0, 0.0, 0.0
+    error, carried = 0.0, 0.0
     forces[:] = 0.0
     for i in range(n):
         if state.contact[i]:
             forces[i], forces[n + i] = response[i], response[n + i]
             carried += response[n + i]
+    if len(state.plane.runs) > 0:
+        largest = _displaced_on_plane(state.plane, forces[: 2 * n], missing[: 2 * n])
+    else:
+        largest = _displaced_in_row(state, forces[: 2 * n], missing[: 2 * n])
     blur = 8.0 * BLUR * abs(response[2 * n])  # far out on a sharp pin heights are more than all the load displaces
     for row in range(2 * n):
-        seen, moved = _displaced(state.matrix[row], forces[: 2 * n])
+        seen = missing[row]
         if row >= n:
             seen += response[2 * n]
         missing[row] = inputs[row] - seen if state.contact[row % n] else seen - response[row]
         off = abs(missing[row]) - blur
         if not off <= error:
             error = off if off < np.inf else np.inf  # no number is above infinity, which NaN becomes
-        largest = max(largest, moved)
     missing[2 * n] = inputs[2 * n] - carried
     unborne = abs(missing[2 * n] / inputs[2 * n])
     if not (largest > 0.0 and unborne < np.inf):

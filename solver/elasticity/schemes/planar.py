@@ -38,6 +38,7 @@ class PlaneConvolution(SurfaceConvolution):
         around = scipy.fft.next_fast_len(len(offsets), real=True)
         circle = np.zeros((2, 2, around, around))
         circle[:, :, offsets[:, None], offsets] = self.by_offset
+        self.by_offset.setflags(write=False)
         object.__setattr__(self, "_spectrum", scipy.fft.rfft2(circle))
         object.__setattr__(self, "_inverse", 1.0 / np.abs(self._spectrum[1, 1]))
 
@@ -79,6 +80,12 @@ class PlaneConvolution(SurfaceConvolution):
         for each, at in zip(found, row, strict=True):  # all places at once would take as much memory again
             table.take(at + column, out=each, mode="clip")  # "raise" buffers
         return found
+
+    def runs(self, nodes: Indices) -> tuple[Indices, Indices, Indices]:
+        """Column and row of each of these k rising nodes; and the first of each run of neighbours in a column, then k."""
+        columns, rows = divmod(nodes, self._n)
+        begins = (np.diff(nodes) != 1) | (rows[1:] == 0)
+        return columns, rows, np.concatenate(([0], 1 + begins.nonzero()[0], [len(nodes)]))
 
     def uncoupled(self) -> "PlaneConvolution":
         table = self.by_offset.copy()
