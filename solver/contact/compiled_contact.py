@@ -40,6 +40,7 @@ from nanoslip.solver.elasticity.compliance import (
     Entries,
     bordered,
     bordered_inverse,
+    portions,
     taken,
 )
 from nanoslip.solver.elasticity.schemes.planar import PlaneConvolution
@@ -189,13 +190,17 @@ def tableau(compliance: Entries, contact: Nodes, into: NDArray[np.float64]) -> N
     pivoted, kept = np.concatenate((touching, touching + n)), np.concatenate((free, free + n))
     normal = (kept >= n).astype(float)
     stiffness = bordered_inverse(bordered(compliance, pivoted, n), f"compliance of {count} nodes", into)
-    across = np.vstack((compliance(pivoted, kept), normal))
     from_kept = np.column_stack((compliance(kept, pivoted), normal)) @ stiffness
-    rest, answer, pivoted = compliance(kept, kept) - from_kept @ across, stiffness @ across, np.append(pivoted, 2 * n)
-    del across  # of thousands of nodes it is a tenth of a GB
+    across = np.empty((len(pivoted) + 1, len(kept)))  # of thousands of nodes it is a tenth of a GB
+    for rows in portions(len(pivoted)):
+        across[:-1][rows] = compliance(pivoted[rows], kept)
+    across[-1], pivoted = normal, np.append(pivoted, 2 * n)
+    rest = compliance(kept, kept) - from_kept @ across
+    into[np.ix_(pivoted, kept)] = from_kept.T
+    del from_kept
+    answer = stiffness @ across
     into[np.ix_(kept, kept)] = rest.T
     into[np.ix_(kept, pivoted)] = np.negative(answer, out=answer).T
-    into[np.ix_(pivoted, kept)] = from_kept.T
     into[np.ix_(pivoted, pivoted)] = stiffness.T
     into[:, len(into) :] = 0.0  # where the inverse had its room
 

@@ -199,7 +199,7 @@ def taken(matrix: Dense, rows: Indices, columns: Indices) -> Dense:
 def bordered(compliance: Entries, entries: Indices, nodes: int) -> Dense:
     """The compliance of so many nodes in these m entries with a row and a column of approach and load, (m + 1, m + 1)."""
     result = np.zeros((len(entries) + 1, len(entries) + 1))
-    for rows in _portions(len(entries)):
+    for rows in portions(len(entries)):
         result[:-1][rows, :-1] = compliance(entries[rows], entries)
     result[:-1, -1] = result[-1, :-1] = entries >= nodes
     return result
@@ -220,9 +220,9 @@ def bordered_inverse(system: Dense, name: str, room: Dense | None = None) -> Den
         return inverse(system, name)
     place = np.empty(block.size) if room is None else room.reshape(-1)[: block.size]
     place.reshape(block.shape)[:] = block
-    portions = _portions(len(block))
+    some = portions(len(block))
     factor, failed = scipy.linalg.lapack.dpotrf(place.reshape(block.shape).T, overwrite_a=1)
-    norm = max(float(np.abs(block[rows]).sum(1).max()) for rows in portions)
+    norm = max(float(np.abs(block[rows]).sum(1).max()) for rows in some)
     if failed or scipy.linalg.lapack.dpocon(factor, norm)[0] < np.finfo(float).eps:
         return inverse(system, name)
     triangle = scipy.linalg.lapack.dpotri(factor, overwrite_c=1)[0]
@@ -230,14 +230,14 @@ def bordered_inverse(system: Dense, name: str, room: Dense | None = None) -> Den
     block[np.diag_indices(len(block))] /= 2.0
     alone = block @ border
     share = float(border @ alone)
-    for rows in portions:
+    for rows in some:
         block[rows] -= np.outer(alone[rows], alone / share)
     system[:-1, -1] = system[-1, :-1] = alone / share
     system[-1, -1] = -1.0 / share
     return system
 
 
-def _portions(rows: int) -> list[slice]:
+def portions(rows: int) -> list[slice]:
     """Rows of a matrix in portions, for what would else need a matrix more."""
     return [slice(first, first + 256) for first in range(0, rows, 256)]
 

@@ -251,7 +251,8 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
 # Bytes of the arrays of contacts and friction records while they are computed.
 
 _FLOAT = 8.0
-_SYSTEMS = 4.5  # copies of its matrix that a contact holds at once
+_SYSTEMS = 3.4  # copies of its matrix that a contact holds at once
+_ON_A_PLANE = 2.2  # the same on a plane of nodes, where no matrix is kept
 _CONVOLVED = 40.0  # numbers for each surface node while a contact is looked for without a matrix
 _OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
 _EVENT = 65.0  # bytes of an event in a record
@@ -271,8 +272,12 @@ def condensation_bytes(slab: Slab) -> float:
 def contact_bytes(case: Case) -> float:
     """Bytes of arrays while initial contact is computed, beside the compliance, which is mapped."""
     return _FLOAT * (
-        _CONVOLVED * case.slab.nodes if case.contact_by_convolution else _SYSTEMS * _touch_entries(case) ** 2
+        _CONVOLVED * case.slab.nodes if case.contact_by_convolution else _systems(case) * _touch_entries(case) ** 2
     )
+
+
+def _systems(case: Case) -> float:
+    return _ON_A_PLANE if case.slab.scheme.planar else _SYSTEMS
 
 
 def sliding_bytes(case: Case) -> float:
@@ -283,7 +288,7 @@ def sliding_bytes(case: Case) -> float:
     )
     anew = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)  # the compliance
     whole = wide * (wide if anew else _FIELDS)
-    return _FLOAT * (_SYSTEMS * entries**2 + whole)
+    return _FLOAT * (_systems(case) * entries**2 + whole)
 
 
 def record_bytes(case: Case) -> float:
