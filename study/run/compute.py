@@ -206,7 +206,7 @@ def _arrays(kind: kinds.Kind, member: Member) -> dict[str, NDArray[Any]]:
 
 def joint_outcome(members: Sequence[Outcome]) -> Outcome:
     """Outcome of an ensemble: that of its members, or completed if enough of them are, with the outcomes of the others."""
-    if len(members) < 2:
+    if len({*members}) < 2:
         return members[0] if members else COMPLETED
     counts = Counter(each.ending for each in members)
     done = counts[Ending.COMPLETED]

@@ -44,7 +44,7 @@ def records(ensemble: Ensemble, case: Case = CASE) -> TaskResult:
     return run(compliance_task(case.slab), record_task(case, ensemble))
 
 
-REFUSED = Outcome(Ending.INVALID, "why")
+REFUSED = Outcome(Ending.INVALID, "why", cause="why")
 
 
 def refuse(monkeypatch: pytest.MonkeyPatch, *numbers: int) -> None:
@@ -154,7 +154,7 @@ def test_a_member_that_is_refused_leaves_the_others_as_they_are(monkeypatch, num
     refuse(monkeypatch, number)
     task = record_task(CASE, FOUR)
     part = records(FOUR)
-    assert part.outcome == Outcome(Ending.COMPLETED, "1 of 4 members invalid: why")
+    assert part.outcome == Outcome(Ending.COMPLETED, "1 of 4 members invalid: why", cause="why")
     assert part.members.index(REFUSED) == number
     for other in set(range(4)) - {number}:
         for name in COLUMNS:
