@@ -61,7 +61,7 @@ def steady_sizes(dataset: xr.Dataset, case: int) -> EventSizes:
         column("displacement"),
         run["event_slips"].values,
         run["event_extent"].values,
-        column("event_friction_before") - column("event_friction_after"),
+        column("event_force_before") - column("event_force_after"),
         column("event_dissipated"),
         float(run["normal_load"]),
         -np.inf,

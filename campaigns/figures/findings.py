@@ -44,7 +44,7 @@ def starts_of(dataset: xr.Dataset, intrinsic_friction: float) -> Starts:
         run = Accessor(dataset).record(intrinsic_friction=intrinsic_friction, start=float(begin))
         motion = Accessor(dataset).trajectory(intrinsic_friction=intrinsic_friction, start=float(begin))
         stuck_at = float(motion["slip_phase_position"].values[0]) / dataset.attrs["slab_width"]
-        height = run["event_friction_before"].values
+        height = run["event_force_before"].values
         count = max(int(np.searchsorted(run["displacement"].values, stuck_at, side="right")), 1)
         met.append(height[:count].max())
         above.append(float(np.mean(height >= peak)))

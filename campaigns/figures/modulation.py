@@ -45,7 +45,7 @@ def modulation(dataset: xr.Dataset, normal_load: float) -> Modulation:
     for start in dataset["start"].values.tolist():
         run = Accessor(dataset).record(normal_load=normal_load, start=start)
         displacement = run["displacement"].values
-        teeth = Teeth(displacement, run["event_friction_after"].values[:-1], run["event_friction_before"].values[1:])
+        teeth = Teeth(displacement, run["event_force_after"].values[:-1], run["event_force_before"].values[1:])
         begins = float(dataset["plateau_start"].sel(normal_load=normal_load, start=start).squeeze())
         first = (np.ceil(begins / spacing + start) - start) * spacing
         for turn in range(int((displacement[-1] - first) / spacing)):

@@ -136,7 +136,7 @@ class ContactSummary:
     )
     friction_force: float = quantity(
         "F/W after initial contact",
-        "initial_friction",
+        "initial_force",
         per="contact_load",
         symbol="F/W",
         comment="friction force over load",

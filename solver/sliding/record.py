@@ -49,14 +49,14 @@ class FrictionRecord(Viewed):
     """Increasing."""
     force_before: NDArray[np.float64] = event(
         "F/W before the event",
-        "friction_before",
+        "force_before",
         per="normal_load",
         symbol="F/W",
         comment="friction force over load when the event is triggered",
     )
     force_after: NDArray[np.float64] = event(
         "F/W after the event",
-        "friction_after",
+        "force_after",
         per="normal_load",
         symbol="F/W",
         comment="friction force over load when the cascade is over",
@@ -96,7 +96,6 @@ class FrictionRecord(Viewed):
     """μ_i·W/K, in L_x: where a contact that stuck as a whole would reach the friction of all its nodes. Infinite if K ≤ 0."""
     initial_force: float = quantity(
         "F/W after initial contact",
-        "initial_friction",
         per="normal_load",
         symbol="F/W",
         comment="friction force over load",
@@ -117,7 +116,6 @@ class FrictionRecord(Viewed):
     """The last event, or the displacement limit."""
     final_force: float = quantity(
         "F/W at the end of the record",
-        "final_friction",
         per="normal_load",
         symbol="F/W",
         comment="friction force over load",

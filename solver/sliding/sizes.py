@@ -51,7 +51,7 @@ class EventSizes(Viewed):
         "drop of F/W in the event",
         "drop",
         symbol="ΔF/W",
-        comment="event_friction_before minus event_friction_after; 0 within rounding",
+        comment="event_force_before minus event_force_after; 0 within rounding",
     )
     """Fall of F/W; rises are 0."""
     energy: Vector = as_field(replace(_OF_RECORD["dissipated"], per=""))

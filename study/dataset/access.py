@@ -72,7 +72,7 @@ def cut(root: xr.Dataset, name: str, ids: list[Any]) -> dict[str, list[slice]] |
 
 # `dataset.nanoslip`: records, trajectories, contacts and events of a dataset, each with its case's scalars.
 
-FRICTION = ("event_friction_before", "event_friction_after")
+FRICTION = ("event_force_before", "event_force_after")
 """Either side of the drop of an event."""
 
 
@@ -103,7 +103,7 @@ class Accessor:
     def record(self, **selection: Any) -> xr.Dataset:
         """The friction record of one case over `event`, numbered from 1, with the coordinate `displacement`, and `event_drop`.
 
-        >>> data.nanoslip.record(radius=200).event_friction_after.plot(x="displacement")  # doctest: +SKIP
+        >>> data.nanoslip.record(radius=200).event_force_after.plot(x="displacement")  # doctest: +SKIP
         """
         run, case = run_of(self._dataset, "record", selection)
         return _dropping(_with(run, case)).assign_coords(event=_numbers(run.sizes["event"]))
@@ -111,7 +111,7 @@ class Accessor:
     def teeth(self, **selection: Any) -> xr.Dataset:
         """F/W of one case as a line over `point`: start, both sides of each drop, end; with the coordinate `displacement`."""
         run, case = run_of(self._dataset, "record", selection)
-        start, end, last = (case[name].item() for name in ("initial_friction", "final_friction", "final_displacement"))
+        start, end, last = (case[name].item() for name in ("initial_force", "final_force", "final_displacement"))
         sides = np.column_stack([run[name].values for name in FRICTION])
         force = np.concatenate(([start], sides.ravel(), [end]))
         displacement = np.concatenate(([0.0], np.repeat(run["displacement"].values, 2), [last]))

@@ -69,6 +69,20 @@ def deviations(one: Any, other: Any, errors: tuple[Any, Any]) -> Any:
     return np.divide(difference, combined, out=np.where(difference == 0.0, 0.0, np.inf), where=combined > 0.0)
 
 
+def agreement(
+    one: NDArray[Any], other: NDArray[Any], scale: float, errors: tuple[Any, Any] = (0.0, 0.0), within: float = 0.0
+) -> tuple[Verdict, float]:
+    """Verdict on numbers of one shape, and their largest difference over `scale`.
+
+    Those beyond rounding agree if none differs by more than `within` combined standard errors.
+    """
+    if identical(one, other):
+        return Verdict.IDENTICAL, 0.0
+    size = relative(one, other, scale)
+    close = size <= ROUNDING or bool(np.all(deviations(one, other, errors) <= within))
+    return Verdict.WITHIN if close else Verdict.DIFFERENT, size
+
+
 def real(values: NDArray[Any]) -> bool:
     """True if values are floats."""
     return bool(np.issubdtype(values.dtype, np.floating))
@@ -243,10 +257,10 @@ def _verdict(both: tuple[Any, Any], errors: tuple[float, float], members: tuple[
     difference = abs(both[0] - both[1]) if here.dtype.kind in "fiu" else math.nan
     if math.isnan(difference):
         return _NOT_KNOWN if _by_chance(both, members) else (Verdict.DIFFERENT, math.inf)
-    apart = float(deviations(*both, errors))
-    if difference <= ROUNDING * scale or apart <= STANDARD_DEVIATIONS:
-        return Verdict.WITHIN, apart
-    return _NOT_KNOWN if any(map(math.isnan, errors)) else (Verdict.DIFFERENT, apart)
+    found, _ = agreement(here, there, scale, errors, STANDARD_DEVIATIONS)
+    if found is Verdict.DIFFERENT and any(map(math.isnan, errors)):
+        return _NOT_KNOWN
+    return found, float(deviations(*both, errors))
 
 
 def _by_chance(both: tuple[Any, Any], members: tuple[float, float]) -> bool:

@@ -16,7 +16,7 @@ from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.collect import Layout, collect, layout_of
 from nanoslip.study.dataset.compare import (
     Verdict,
-    deviations,
+    agreement,
     identical,
     magnitude,
     real,
@@ -182,9 +182,9 @@ def compared(name: str, kept: NDArray[Any], again: NDArray[Any], scale: float | 
     if identical(kept, again):
         return Difference(name, Verdict.IDENTICAL, 0.0)
     if real(kept) and real(again):
-        size = relative(kept, again, magnitude(again) if scale is None else scale)
+        verdict, size = agreement(kept, again, magnitude(again) if scale is None else scale)
         if np.isfinite(size):
-            return Difference(name, Verdict.WITHIN if size <= ROUNDING else Verdict.DIFFERENT, size)
+            return Difference(name, verdict, size)
     first = int(np.argmin(same_bits(kept, again) | (kept == again)))  # 0.0 and -0.0 are the same in words
     return _odd(name, f"{_short(kept.item(first))} kept, {_short(again.item(first))} recomputed")
 
@@ -319,8 +319,8 @@ class Recomputed:
             return Difference(name, Verdict.WITHIN, 0.0, _NOT_COMPARED)
         # An unknown error counts as `LITTLE`.
         errors = [np.nan_to_num(each[error].values, nan=LITTLE * scale / STANDARD_ERRORS) for each in (kept, now)]
-        close = deviations(kept[name].values, now[name].values, (errors[0], errors[1])) <= STANDARD_ERRORS
-        return replace(found, verdict=Verdict.WITHIN) if np.all(close) else found
+        both = (kept[name].values, now[name].values)
+        return replace(found, verdict=agreement(*both, scale, (errors[0], errors[1]), STANDARD_ERRORS)[0])
 
 
 def _alike(kept: xr.Variable, again: xr.Variable) -> bool:

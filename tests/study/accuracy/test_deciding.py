@@ -56,7 +56,7 @@ def test_slips_that_drop_no_stress_leave_the_intrinsic_friction() -> None:
     """All nodes slide at μ_i times their pressure: no computation is needed for it."""
     assert found_in(CASE).without_drop == 0.25
     sliding = api.run({**CASE, "slip": {"residual_shear": 1.0}, "limits": {"presliding": 20}}, progress=False)
-    assert sliding["final_friction"].item() == pytest.approx(0.25, rel=1e-9)
+    assert sliding["final_force"].item() == pytest.approx(0.25, rel=1e-9)
     assert math.isnan(found_in({**CASE, "slip": {"residual_shear": 1.0}}).without_drop)
     assert math.isnan(found_in(CONTACT).without_drop)
 

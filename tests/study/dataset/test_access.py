@@ -22,7 +22,7 @@ WORDS = {"intrinsic_friction": "0.5", "radius": "50"}
 
 def test_a_record_has_displacement_events_and_the_scalars_of_its_case(full):
     one = full.nanoslip.record(**ONE)
-    assert one["event_friction_after"].dims == one["displacement"].dims == ("event",)
+    assert one["event_force_after"].dims == one["displacement"].dims == ("event",)
     assert one["event"].values.tolist() == list(range(1, 201))
     assert one["plateau_mean"].item() == full["plateau_mean"].sel(ONE).item()
     assert one["radius"].item() == 50.0
@@ -68,9 +68,9 @@ def test_the_teeth_are_both_sides_of_each_drop(full):
     assert line.sizes["point"] == 2 * 200 + 2
     for side, start in (("before", 1), ("after", 2)):
         np.testing.assert_array_equal(line["displacement"][start:-1:2], one["displacement"])
-        np.testing.assert_array_equal(line["friction_force"][start:-1:2], one[f"event_friction_{side}"])
-    assert line["friction_force"][0] == one["initial_friction"]
-    assert line["friction_force"][-1] == one["final_friction"]
+        np.testing.assert_array_equal(line["friction_force"][start:-1:2], one[f"event_force_{side}"])
+    assert line["friction_force"][0] == one["initial_force"]
+    assert line["friction_force"][-1] == one["final_force"]
     assert line["displacement"][-1] == one["final_displacement"]
     # Forces over the load, rounded each in its own way.
     largest = float(line["friction_force"].max())
@@ -115,7 +115,7 @@ def test_initial_contact_and_states_are_one_vocabulary_over_x(full):
         np.testing.assert_array_equal(one["pressure"], seen["pressure"].sel(event=event))
         assert float(one["pressure"].sum()) / 16 == pytest.approx(1.0, rel=1e-9)  # in W/(L_x·L_y): ΣN = W
     shear = float(full.nanoslip.contact(event=3, **ONE)["shear"].sum()) / 16
-    force = full.nanoslip.record(**ONE)["event_friction_after"].sel(event=3).item()
+    force = full.nanoslip.record(**ONE)["event_force_after"].sel(event=3).item()
     assert shear == pytest.approx(force, rel=1e-9)
     with pytest.raises(KeyError, match=r"event = 4: .* 0, 3, 5"):
         full.nanoslip.contact(event=4, **ONE)

@@ -67,7 +67,7 @@ def test_each_scalar_is_its_tasks_in_the_units_it_names(small):
             "plateau_mean": record["plateau_mean"],
             "events": 200,
             "plateau_ratio": record["plateau_mean"] * (1.0 / case.parameters["intrinsic_friction"]),
-            "initial_friction": record["initial_force"] * (1.0 / record["normal_load"]),
+            "initial_force": record["initial_force"] * (1.0 / record["normal_load"]),
             "surface_stiffness_si": record["surface_stiffness"] * scales.stiffness,
             "mean_step_si": record["mean_step"] * scales.slab_width,
         }

@@ -160,7 +160,7 @@ ANSWERED: dict[str, Damage] = {
     "flags lost": renamed("validity_flags"),
     "regime lost": renamed("regime"),
     "members lost": renamed("members"),
-    "force NaN": filled("record/event_friction_after", np.nan),
+    "force NaN": filled("record/event_force_after", np.nan),
     "all groups lost": renamed(
         *("record", "trajectory", "contact", "interior", "software"),
     ),

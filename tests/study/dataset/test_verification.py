@@ -109,8 +109,8 @@ def verdicts(findings: list[Finding]) -> list[Verdict]:
 CHANGES = [
     ("surface_stiffness", (0, 1, 0, 0), 1e-6, 2),
     ("events", (1, 1, 0, 0), 1, 4),
-    ("record/event_friction_after", 270, 1e-7, 2),
-    ("record/event_friction_after", -1, 1e-7, 4),
+    ("record/event_force_after", 270, 1e-7, 2),
+    ("record/event_force_after", -1, 1e-7, 4),
     ("record/event_node", 430, 1, 3),
     ("trajectory/sample_position", 41 * 7 + 3, 1e-9, 4),
     ("radius", 0, 1.0, 0),

@@ -144,7 +144,7 @@ def test_profiles_are_an_axis_of_cases_named_by_their_files(main: Main, tmp_path
     (tmp_path / "two.toml").write_text(text)
     data = api.run(tmp_path / "two.toml", tmp_path / "out", progress=False)
     assert data["roughness"].values.tolist() == ["a.csv", "none", "b.csv"]
-    first, smooth, second = data["initial_friction"].squeeze().values
+    first, smooth, second = data["initial_force"].squeeze().values
     assert len({first, smooth, second}) == 3
     beside, cases = {"roughness": (tmp_path / "b.csv").read_text()}, expand(load_manifest(tmp_path / "two.toml"))
     alone = text.replace(f"axes.roughness = [{profiles}]", f"heterogeneity.roughness = {other}")

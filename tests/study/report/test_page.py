@@ -46,9 +46,9 @@ def made_up(design: str = "product", outcome: str = "completed", drives: int = 1
         "plateau_mean_uncertainty": 0.00042,
         "peak_friction": 0.2,
         "events": 2.0,
-        "initial_friction": 0.0,
+        "initial_force": 0.0,
         "final_displacement": 0.4,
-        "final_friction": 0.1,
+        "final_force": 0.1,
     }
     variables = {name: over_cases(value, np.nan) for name, value in of_cases.items()} | {
         "outcome": over_cases("completed", outcome),
@@ -60,7 +60,7 @@ def made_up(design: str = "product", outcome: str = "completed", drives: int = 1
         "record_id": over_cases("r", ""),
         "trajectory_id": over_drives("t", ""),
     }
-    forces = {"event_friction_before": ("event", [0.10, 0.12]), "event_friction_after": ("event", [0.05, 0.06])}
+    forces = {"event_force_before": ("event", [0.10, 0.12]), "event_force_after": ("event", [0.05, 0.06])}
     samples = {"trajectory_row_size": ("trajectory", [2]), "sample_spring_force": ("sample", [0.0, 0.2])}
     groups = {
         "record": xr.Dataset(
