@@ -79,7 +79,7 @@ def agreement(
     if identical(one, other):
         return Verdict.IDENTICAL, 0.0
     size = relative(one, other, scale)
-    close = size <= ROUNDING or bool(np.all(deviations(one, other, errors) <= within))
+    close = size <= ROUNDING or (within > 0.0 and bool(np.all(deviations(one, other, errors) <= within)))
     return Verdict.WITHIN if close else Verdict.DIFFERENT, size
 
 
