@@ -9,7 +9,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Final, Literal, Self
+from typing import Any, Final, Literal, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
 
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, InvalidInput
@@ -125,6 +128,7 @@ class Heterogeneity:
 
     seed: the same seed and n_x give the same nodes in every case. `normal` is cut off at μ_i = 0.
     roughness: points (ξ, height) in L_x, ξ rising, added to the parabola: linear between them, constant beyond; () is smooth.
+        On a plane of nodes an image: points (ξ, y, height) of a whole grid.
     """
 
     distribution: Distribution = parameter(
@@ -157,10 +161,46 @@ class Heterogeneity:
         _check_roughness(self.roughness)
 
 
+class Image(NamedTuple):
+    """Roughness on its grid, in L_x: heights (k, m) at k positions across the drag and m along it. A profile has k = 1."""
+
+    xi: NDArray[np.float64]
+    y: NDArray[np.float64]
+    height: NDArray[np.float64]
+
+    @property
+    def points(self) -> Roughness:
+        """Its points, (ξ, height) of a profile, (ξ, y, height) of an image, in the order of nodes."""
+        xi, y = np.repeat(self.xi, len(self.y)), np.tile(self.y, len(self.xi))
+        columns = (xi, y, self.height.T.ravel()) if len(self.y) > 1 else (xi, self.height[0])
+        return tuple(zip(*[column.tolist() for column in columns], strict=True))
+
+    def over(self, y: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Heights along rows at these positions across the drag, (rows, m), linear between those of the image; a profile's."""
+        if len(self.y) == 1:
+            return self.height
+        return np.stack([np.interp(y, self.y, heights) for heights in self.height.T], axis=1)
+
+
 @lru_cache(maxsize=16)  # cases by the million share one
+def image_of(points: Roughness) -> Image:
+    """A roughness on its grid; points of an image may have any order. Raises InvalidInput if they are no grid."""
+    columns = np.array(points or ((0.0, 0.0),)).T.copy()
+    if len(columns) == 2:
+        return Image(columns[0], np.zeros(1), columns[1:])
+    (xi, along), (y, across) = (np.unique(column, return_inverse=True) for column in columns[:2])
+    height = np.full((len(y), len(xi)), np.nan)
+    height[across, along] = columns[2]
+    whole = len(points) == height.size and np.isfinite(height).all() and min(height.shape) > 1
+    require("roughness", len(points), bool(whole), "an image: a height at each ξ and y of a grid of at least 2 by 2")
+    return Image(xi, y, height)
+
+
+@lru_cache(maxsize=16)
 def _check_roughness(points: Roughness) -> None:
     require("roughness", len(points), len(points) != 1, "no or at least 2 points")
-    for (before, _), (after, _) in itertools.pairwise(points):
+    image = image_of(points)
+    for before, after in itertools.chain(itertools.pairwise(image.xi.tolist()), itertools.pairwise(image.y.tolist())):
         require("roughness", (before, after), before < after, "points with increasing ξ")
         apart = after - before >= LEAST_APART
         require("roughness", (before, after), apart, f"points at least {LEAST_APART:g} apart")
@@ -417,10 +457,13 @@ def _refuse_with_classical_sliding(case: Case) -> None:
 
 def _refuse_by_rows(case: Case) -> None:
     """Raise InvalidInput for what needs a plane of nodes, or is not computed on one."""
-    if not case.slab.scheme.planar:
+    points, planar = case.heterogeneity.roughness, case.slab.scheme.planar
+    if not planar:
         require("start_y", case.start_y, case.start_y == 0.0, '0, as plane strain has no y; or scheme = "half_space"')
-    elif case.heterogeneity.roughness:
-        need = "plane strain, as a profile says nothing across the drag"
+    if points and planar != (len(points[0]) == 3):
+        need = 'scheme = "half_space" or "layer", as plane strain takes a profile'
+        if planar:
+            need = "an image, as a profile says nothing across the drag"
         raise InvalidInput("roughness", ABSENT, need, {"scheme": case.slab.scheme.name})
 
 

@@ -112,7 +112,7 @@ OF_CASES: Final[tuple[Effect[Case], ...]] = (
     ),
     Effect(
         "third_dimension",
-        lambda case: case.slab.scheme.planar,
+        lambda case: case.slab.scheme.planar and not case.heterogeneity.roughness,
         in_plane_strain,
         "scheme half_plane, of a layer strip, at the load with the same Hertz half-width: as many nodes across",
     ),

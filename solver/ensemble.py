@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import LEAST_APART, PIN_SIZES, Case
+from nanoslip.solver.case import LEAST_APART, PIN_SIZES, Case, Image, image_of
 from nanoslip.solver.parameter import Roughness
 
 Places = Literal["drawn", "given"]
@@ -53,7 +53,7 @@ class Ensemble:
         if drawn.spread:
             drawn = replace(drawn, seed=chance.seed)
         if drawn.roughness and self.places == "drawn":
-            drawn = replace(drawn, roughness=elsewhere(drawn.roughness, chance.place))
+            drawn = replace(drawn, roughness=elsewhere(drawn.roughness, chance.place, chance.place_y))
         start_y = (case.start_y + chance.start_y) % 1.0 if case.slab.scheme.planar else 0.0
         return replace(case, start=(case.start + chance.start) % 1.0, start_y=start_y, heterogeneity=drawn)
 
@@ -86,13 +86,14 @@ class Ensemble:
 
 
 class Chance(NamedTuple):
-    """Random numbers of a start: position between two nodes (spacings, along and across) and on the profile, in [0, 1); a seed
-    below 2^63."""
+    """Random numbers of a start: position between two nodes (spacings, along and across) and on the profile or image (along and
+    across), in [0, 1); a seed below 2^63."""
 
     start: float
     place: float
     seed: int
     start_y: float
+    place_y: float
 
 
 def chance_of(case: Case, number: int, *further: float) -> Chance:
@@ -103,22 +104,32 @@ def chance_of(case: Case, number: int, *further: float) -> Chance:
     """
     numbers = (case.normal_load, getattr(case, PIN_SIZES[case.pin]), *further)
     words = [number, case.slab.n_x, *struct.unpack(f"<{2 * len(numbers)}I", struct.pack(f"<{len(numbers)}d", *numbers))]
-    start, place, seed, start_y = np.random.PCG64(np.array(words, np.uint32)).random_raw(4).tolist()
-    return Chance((start >> 11) * 2.0**-53, (place >> 11) * 2.0**-53, seed >> 1, (start_y >> 11) * 2.0**-53)
+    drawn = np.random.PCG64(np.array(words, np.uint32)).random_raw(5).tolist()
+    start, place, _, start_y, place_y = ((raw >> 11) * 2.0**-53 for raw in drawn)
+    return Chance(start, place, drawn[2] >> 1, start_y, place_y)
 
 
 @lru_cache(maxsize=16)
-def elsewhere(profile: Roughness, place: float) -> Roughness:
-    """A profile continued by its mirror image, again and again, at a place in [0, 1) of that period; as long as before."""
-    xi, height = np.array(profile).T
+def elsewhere(profile: Roughness, place: float, place_y: float = 0.0) -> Roughness:
+    """A profile or image continued by its mirror image, again and again, at places in [0, 1) of its periods; of the same size."""
+    image = image_of(profile)
+    xi, heights = _moved(image.xi, image.height, place)
+    if len(image.y) == 1:
+        return Image(xi, image.y, heights).points
+    y, across = _moved(image.y, heights.T, place_y)
+    return Image(xi, y, across.T).points
+
+
+def _moved(xi: NDArray[np.float64], rows: NDArray[np.float64], place: float) -> tuple[NDArray[np.float64], ...]:
+    """Knots ξ and the heights (rows, knots) of profiles continued by their mirror images, at a place of that period."""
     first, period = xi[0], 2.0 * np.ptp(xi)
     there = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
-    heights = np.concatenate((height, height[-2:0:-1]))
     moved = first + (there - first - place * period) % period
     inside = np.sort(moved[(moved - first >= LEAST_APART) & (xi[-1] - moved >= LEAST_APART)])
     knots = np.concatenate((xi[:1], inside[np.diff(inside, prepend=-math.inf) >= LEAST_APART], xi[-1:]))
-    rises = np.interp(knots + place * period, there, heights, period=period)
-    return tuple(zip(knots.tolist(), rises.tolist(), strict=True))
+    mirrored = (np.concatenate((heights, heights[-2:0:-1])) for heights in rows)
+    rises = [np.interp(knots + place * period, there, heights, period=period) for heights in mirrored]
+    return knots, np.array(rises)
 
 
 ALONE: Final = Ensemble()

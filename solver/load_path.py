@@ -74,6 +74,7 @@ class LoadPath:
         given = {name: getattr(self, name) for name in ways if getattr(self, name)}
         if self.legs and given:
             raise InvalidInput("legs", ABSENT, "one or the other", given)
+        require("legs", self.legs, not self.legs or len(self.legs[0]) == 2, "pairs of displacement and load")
         for _, load in self.legs:
             require("legs", load, load >= LEAST_LOAD, f"loads ≥ {LEAST_LOAD:g}, over normal_load")
 

@@ -186,7 +186,8 @@ def _named(declared: Quantity, key: str) -> Quantity:
     )
 
 
-Roughness = tuple[tuple[float, float], ...]
+Roughness = tuple[tuple[float, ...], ...]
+"""Points of numbers, as many in each: (ξ, height) of a profile, (ξ, y, height) of an image."""
 Numbers = tuple[float, ...]
 
 MOST_WHOLE = 2**63 - 1
@@ -385,9 +386,11 @@ def _as_bool(name: str, given: Any) -> bool:
 
 def _as_points(name: str, given: Any) -> Roughness:
     try:
-        points = tuple((as_float(name, xi), as_float(name, height)) for xi, height in given)
-    except (TypeError, ValueError):
-        raise InvalidInput(name, given, "pairs of numbers (ξ, height)") from None
+        points = tuple(tuple([as_float(name, number) for number in point]) for point in given)
+    except TypeError:
+        points = ((),)
+    alike = {len(point) for point in points}
+    require(name, given, alike <= {2} or alike == {3}, "points of two numbers each; of an image (ξ, y, height)")
     require(name, given, all(map(math.isfinite, itertools.chain(*points))), "finite numbers")
     return points
 

@@ -51,7 +51,8 @@ from nanoslip.solver.outcome import Outcome
 # Nodes far from the contact cannot touch a smooth pin before their nearer neighbours do: a touch near the window's end asks for
 # a wider one. A rough pin skips nodes. Under it every node is followed that its profile could meet while it moves on by some
 # spacings, or comes nearer by what it falls on that way; then the next window is set up. One that touches in spots may tilt the
-# surface anywhere between them: all of the surface is followed.
+# surface anywhere between them: all of the surface is followed. Of a plane, where that is dear and spots are separate patches of
+# the window, nodes next to what is not followed are watched all around.
 
 Vector = NDArray[np.float64]
 Nodes = NDArray[np.bool_]
@@ -144,31 +145,34 @@ def within_reach(
     if not case.heterogeneity.roughness:
         return contact
     nodes = np.flatnonzero(contact)
-    if len(nodes) < ONE_SPOT * (nodes[-1] - nodes[0] + 1):
+    if case.slab.rows == 1 and len(nodes) < ONE_SPOT * (nodes[-1] - nodes[0] + 1):
         return np.ones_like(contact)
     farther, deeper = _reach(case)
     lowest = pin_of(case).lowest_within(surface_from_pin(case, first_node) + u - displacement, farther)
     return np.asarray(contact | (lowest - deeper <= v))
 
 
-def good_until(case: Case, state: KernelState) -> tuple[float, float, float]:
-    """Displacement in the pin's direction, and heights of the window's two end nodes under the pin, up to which none beyond can
-    meet a rough pin."""
+def good_until(case: Case, state: KernelState, ends: Nodes) -> tuple[float, Vector]:
+    """Displacement in the pin's direction, and heights (n,) of the window's end nodes under the pin, up to which none beyond can
+    meet a rough pin. ends: (n,)."""
     nodes, moved = len(state.x), float(state.scalars["pin_rate"] * state.scalars["displacement"])
+    endless = np.full(nodes, math.inf)
     if not case.heterogeneity.roughness or (nodes == case.slab.nodes and not case.slab.scheme.endless):
-        return math.inf, math.inf, math.inf
+        return math.inf, endless
     farther, deeper = _reach(case)
-    if nodes == case.slab.n_x:  # the next grid is to follow halfway to this one's end
-        ends = (state.scalars["ahead"],) if state.scalars["pin_rate"] else (1, -1)
-        room = min(int(np.argmax(state.contact[::-end])) for end in ends) // 2 * case.slab.spacing
-        return moved + max(room, farther), math.inf, math.inf
-    left, right = (float(state.response[nodes + end]) + deeper / NOT_SEEN for end in (0, nodes - 1))
-    return moved + farther, left, right
+    if nodes == case.slab.nodes:  # the next grid is to follow halfway to this one's end
+        sides = (state.scalars["ahead"],) if state.scalars["pin_rate"] else (1, -1)
+        columns = np.flatnonzero(state.contact) // case.slab.rows
+        room = (
+            min(case.slab.n_x - 1 - columns[-1] if side > 0 else columns[0] for side in sides) // 2 * case.slab.spacing
+        )
+        return moved + max(room, farther), endless
+    return moved + farther, np.where(ends, state.response[nodes:-1] + deeper / NOT_SEEN, endless)
 
 
 def _reach(case: Case) -> tuple[float, float]:
     """Travel of a rough pin that one window allows (less than its margin), and the largest approach to nodes beyond."""
-    farther = (margin(case.slab.n_x) - GUARD) * case.slab.spacing
+    farther = (margin(case.slab.n_x) - GUARD if case.slab.rows == 1 else RINGS - 1) * case.slab.spacing
     return farther, pin_of(case).fall_within(farther) + SINKING * case.normal_load
 
 
@@ -384,15 +388,16 @@ def slip_constants(case: Case) -> SlipConstants:
 
 
 def _constants(case: Case, window: Window, state: KernelState, pin_rate: float | None) -> KernelConstants:
-    pin, nodes = pin_of(case), case.slab.nodes
+    pin, nodes, outer = pin_of(case), case.slab.nodes, outer_nodes(case, window, state.contact, pin_rate)
+    ends = outer if case.slab.rows > 1 else np.isin(np.arange(len(window)), (0, len(window) - 1))
     return KernelConstants(
         slip=slip_constants(case),
-        pin=KernelPin(pin.curvature, Rise(pin.knots, pin.rises) if pin.rough else None),
+        pin=KernelPin(pin.curvature, Rise(pin.knots, pin.rises, window % len(pin.rises)) if pin.rough else None),
         half_width=np.broadcast_to(pin.half_width, nodes)[window],
         across=np.broadcast_to(pin.across, nodes)[window],
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
-        outer=outer_nodes(case, window, state.contact, pin_rate),
-        window_until=good_until(case, state),
+        outer=outer,
+        window_until=good_until(case, state, ends),
     )
 
 

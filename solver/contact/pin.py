@@ -3,13 +3,14 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import Case, Distribution, Heterogeneity, PinShape
+from nanoslip.solver.case import Case, Distribution, Heterogeneity, Image, PinShape, image_of
 from nanoslip.solver.contact.closed_forms import hertz_half_width, hertz_radius, winkler_half_width
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import surface_x, surface_y
@@ -27,6 +28,7 @@ class Pin:
 
     curvature: L_x/R, 0 of a flat punch. half_width: rounded to whole nodes; infinite of a parabola.
     knots, rises: additional height of a rough parabola at pin coordinates, linear between, constant beyond; one knot: smooth.
+        rises: (rows, knots), of one row for all nodes alike, or of each row of nodes; then ξ is that of all nodes, (n,).
     across: height over the rows of nodes at ξ = 0. On a plane of nodes half_width and across are (n,), each over its node's row.
     """
 
@@ -47,36 +49,34 @@ class Pin:
 
     def face(self, xi: Vector) -> Vector:
         """Height of the pin as if it had no edges."""
-        return np.asarray(self.curvature * xi**2 / 2 + np.interp(xi, self.knots, self.rises) + self.across)
+        rise = self._by_rows(xi, lambda places, rises: np.interp(places, self.knots, rises))
+        return np.asarray(self.curvature * xi**2 / 2 + rise + self.across)
 
     def lowest_within(self, xi: Vector, distance: float) -> Vector:
-        """A bound from below of the heights within a distance of ξ, (k,): parabola and rise each at its lowest."""
+        """A bound from below of the heights within a distance of ξ, (n,): parabola and rise each at its lowest."""
         nearest = np.maximum(np.abs(xi) - distance, 0.0)
-        height = self.curvature * nearest**2 / 2
+        height = self.curvature * nearest**2 / 2 + self.across
+        return np.asarray(height + self._by_rows(xi, partial(self._lowest_rise, distance)))
+
+    def _lowest_rise(self, distance: float, xi: Vector, rises: Vector) -> Vector:
         left, right = xi - distance, xi + distance
-        ends = np.minimum(np.interp(left, self.knots, self.rises), np.interp(right, self.knots, self.rises))
+        ends = np.minimum(np.interp(left, self.knots, rises), np.interp(right, self.knots, rises))
         stretches = np.column_stack((np.searchsorted(self.knots, left), np.searchsorted(self.knots, right)))
         # `reduceat` takes what begins a stretch even of an empty one: one knot more, which only lowers.
-        between = np.minimum.reduceat(np.append(self.rises, np.inf), stretches.ravel())[::2]
-        return np.asarray(height + np.minimum(ends, between))
+        between = np.minimum.reduceat(np.append(rises, np.inf), stretches.ravel())[::2]
+        return np.asarray(np.minimum(ends, between))
+
+    def _by_rows(self, xi: Vector, along: Callable[[Vector, Vector], Vector]) -> Vector:
+        """A function of ξ and of the rises over them, row by row of nodes."""
+        if len(self.rises) == 1:
+            return along(xi, self.rises[0])
+        rows = xi.reshape(-1, len(self.rises)).T
+        return np.stack([along(*each) for each in zip(rows, self.rises, strict=True)], axis=1).ravel()
 
     def fall_within(self, distance: float) -> float:
         """Upper bound of the roughness' rise or fall within a distance, anywhere on a rough pin."""
         steepest = float(np.abs(np.diff(self.rises) / np.diff(self.knots)).max())
-        return min(steepest * distance, float(np.ptp(self.rises)))
-
-    def roughness_slopes(self, spacing: float) -> tuple[float, float]:
-        """Root mean square slopes of the roughness, and of the part that linear interpolation at this spacing misses."""
-        if not self.rough:
-            return 0.0, 0.0
-        left = np.floor(self.knots / spacing)  # nothing is missed between nodes without a knot
-        nodes = spacing * np.unique(np.concatenate((left, left + 1.0)))
-        xi = np.unique(np.concatenate((nodes, self.knots)))
-        heights = np.interp(xi, self.knots, self.rises)
-        missed = heights - np.interp(xi, nodes, np.interp(nodes, self.knots, self.rises))
-        squares = [float((np.diff(each) ** 2 / np.diff(xi)).sum()) for each in (heights, missed)]
-        width = float(self.knots[-1] - self.knots[0])
-        return math.sqrt(squares[0] / width), math.sqrt(squares[1] / width)
+        return min(steepest * distance, float(np.ptp(self.rises, axis=1).max()))
 
     def rounding(self, xi: Vector) -> float:
         """Largest change of displacements by rounding of ξ (any shape) and of heights there, in L_x."""
@@ -85,23 +85,23 @@ class Pin:
 
     def slope(self, xi: Vector) -> Vector:
         """dheight/dξ under the pin; at a knot that to its right."""
-        return np.asarray(self.curvature * xi + self._rise_slope(xi))
+        return np.asarray(self.curvature * xi + self._by_rows(xi, self._rise_slope))
 
-    def steepest(self, left: Vector, right: Vector) -> float:
-        """The largest |dheight/dξ| anywhere between left and right, both (k,), of k stretches of ξ; 0 without any."""
+    def steepest(self, left: Vector, right: Vector, row: int = 0) -> float:
+        """The largest |dheight/dξ| over a row of nodes anywhere between left and right, (k,), of k stretches of ξ; 0 without."""
         places = np.concatenate((left, right, self.knots))
         places.sort()
         starts, ends = places[:-1], places[1:]
         middle = (starts + ends) / 2
         begun, over = (np.searchsorted(np.sort(side), middle, side="right") for side in (left, right))
         within = (begun > over) & (ends > starts)
-        rise = self._rise_slope(middle[within])
+        rise = self._rise_slope(middle[within], self.rises[row])
         largest = (float(np.abs(self.curvature * at[within] + rise).max(initial=0.0)) for at in (starts, ends))
         return max(largest)
 
-    def _rise_slope(self, xi: Vector) -> Vector:
-        """Slope of the roughness at ξ; at a knot that to its right."""
-        steps = np.concatenate(([0.0], np.diff(self.rises) / np.diff(self.knots), [0.0]))
+    def _rise_slope(self, xi: Vector, rises: Vector) -> Vector:
+        """Slope of a row's roughness at ξ; at a knot that to its right."""
+        steps = np.concatenate(([0.0], np.diff(rises) / np.diff(self.knots), [0.0]))
         return np.asarray(steps[np.searchsorted(self.knots, xi, side="right")])
 
 
@@ -140,14 +140,11 @@ def pin_of(case: Case) -> Pin:
     return SHAPES[case.pin](case)
 
 
-_LEVEL = ((0.0, 0.0),)
-
-
 def _parabola(case: Case) -> Pin:
     """On a plane of nodes a paraboloid: a ball."""
-    across = surface_across(case) ** 2 / (2.0 * case.radius) if case.slab.scheme.planar else 0.0
-    knots, rises = np.array(case.heterogeneity.roughness or _LEVEL).T.copy()
-    return Pin(1.0 / case.radius, math.inf, knots, rises, across)
+    y, image = surface_across(case), image_of(case.heterogeneity.roughness)
+    across = y**2 / (2.0 * case.radius) if case.slab.scheme.planar else 0.0
+    return Pin(1.0 / case.radius, math.inf, image.xi, image.over(y[: case.slab.rows]), across)
 
 
 def _flat_punch(case: Case) -> Pin:
@@ -159,7 +156,27 @@ def _flat_punch(case: Case) -> Pin:
         nodes = np.floor(np.sqrt(np.maximum(squared, 0.0)) / spacing + 1e-9)
         half_width = np.where(squared >= 0.0, nodes * spacing, -np.inf)
     # A node stands for its width of surface: it is under the punch while the greater part of that is.
-    return Pin(0.0, half_width + 0.499 * spacing, *np.array(_LEVEL).T)
+    return Pin(0.0, half_width + 0.499 * spacing, np.zeros(1), np.zeros((1, 1)))
+
+
+def roughness_slopes(image: Image, spacing: float) -> tuple[float, float]:
+    """Root mean square slopes of a roughness, of an image both ways, and of what linear interpolation at this spacing misses."""
+    along, across = slopes_along(image.xi, image.height, spacing), slopes_along(image.y, image.height.T, spacing)
+    return math.hypot(along[0], across[0]), math.hypot(along[1], across[1])
+
+
+def slopes_along(knots: Vector, rows: Vector, spacing: float) -> tuple[float, float]:
+    """Root mean square slopes of profiles (rows, knots), and of what linear interpolation at this spacing misses; 0 of a knot."""
+    if len(knots) == 1:
+        return 0.0, 0.0
+    left = np.floor(knots / spacing)  # nothing is missed between nodes without a knot
+    nodes = spacing * np.unique(np.concatenate((left, left + 1.0)))
+    xi = np.unique(np.concatenate((nodes, knots)))
+    heights = np.array([np.interp(xi, knots, rises) for rises in rows])
+    seen = [np.interp(xi, nodes, np.interp(nodes, knots, rises)) for rises in rows]
+    squares = [float((np.diff(each) ** 2 / np.diff(xi)).sum()) for each in (heights, heights - seen)]
+    width = float(knots[-1] - knots[0]) * len(rows)
+    return math.sqrt(squares[0] / width), math.sqrt(squares[1] / width)
 
 
 SHAPES: dict[PinShape, Callable[[Case], Pin]] = {"parabola": _parabola, "flat_punch": _flat_punch}

@@ -146,7 +146,7 @@ def soundness(
 
     softness: how far each node gives way under a unit force on itself alone, (n,).
     """
-    xi = (surface_from_pin(case, first_node) + u - displacement)[contact]
+    xi = surface_from_pin(case, first_node) + u - displacement
     outermost = float(surface_from_axis(case, u - displacement, first_node)[contact].max(initial=0.0))
     if not math.isfinite(outermost):
         return NOT_FINITE
@@ -158,17 +158,22 @@ def soundness(
             "or use a larger radius or lower heights in heterogeneity.roughness",
             cause="heights",
         )
-    return COMPLETED if _steepest(case, xi, outermost) <= STEEPEST else STEEP_PIN
+    return COMPLETED if _steepest(case, contact, xi, outermost) <= STEEPEST else STEEP_PIN
 
 
-def _steepest(case: Case, xi: Vector, outermost: float) -> float:
-    """Largest |slope| of the pin under a contact whose nodes are at ξ: at each node, and at each height between the
-    outermost two. No node stands on a wall between two nodes, yet the pin drags it over them."""
-    pin = pin_of(case)
-    if not pin.rough or not len(xi):  # a smooth pin is steepest at the outermost
+def _steepest(case: Case, contact: NDArray[np.bool_], xi: Vector, outermost: float) -> float:
+    """Largest |slope| of the pin under a contact of nodes at ξ, (n,): at each node, and at each height between the outermost two
+    of a row. No node stands on a wall between two nodes, yet the pin drags it over them. Across the drag between neighbours."""
+    pin, rows, spacing = pin_of(case), case.slab.rows, case.slab.spacing
+    if not pin.rough or not contact.any():  # a smooth pin is steepest at the outermost
         return pin.curvature * outermost
-    at_nodes = float(np.abs(pin.slope(xi)).max())
-    return max(at_nodes, pin.steepest(xi.min(keepdims=True), xi.max(keepdims=True)))
+    touching, face = contact.reshape(-1, rows), pin.face(xi).reshape(-1, rows)
+    largest = [np.abs(pin.slope(xi)[contact]).max()]
+    largest += [(np.abs(np.diff(face)) / spacing)[touching[:, 1:] & touching[:, :-1]].max(initial=0.0)]
+    for row in np.flatnonzero(touching.any(axis=0)):
+        places = xi[row::rows][touching[:, row]]
+        largest.append(pin.steepest(places.min(keepdims=True), places.max(keepdims=True), int(row)))
+    return float(max(largest))
 
 
 def rounding_share(case: Case, softness: Vector, contact: NDArray[np.bool_], outermost: float) -> float:

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import Case
+from nanoslip.solver.case import Case, Image, image_of
 from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
-from nanoslip.solver.contact.pin import Pin, expected_half_width, node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import expected_half_width, node_friction, pin_of, roughness_slopes, surface_from_pin
 from nanoslip.solver.contact.soundness import STEEP_PIN, energy_created
 from nanoslip.solver.contact.state import ContactState, contact_width
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
@@ -244,10 +244,10 @@ def _guess(case: Case) -> float:
     return min(expected, film(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio))
 
 
-def nodes_for(pin: Pin) -> int | None:
-    """The smallest n_x = 2^N + 1 of which nodes see enough of a rough pin's slope; None if none up to 2^20 + 1 does."""
+def nodes_for(image: Image) -> int | None:
+    """The smallest n_x = 2^N + 1 of which nodes see enough of a roughness' slope; None if none up to 2^20 + 1 does."""
     for power in range(2, 21):
-        slope, missed = pin.roughness_slopes(0.5**power)
+        slope, missed = roughness_slopes(image, 0.5**power)
         if missed <= MISSED * slope:
             return int(2**power + 1)
     return None
@@ -283,8 +283,8 @@ def _margin(case: Case, nodes: NDArray[Any]) -> float:
 
 def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
     """expected: half-width of the contact, before anything is computed."""
-    pin = pin_of(case)
-    slope, missed = pin.roughness_slopes(case.slab.spacing)
+    image = image_of(case.heterogeneity.roughness)
+    slope, missed = roughness_slopes(image, case.slab.spacing)
     narrowest = min(seen.half_width, expected)  # few nodes make a narrow contact seem wide
     several = FEWEST_NODES / 2 * case.slab.spacing  # of fewer nodes the one flag says enough
     planar = case.slab.scheme.planar
@@ -295,8 +295,8 @@ def _judged(case: Case, seen: _Seen, expected: float) -> Flags:
         Flag.beyond_contact if seen.travel > seen.half_width and not case.slab.scheme.endless else None,
         Flag.large_strain if case.normal_load > LARGEST_PRESSURE * area else None,
         None if case.slab.scheme.resolves(case.slab, max(narrowest, several)) else Flag.unresolved_slab,
-        Flag.unresolved_roughness if missed > MISSED * slope and slope > FELT * pin.curvature * narrowest else None,
-        Flag.short_profile if pin.rough and float(np.ptp(pin.knots)) < 2.0 * narrowest else None,
+        Flag.unresolved_roughness if missed > MISSED * slope and slope > FELT * narrowest / case.radius else None,
+        Flag.short_profile if any(0.0 < np.ptp(each) < 2.0 * narrowest for each in (image.xi, image.y)) else None,
     )
     return tuple([flag for flag in found if flag])
 
@@ -323,8 +323,8 @@ def lawfulness(
     # Classical sliding has looked at its energy event by event.
     if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end, load_work):
         return COMPLETED
-    xi = (surface_from_pin(case, end.first_node) + end.u - end.displacement)[end.contact]
-    steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case, end.first_node)[end.contact]).any()
+    xi = surface_from_pin(case, end.first_node) + end.u - end.displacement
+    steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case, end.first_node))[end.contact].any()
     return STEEP_PIN if steep else energy_created(case)
 
 

@@ -375,16 +375,18 @@ def figure() -> None:
     FILE,
     click.option("--x", default="", metavar="UNIT", help="Unit of positions, as nm [default: the header's, or m]"),
     click.option("--z", default="", metavar="UNIT", help="Unit of heights [default: the header's, or m]"),
+    click.option("--y", default="", metavar="UNIT", help="Unit of an image's positions across, in columns x, y, z"),
+    click.option("--pixel", default="", metavar="LENGTH", help="Spacing of an image that is a matrix, as 20 nm"),
     defaulted("--detrend", type=DETREND, default="line", help="Trend removed from the heights."),
     defaulted("--width", default="1 mm", metavar="LENGTH", help="Slab width L_x, for the nodes."),
     PICTURE,
 )
 def profile() -> None:
-    """Report statistics of a measured surface profile.
+    """Report statistics of a measured surface profile or image.
 
     FILE has columns of numbers, among them x and height. The output has height, slope, correlation length, and the n_x that
     resolves the profile on a slab of this width; -o draws it with its spectrum. In a campaign: heterogeneity.roughness =
-    {file = "FILE", x = "nm", z = "nm"}.
+    {file = "FILE", x = "nm", z = "nm"}. An image, for planes of nodes, has columns x, y, z, or is a matrix with --pixel.
 
     Example: nanoslip profile afm.csv --x nm --z nm --width "20 um"
     """

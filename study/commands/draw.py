@@ -4,7 +4,9 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from nanoslip.solver.contact.pin import Pin
+import numpy as np
+
+from nanoslip.solver.contact.pin import slopes_along
 from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
 from nanoslip.solver.parameter import Parameter
 from nanoslip.solver.sliding.validity import nodes_for
@@ -117,7 +119,9 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
 # `nanoslip profile`: the measured profile of a surface, what is known of its roughness, and the nodes that resolve it.
 
 
-def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: Path | None) -> None:
+def show_profile(
+    file: Path, x: str, y: str, z: str, pixel: str, detrend: str, width: str, picture: Path | None
+) -> None:
     """Print statistics of a profile, and draw it."""
     try:
         slab_width = float(plain("--width", width, Parameter("slab width", unit="m")))
@@ -126,26 +130,22 @@ def show_profile(file: Path, x: str, z: str, detrend: str, width: str, picture: 
     if not 0.0 < slab_width < math.inf:
         raise Refusal(f'--width = {quoted(width)}: needs a length above 0, as "1 mm"')
     try:
-        found = read_surface(file, file_text(file), NamedSurface(str(file), x, z, detrend))  # type: ignore[arg-type]
+        found = read_surface(file, file_text(file), NamedSurface(str(file), x, z, detrend, y, pixel))  # type: ignore[arg-type]
     except InvalidInput as error:
         raise Refusal(f"{file}: {error}") from None
     print_sentences(_surface_lines(found, slab_width))
     if picture:
         write({picture: _surface_drawn(found, shared.format_of(picture))})
     else:
-        print_lines([Curve(1e6 * found.x, 1e9 * found.height, "x, in μm", "height, in nm")])
-
-
-def pin_under(found: Surface, slab_width: float) -> Pin:
-    """Flat pin with the roughness of a surface; slab_width: in m."""
-    return Pin(0.0, math.inf, found.x / slab_width, found.height / slab_width)
+        middle = np.atleast_2d(found.height)[len(found.y) // 2]
+        print_lines([Curve(1e6 * found.x, 1e9 * middle, "x, in μm", "height, in nm")])
 
 
 def _surface_lines(found: Surface, slab_width: float) -> list[str]:
     length, count = float(found.x[-1] - found.x[0]), len(found.x)
-    pin = pin_under(found, slab_width)
-    slope, _ = pin.roughness_slopes(1.0)
-    nodes, apart = nodes_for(pin), compact(length / (count - 1), "m")
+    image = found.image(slab_width)
+    slope, across = (slopes_along(*each, 1.0)[0] for each in ((image.xi, image.height), (image.y, image.height.T)))
+    nodes, apart = nodes_for(image), compact(length / (count - 1), "m")
     correlated = found.correlation_length
     longer = "longer than the profile" if math.isnan(correlated) else compact(correlated, "m")
     slab = f"on a slab of L_x = {compact(slab_width, 'm')} (--width)"
@@ -157,20 +157,30 @@ def _surface_lines(found: Surface, slab_width: float) -> list[str]:
         if found.source is None or found.rows is None
         else [separation(found.source), *lines_left_out(found.source, found.rows, found.holes)]
     )
+    points, slopes = f"{count} points over {compact(length, 'm')}, {apart} apart", f"slope {slope:.3g}"
+    if len(found.y) > 1:
+        wide, slopes = float(found.y[-1] - found.y[0]), f"slopes {slope:.3g} along x and {across:.3g} along y"
+        points = f"{count} by {len(found.y)} points over {compact(length, 'm')} by {compact(wide, 'm')}, {apart} apart"
+        read = [separation(found.source)] if found.source else []
     return [
-        "; ".join((f"{count} points over {compact(length, 'm')}, {apart} apart", *read)),
-        f"root mean square height {compact(found.rms_height, 'm')}, slope {slope:.3g}; correlation length {longer}",
+        "; ".join((points, *read)),
+        f"root mean square height {compact(found.rms_height, 'm')}, {slopes}; correlation length {longer}",
         resolved,
     ]
 
 
 def _surface_drawn(found: Surface, form: str) -> bytes:
-    """The profile above its spectrum."""
+    """The profile or image above its spectrum along x."""
     wavenumber, power = found.spectrum
     with shared.column(4.4) as figure:
         above, below = figure.subplots(2)
-        above.plot(1e6 * found.x, 1e9 * found.height)
-        above.set(xlabel="x (μm)", ylabel="height (nm)")
+        if len(found.y) > 1:
+            above.set(xlabel="x (μm)", ylabel="y (μm)", aspect="equal")
+            heights = above.pcolormesh(1e6 * found.x, 1e6 * found.y, 1e9 * found.height, shading="nearest")
+            figure.colorbar(heights, ax=above, label="height (nm)")
+        else:
+            above.plot(1e6 * found.x, 1e9 * found.height)
+            above.set(xlabel="x (μm)", ylabel="height (nm)")
         below.plot(wavenumber, power)
         below.set(xlabel="wavenumber 2π/λ (1/m)", ylabel="power of heights (m³)", xscale="log", yscale="log")
         return shared.image(figure, form)

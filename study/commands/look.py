@@ -12,8 +12,8 @@ from typing import Any, Final
 import click
 import xarray as xr
 
-from nanoslip.solver.case import Case
-from nanoslip.solver.contact.pin import pin_of
+from nanoslip.solver.case import Case, image_of
+from nanoslip.solver.contact.pin import roughness_slopes
 from nanoslip.solver.outcome import UNDONE, Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
@@ -250,12 +250,12 @@ SHOWN: Final = 3
 
 def _of_roughness(case: Case, slides: bool) -> str:
     """Report the roughness that nodes miss, its effect on plateaus, and the grid that resolves it; empty for a smooth pin."""
-    pin = pin_of(case)
-    slope, missed = pin.roughness_slopes(case.slab.spacing)
+    image = image_of(case.heterogeneity.roughness)
+    slope, missed = roughness_slopes(image, case.slab.spacing)
     if not slope:
         return ""
     said = f"roughness: nodes miss {missed / slope:.0%} of its slope; plateaus are {MISSING}"
-    if missed <= MISSED * slope or not (nodes := nodes_for(pin)):
+    if missed <= MISSED * slope or not (nodes := nodes_for(image)):
         return said
     times = _seconds(replace(case, slab=replace(case.slab, n_x=nodes)), slides) / _seconds(case, slides)
     return f"{said}; n_x = {nodes} resolves it, in {times:.2g} × the time of this grid"

@@ -170,10 +170,11 @@ class Rows(NamedTuple):
     holes: int
 
 
-def read_columns(path: Path, text: str) -> Columns:
+def read_columns(path: Path, text: str, titled: bool = True) -> Columns:
     """All columns of numbers. Raises InvalidInput with the text that was met.
 
-    Numbers are separated as most lines have it. A cell that is no number is a hole.
+    Numbers are separated as most lines have it. A cell that is no number is a hole. titled: False of a matrix, without names
+    of columns or a count of points above it.
     """
     lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
     kind = max(range(len(_SEPARATORS)), key=lambda each: sum(_share(line, each) for _, line in lines[:_LOOKED_AT]))
@@ -188,7 +189,7 @@ def read_columns(path: Path, text: str) -> Columns:
     fitting = [place for place in full if len(parsed[place]) == width]
     rows = [place for place in rows if fitting[0] <= place <= fitting[-1]]
     values = np.array([parsed[place] for place in rows], float)
-    if _is_header(values):
+    if titled and _is_header(values):
         rows, values = rows[1:], values[1:]
     between = sorted({*range(rows[0], rows[-1] + 1)} - {*rows})
     left = [lines[place] for place in between if not lines[place][1].lstrip().startswith(_COMMENT)]
@@ -197,7 +198,7 @@ def read_columns(path: Path, text: str) -> Columns:
             f"line {left[0][0]}: {quoted(left[0][1])}: needs {width} columns of numbers, as line {lines[rows[0]][0]}"
         )
     wide = int(np.flatnonzero(np.isfinite(values).any(axis=0))[-1]) + 1
-    titles = _titles([line for _, line in lines[: rows[0]]], kind, wide, values)
+    titles = _titles([line for _, line in lines[: rows[0] * titled]], kind, wide, values)
     return Columns(
         tuple(Column(*title, column) for title, column in zip(titles, values.T[:wide], strict=True)),
         np.array([lines[place][0] for place in rows]),

@@ -1,21 +1,23 @@
-"""A measured surface profile: positions and heights in a text file, with units, and statistics of its roughness."""
+"""A measured profile or image of a surface in a text file, with units, and statistics of its roughness."""
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity
+from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image, image_of
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import Roughness, check, parameter, require
+from nanoslip.solver.parameter import Parameter, Roughness, check, parameter, require
 from nanoslip.study.manifest.columns import Columns, OneWay, one_way, read_columns, scale_of, unit_of
+from nanoslip.study.manifest.parameters import plain
 from nanoslip.study.manifest.units import factor
 
 Detrend = Literal["none", "mean", "line", "parabola"]
+PIXEL: Final = Parameter("pixel", unit="m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,19 +25,25 @@ class NamedSurface:
     """Measured profile named by a campaign: `roughness = {file = "afm.csv", x = "nm", z = "nm", detrend = "line"}`.
 
     x, z: units of positions and heights; empty for those of the header, or m if it has none. detrend: polynomial removed from
-    the heights, fitted by least squares.
+    the heights, fitted by least squares; of an image a plane or a paraboloid.
+    An image has columns x, y, z, or is a matrix of heights, line by line along the drag: pixel is then its spacing, as "20 nm".
     """
 
     file: str = parameter("", meaning="the path of a text file with two columns", unit="")
     x: str = parameter("", meaning="unit of positions, by default the header's, or m", unit="")
     z: str = parameter("", meaning="unit of heights, by default the header's, or m", unit="")
     detrend: Detrend = parameter("line", meaning="trend removed from the heights", unit="")
+    y: str = parameter("", meaning="unit of an image's positions across, by default the header's, or m", unit="")
+    pixel: str = parameter("", meaning="distance of an image's heights in a matrix", unit="m")
 
     def __post_init__(self) -> None:
         check(self)
-        for name in ("file", "x", "z"):
+        for name in ("file", "x", "z", "y", "pixel"):
             require(name, getattr(self, name), isinstance(getattr(self, name), str), "a text")
-        for name in ("x", "z"):
+        if self.pixel:
+            apart = plain("pixel", self.pixel, PIXEL)
+            require("pixel", self.pixel, not isinstance(apart, str) and 0.0 < apart < math.inf, 'a length, as "20 nm"')
+        for name in ("x", "z", "y"):
             require(
                 name,
                 getattr(self, name),
@@ -46,7 +54,10 @@ class NamedSurface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """A profile: x and heights (n,) in m, x from its middle and increasing; and how its file was read."""
+    """A profile: x and heights (n,) in m, x from its middle and increasing; and how its file was read.
+
+    y: positions (k,) across of an image, whose heights are (k, n), also from its middle and increasing.
+    """
 
     x: NDArray[np.float64]
     height: NDArray[np.float64]
@@ -54,6 +65,7 @@ class Surface:
     rows: OneWay | None = None
     holes: int = 0
     """Lines without a position or a height."""
+    y: NDArray[np.float64] = field(default_factory=lambda: np.zeros(1))
 
     @property
     def rms_height(self) -> float:
@@ -62,28 +74,31 @@ class Surface:
 
     @property
     def correlation_length(self) -> float:
-        """Distance in m at which the autocorrelation of the heights first falls below 1/e; NaN where it never does."""
+        """Distance in m along x at which the autocorrelation of the heights first falls below 1/e; NaN where it never does."""
         even = np.linspace(self.x[0], self.x[-1], len(self.x))
-        heights = np.interp(even, self.x, self.height) - self.height.mean()
-        power = np.abs(np.fft.rfft(heights, 2 * len(heights))) ** 2
-        correlated = np.fft.irfft(power)[: len(heights)] / np.arange(len(heights), 0, -1)
+        lines = [np.interp(even, self.x, line) - self.height.mean() for line in np.atleast_2d(self.height)]
+        power = (np.abs(np.fft.rfft(lines, 2 * len(even))) ** 2).mean(axis=0)
+        correlated = np.fft.irfft(power)[: len(even)] / np.arange(len(even), 0, -1)
         low = np.flatnonzero(correlated < correlated[0] / math.e)
         return float(even[low[0]] - even[0]) if len(low) else math.nan
 
     @property
     def spectrum(self) -> tuple[Any, Any]:
-        """Wavenumbers 2π/λ in 1/m and the power of the heights, in m³; of the profile in a Hann window."""
+        """Wavenumbers 2π/λ in 1/m and the power of the heights, in m³; of the profile or lines in a Hann window."""
         even = np.linspace(self.x[0], self.x[-1], len(self.x))
         window = np.hanning(len(even))
         apart = float(even[1] - even[0])
-        heights = (np.interp(even, self.x, self.height) - self.height.mean()) * window
-        power = np.abs(np.fft.rfft(heights)) ** 2 * apart / (2.0 * np.pi * (window**2).sum())
+        lines = [np.interp(even, self.x, line) - self.height.mean() for line in np.atleast_2d(self.height)]
+        power = (np.abs(np.fft.rfft(lines * window)) ** 2).mean(axis=0) * apart / (2.0 * np.pi * (window**2).sum())
         return 2.0 * np.pi * np.fft.rfftfreq(len(even), apart)[1:], 2.0 * power[1:]
+
+    def image(self, slab_width: float) -> Image:
+        """The heights on their grid, in L_x (m)."""
+        return Image(self.x / slab_width, self.y / slab_width, np.atleast_2d(self.height) / slab_width)
 
     def roughness(self, slab_width: float) -> Roughness:
         """Points of a case's roughness, in L_x (m). Raises InvalidInput if a case cannot have them."""
-        points = tuple(zip((self.x / slab_width).tolist(), (self.height / slab_width).tolist(), strict=True))
-        return Heterogeneity(roughness=points).roughness
+        return Heterogeneity(roughness=self.image(slab_width).points).roughness
 
 
 _LATERAL: Final = re.compile(
@@ -94,8 +109,10 @@ _HEIGHT: Final = re.compile(r"^[zyh]$|height|profile|topograph|raw|depth|amplitu
 
 
 def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
-    """A profile from its file's text; one from right to left is turned. Raises InvalidInput with line and value."""
-    source = read_columns(path, text)
+    """A profile from its file's text, one from right to left is turned; or an image. Raises InvalidInput with line and value."""
+    source = read_columns(path, text, titled=not given.pixel)
+    if given.pixel or given.y or {"x", "y", "z"} <= {each.name.casefold() for each in source.columns}:
+        return _read_image(source, given)
     chosen = [_column(source, _LATERAL, 0), _column(source, _HEIGHT, 1)]
     across, up = (
         scale_of(unit_of(name, getattr(given, name), source.columns[column], "m"), "m")
@@ -120,6 +137,46 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     if degree >= 0:
         height = height - np.polynomial.Polynomial.fit(x, height, degree)(x)
     return Surface(x, height, source, found, rows.holes)
+
+
+def _read_image(source: Columns, given: NamedSurface) -> Surface:
+    """An image of a matrix of heights, or of columns x, y, z in any order."""
+    found = _matrix(source, given) if given.pixel else _from_columns(source, given)
+    x, y = (axis - (axis[0] + axis[-1]) / 2.0 for axis in (found.xi, found.y))
+    degree = get_args(Detrend).index(given.detrend) - 1
+    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+    terms = np.stack([np.outer((y / y[-1]) ** j, (x / x[-1]) ** i).ravel() for i, j in powers or [(0, 0)]], axis=1)
+    trend = terms @ np.linalg.lstsq(terms, found.height.ravel())[0] if powers else 0.0
+    return Surface(x, (found.height.ravel() - trend).reshape(found.height.shape), source, y=y)
+
+
+def _matrix(source: Columns, given: NamedSurface) -> Image:
+    require("x", given.x, not (given.x or given.y), "no unit of x or y beside pixel")
+    height = np.array([each.values for each in source.columns]).T * scale_of(given.z or "m", "m")
+    apart = float(plain("pixel", given.pixel, PIXEL))
+    if source.left_out.number:
+        raise InvalidInput(f"line {source.left_out.line}: needs {height.shape[1]} heights, as other lines have")
+    if not (there := np.isfinite(height)).all():
+        line, column = np.argwhere(~there)[0]
+        raise InvalidInput(
+            f"line {source.lines[line]}: needs a number in column {column + 1}, as an image has no holes"
+        )
+    x, y = (apart * np.arange(float(count)) for count in height.shape[::-1])
+    return Image(x, y, height)
+
+
+def _from_columns(source: Columns, given: NamedSurface) -> Image:
+    names = [each.name.casefold() for each in source.columns]
+    chosen = [names.index(name) for name in "xyz"] if {"x", "y", "z"} <= {*names} else list(range(len(names)))
+    if len(chosen) != 3:
+        raise InvalidInput(f"columns {source}: needs three columns, or the names x, y and z above them")
+    scales = [
+        scale_of(unit_of(name, getattr(given, name), source.columns[column], "m"), "m")
+        for name, column in zip("xyz", chosen, strict=True)
+    ]
+    points = source.rows(chosen).values.T
+    found = image_of(tuple(map(tuple, points.tolist())))
+    return Image(found.xi * scales[0], found.y * scales[1], found.height * scales[2])
 
 
 def _column(source: Columns, names: re.Pattern[str], place: int) -> int:

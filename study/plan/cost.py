@@ -9,7 +9,9 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Final, NamedTuple
 
-from nanoslip.solver.case import MOST_EVENTS, Case
+import numpy as np
+
+from nanoslip.solver.case import MOST_EVENTS, Case, image_of
 from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
 from nanoslip.solver.contact.kernels.path import STRETCHES
 from nanoslip.solver.contact.kernels.state import RINGS, margin
@@ -165,11 +167,16 @@ def _path_events(case: Case) -> float:
 
 
 def _tableau_entries(case: Case) -> float:
-    """Entries of a row of the tableau: both directions of all nodes that are followed, and the load; a rough pin may meet any."""
+    """Entries of a row of the tableau: both directions of all nodes that are followed, and the load.
+
+    A rough pin in plane strain may meet any; on a plane those below its lowest contact by twice the range of its roughness.
+    """
     n_x, found = case.slab.n_x, sizes_of(case)
     followed = n_x if case.heterogeneity.roughness else found.nodes + 2.0 * margin(n_x)
     if case.slab.scheme.planar:
-        followed = math.pi / 4.0 * (found.across + 2.0 * RINGS) ** 2
+        rough = float(np.ptp(image_of(case.heterogeneity.roughness).height))
+        across = math.hypot(found.across, 4.0 * (n_x - 1) * math.sqrt(case.radius * rough))
+        followed = math.pi / 4.0 * (across + 2.0 * RINGS) ** 2
     return 2.0 * min(followed, case.slab.nodes) + 1.0
 
 

@@ -253,7 +253,7 @@ def on_steep_flank(state: KernelState, constants: KernelConstants, against_frict
         if state.contact[i]:
             most = min(0.5 * state.node_friction[i], STEEPEST) if against_friction and not state.sticks[i] else STEEPEST
             xi = state.x[i] + state.inputs[i] - state.scalars.displacement
-            if not abs(pin_slope(constants.pin.curvature, constants.pin.rise, xi)) <= most:
+            if not abs(pin_slope(constants.pin.curvature, constants.pin.rise, i, xi)) <= most:
                 return True
     return False
 
@@ -516,22 +516,23 @@ def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, neare
         step = (abs(xi) - constants.half_width[i] * (1.0 - EDGE)) / abs(xi_rate)
         return step if height + height_rate * step >= 0.0 else np.inf
     pin = constants.pin
-    return float(_step_to_profile(pin.curvature, pin.rise, xi, xi_rate, height, height_rate, nearest))
+    return float(_step_to_profile(pin.curvature, pin.rise, i, xi, xi_rate, height, height_rate, nearest))
 
 
 @compiled(forceinline=True)
 def _step_to_profile(
     curvature: float,
     rise: Rise | None,
+    i: int,
     xi: float,
     xi_rate: float,
     height: float,
     height_rate: float,
     nearest: float,
 ) -> float:
-    """Step at which a node at ξ and this height meets a pin without edges."""
+    """Step at which node i at ξ and this height meets a pin without edges."""
     if rise is not None:
-        return _step_to_rough(curvature, rise, xi, xi_rate, height, height_rate, nearest)
+        return _step_to_rough(curvature, rise, i, xi, xi_rate, height, height_rate, nearest)
     gap = 0.5 * curvature * xi * xi - height
     linear = curvature * xi * xi_rate - height_rate
     quadratic = 0.5 * curvature * xi_rate * xi_rate
@@ -547,15 +548,15 @@ def _step_to_profile(
 
 @compiled()
 def _step_to_rough(
-    curvature: float, rise: Rise, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
+    curvature: float, rise: Rise, i: int, xi: float, xi_rate: float, height: float, height_rate: float, nearest: float
 ) -> float:
     """Step from knot to knot until the gap first closes; a node that lies inside and approaches has met the pin."""
     sense = 1 if xi_rate > 0.0 else -1
     k = piece_entered(rise.knots, xi, sense)
-    here, passed, gap = xi, 0.0, face_height(curvature, rise, xi) - height
+    here, passed, gap = xi, 0.0, face_height(curvature, rise, i, xi) - height
     quadratic = 0.5 * curvature * xi_rate * xi_rate
     while passed < nearest:
-        linear = (curvature * here + rise_slope(rise, k)) * xi_rate - height_rate
+        linear = (curvature * here + rise_slope(rise, i, k)) * xi_rate - height_rate
         far = knot_ahead(rise.knots, k, sense)
         longest = (far - here) / xi_rate if xi_rate != 0.0 else np.inf
         if linear < 0.0 and gap <= 0.0:

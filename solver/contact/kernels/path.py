@@ -206,7 +206,7 @@ def follow_path(
         events.stiffness[e] = total_shear(state.contact, state.rate) * scalars.pin_rate
         events.extent[e] = add_slips(node_slips, state.node_slips)
         events.load[e] = -state.inputs[2 * len(state.x)]
-        if scalars.touches_near_end or _left_window(state, constants):
+        if scalars.touches_near_end or left_window(state, constants, scalars.pin_rate * scalars.displacement):
             return Stop.WINDOW_TOO_NARROW, e + 1
         if scalars.releases + scalars.touches > 0 or e % CHECK_EVENTS == 0:
             project_onto_pin(state, constants)
@@ -219,11 +219,16 @@ def follow_path(
 
 
 @compiled(inline="always")
-def _left_window(state: KernelState, constants: KernelConstants) -> bool:
-    """True if nodes beyond the window could meet a rough pin, as it has moved or sunk or the surface has heaved."""
-    displacement, left, right = constants.window_until
-    n, y, scalars = len(state.x), state.response, state.scalars
-    return bool(scalars.pin_rate * scalars.displacement > displacement or y[n] > left or y[2 * n - 1] > right)
+def left_window(state: KernelState, constants: KernelConstants, moved: float) -> bool:
+    """True if nodes beyond the window could meet a rough pin, as it has moved so far or sunk or the surface has heaved."""
+    if constants.pin.rise is None:
+        return False
+    displacement, heights = constants.window_until
+    n, y = len(state.x), state.response
+    left = moved > displacement
+    for i in range(n):
+        left |= y[n + i] > heights[i]
+    return bool(left)
 
 
 @compiled(inline="always")

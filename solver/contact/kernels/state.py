@@ -171,7 +171,9 @@ class Rise(NamedTuple):
     knots: Floats
     """Pin coordinates, increasing."""
     heights: Floats
-    """Heights at the knots, same shape."""
+    """(rows, knots) heights at the knots over each row of nodes, or over all nodes alike."""
+    rows: NDArray[np.int64]
+    """(n,) row of each node in `heights`."""
 
 
 class KernelPin(NamedTuple):
@@ -216,8 +218,8 @@ class KernelConstants(NamedTuple):
     """Penetration below which a free node counts as free."""
     outer: NDArray[np.bool_]
     """(n,) True if a node beyond the window may be near when this one touches."""
-    window_until: tuple[float, float, float]
-    """Displacement of the pin in its direction, and heights of the window's first and last node as the pin sees them, at which
+    window_until: tuple[float, Floats]
+    """Displacement of the pin in its direction, and heights (n,) of nodes at the window's ends as the pin sees them, at which
     a node beyond could be near though no outer one touches; infinite under a smooth pin: it meets one node after another."""
 
 
@@ -297,35 +299,36 @@ def pin_height(constants: KernelConstants, i: int, xi: float) -> float:
     """Height of the pin over node i above its lowest point; infinite beyond its edges."""
     if abs(xi) > constants.half_width[i]:
         return np.inf
-    return float(constants.across[i] + face_height(constants.pin.curvature, constants.pin.rise, xi))
+    return float(constants.across[i] + face_height(constants.pin.curvature, constants.pin.rise, i, xi))
 
 
 @compiled()
-def face_height(curvature: float, rise: Rise | None, xi: float) -> float:
-    """Height of a pin without edges above its lowest point (of a rough one: of its parabola)."""
+def face_height(curvature: float, rise: Rise | None, i: int, xi: float) -> float:
+    """Height over node i of a pin without edges above its lowest point (of a rough one: of its parabola)."""
     height = 0.5 * curvature * xi * xi
     if rise is None:
         return float(height)
     last = len(rise.knots) - 1
     k = min(max(int(np.searchsorted(rise.knots, xi, side="right")), 1), last)
     along = min(max(xi, rise.knots[0]), rise.knots[last]) - rise.knots[k - 1]
-    return float(height + (rise.heights[k - 1] + along * rise_slope(rise, k)))
+    return float(height + (rise.heights[rise.rows[i], k - 1] + along * rise_slope(rise, i, k)))
 
 
 @compiled()
-def rise_slope(rise: Rise, k: int) -> float:
-    """Slope of the rise between knots k - 1 and k; level before the first and after the last."""
+def rise_slope(rise: Rise, i: int, k: int) -> float:
+    """Slope of the rise over node i between knots k - 1 and k; level before the first and after the last."""
     if not 0 < k < len(rise.knots):
         return 0.0
-    return float((rise.heights[k] - rise.heights[k - 1]) / (rise.knots[k] - rise.knots[k - 1]))
+    row = rise.rows[i]
+    return float((rise.heights[row, k] - rise.heights[row, k - 1]) / (rise.knots[k] - rise.knots[k - 1]))
 
 
 @compiled()
-def pin_slope(curvature: float, rise: Rise | None, xi: float) -> float:
-    """Slope of a pin without edges at ξ; at a knot that to its right."""
+def pin_slope(curvature: float, rise: Rise | None, i: int, xi: float) -> float:
+    """Slope of a pin without edges over node i at ξ; at a knot that to its right."""
     if rise is None:
         return curvature * xi
-    return float(curvature * xi + rise_slope(rise, int(np.searchsorted(rise.knots, xi, side="right"))))
+    return float(curvature * xi + rise_slope(rise, i, int(np.searchsorted(rise.knots, xi, side="right"))))
 
 
 @compiled()
@@ -378,7 +381,7 @@ def slip_move(
     along = tableau[i, i] + share * tableau[i, n + i]
     down = tableau[n + i, i] + share * tableau[n + i, n + i]
     if rise is not None:
-        return slip_on_rough(excess, along, down, xi, curvature, rise)
+        return slip_on_rough(excess, along, down, i, xi, curvature, rise)
     quadratic = curvature * down
     linear = along + quadratic * xi
     discriminant = linear * linear - 2.0 * quadratic * excess
@@ -390,9 +393,9 @@ def slip_move(
 
 @compiled(entry=True)
 def slip_on_rough(
-    excess: float, along: float, down: float, xi: float, curvature: float, rise: Rise
+    excess: float, along: float, down: float, i: int, xi: float, curvature: float, rise: Rise
 ) -> tuple[float, float]:
-    """Slip on a rough pin, from knot to knot in the direction of the shear: the node rests where the excess first vanishes.
+    """Slip of node i on a rough pin, from knot to knot in the direction of its shear: it rests where the excess first vanishes.
 
     along, down: change of the excess with each displacement.
     """
@@ -400,13 +403,13 @@ def slip_on_rough(
     k = piece_entered(rise.knots, xi, sense)
     here = xi
     while True:
-        linear = along + down * (curvature * here + rise_slope(rise, k))
+        linear = along + down * (curvature * here + rise_slope(rise, i, k))
         quadratic = -sense * 0.5 * down * curvature
         far = knot_ahead(rise.knots, k, sense)
         step = first_root(abs(excess), -linear, quadratic)
         if step <= abs(far - here):
             distance = here - xi + sense * step
-            return distance, face_height(curvature, rise, xi + distance) - face_height(curvature, rise, xi)
+            return distance, face_height(curvature, rise, i, xi + distance) - face_height(curvature, rise, i, xi)
         if abs(far) == np.inf:
             return np.inf, 0.0
         # Rounding must not turn a knot's little rest into an excess of the other sign.

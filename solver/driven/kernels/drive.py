@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from nanoslip.solver.compiled import compiled
 from nanoslip.solver.contact.kernels.events import next_event, project_onto_pin
-from nanoslip.solver.contact.kernels.path import CHECK_EVENTS, answer_event, smallest_step, stretching
+from nanoslip.solver.contact.kernels.path import CHECK_EVENTS, answer_event, left_window, smallest_step, stretching
 from nanoslip.solver.contact.kernels.state import (
     RESIDUAL_LIMIT,
     EventKind,
@@ -99,11 +99,10 @@ def _check(state: KernelState, constants: KernelConstants, begun: float, events:
 
     begun: δ_p where it was set up, for both directions from there.
     """
-    scalars, y, n = state.scalars, state.response, len(state.x)
-    reach, left, right = constants.window_until
+    scalars = state.scalars
     if _at_an_end(state, constants):
         return Stop.CONTACT_LOST
-    if scalars.touches_near_end or abs(scalars.displacement - begun) > reach or y[n] > left or y[2 * n - 1] > right:
+    if scalars.touches_near_end or left_window(state, constants, abs(scalars.displacement - begun)):
         return Stop.WINDOW_TOO_NARROW
     if scalars.releases + scalars.touches > 0 or events % CHECK_EVENTS == 0:
         project_onto_pin(state, constants)
