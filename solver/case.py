@@ -497,6 +497,8 @@ def _refuse_with_a_path(case: Case) -> None:
             raise InvalidInput("path", ABSENT, need, {key: value})
 
 
+BY_ROWS: Final = ("start_y", "roughness")
+"""Parameters of a case whose allowed values depend on the rows of its scheme."""
 STOP_CONDITIONS: Final = tuple(name for name in declared(Case) if name.startswith("max_"))
 """The parameters of a case that each may end its record: the first that is reached does."""
 

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeVar
 
-from nanoslip.solver.case import Case, parameters_of_a_case
+from nanoslip.solver.case import BY_ROWS, Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, InvalidInput
@@ -341,7 +341,7 @@ class Checker:
                 if quick and (case := quick(value)):
                     taken.append(getattr(case, name))
                     continue
-                of_slabs = name in LIMITED_BY_SCHEME or name in SCHEMES.settings()
+                of_slabs = name in (*LIMITED_BY_SCHEME, *BY_ROWS, *SCHEMES.settings())
                 points = [{**slab, name: value} for slab in slabs] if of_slabs else [{name: value}]
                 wrong = [refused(make_case, point) for point in points]
                 if None in wrong:

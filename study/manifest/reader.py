@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.case import Case, Effects, parameters_of_a_case
+from nanoslip.solver.case import BY_ROWS, Case, Effects, parameters_of_a_case
 from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length, refuse_with_memory
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
@@ -522,7 +522,8 @@ def _needed_range(name: str, low: Any, high: Any, scale: Any) -> str:
     """Allowed values of a parameter's range if it is wrong; empty if it is right."""
     if isinstance(Case.of({}).flat[name], bool | int | str):
         return "a list of values, as it takes no range"
-    other = {"scheme": "strip"} if name in LIMITED_BY_SCHEME else {}  # each case is tried with its own scheme later
+    others = dict.fromkeys(LIMITED_BY_SCHEME, "strip") | dict.fromkeys(BY_ROWS, "layer")
+    other = {"scheme": others[name]} if name in others else {}  # each case is tried with its own scheme later
     if wrong := refused(make_case, {name: low, **other}) or refused(make_case, {name: high, **other}):
         return wrong.need
     if -math.inf < low < high < math.inf and (scale == "linear" or (scale == "log" and low > 0.0)):

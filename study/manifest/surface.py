@@ -154,8 +154,9 @@ def _matrix(source: Columns, given: NamedSurface) -> Image:
     require("x", given.x, not (given.x or given.y), "no unit of x or y beside pixel")
     height = np.array([each.values for each in source.columns]).T * scale_of(given.z or "m", "m")
     apart = float(plain("pixel", given.pixel, PIXEL))
-    if source.left_out.number:
-        raise InvalidInput(f"line {source.left_out.line}: needs {height.shape[1]} heights, as other lines have")
+    if source.left_out.number or source.below:
+        where = f"line {source.left_out.line}" if source.left_out.number else f"below line {source.lines[-1]}"
+        raise InvalidInput(f"{where}: needs {height.shape[1]} heights, as other lines have")
     if not (there := np.isfinite(height)).all():
         line, column = np.argwhere(~there)[0]
         raise InvalidInput(
@@ -166,8 +167,9 @@ def _matrix(source: Columns, given: NamedSurface) -> Image:
 
 
 def _from_columns(source: Columns, given: NamedSurface) -> Image:
-    names = [each.name.casefold() for each in source.columns]
-    chosen = [names.index(name) for name in "xyz"] if {"x", "y", "z"} <= {*names} else list(range(len(names)))
+    lengths = [number for number, each in enumerate(source.columns) if each.dimension in ("m", "1")]
+    named = {source.columns[number].name.casefold(): number for number in lengths}
+    chosen = [named[name] for name in "xyz"] if {"x", "y", "z"} <= named.keys() else lengths
     if len(chosen) != 3:
         raise InvalidInput(f"columns {source}: needs three columns, or the names x, y and z above them")
     scales = [

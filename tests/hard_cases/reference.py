@@ -12,6 +12,7 @@ until its shear is residual_shear·μ_i·pressure, the deepest node inside the p
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
@@ -19,6 +20,8 @@ from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 SLIP, RELEASE, TOUCH = 0, 1, 2
 NEAR = 1e-10
 """Ratios nearer than this share are ties."""
+PIECE = 1e-7
+"""L_x within which an image is linear under every node: its pixels are so coarse that none is passed."""
 
 
 @dataclass
@@ -42,7 +45,8 @@ class Reference:
         self.case, self.c = case, compliance.matrix
         self.spacing = 1.0 / (case.slab.n_x - 1)
         self.x, y = compliance.x - case.start * self.spacing, compliance.y - case.start_y * self.spacing
-        self.across = y**2 / (2.0 * case.radius)  # 0 in plane strain
+        self.y, self.across = y, y**2 / (2.0 * case.radius)  # 0 in plane strain
+        self.image = np.array(case.heterogeneity.roughness)
         self.n = len(self.x)
         self.mu, self.normal_load = case.intrinsic_friction, case.normal_load
         self.nothing = 1e-12 * case.normal_load
@@ -55,7 +59,17 @@ class Reference:
 
     def height(self, u: np.ndarray) -> np.ndarray:
         """The pin's height above its lowest point over every node, with the nodes at x + u."""
-        return (self.x + u - self.delta) ** 2 / (2.0 * self.case.radius) + self.across
+        xi = self.x + u - self.delta
+        return xi**2 / (2.0 * self.case.radius) + self.across + self.rise(xi)
+
+    def rise(self, xi: np.ndarray) -> np.ndarray:
+        """Height of a rough plane's image over every node, bilinear between its points and constant beyond; 0 without one."""
+        if not len(self.image):
+            return np.zeros(self.n)
+        axes = [np.unique(self.image[:, axis]) for axis in (0, 1)]
+        heights = self.image[np.lexsort((self.image[:, 1], self.image[:, 0])), 2].reshape([*map(len, axes)])
+        inside = [np.clip(each, axis[0], axis[-1]) for each, axis in zip((xi, self.y), axes, strict=True)]
+        return np.asarray(scipy.interpolate.RegularGridInterpolator(axes, heights)(np.column_stack(inside)))
 
     def answer(
         self, u: np.ndarray, v: np.ndarray, normal_load: float
@@ -137,7 +151,8 @@ class Reference:
         """Step to the next event, what it is and where."""
         f_x, f_z, u, v = self.now()
         d_x, d_z, du, dv = self.answer(np.where(self.contact, 1.0, 0.0), np.zeros(self.n), 0.0)
-        found = []
+        found, places, radius = [], self.x + u - self.delta, self.case.radius
+        gaps, steep = self.height(u) - v, (self.rise(places + PIECE) - self.rise(places - PIECE)) / (2.0 * PIECE)
         for i in range(self.n):
             if self.contact[i]:
                 if d_z[i] > 0.0:
@@ -147,12 +162,11 @@ class Reference:
                     if rate > 0.0:
                         found.append((max(-(side * f_x[i] + self.mu * f_z[i]), 0.0) / rate, SLIP, i))
             else:
-                xi, moving = self.x[i] + u[i] - self.delta, du[i] - 1.0
-                radius = self.case.radius
-                gap = xi**2 / (2 * radius) + self.across[i] - v[i]
-                roots = np.roots([moving**2 / (2 * radius), xi * moving / radius - dv[i], gap])
+                moving = du[i] - 1.0
+                rate = (places[i] / radius + steep[i]) * moving - dv[i]
+                roots = np.roots([moving**2 / (2 * radius), rate, gaps[i]])
                 ahead = [root.real for root in roots if abs(root.imag) < 1e-300 and root.real >= 0.0]
-                if ahead and xi * moving / radius - dv[i] < 0.0:
+                if ahead and rate < 0.0:
                     found.append((min(ahead), TOUCH, i))
         nearest = min(step for step, _, _ in found)
         # Of what happens at once: the node further right.

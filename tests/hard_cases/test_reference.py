@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from nanoslip.solver.case import Case, SlipRule
+from nanoslip.solver.case import Case, Heterogeneity, SlipRule
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
 from tests.hard_cases.following import compliance_of
@@ -70,6 +70,19 @@ def test_a_ball_slides_as_by_solving_from_scratch(name: str, scheme: str) -> Non
     """The same of a plane of nodes: 40 events, some hundred nodes."""
     case = replace(_case(scheme, name), start=0.3, start_y=0.21, normal_load=1e-3, radius=60.0)
     displacement, force = _disagreement(case)
+    assert displacement < 1e-9
+    assert force < 1e-9
+
+
+@pytest.mark.everyday(1)
+@pytest.mark.parametrize("height", [1e-5, 2e-4])
+def test_a_rough_ball_slides_as_by_solving_from_scratch(height: float) -> None:
+    """An image of seven by seven heights: patches of a contact, and a few tips."""
+    places = np.linspace(-0.6, 0.6, 7).tolist()
+    heights = (height * np.random.default_rng(4).standard_normal(49)).tolist()
+    points = tuple((x, y, z) for (x, y), z in zip(product(places, places), heights, strict=True))
+    case = replace(_case("half_space", "paper"), start=0.3, start_y=0.21, normal_load=1e-3, radius=60.0)
+    displacement, force = _disagreement(replace(case, heterogeneity=Heterogeneity(roughness=points)))
     assert displacement < 1e-9
     assert force < 1e-9
 

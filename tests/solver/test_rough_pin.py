@@ -9,12 +9,12 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from nanoslip.solver.case import Case, Distribution, Effects, Heterogeneity, InitialContact, SlipRule
+from nanoslip.solver.case import Case, Distribution, Effects, Heterogeneity, InitialContact, SlipRule, image_of
 from nanoslip.solver.contact.compiled_contact import beyond_window, state_of, within_reach
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.path import follow_path
 from nanoslip.solver.contact.kernels.state import Rise, Stop, slip_on_rough
-from nanoslip.solver.contact.pin import node_friction, pin_of
+from nanoslip.solver.contact.pin import node_friction, pin_of, roughness_slopes
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput
@@ -91,13 +91,14 @@ def test_a_node_rests_where_its_shear_is_first_gone():
     """By brute force: |shear| falls through residual_shear·μ_i·pressure nowhere before the distance that the kernel finds."""
     points = random_profile(2e-4, 601)
     height = pin_of(rough(points)).height
-    rise = Rise(*map(np.ascontiguousarray, np.array(points).T))
+    knots, heights = np.ascontiguousarray(np.array(points).T)
+    rise = Rise(knots, heights[None], np.zeros(1, np.int64))
     rng, bent = np.random.default_rng(5), 0
     for _ in range(50):
         xi, shear = rng.uniform(-0.1, 0.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.1)
         share = 0.3 * 0.5 * np.sign(shear)  # of the pressure, 0.05
         excess, sideways, downwards = shear - 0.05 * share, 1.3 + 0.2 * share, -0.3 + 1.1 * share
-        along, down = slip_on_rough(excess, sideways, downwards, xi, 1.0 / CASE.radius, rise)
+        along, down = slip_on_rough(excess, sideways, downwards, 0, xi, 1.0 / CASE.radius, rise)
         path = np.linspace(0.0, along, 20_001)[:-1]
         climbed = height(xi + path) - height(np.array(xi))
         left = excess + sideways * path + downwards * climbed
@@ -317,17 +318,17 @@ def test_every_node_obeys_its_own_limit(residual_shear):
 def test_slopes_that_nodes_miss_are_those_of_what_is_left_between_them():
     """Of waves of length λ straight lines a spacing apart leave k·spacing/√12 of the slope, if short; of knots all."""
     xi = np.linspace(-0.5, 0.5, 20_001)
-    pin = pin_of(rough(profile(xi, 1e-5 * np.sin(2.0 * np.pi * xi / 0.1))))
-    slope, missed = pin.roughness_slopes(1e-3)
+    waves = image_of(profile(xi, 1e-5 * np.sin(2.0 * np.pi * xi / 0.1)))
+    slope, missed = roughness_slopes(waves, 1e-3)
     assert slope == pytest.approx(1e-5 * 2.0 * np.pi / 0.1 / np.sqrt(2.0), rel=1e-3)
     assert missed / slope == pytest.approx(2.0 * np.pi / 0.1 * 1e-3 / np.sqrt(12.0), rel=1e-2)
-    assert pin.roughness_slopes(1.0)[1] == pytest.approx(slope, rel=1e-2)
-    knots = pin_of(rough(random_profile(1e-5, 4801)))
-    assert knots.roughness_slopes(1.0 / 64.0)[1] == pytest.approx(knots.roughness_slopes(1.0 / 64.0)[0], rel=0.02)
-    assert knots.roughness_slopes(1.2 / 4800.0)[1] < 1e-6 * knots.roughness_slopes(1.0)[0]
-    assert pin_of(CASE).roughness_slopes(0.1) == (0.0, 0.0)
-    wide = pin_of(rough(((-1e6, 0.0), (0.0, 1.0), (1e6, 0.0))))  # of 10^13 nodes three cells have a knot
-    assert wide.roughness_slopes(2e-7)[1] < 1e-6 * wide.roughness_slopes(2e-7)[0]
+    assert roughness_slopes(waves, 1.0)[1] == pytest.approx(slope, rel=1e-2)
+    knots = image_of(random_profile(1e-5, 4801))
+    assert roughness_slopes(knots, 1.0 / 64.0)[1] == pytest.approx(roughness_slopes(knots, 1.0 / 64.0)[0], rel=0.02)
+    assert roughness_slopes(knots, 1.2 / 4800.0)[1] < 1e-6 * roughness_slopes(knots, 1.0)[0]
+    assert roughness_slopes(image_of(()), 0.1) == (0.0, 0.0)
+    wide = image_of(((-1e6, 0.0), (0.0, 1.0), (1e6, 0.0)))  # of 10^13 nodes three cells have a knot
+    assert roughness_slopes(wide, 2e-7)[1] < 1e-6 * roughness_slopes(wide, 2e-7)[0]
 
 
 @pytest.mark.parametrize("n_x", [65, 129])

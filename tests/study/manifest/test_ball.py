@@ -2,7 +2,9 @@
 
 import pytest
 
+from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.parameters import resembles_ball
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 
 BALL = {"radius": "3 mm", "slab_width": "1 mm"}
@@ -33,3 +35,22 @@ def test_a_plane_of_nodes_is_as_deep_as_wide_unless_given(tmp_path, scales, dept
     path = tmp_path / "ball.toml"
     path.write_text(f'title = "x"\nnumerics = {{scheme = "half_space", n_x = 9}}\n[scales]\n{scales}\n')
     assert load_manifest(path).scales.slab_depth == depth
+
+
+def test_a_campaign_of_balls_starts_beside_a_row_of_nodes(tmp_path):
+    """As a value, on an axis and on a range; one of cylinders does not."""
+    path = tmp_path / "ball.toml"
+    for way in (
+        "numerics.start_y = 0.3",
+        "axes.start_y = [0.3]",
+        'design = "sobol"\npoints = 1\naxes.start_y = {from = 0.3, to = 0.4}',
+    ):
+        for scheme in ("half_space", "strip"):
+            path.write_text(f'title = "x"\n{way}\nnumerics.n_x = 17\nnumerics.scheme = "{scheme}"\n')
+            if scheme == "half_space":
+                (case,) = expand(load_manifest(path))
+                assert case.case is not None
+                assert 0.3 <= case.case.start_y <= 0.4
+            else:
+                with pytest.raises(ManifestError):
+                    load_manifest(path)

@@ -1,19 +1,21 @@
 """A measured profile is read as it was written, in its units, and its numbers are those of the surface it was made of."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from nanoslip.solver.case import image_of
+from nanoslip.solver.contact.pin import roughness_slopes
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.sliding.validity import nodes_for
 from nanoslip.study import api
-from nanoslip.study.commands.draw import pin_under
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
-from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
+from nanoslip.study.manifest.surface import Detrend, NamedSurface, Surface, read_surface
 from tests.conftest import Main
 from tests.study.manifest.problems import lines_of
 
@@ -55,13 +57,13 @@ def test_roughness_is_that_of_the_waves_it_is_made_of() -> None:
     x = np.linspace(-20e-6, 20e-6, 8001)
     found = Surface(x, amplitude * np.cos(k * x))
     assert found.rms_height == pytest.approx(amplitude / np.sqrt(2.0), rel=1e-3)
-    assert pin_under(found, 1e-3).roughness_slopes(1.0)[0] == pytest.approx(k * amplitude / np.sqrt(2.0), rel=1e-3)
+    assert roughness_slopes(found.image(1e-3), 1.0)[0] == pytest.approx(k * amplitude / np.sqrt(2.0), rel=1e-3)
     assert found.correlation_length == pytest.approx(np.arccos(1.0 / math.e) / k, abs=x[1] - x[0])
     wavenumber, power = found.spectrum
     assert wavenumber[power.argmax()] == pytest.approx(k, rel=0.01)
     assert power.sum() * (wavenumber[1] - wavenumber[0]) == pytest.approx(found.rms_height**2, rel=1e-3)  # Parseval
     # Straight lines a spacing apart miss k·spacing/√12 of the slope of short waves; half of it near a quarter of a wave.
-    nodes = nodes_for(pin_under(found, 40e-6))
+    nodes = nodes_for(found.image(40e-6))
     assert nodes is not None
     assert 2.0 < 1e-6 / (40e-6 / (nodes - 1)) < 8.0
 
@@ -116,7 +118,7 @@ def test_a_wrong_line_is_named(text: str, said: str) -> None:
         ('{x = "nm"}', "heterogeneity.roughness = .*: needs file, the path of a text file with two columns"),
         ('{file = "a", x = "kg"}', 'heterogeneity.roughness.x = "kg": needs a unit of length, as nm'),
         ('{file = "a", detrend = "cubic"}', "needs one of none, mean, line, parabola"),
-        ('{file = "a", y = "nm"}', 'heterogeneity.roughness.y = "nm": unknown'),
+        ('{file = "a", w = "nm"}', 'heterogeneity.roughness.w = "nm": unknown'),
     ],
 )
 def test_a_wrong_entry_is_one_message(entry: str, said: str) -> None:
@@ -163,3 +165,94 @@ def test_profiles_of_an_axis_have_names_of_their_own(tmp_path: Path) -> None:
     assert 'axes.roughness[1] = "a.csv"' in twice
     assert "none.csv: " in missing
     assert "axes.roughness[3] = 3.0: " in number
+
+
+IMAGE = np.round(np.random.default_rng(2).standard_normal((12, 8)), 3)
+"""Heights in nm: twelve lines of eight along the drag, 20 nm apart."""
+COLUMNS = "\n".join(
+    ["x [nm],y [nm],z [nm]", *(f"{20 * i},{20 * j},{IMAGE[j, i]}" for j in range(12) for i in range(8))]
+)
+MATRIX = "# Height, Trace\n" + "\n".join("\t".join(map(str, line)) for line in IMAGE)
+OF_MATRIX = NamedSurface("afm.txt", "", "nm", "none", "", "20 nm")
+
+
+def test_a_matrix_and_columns_of_the_same_image_are_the_same() -> None:
+    for found in (
+        read_surface(AFM, MATRIX, OF_MATRIX),
+        read_surface(AFM, COLUMNS, NamedSurface("a", detrend="none")),
+    ):
+        np.testing.assert_allclose(found.x, 20e-9 * (np.arange(8) - 3.5), atol=1e-21)
+        np.testing.assert_allclose(found.y, 20e-9 * (np.arange(12) - 5.5), atol=1e-21)
+        np.testing.assert_allclose(found.height, 1e-9 * IMAGE, atol=1e-21)
+        image = image_of(found.roughness(1e-6))
+        np.testing.assert_allclose(image.height, 1e-3 * IMAGE, atol=1e-15)
+
+
+def test_no_line_of_a_matrix_is_taken_for_a_count_of_points() -> None:
+    assert read_surface(AFM, "3 1 2\n5 6 4\n7 7 7\n9 1 3\n", OF_MATRIX).height.shape == (4, 3)
+
+
+@pytest.mark.parametrize(("detrend", "degree"), [("mean", 0), ("line", 1), ("parabola", 2)])
+def test_what_is_taken_off_an_image_is_a_plane_or_a_paraboloid(detrend: Detrend, degree: int) -> None:
+    x, y = np.meshgrid(np.arange(8.0), np.arange(12.0))
+    trend = sum(((1.0, 0.3 * x - 0.2 * y, 0.02 * x * y - 0.05 * y**2)[: degree + 1]), 0.0)
+    given = NamedSurface("a", "", "nm", detrend, "", "20 nm")
+    plain, tilted = (
+        read_surface(AFM, "\n".join(" ".join(map(repr, line.tolist())) for line in heights), given).height
+        for heights in (IMAGE, IMAGE + trend)
+    )
+    np.testing.assert_allclose(tilted, plain, atol=1e-21)
+    assert abs(plain.mean()) < 1e-21
+
+
+@pytest.mark.parametrize(
+    "text", [MATRIX + "\n1 2", MATRIX.replace(str(IMAGE[3, 4]), "-", 1), "1 2 3\nscan\n1 2 3", "1\n2\n3", "1 2 3"]
+)
+def test_a_matrix_with_a_hole_is_refused(text: str) -> None:
+    with pytest.raises(InvalidInput):
+        read_surface(AFM, text, OF_MATRIX)
+
+
+@pytest.mark.parametrize("text", [COLUMNS.rpartition("\n")[0], COLUMNS.replace("nm", "N"), "x,y,z\n0,0,1\n1,0,1"])
+def test_columns_that_are_no_image_are_refused(text: str) -> None:
+    with pytest.raises(InvalidInput):
+        read_surface(AFM, text, NamedSurface("a", detrend="none"))
+
+
+@pytest.mark.parametrize(
+    "entry", ['pixel = "20 N"', "pixel = 20", 'pixel = "-1 nm"', 'y = "kg"', 'pixel = "20 nm", x = "nm"']
+)
+def test_a_wrong_entry_of_an_image_is_one_message(entry: str) -> None:
+    text = f'title = "x"\nheterogeneity.roughness = {{file = "a", {entry}}}\nnumerics = {{scheme = "half_space", n_x = 17}}'
+    with pytest.raises(ManifestError) as caught:
+        parse_manifest(Path("mine.toml"), text, {"roughness": MATRIX})
+    assert len(lines_of(caught.value)) == 1
+
+
+def test_a_campaign_of_balls_takes_an_image_and_one_of_cylinders_does_not(main: Main, tmp_path: Path) -> None:
+    """The dataset holds the image, so that its cases can be computed again."""
+    (tmp_path / "afm.txt").write_text(MATRIX)
+    rough = 'heterogeneity.roughness = {file = "afm.txt", pixel = "20 nm", z = "pm"}'
+    small = 'limits.events = 30\nensemble.members = 2\nscales.slab_width = "200 nm"\nconstants.normal_load = 2e-4'
+    text = f'title = "x"\n{rough}\n{small}\nnumerics = {{n_x = 17, scheme = "SCHEME"}}'
+    for scheme in ("layer", "strip"):
+        (tmp_path / f"{scheme}.toml").write_text(text.replace("SCHEME", scheme))
+    data = api.run(tmp_path / "layer.toml", tmp_path / "out", progress=False)
+    assert data.attrs["manifest_roughness"] == MATRIX
+    assert data["outcome"].item() == "no_plateau"  # after 30 events
+    assert "1 bit-identical" in main("verify", tmp_path / "out")[1]
+    with pytest.raises(ManifestError) as caught:
+        load_manifest(tmp_path / "strip.toml")
+    assert len(lines_of(caught.value)) == 1
+
+
+def test_an_image_has_slopes_along_and_across_and_a_picture(main: Main, tmp_path: Path) -> None:
+    (tmp_path / "afm.txt").write_text(MATRIX)
+    code, shown, _ = main("profile", tmp_path / "afm.txt", "--pixel", "20 nm", "--z", "nm", "--width", "1 um")
+    assert code == 0
+    along, across = (np.sqrt((np.diff(IMAGE, axis=axis) ** 2).mean()) / 20.0 for axis in (1, 0))
+    numbers = [float(found) for found in re.findall(r"0\.\d+", shown)]
+    assert min(abs(each / along - 1.0) for each in numbers) < 0.01
+    assert min(abs(each / across - 1.0) for each in numbers) < 0.01
+    main("profile", tmp_path / "afm.txt", "--pixel", "20 nm", "--z", "nm", "-o", tmp_path / "afm.png")
+    assert (tmp_path / "afm.png").stat().st_size > 1000
