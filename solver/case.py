@@ -170,7 +170,7 @@ class Image(NamedTuple):
 
     @property
     def points(self) -> Roughness:
-        """Its points, (ξ, height) of a profile, (ξ, y, height) of an image, in the order of nodes."""
+        """Points (ξ, height) of a profile, or (ξ, y, height) of an image in the order of nodes."""
         xi, y = np.repeat(self.xi, len(self.y)), np.tile(self.y, len(self.xi))
         columns = (xi, y, self.height.T.ravel()) if len(self.y) > 1 else (xi, self.height[0])
         return tuple(zip(*[column.tolist() for column in columns], strict=True))

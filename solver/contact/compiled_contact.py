@@ -152,13 +152,12 @@ def within_reach(
     return np.asarray(contact | (lowest - deeper <= v))
 
 
-def good_until(case: Case, state: KernelState, ends: Nodes) -> tuple[float, Vector]:
-    """Displacement in the pin's direction, and heights (n,) of the window's end nodes under the pin, up to which none beyond can
-    meet a rough pin. ends: (n,)."""
+def good_until(case: Case, state: KernelState, ends: Window) -> tuple[float, Window, Vector]:
+    """Displacement in the pin's direction, nodes at the window's ends and their heights under the pin, up to which none beyond
+    can meet a rough pin. ends: their numbers in the window."""
     nodes, moved = len(state.x), float(state.scalars["pin_rate"] * state.scalars["displacement"])
-    endless = np.full(nodes, math.inf)
     if not case.heterogeneity.roughness or (nodes == case.slab.nodes and not case.slab.scheme.endless):
-        return math.inf, endless
+        return math.inf, ends[:0], np.zeros(0)
     farther, deeper = _reach(case)
     if nodes == case.slab.nodes:  # the next grid is to follow halfway to this one's end
         sides = (state.scalars["ahead"],) if state.scalars["pin_rate"] else (1, -1)
@@ -166,8 +165,8 @@ def good_until(case: Case, state: KernelState, ends: Nodes) -> tuple[float, Vect
         room = (
             min(case.slab.n_x - 1 - columns[-1] if side > 0 else columns[0] for side in sides) // 2 * case.slab.spacing
         )
-        return moved + max(room, farther), endless
-    return moved + farther, np.where(ends, state.response[nodes:-1] + deeper / NOT_SEEN, endless)
+        return moved + max(room, farther), ends[:0], np.zeros(0)
+    return moved + farther, ends, state.response[nodes + ends] + deeper / NOT_SEEN
 
 
 def _reach(case: Case) -> tuple[float, float]:
@@ -389,7 +388,7 @@ def slip_constants(case: Case) -> SlipConstants:
 
 def _constants(case: Case, window: Window, state: KernelState, pin_rate: float | None) -> KernelConstants:
     pin, nodes, outer = pin_of(case), case.slab.nodes, outer_nodes(case, window, state.contact, pin_rate)
-    ends = outer if case.slab.rows > 1 else np.isin(np.arange(len(window)), (0, len(window) - 1))
+    ends = np.flatnonzero(outer) if case.slab.rows > 1 else np.array([0, len(window) - 1])
     return KernelConstants(
         slip=slip_constants(case),
         pin=KernelPin(pin.curvature, Rise(pin.knots, pin.rises, window % len(pin.rises)) if pin.rough else None),

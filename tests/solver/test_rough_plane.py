@@ -57,6 +57,7 @@ def rough(points, case=None, **changes):
     return replace(case or ball(), heterogeneity=Heterogeneity(roughness=points), **changes)
 
 
+@pytest.mark.everyday(4)
 @pytest.mark.parametrize("scheme", ["half_space", "layer"])
 @pytest.mark.parametrize("height", [1e-5, 3e-4])
 @pytest.mark.parametrize("way", get_args(InitialContact))
@@ -69,6 +70,7 @@ def test_the_laws_of_contact_hold_at_first_touch_and_where_the_record_ends(heigh
     assert_contact_laws(state, case, compliance)
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("slip_order", ["worst_first", "simultaneous"])
 def test_an_image_without_heights_is_a_smooth_ball(slip_order):
     """The same events; forces to the rounding of another formula for the step to a touch."""
@@ -158,6 +160,7 @@ def test_no_node_beyond_the_window_ever_lies_inside_a_rough_ball(seed):
             compiled = compiled_at(case, compliance, state, whole=False)
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("height", [1e-6, 3e-5])
 def test_a_rough_ball_slides_within_windows_as_on_the_whole_plane(height, monkeypatch):
     """Over one spacing and a half, several windows: the same slips of the same nodes; forces to what rounding grows to."""

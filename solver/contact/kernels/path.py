@@ -223,12 +223,12 @@ def left_window(state: KernelState, constants: KernelConstants, moved: float) ->
     """True if nodes beyond the window could meet a rough pin, as it has moved so far or sunk or the surface has heaved."""
     if constants.pin.rise is None:
         return False
-    displacement, heights = constants.window_until
+    displacement, ends, heights = constants.window_until
     n, y = len(state.x), state.response
-    left = moved > displacement
-    for i in range(n):
-        left |= y[n + i] > heights[i]
-    return bool(left)
+    for k in range(len(ends)):
+        if y[n + ends[k]] > heights[k]:
+            return True
+    return moved > displacement
 
 
 @compiled(inline="always")

@@ -218,9 +218,9 @@ class KernelConstants(NamedTuple):
     """Penetration below which a free node counts as free."""
     outer: NDArray[np.bool_]
     """(n,) True if a node beyond the window may be near when this one touches."""
-    window_until: tuple[float, Floats]
-    """Displacement of the pin in its direction, and heights (n,) of nodes at the window's ends as the pin sees them, at which
-    a node beyond could be near though no outer one touches; infinite under a smooth pin: it meets one node after another."""
+    window_until: tuple[float, NDArray[np.int64], Floats]
+    """Displacement of the pin in its direction; nodes at the window's ends and heights of them as the pin sees them, at which one
+    beyond could be near though no outer one touches. Infinite and none under a smooth pin: it meets one node after another."""
 
 
 _SCALARS = np.dtype(list(Scalars.__annotations__.items()))
