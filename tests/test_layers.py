@@ -186,7 +186,7 @@ APART = {
     "what users write: words, numbers, units, names": """commands.cli.work solver.parameter._short commands.datasets.assignments
         commands.infer commands.infer.read_numbers commands.infer.read_ranges figures.frames.events_of figures.points._values
         figures.points.points_named figures.shared.format_of inference.recording._words manifest.units._in_symbols
-        manifest.vocabulary.beyond manifest.vocabulary.key_meant results.shard.Shard.parse""",
+        manifest.vocabulary.beyond manifest.vocabulary.key_meant results.shard.Shard.parse run.batch.seconds_of""",
     "files of users": """manifest.columns manifest.columns._cells manifest.columns._labels manifest.columns.read_cells
         manifest.columns.read_columns manifest.surface""",
     "files of this program, their names and hashes": """dataset.file dataset.table.listed dataset.texts dataset.texts.decoded

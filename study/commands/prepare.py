@@ -1,5 +1,6 @@
 """Commands around a run: campaigns, new, check, plan, status, submit."""
 
+import math
 import os
 import subprocess
 import sys
@@ -328,10 +329,10 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
     """Write the batch scripts of a campaign; with `submit` hand them to sbatch and end the process."""
     used = site or shipped.folder("slurm") / "site.toml"
     with plans.refusals(SiteError):
-        plans.planned(campaign)  # what is wrong with it is better known before the queue than after
+        found = plans.standing(campaign, out)  # what is wrong with it is better known before the queue than after
         settings, template = load_site(used)
-        into = folder(campaign, out).absolute()
-        job = Job(campaign.absolute(), into)
+        into = _plain(folder(campaign, out))
+        job = Job(_plain(campaign), into)
         if shards is None:
             texts = {into / "job.sh": script(job, settings, template)}
         else:
@@ -340,6 +341,7 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
         write_files(
             {path: os.fsencode(text) for path, text in texts.items()}
         )  # logs are opened there before anything runs
+    print_sentences(_idle(found, settings.tasks * (shards or 1)), stderr=True)
     if site is None:
         note(f"settings: {whole(used)}; copy the file, change it and give it by --site")
     if submit:
@@ -347,6 +349,22 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
     first, *then = map(str, texts)
     said = f"{whole(first)}: sbatch it, or use --submit"
     note(f"{said}; {whole(then[0])} behind it: sbatch --dependency=afterany:NUMBER" if then else said)
+
+
+def _plain(path: Path) -> Path:
+    """Absolute path, without `..`, before which links count."""
+    return path.resolve() if ".." in path.parts else path.absolute()
+
+
+def _idle(found: plans.Standing, ranks: int) -> Iterator[str]:
+    """Caution of ranks that have no work: the longest chain of tasks takes as long on more."""
+    tasks = found.remaining
+    if not tasks:
+        yield "nothing to submit: all tasks are finished"
+        return
+    alone, shortest = (makespan(tasks, number, found.measured.seconds) for number in (1, len(tasks)))
+    if ranks > (useful := math.ceil(alone / shortest)):
+        yield f"{ranks} ranks: only about {useful} can be at work, on {plans.counted(len(tasks), 'task')} left"
 
 
 def _submit(scripts: list[Path]) -> int:

@@ -1,10 +1,10 @@
 """Batch scripts of a campaign: pure functions of its path, the settings of a cluster and a template."""
 
+import math
 import shlex
-from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import jinja2
 from jinja2.sandbox import SandboxedEnvironment
@@ -13,7 +13,7 @@ from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study import shipped
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.manifest.checker import read_text
-from nanoslip.study.manifest.problems import ManifestError, path_shown
+from nanoslip.study.manifest.problems import ManifestError, Place, Problem, path_shown
 from nanoslip.study.run.launch import WARNING
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
@@ -53,43 +53,69 @@ class Site:
     """Lines of shell before the start: modules, environments."""
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            value, kind = getattr(self, item.name), type(item.default)
-            fits = isinstance(value, kind) and not isinstance(value, bool)
-            if not fits or (kind is tuple and not all(isinstance(line, str) for line in value)):
-                raise ValueError(f"{item.name} = {value!r}: needs {_KINDS[kind]}")
-            texts: Iterable[object] = value if isinstance(value, tuple) else (value,)
-            if wrong := [text for text in texts if isinstance(text, str) and not one_line(text)]:
-                raise ValueError(f"{item.name} = {shown(wrong[0])}: needs {ONE_LINE}")
-            least = 0 if item.name in ("restarts", "deaths") else 1
-            if kind is int and value < least:
-                raise ValueError(f"{item.name} = {value!r}: needs at least {least}")
+        needs = {each.name: _need(each.name, getattr(self, each.name), type(each.default)) for each in fields(self)}
+        if not needs["time"] + needs["warning"] and self.warning >= seconds_of(self.time):
+            needs["warning"] = f"less than time = {shown(self.time)}"
+        problems = [Problem(Place(), name, getattr(self, name), need) for name, need in needs.items() if need]
+        if problems:
+            raise ManifestError(problems)
 
 
-_KINDS: dict[type, str] = {str: "a text", int: "a whole number", tuple: "a list of texts"}
+def _need(name: str, value: Any, kind: type) -> str:
+    """Need of a wrong setting; empty of a right one."""
+    items, of = (value, str) if isinstance(value, tuple) else ((value,), kind)
+    fits = isinstance(value, kind) and not isinstance(value, bool) and all(isinstance(each, of) for each in items)
+    if not fits:
+        return _KINDS[kind]
+    least = 0 if name in ("restarts", "deaths") else 1
+    if kind is int:
+        return f"at least {least}" if value < least else ""
+    if not all(map(one_line, items)):
+        return ONE_LINE
+    if name == "template" and Path(value).name != value:
+        return "the name of a file beside the settings"
+    if name == "mpi" and not value.startswith(_MPI):
+        return f"{', '.join(_MPI)}, or a version of one, as `srun --mpi=list` names them"
+    return _TIMES if name == "time" and math.isnan(seconds_of(value)) else ""
+
+
+def seconds_of(time: str) -> float:
+    """Seconds of a time limit as sbatch reads it; NaN of another text."""
+    days, dash, rest = time.rpartition("-")
+    parts = rest.split(":")
+    if len(parts) > 3 or not all(each.isascii() and each.isdigit() for each in [*parts, days or "0" * (not dash)]):
+        return math.nan
+    numbers = [int(each) for each in parts]
+    hours, minutes, seconds = ([*numbers, 0, 0] if dash or len(numbers) == 3 else [0, *numbers, 0])[:3]
+    return 86400.0 * int(days or 0) + 3600.0 * hours + 60.0 * minutes + seconds
+
+
+_KINDS: Final[dict[type, str]] = {str: "a text", int: "a whole number", tuple: "a list of texts"}
+_TIMES: Final = "a time as minutes, mm:ss, hh:mm:ss, d-hh, d-hh:mm or d-hh:mm:ss"
+_MPI: Final = ("pmi2", "pmix", "cray_shasta", "none")
 
 
 def load_site(path: Path) -> tuple[Site, str]:
-    """Site settings and the text of their template. Raises SiteError."""
+    """Site settings and the text of their template. Raises SiteError, with all problems."""
+    names, problems = [item.name for item in fields(Site)], list[Problem]()
     try:
         given = from_toml(read_text(path))
-        names = [item.name for item in fields(Site)]
-        unknown = [f"{path}: {name}: unknown; needs one of {', '.join(names)}" for name in given if name not in names]
-        if unknown:
-            raise SiteError("\n".join(unknown))
-        values: dict[str, Any] = {name: tuple(each) if isinstance(each, list) else each for name, each in given.items()}
-        site = Site(**values)
-        return site, read_text(_template(path, site.template))
+        remark = f"unknown; needs one of {', '.join(names)}"
+        problems += [Problem(Place(), key, remark=remark) for key in given if key not in names]
+        values: dict[str, Any] = {key: tuple(each) if isinstance(each, list) else each for key, each in given.items()}
+        site = Site(**{key: each for key, each in values.items() if key in names})
+        if not problems:
+            return site, read_text(_template(path, site.template))
     except ManifestError as error:
-        raise SiteError(str(error)) from None
+        problems += error.problems
     except ValueError as error:
         raise SiteError(f"{path}: {error}") from None
+    placed = (each if each.place.file else replace(each, place=Place(path_shown(path))) for each in problems)
+    raise SiteError("\n".join(map(str, placed)))
 
 
 def _template(settings: Path, name: str) -> Path:
-    """The file of a template. Raises ValueError if it is not beside the settings: all of its text stands in the script."""
-    if Path(name).name != name:
-        raise ValueError(f"template = {shown(name)}: needs the name of a file beside the settings")
+    """The file of a template; all of its text stands in the script."""
     beside = settings.parent / name
     return beside if name != TEMPLATE or beside.exists() else shipped.folder("slurm") / name
 

@@ -395,6 +395,19 @@ def test_settings_or_a_template_that_are_not_given_are_those_that_come_with_nano
     assert f"#SBATCH --ntasks={7 if own else 4}\n" in (out / "job.sh").read_text()
 
 
+def test_more_ranks_than_have_work_are_reported_and_paths_are_plain(ask, main, campaign, out):
+    site, inner = campaign.with_name("mine.toml"), campaign.parent / "inner"
+    inner.mkdir()
+    for tasks, reported in ((1, False), (500, True)):
+        site.write_text(f"tasks = {tasks}\n")
+        assert ("500" in ask("submit", "--site", site)[2]) == reported
+    assert main("submit", inner / ".." / campaign.name, "--out", inner / ".." / "here")[0] == 0
+    assert ".." not in (campaign.parent / "here" / "job.sh").read_text()
+    assert ask("run", "--serial")[0] == 0
+    site.write_text("tasks = 1\n")
+    assert "finished" in ask("submit", "--site", site)[2]
+
+
 def test_an_array_has_no_more_jobs_than_a_run_takes_shards(ask, out):
     code, _, said = ask("submit", "--shards", 1_000_000)
     assert (code, "1<=x<=999999" in said, out.exists()) == (2, True, False)

@@ -1,5 +1,6 @@
 """A campaign in shards has every case once, with all that it needs; a batch script is text, and wrong settings are named."""
 
+import math
 import subprocess
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from hypothesis import given, strategies as st
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.results.shard import Shard
-from nanoslip.study.run.batch import Job, Site, SiteError, array_script, load_site, merge_script, script
+from nanoslip.study.run.batch import Job, Site, SiteError, array_script, load_site, merge_script, script, seconds_of
 from nanoslip.study.run.campaign import blocks_of, finished_with, part
 from tests.conftest import ROOT, SMALL
 
@@ -153,13 +154,19 @@ def test_a_percent_sign_in_a_name_is_no_pattern_of_slurm_where_its_log_is_named(
         ("task = 4", "task: unknown; needs one of template, tasks"),
         ("tasks = 0", "tasks = 0: needs at least 1"),
         ("restarts = -1", "restarts = -1: needs at least 0"),
-        ("tasks = true", "tasks = True: needs a whole number"),
-        ('nodes = "two"', "nodes = 'two': needs a whole number"),
+        ("tasks = true", "tasks = true: needs a whole number"),
+        ('nodes = "two"', 'nodes = "two": needs a whole number'),
         ("time = 60", "time = 60: needs a text"),
-        ("setup = [1]", r"setup = \(1,\): needs a list of texts"),
+        ('time = "1 h"', 'time = "1 h": needs a time'),
+        ('mpi = "pmi9"', 'mpi = "pmi9": needs pmi2'),
+        ('time = "00:01:30"', 'warning = 90: needs less than time = "00:01:30"'),
+        ("setup = [1]", r"setup = \[1\]: needs a list of texts"),
         ("tasks = ", "Invalid value"),
         (r'time = "1:00\nrm -r ."', r'time = "1:00\\nrm -r .": needs to be one line without control characters'),
-        (r'setup = ["true", "a\u0085b"]', r'setup = "a.*b": needs to be one line without control characters'),
+        (
+            r'setup = ["true", "a\u0085b"]',
+            r'setup = \["true", "a.*b"\]: needs to be one line without control characters',
+        ),
         ('template = "none.j2"', "none.j2: cannot be read"),
         ('template = "/etc/hostname"', 'template = "/etc/hostname": needs the name of a file beside the settings'),
         ('template = "../site.toml"', 'template = "../site.toml": needs the name of a file beside the settings'),
@@ -173,6 +180,28 @@ def test_wrong_or_missing_settings_are_named_with_what_is_needed(tmp_path, line,
     with pytest.raises(SiteError, match=wrong) as caught:
         load_site(tmp_path / "site.toml")
     assert str(tmp_path) in str(caught.value)
+
+
+def test_all_mistakes_of_the_settings_are_named_at_once(tmp_path):
+    wrong = {"task": 4, "tasks": 0, "time": '"1 h"', "mpi": '"pmi9"', "template": '"../x"', "nodes": '"two"'}
+    (tmp_path / "site.toml").write_text("".join(f"{key} = {value}\n" for key, value in wrong.items()))
+    with pytest.raises(SiteError) as caught:
+        load_site(tmp_path / "site.toml")
+    named = [
+        line.removeprefix(f"{tmp_path / 'site.toml'}: ").split(" = ")[0] for line in str(caught.value).splitlines()
+    ]
+    assert sorted(each.split(":")[0] for each in named) == sorted(wrong)
+
+
+@pytest.mark.parametrize(
+    ("time", "seconds"),
+    [
+        *(("90", 5400), ("90:30", 5430), ("1:00:30", 3630), ("2-3", 183600), ("1-0:30", 88200), ("1-0:0:5", 86405)),
+        *((wrong, math.nan) for wrong in ("", "1 h", "1:2:3:4", "1-", "-1", "1-2-3", "1:", "1.5", "1-1:1:1:1", "²")),
+    ],
+)
+def test_times_are_those_that_slurm_reads(time, seconds):
+    assert seconds_of(time) == pytest.approx(seconds, nan_ok=True)
 
 
 @pytest.mark.parametrize(
