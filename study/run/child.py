@@ -26,7 +26,7 @@ from typing import Any, Final
 
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.origin import Origin, adopt, software
-from nanoslip.study.run.dispatch import Done, Place, Work, attempt, print_failure
+from nanoslip.study.run.dispatch import Done, Work, Worker, attempt, print_failure
 from nanoslip.study.run.launch import ONE_THREAD, SIGNALS, Program
 
 READY: Final = "ready"
@@ -60,7 +60,7 @@ def _serve(parent: "Connection[Any, Any]") -> None:
     program, number = parent.recv()
     execute = program.load()
     parent.send(READY)
-    where, process = Place(number, socket.gethostname()), os.getpid()
+    where, process = Worker(number, socket.gethostname()), os.getpid()
     while True:
         try:
             message = parent.recv()
@@ -83,7 +83,7 @@ def _serve(parent: "Connection[Any, Any]") -> None:
             return
 
 
-def _other_software(where: Place, different: Mapping[str, tuple[str, str]]) -> "FarmError":
+def _other_software(where: Worker, different: Mapping[str, tuple[str, str]]) -> "FarmError":
     """Error of a child with other software than the run. different: property of an origin -> the run's and the child's."""
     pairs = (f"{name.removesuffix('_version')} {its} instead of {mine}" for name, (mine, its) in different.items())
     return FarmError(
@@ -363,7 +363,7 @@ class Agent:
         return None
 
     def _lost(self, task: Work, child: ChildProcess, outcome: Outcome, again: bool) -> Done:
-        where = Place(self._number, socket.gethostname())
+        where = Worker(self._number, socket.gethostname())
         done = Done(task.key, outcome, child.seconds, where, child.last_words(), again, died=True)
         self._begun = None
         self.close()

@@ -208,23 +208,16 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
     """Outcome of an ensemble: that of its members, or completed if enough of them are, with the outcomes of the others."""
     if len({*members}) < 2:
         return members[0] if members else COMPLETED
-    counts = Counter(each.ending for each in members)
-    done = counts[Ending.COMPLETED]
-    enough = done >= needed(len(members))
-    ending = (
-        Ending.COMPLETED
-        if enough
-        else max((each for each in counts if each is not Ending.COMPLETED), key=counts.__getitem__)
-    )
+    failed = Counter(each.ending for each in members if not each.ok)
+    enough = len(members) - failed.total() >= needed(len(members))
+    ending = Ending.COMPLETED if enough else failed.most_common(1)[0][0]
     speaking = [each for each in members if each.message]
     first = {each.ending: each for each in reversed(speaking)}
     said = Counter(each.ending for each in speaking).most_common()
-    messages = [
-        first[each].message
-        if count == len(members)
-        else f"{count} of {len(members)} members {each}: {first[each].message}"
-        for each, count in said
-    ]
+    some = {
+        each: "" if count == len(members) else f"{count} of {len(members)} members {each}: " for each, count in said
+    }
+    messages = [f"{words}{first[each].message}" for each, words in some.items()]
     kinds_of = [first[each].kind for each, _ in said]
     cause = "; ".join(kinds_of) if kinds_of != messages else ""
     return Outcome(ending, "; ".join(messages), any(each.longer for each in members), cause)

@@ -168,7 +168,7 @@ class CannotGoOnError(Exception):
     """No task can finish (a full disk, for example); the message has the reason."""
 
 
-class Place(NamedTuple):
+class Worker(NamedTuple):
     """Process that computes."""
 
     rank: int
@@ -185,7 +185,7 @@ class Done:
     key: str
     outcome: Outcome
     seconds: float
-    where: Place | None = None
+    where: Worker | None = None
     """None of a task that no process has begun."""
     trace: str = ""
     """Traceback where it crashed."""
@@ -246,7 +246,7 @@ class Tally:
 def attempt(
     execute: Execute,
     task: Work,
-    where: Place,
+    where: Worker,
     survive: type[BaseException] | tuple[type[BaseException], ...] = Exception,
 ) -> Done:
     """Compute one task. An exception (a defect, never physics) becomes the outcome `crashed`, with its place and traceback.
@@ -301,7 +301,7 @@ class Ledger:
         self._kept = True  # a result since the last one that could not be
         self._measured = MeasuredTimes()
         self._seconds = 0.0
-        self._hosts: set[Place] = set()
+        self._hosts: set[Worker] = set()
 
     @property
     def unfinished(self) -> bool:

@@ -141,7 +141,7 @@ class SerialFarm(Farm):
         if not self._waiting:
             return []
         self._execute = self._execute or self._load()
-        task, where = self._waiting.pop(0), dispatch.Place(0, socket.gethostname())
+        task, where = self._waiting.pop(0), dispatch.Worker(0, socket.gethostname())
         done = dispatch.attempt(self._execute, task, where, survive=(Exception, SystemExit, GeneratorExit))
         dispatch.print_failure(task, done)
         return [(0, [done], ())]

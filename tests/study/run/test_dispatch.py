@@ -16,10 +16,10 @@ from nanoslip.study.run.dispatch import (
     Dispatcher,
     Done,
     Ledger,
-    Place,
     Tally,
     TaskQueue,
     Watch,
+    Worker,
     attempt,
 )
 from tests.study.run.made_up import DIAMOND, Diary, Work
@@ -112,7 +112,7 @@ def test_where_nothing_can_be_kept_any_more_no_task_has_failed():
     ledger = Ledger(DIAMOND, diary)
     for _ in range(2):
         assert not ledger.halt
-        ledger.enter(attempt(REFUSED, next_of(ledger), Place(0, "here")))
+        ledger.enter(attempt(REFUSED, next_of(ledger), Worker(0, "here")))
     assert (ledger.tally(False), diary.attempts) == (Tally(halt="the disk is full"), [])
     assert len(ledger.queue) == len(DIAMOND)
 
@@ -123,7 +123,7 @@ def test_a_task_alone_whose_result_cannot_be_kept_has_failed():
     ledger = Ledger(DIAMOND, diary)
     while ledger.unfinished:
         task = next_of(ledger)
-        ledger.enter(attempt(REFUSED, task, Place(0, "here")) if task.key == "a" else Done(task.key, COMPLETED, 1.0))
+        ledger.enter(attempt(REFUSED, task, Worker(0, "here")) if task.key == "a" else Done(task.key, COMPLETED, 1.0))
     assert [(key, done.passing, final) for key, done, final in diary.attempts] == [("a", True, True)]
     assert diary.reported["a"] == Outcome(Ending.CRASHED, "the disk is full")
     assert ledger.tally(False) == Tally(done=1, crashed=4)
@@ -131,18 +131,18 @@ def test_a_task_alone_whose_result_cannot_be_kept_has_failed():
 
 @pytest.mark.parametrize("harm", [OSError(24, "Too many open files"), MemoryError(), CannotGoOnError("full"), None])
 def test_errors_of_the_machine_may_have_harmed_the_process(harm):
-    assert attempt(failing(harm or ValueError()), Work("a"), Place(0, "here")).passing == (harm is not None)
+    assert attempt(failing(harm or ValueError()), Work("a"), Worker(0, "here")).passing == (harm is not None)
 
 
 def test_a_clock_that_a_task_moves_does_not_time_it(monkeypatch):
     monkeypatch.setattr(time, "perf_counter", itertools.count(0.0, -1e9).__next__)
-    assert 0.0 <= attempt(lambda _: COMPLETED, Work("a"), Place(0, "here")).seconds < 60.0
+    assert 0.0 <= attempt(lambda _: COMPLETED, Work("a"), Worker(0, "here")).seconds < 60.0
 
 
 def test_texts_of_an_exception_are_short_and_can_be_shown():
     """Terminals obey escapes, files in UTF-8 take no half letter, and each case of a dataset has room for the longest message."""
     error = ValueError("\x1b[31m half a letter \ud800 " + 2_000_000 * "x")
-    done = attempt(failing(error), Work("a"), Place(0, "here"))
+    done = attempt(failing(error), Work("a"), Worker(0, "here"))
     assert done.outcome.message.startswith(r"ValueError: \x1b[31m half a letter \ud800 xxx")
     assert done.outcome.message.isprintable()
     assert len(done.outcome.message) == LONGEST_MESSAGE
