@@ -127,6 +127,7 @@ def _whole() -> set[str]:
     return {each.name for each in own if each.whole}
 
 
+@cache
 def _texts() -> set[str]:
     """Variables that are texts."""
     always = (
@@ -150,7 +151,7 @@ def _of_texts(values: NDArray[Any]) -> Iterator[str]:
     different = set(values.ravel().tolist())
     if not all(isinstance(text, str) for text in different):
         yield "needs texts"
-    elif not all(text.isprintable() or one_line(text) for text in different):
+    elif not all(map(one_line, different)):
         yield f"needs each text {ONE_LINE}"
 
 
