@@ -65,7 +65,9 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest) -> str:
     place = dict(zip(ids.dims, np.argwhere(ids.values == middle.case_id)[0].tolist(), strict=True))
     case = dataset.isel(place).squeeze()
     parameters = {name: middle.parameters[name] for name in manifest.axes if name in middle.parameters}
-    where = f"The middle case, {summary.label_text(parameters)}" if len(possible) > 1 else "Answer"
+    where = (
+        f"The middle case, {summary.label_text(parameters, manifest.stated_scales)}" if len(possible) > 1 else "Answer"
+    )
     answer = answer_of(case, manifest, middle)
     return f"{where}: {answer}." if answer else ""
 

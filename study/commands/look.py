@@ -155,7 +155,8 @@ def print_changes(campaign: Path, scenes: Scenes) -> None:
     size = f"{counted(len(scenes.cases), 'case')}, {counted(scenes.ensemble.members, 'member')} each"
     note(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
     found, failures = influences(scenes)
-    print_sentences(f"case {number}: {each.point}" for number, each in enumerate(scenes.cases, start=1))
+    labels = (summary.label_text(each.parameters, scenes.manifest.stated_scales) for each in scenes.cases)
+    print_sentences(f"case {number}: {label}" for number, label in enumerate(labels, start=1))
     print_sentences((f"with everything, {each}" for each in failures), FAILED)
     if not found:
         note("nothing to compare: no number of these cases depends on an effect that can be left out")
@@ -198,8 +199,15 @@ def explain_case(
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
+    label = summary.label_text(case.parameters, manifest.stated_scales)
     rough = _of_roughness(case.case, "slip" in manifest.stages)
-    print_sentences([f"case {case.point}", f"estimated time, roughly: {roughly(seconds)}", rough])
+    print_sentences(
+        [
+            f"case {label}",
+            f"estimated time, roughly: {roughly(seconds)}",
+            rough,
+        ]
+    )
     scenes, measured = scenes_of(manifest, [case], SHOWN), dict[str, Error]()
     if show_grid:
         finer, failures = influences(scenes._replace(of_cases=(FINER,), of_drives=()))

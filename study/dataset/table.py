@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.dataset.variables import OUTCOMES, counts_of, parameters
+from nanoslip.study.dataset.variables import OUTCOMES, counts_of, in_si_too, parameters
 from nanoslip.study.manifest.cases import value_of
 from nanoslip.study.manifest.parameters import names_by_word
 from nanoslip.study.toml_text import from_toml
@@ -126,10 +126,10 @@ def _nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
     return np.array([found[0] if len(found) == 1 else each for found, each in zip(near, wanted, strict=True)])
 
 
-def some(values: Iterable[Any]) -> str:
+def some(values: Iterable[Any], between: str = ", ") -> str:
     """The first different values as text."""
     found = list(dict.fromkeys(values))
-    return ", ".join(map(str, found[:8])) + (", …" if len(found) > 8 else "")
+    return between.join([*map(str, found[:8]), *["…"][: len(found) > 8]])
 
 
 def selection_text(selection: Selection) -> str:
@@ -161,11 +161,19 @@ def one_case(root: xr.Dataset, given: Mapping[str, str]) -> xr.Dataset:
 
 def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:
     """The parameters in which cases differ along dimensions, each with its values."""
-    along = [str(name) for name in part.coords if set(part[name].dims) & set(dims) and name != "case_id"]
+    apart = {"case_id", *(each.name for name, each in in_si_too().items() if name in part.coords)}
+    along = [str(name) for name in part.coords if set(part[name].dims) & set(dims) and name not in apart]
     values = {
         name: part[name].to_series().dropna().unique().tolist() for name in along if name != CASE or len(along) == 1
     }
-    return [f"{name} = {some(found)}" for name, found in values.items() if len(found) > 1]
+    return [
+        some((f"{name}={_typed(each)}" for each in found), " or ") for name, found in values.items() if len(found) > 1
+    ]
+
+
+def _typed(value: Any) -> str:
+    """A value of a coordinate for a command line; its ten digits find it, which has more: 0.014899999999999998."""
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
 def listed(root: xr.Dataset) -> list[str]:

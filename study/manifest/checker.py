@@ -175,7 +175,10 @@ def _scale_of(column: Column, unit: str, size: float) -> float:
     return scale / size
 
 
-WIDTH: Final = 'slab_width = "1 mm" or another beside it (in a file in [scales]), the width L_x that lengths are over'
+WIDTH: Final = (
+    'slab_width = "1 mm" or another beside it (in a file in [scales]), the width L_x that lengths are over: '
+    "three to four half-widths of the contact"
+)
 """Condition of lengths with a unit."""
 ONE_LOAD: Final = "one normal_load in [constants], or loads over normal_load"
 """Condition of loads in N along a path."""

@@ -104,7 +104,7 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
             others["0 here"].append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
-            meaning += _in_si(case, name, unit)
+            meaning += f" ({si})" if (si := _in_si(case, name, unit)) else ""
             rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), {
         why: found for why, found in others.items() if found
@@ -129,10 +129,22 @@ def ending_lines(case: xr.Dataset, completed: bool = True) -> Iterator[str]:
 
 
 def answer(case: xr.Dataset) -> str:
-    """Friction, regime and plateau of one case in a line, of a contact its half-width; and how it ended unless completed."""
+    """Friction, regime and plateau of one case in a line, of a contact its half-width; and how it ended unless completed.
+
+    A drive without a slip is named by its regime. Numbers with a size in SI begin with it.
+    """
     endings = (case[each.name] for each, _ in variables.OUTCOMES.values() if each.name in case)
-    failed = dict.fromkeys(str(each.item()) for each in endings if not each.dims and each.item() != COMPLETED)
-    return ", ".join([*(f"{SHOWN[name]} {value}" for name, value in answered(case).items()), *failed])
+    there = answered(case)
+    good = {COMPLETED, *([Ending.NO_SLIP.value] if "regime" in there else [])}
+    failed = dict.fromkeys(str(each.item()) for each in endings if not each.dims and each.item() not in good)
+    return ", ".join([*(f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in there.items()), *failed])
+
+
+def _size(case: xr.Dataset, name: str) -> str:
+    """Meaning and size in SI of a number, for before its value: `half-width of the contact 958.7 ± 1.1 μm, `."""
+    meaning, unit = _meaning_and_unit(case[name])
+    si = _in_si(case, name, unit, case.get(f"{name}{UNCERTAINTY}"))
+    return f"{meaning} {si}, " if si else ""
 
 
 def answered(case: xr.Dataset) -> dict[str, str]:
@@ -173,8 +185,8 @@ def _two_parts(values: xr.Dataset) -> str:
     return f" ({values['static_friction'].item() - excess:.3g} + {excess:.3g})"
 
 
-def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
-    """Size in SI of a number in units of the scales, as ` (269.8 μm)`; empty without scales."""
+def _in_si(case: xr.Dataset, name: str, unit: str, error: xr.DataArray | None = None) -> str:
+    """Size in SI of a number in units of the scales, as `269.8 μm`, and perhaps its ±; empty without scales."""
     scales = scales_of(case.attrs)
     if scales is None:
         return ""
@@ -188,7 +200,7 @@ def _in_si(case: xr.Dataset, name: str, unit: str) -> str:
     if unit not in in_si:
         return ""
     size, si = in_si[unit]
-    return f" ({compact(case[name].item() * float(size), si)})"
+    return compact(case[name].item() * float(size), si, None if error is None else error.item() * float(size))
 
 
 def _meaning_and_unit(each: xr.DataArray) -> tuple[str, str]:
@@ -466,13 +478,19 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
     return [*(f"{each.name} of {each.size} drives: {said}" for each, said in counted if said), *[advice][:inertial]]
 
 
-def label_text(label: dict[str, Value]) -> str:
+def label_text(label: Mapping[str, Value], scales: Scales | None = None) -> str:
     """Format a label by the names of a campaign file: `R/L_x = 200, slip_order = worst_first, V_o = 0.002 m/s`.
 
-    Parameters that it has not, as a scheme its settings, are left out.
+    Parameters that it has not, as a scheme its settings, are left out. scales: to have lengths and loads in SI: `R = 5 mm`.
     """
     known = {name: value for name, value in label.items() if value != "" and value == value}  # noqa: PLR0124  NaN is not
-    return ", ".join(f"{_name(name)} = {in_text(value)} {unit_of(name)}".rstrip() for name, value in known.items())
+    sizes = {name: si for name, value in known.items() if scales and (si := in_si(scales, name, value))}
+    return ", ".join(
+        f"{variables.in_si_too()[name].symbol} = {sizes[name]}"
+        if name in sizes
+        else f"{_name(name)} = {in_text(value)} {unit_of(name)}".rstrip()
+        for name, value in known.items()
+    )
 
 
 def _name(parameter: str) -> str:

@@ -37,7 +37,12 @@ def test_a_case_is_found_by_the_words_of_its_campaign():
         case(zipped, "radius=50 slip_order=simultaneous", 'design = "zip"')
     for word in ("true", "True"):  # of a campaign, and of a table
         assert case("coupling = [false, true]", f"coupling={word}")["coupling"] is True
-    with pytest.raises(Refusal, match=r"give also max_events = 5, 10; slip_order = worst_first, simultaneous$"):
+    in_si = AXES.replace("radius = [50.0, 100.0]", 'radius = ["0.05 m", "0.1 m"]') + "\n[scales]\nslab_width = 1e-3"
+    with pytest.raises(Refusal, match=r"give also radius=50 or radius=100$"):
+        case(in_si, "events=5 slip_order=simultaneous")
+    with pytest.raises(
+        Refusal, match=r"give also max_events=5 or max_events=10; slip_order=worst_first or slip_order=simultaneous$"
+    ):
         case(AXES, "radius=50")
 
 
@@ -60,7 +65,7 @@ def test_a_parameter_may_be_given_by_the_symbol_that_heads_its_column():
 
 def test_the_time_of_a_case_is_estimated(main, campaign):
     code, said, errors = main("explain", campaign, *ONE)
-    assert (code, errors, said.startswith("case intrinsic_friction = 0.5, radius = 50.0")) == (0, "", True)
+    assert (code, errors, said.startswith("case μ_i = 0.5, R/L_x = 50,")) == (0, "", True)
     assert "estimated time, roughly: " in said
 
 
@@ -166,7 +171,7 @@ def test_results_that_are_not_collected_or_of_a_campaign_that_changed_are_collec
 def test_a_wrong_case_is_one_clear_message(main, finished, tmp_path):
     (tmp_path / "bad.nc").write_bytes(b"no netCDF")
     for words, said in (
-        ((finished, "radius=50"), "needs to be one case: give also intrinsic_friction = 0.25, 0.5"),
+        ((finished, "radius=50"), "needs to be one case: give also intrinsic_friction=0.25 or intrinsic_friction=0.5"),
         ((finished, "radius=51"), "radius = 51: no such case; there are 50.0, 100.0"),
         ((finished, "radius=small"), "radius = small: no such case; there are 50.0, 100.0"),
         ((finished, "radius=50 N"), "radius = '50 N': needs a number, or one with a unit as \"50 m\""),

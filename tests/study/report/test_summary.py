@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pandas as pd
@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
+from nanoslip.solver.drive import Scales
 from nanoslip.study import api
 from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.table import one_case
@@ -28,6 +29,7 @@ from nanoslip.study.report.summary import (
     factored,
     failure_summary,
     formatted,
+    label_text,
     scalar_table,
     short_summary,
 )
@@ -202,6 +204,16 @@ def test_a_mean_has_its_uncertainty_and_how_many_members_have_the_number() -> No
     assert [row[:2] for row in table.rows] == [("plateau_mean", "2.0 ± 0.5 (5 of 8)")]
     assert list(ending_lines(case))[-1].startswith("numbers are means")
     assert answer(case) == "plateau F/W 2.0 ± 0.5"
+
+
+def test_an_answer_begins_with_its_size_in_si_and_a_drive_without_slip_is_named_by_its_regime() -> None:
+    scales = Scales(shear_modulus=1e6, slab_width=4e-3, slab_depth=4e-3)  # a load of 1/16 is 1 N
+    loss = {"normal_load": 0.0625, "loss_per_cycle": 0.5, "loss_per_cycle_uncertainty": 0.025}
+    case = xr.Dataset(loss, attrs=asdict(scales)).set_coords("normal_load")
+    assert answer(case).endswith(" 2.00 ± 0.10 mJ, loss/(W·L_x) 0.50 ± 0.03")
+    assert label_text({"normal_load": 0.0625, "radius": 1.25, "n_x": 9}, scales) == "W = 1 N, R = 5 mm, n_x = 9"
+    stuck = xr.Dataset({"outcome": "completed", "drive_outcome": "no_slip"})
+    assert (answer(stuck), answer(stuck.assign(regime="micro_slip"))) == ("no_slip", "regime micro-slip")
 
 
 def test_the_cost_is_that_of_all_runs_or_unknown() -> None:
