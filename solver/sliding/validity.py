@@ -90,7 +90,7 @@ class Flag(Enum):
     large_strain = (
         32,
         f"mean pressure above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
-        "lower normal_load or raise radius; of a given pin and load only finite elements with finite strains are right",
+        "lower normal_load or raise radius; where both are given, only finite elements with finite strains are right",
     )
     unresolved_slab = (
         128,

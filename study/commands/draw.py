@@ -153,7 +153,7 @@ def _surface_lines(found: Surface, slab_width: float) -> list[str]:
     if nodes:
         resolved = f"{slab} n_x = {nodes} resolves it, with nodes {compact(slab_width / (nodes - 1), 'm')} apart"
         if length < slab_width:
-            resolved += f"; one as wide as the profile needs {nodes_for(pin_under(found, length))}"
+            resolved += f"; one as wide as the profile needs {nodes_for(found.image(length))}"
     read = (
         []
         if found.source is None or found.rows is None
