@@ -229,6 +229,8 @@ def open(path: Place) -> xr.Dataset:
     contacts. Axes of one value stay dimensions, so `.sel(radius=200.0)` means the same in every campaign.
     """
     given = Path(path)
+    if given.suffix == ".toml":
+        raise StoreError(f"{path}: a campaign: needs results.nc, which its run writes, or the folder that it is in")
     return file.read(given / file.FILE if given.is_dir() else given)
 
 
@@ -246,6 +248,8 @@ def concat(
     """
     if join not in ("product", "outer"):
         raise ValueError(f'join = {join!r}: needs "product" or "outer"')
+    if isinstance(sources, str | Path | xr.Dataset):
+        raise ValueError(f"sources: needs a list of datasets or paths, and is one {type(sources).__name__}")
     given = list(sources)
     names = [f"dataset {number}" if isinstance(each, xr.Dataset) else str(each) for number, each in enumerate(given, 1)]
     with ExitStack() as stack:
@@ -274,8 +278,8 @@ def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
     """Farm of this process, or of `jobs` children. It is not entered: Ctrl-C stays Python's, and results are whole files."""
     if jobs == 1:
         return SerialFarm(program.load)
-    if jobs < 1:
-        raise ValueError(f"jobs = {jobs!r}: needs at least 1")
+    if not isinstance(jobs, int) or jobs < 1:
+        raise ValueError(f"jobs = {jobs!r}: needs a whole number from 1 on")
     agents = [Agent(program, number) for number in range(jobs)]
     for agent in agents:
         stack.callback(agent.close)

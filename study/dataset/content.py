@@ -78,7 +78,7 @@ def _of_variables(content: Content) -> Iterator[str]:
         yield f"no dataset of nanoslip: {variables.CASE_ID.name}: missing"
     for names in _together():
         if missing := [name for name in names if name not in root] if any(name in root for name in names) else []:
-            yield f"no dataset of nanoslip: {missing[0]}: missing"
+            yield f"no dataset of nanoslip: {missing[0]}: missing; xarray.open_dataset opens what is left of one"
     for dim in dict.fromkeys(
         dim for name in (variables.CASE_ID.name, *_ENDINGS) if name in root for dim in root[name].dims
     ):

@@ -196,6 +196,9 @@ def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any
     """
     from matplotlib import pyplot  # noqa: PLC0415  a page is drawn without windows
 
+    if not isinstance(dataset, xr.Dataset):
+        raise TypeError(f"dataset = {dataset!r}: needs a dataset, as nanoslip.open returns it")
+
     first: Axes = resized(view_named(dataset, y, x, hue, where).draw(make=pyplot.figure)).axes[0]
     return first
 

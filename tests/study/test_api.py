@@ -262,3 +262,17 @@ def test_every_key_of_axes_is_a_dimension_and_lengths_and_loads_are_in_si_where_
     assert given.normal_load_si.dims == ("normal_load",)
     assert (given.normal_load_si.item(), given.normal_load_si.units) == (pytest.approx(1e-3 * 1e6 * 2e-3 * 1e-2), "N")
     assert (given.radius_si.item(), given.radius_si.units) == (pytest.approx(0.4), "m")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "needed"),
+    [
+        (lambda: nanoslip.concat("results/mine"), "list"),  # type: ignore[arg-type]
+        (lambda: nanoslip.run(TINY, jobs="2"), "jobs = '2': needs a whole number"),  # type: ignore[call-overload]
+        (lambda: nanoslip.figure("results/mine", "mu_s"), r"nanoslip\.open"),  # type: ignore[arg-type]
+        (lambda: nanoslip.open("mine.toml"), r"mine\.toml: .*results\.nc"),
+    ],
+)
+def test_an_argument_of_another_kind_is_refused_with_what_is_needed(wrong, needed) -> None:
+    with pytest.raises((TypeError, ValueError, nanoslip.StoreError), match=needed):
+        wrong()
