@@ -8,6 +8,7 @@ import pytest
 
 from nanoslip.solver.case import Case, Effects, Heterogeneity, Interface, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, equilibrium_residual
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.contact.state import contact_summary, contact_width
 from nanoslip.solver.elasticity.compliance import surface_compliance
@@ -17,7 +18,7 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import batches
 from nanoslip.solver.sliding.path import follow
-from nanoslip.solver.sliding.slide import slide, slide_to_state
+from nanoslip.solver.sliding.slide import compiled_at, slide, slide_to_state
 from nanoslip.solver.sliding.slider import portion, slider
 from tests.physics import assert_contact_laws
 
@@ -37,6 +38,24 @@ def touched(case: Case):
     state = initial_contact(case, surface_compliance(case.slab))
     assert state.outcome.ok, state.outcome
     return state
+
+
+@pytest.mark.parametrize("scheme", ["half_space", "layer"])
+def test_the_equilibrium_residual_is_that_of_the_matrix_though_none_is_kept(scheme):
+    """A window that reaches the grid's rim and one that does not; forces that are no equilibrium."""
+    for n_x in (9, 17):
+        case = Case(slab=Slab(n_x, scheme=scheme), radius=R, normal_load=1.2e-3 if n_x == 9 else 1e-4, **OFF)
+        compliance = surface_compliance(case.slab)
+        compiled = compiled_at(case, compliance, touched(case), whole=n_x == 9)
+        state, nodes = compiled.state, len(compiled.window)
+        assert equilibrium_residual(state) < RESIDUAL_LIMIT
+        state.response[:] = np.random.default_rng(1).standard_normal(2 * nodes + 1)
+        both = np.concatenate((state.contact, state.contact))
+        seen = compliance.window(compiled.window) @ np.where(both, state.response[:-1], 0.0)
+        seen[nodes:] += state.response[-1]
+        missing = np.where(both, state.inputs[:-1] - seen, seen - state.response[:-1])
+        assert equilibrium_residual(state) > 1.0
+        np.testing.assert_allclose(state.work[0, :-1], missing, rtol=0, atol=1e-12 * np.abs(missing).max())
 
 
 @pytest.mark.parametrize("coupling", [True, False])
