@@ -1,6 +1,7 @@
-"""Critical point of a driven pin: velocity of the stage and stiffness of its spring beyond which it does not stick any more.
+"""Critical point of a driven pin: velocity of the stage and stiffness of its spring above which it does not stick any more.
 
-Both are found by bisection over drives of one record, from rest: the regime that `count_sticks` reports is what changes.
+Both are found by drives of one record, from rest: the regime that `count_sticks` reports is what changes. Below a critical
+value there may be windows in which the pin does not stick, so the search comes from above, and not from the drive's own value.
 """
 
 import math
@@ -10,6 +11,7 @@ from typing import Any, Final
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.duration import measured
+from nanoslip.solver.dynamics.friction_limit import friction_limit_of
 from nanoslip.solver.dynamics.regime import CriticalPoint, Regime, count_sticks
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.sliding.plateau import Plateau
@@ -17,16 +19,21 @@ from nanoslip.solver.sliding.record import FrictionRecord
 
 STICKING: Final[tuple[Regime, ...]] = ("sticks", "stick_slip")
 """Regimes of a pin that comes to rest again and again."""
-STRIDE: Final = 4.0
-"""Factor from one drive to the next while a bracket is looked for."""
-STRIDES: Final = 7
-"""Strides in either direction: a factor of 16,000."""
+STRIDE: Final = 2.0
+"""Factor from one drive down to the next; narrower windows in which the pin sticks may be missed."""
+STRIDES: Final = 14
+"""Strides down: a factor of 16,000."""
 RESOLUTION: Final = 1.02
 """Largest ratio of the ends of a bracket whose middle is the critical value."""
 
 
 def critical_point(record: FrictionRecord, plateau: Plateau, drive: Drive) -> CriticalPoint:
-    """The critical velocity at the drive's stiffness, and the critical stiffness at its velocity. Raises NoPlateauError."""
+    """The critical velocity at the drive's stiffness, and the critical stiffness at its velocity. Raises NoPlateauError.
+
+    A pin with the force e beyond a steady friction force oscillates about the stage's motion with the velocity √(V² + e²/k),
+    decreasing by exp(-πζ) in half a period, before which it does not stop (Eq. 17): above e = V√(k·(exp(2πζ) - 1)) it may stop
+    at all. The search begins where e is all of the record's peak.
+    """
     bare = replace(drive, duration=None, max_slips=None, samples=1, memory=False)
 
     def sticks(**changes: Any) -> bool | None:
@@ -38,25 +45,28 @@ def critical_point(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Cr
         regime = count_sticks(motion, changed).regime
         return None if regime is None else regime in STICKING
 
+    lost = math.expm1(2.0 * math.pi * min(drive.damping_ratio, 1.0))
+    peak, velocity = float(friction_limit_of(record, plateau, drive.profile).force.max()), drive.stage_velocity
+    fastest = peak / math.sqrt(drive.spring_stiffness * lost) if lost else math.inf
+    stiffest = (peak / velocity) ** 2 / lost if lost and velocity else math.inf
     return CriticalPoint(
-        critical_velocity=boundary(lambda value: sticks(stage_velocity=value), drive.stage_velocity),
-        critical_stiffness=boundary(lambda value: sticks(spring_stiffness=value), drive.spring_stiffness),
+        critical_velocity=boundary(lambda value: sticks(stage_velocity=value), fastest),
+        critical_stiffness=boundary(lambda value: sticks(spring_stiffness=value), stiffest),
     )
 
 
 def boundary(sticks: Callable[[float], bool | None], first: float) -> float:
-    """Value at which `sticks` turns from True to False, next to `first`; NaN if it does not within STRIDES, or is unknown."""
-    there = sticks(first) if first > 0.0 else None
-    if there is None:
+    """Largest value below `first` up to which `sticks` is True; NaN if it is at `first` or nowhere, or is unknown."""
+    above = first
+    if math.isinf(first) or sticks(first) is not False:
         return math.nan
-    stride, near = STRIDE if there else 1.0 / STRIDE, first
     for _ in range(STRIDES):
-        far = near * stride
-        if (found := sticks(far)) is None:
+        below = above / STRIDE
+        if (found := sticks(below)) is None:
             return math.nan
-        if found != there:
-            return _bisected(sticks, *sorted((near, far)))
-        near = far
+        if found:
+            return _bisected(sticks, below, above)
+        above = below
     return math.nan
 
 

@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from nanoslip.solver.dynamics.critical import STRIDE, STRIDES
 from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.study.accuracy.deciding import MAIN, SECONDS, Deciding, deciding, deciding_words
+from nanoslip.study.dataset.variables import fewer
 from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import compact
@@ -49,9 +49,9 @@ def critical_words(case: xr.Dataset) -> str:
     ):
         value, error = (float(case.get(each, math.nan)) for each in (name, f"{name}_uncertainty"))
         if math.isfinite(value):
-            found.append(f"{what} {compact(value, unit, error)}")
+            found.append(f"{what} {compact(value, unit, error)}{fewer(case, name)}")
     if not found:
-        return f"no change from sticking to sliding was found within a factor of {STRIDE**STRIDES:,.0f} of this drive"
+        return "no critical point: the pin sticks at the highest or at none of the velocities and stiffnesses tried"
     return f"the pin no longer sticks above {' or '.join(found)}"
 
 
@@ -82,7 +82,7 @@ NOT_MEASURED: Final = "not measured"
 def ranking(case: xr.Dataset, manifest: Manifest, of: CampaignCase, cost: str, most: float) -> tuple[str, Table] | None:
     """The main number of a case with its value, and what decides it, the largest first; None if it is unknown.
 
-    cost: of three times its members, in words. most: see `deciding`.
+    cost: of four times its members, in words. most: see `deciding`.
     """
     found = decided(case, manifest, of, most)
     if found is None:

@@ -41,6 +41,8 @@ from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
 from nanoslip.study.report.curves import beyond_contact, curves, print_lines
 from nanoslip.study.report.summary import Error, error_lines
+from nanoslip.study.results.shard import folders
+from nanoslip.study.run.journal import measured_in
 from nanoslip.study.run.progress import roughly
 
 
@@ -198,7 +200,8 @@ def explain_case(
     case = chosen(manifest, expand(manifest), given)
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
-    seconds = sum(task.cost for task in plan_of(manifest, [case]).tasks)
+    into = folder(campaign, out)
+    seconds = sum(map(measured_in(into, *folders(into)).seconds, plan_of(manifest, [case]).tasks))
     label = summary.label_text(case.parameters, manifest.stated_scales)
     rough = _of_roughness(case.case, "slip" in manifest.stages)
     print_sentences(
@@ -213,7 +216,7 @@ def explain_case(
         finer, failures = influences(scenes._replace(of_cases=(FINER,), of_drives=()))
         print_sentences(failures, FAILED)
         measured = {each.variable: _of_finer(each) for each in finer}
-    path, cost = folder(campaign, out) / file.FILE, roughly(3.0 * seconds)
+    path, cost = into / file.FILE, roughly(4.0 * seconds)
     print_sentences(_errors(path, manifest, parameters, cost, measured))
     if ranked := _ranking(path, manifest, parameters, case, cost, math.inf if show_grid else SECONDS):
         title, table = ranked

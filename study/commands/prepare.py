@@ -16,7 +16,7 @@ from nanoslip.study.commands import plans
 from nanoslip.study.commands.words import Refusal, folder
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import CampaignDrive
-from nanoslip.study.manifest.parameters import si_line
+from nanoslip.study.manifest.parameters import by_name, si_line
 from nanoslip.study.manifest.problems import ManifestError, Problem
 from nanoslip.study.manifest.reader import effects
 from nanoslip.study.plan.plan import (
@@ -30,7 +30,7 @@ from nanoslip.study.plan.plan import (
     shortages,
     span_line,
 )
-from nanoslip.study.plan.task import PENDING
+from nanoslip.study.plan.task import PENDING, short
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
@@ -94,9 +94,9 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
         try:
             plan = plans.planned(campaign)
             note(_counted(campaign, plan))
+            advice = [*_axes(plan), *plans.idle_lines(plan), *plans.ball_lines(plan), *duration_lines(plan)]
             expected = (f"expected: {line}" for line in expected_lines(plan, outlook_of(plan)))
-            advice = [*plans.idle_lines(plan), *plans.ball_lines(plan), *duration_lines(plan)]
-            print_sentences([*advice, *expected])
+            print_sentences([*advice, *expected, *(f"refused: {line}" for line in _refused(plan))])
         except ManifestError as error:
             problems += error.problems
     if problems:
@@ -109,9 +109,21 @@ def _counted(campaign: Path, plan: Plan) -> str:
     drives = len(plan.manifest.drives), "drive", sum(drive.drive is None for drive in plan.manifest.drives)
     said = []
     for number, what, refused in (cases, *([drives] if drives[0] else []), (len(plan.distinct), "task", 0)):
-        why = f" ({refused} of them refused, {whole('nanoslip plan')} says why)" if refused else ""
+        why = f" ({refused} of them refused)" if refused else ""
         said.append(f"{'each with ' * (what == 'drive')}{plans.counted(number, what)}{why}")
     return f"{whole(campaign)}: valid: {', '.join(said)}"
+
+
+FEW: Final = 8
+"""Values of an axis that are named one by one."""
+
+
+def _axes(plan: Plan) -> Iterator[str]:
+    """The values of each axis, as they were read: `[0,5]` is 0 and 5."""
+    for name, values in {**plan.manifest.axes, **plan.manifest.drive_axes}.items():
+        said = [short(value) for value in values]
+        few = said if len(said) <= FEW else [*said[: FEW // 2], "…", *said[-2:], f"({len(said)} values)"]
+        yield f"{by_name().get(name, name)}: {', '.join(few)}"
 
 
 # `nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed.
@@ -132,7 +144,9 @@ def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool
 
 def _print(found: plans.Standing, ranks: int) -> None:
     plan, outlook = found.plan, outlook_of(found.plan)
-    print_sentences([plan.manifest.title, *_cases(plan), _in_si(plan), *plans.idle_lines(plan), *duration_lines(plan)])
+    print_sentences(
+        [plan.manifest.title, *_cases(plan), *_axes(plan), _in_si(plan), *plans.idle_lines(plan), *duration_lines(plan)]
+    )
     not_on = {name: each for name, each in effects(plan.manifest).items() if each != "on"}
     off = (name if each == "off" else f"{name} ({each})" for name, each in not_on.items())
     note(f"effects that are off or vary: {', '.join(off) or 'none'}")
@@ -193,10 +207,14 @@ def _time(found: plans.Standing, ranks: int) -> str:
     """Remaining time on one rank and on several, and its uncertainty."""
     tasks = found.remaining
     if not tasks:
-        return "time left: none, all tasks are finished"
-    count = found.measured.tasks({task.kind for task in tasks})
+        return "time left: none, " + (
+            "all tasks are finished" if found.plan.distinct else "there is nothing to compute"
+        )
+    count, ensemble = found.measured.tasks({task.kind for task in tasks}), found.plan.manifest.ensemble
+    guess = 1.0 if count else GUESS
+    most = guess if ensemble.within is None else guess * ensemble.members / ensemble.likely
     times = (makespan(tasks, number, found.measured.seconds) for number in (1, ranks))
-    alone, together = (roughly(each) if count else _range(each) for each in times)
+    alone, together = (_range(each / guess, each * most) for each in times)
     several = f", {together} on {ranks} (--ranks for another number)" if ranks > 1 else ""
     known = f"by what {plans.counted(count, 'task')} took" if count else "a first guess"
     return f"time left: {alone} on 1 rank{several}, {known}"
@@ -206,9 +224,9 @@ GUESS: Final = 10.0
 """Factor within which a time is known before any task has run."""
 
 
-def _range(seconds: float) -> str:
-    """A first guess as a range: `0.4 s to 40 s`."""
-    return " to ".join(to_one_digit(each) for each in (seconds / GUESS, seconds * GUESS))
+def _range(least: float, most: float) -> str:
+    """A time that is not known as a range: `0.4 s to 40 s`."""
+    return " to ".join(map(to_one_digit, (least, most))) if least < most else roughly(least)
 
 
 def _ensembles(found: plans.Standing) -> Iterator[str]:

@@ -414,7 +414,10 @@ def means_of(dataset: xr.Dataset) -> str:
     stated = {name: whole[f"{name}_uncertainty"] for name in names if f"{name}_uncertainty" in dataset}
     parts = []
     if are_means(dataset):
-        parts.append(f"numbers are means over {ends_of(dataset[MEMBERS.name])} members, ± their 68 % interval")
+        members = ends_of(dataset[MEMBERS.name])
+        driven = ends_of(dataset[DRIVE_MEMBERS.name]) if DRIVE_MEMBERS.name in dataset else members
+        of_drives = "" if driven == members else f" (of drives over {driven})"
+        parts.append(f"numbers are means over {members} members{of_drives}, ± their 68 % interval")
     known = (whole[name].isnull() | (error > ROUNDING * abs(whole[name])) for name, error in stated.items())
     if not all(bool(each.all()) for each in known):
         parts.append(UNKNOWN)

@@ -46,7 +46,7 @@ for 400 events, 1.0 for 20,000 and 2.5 for 160,000."""
 STEP: Final = 6e-8
 """Time of a step of a drive: a tooth passed, a time step, a sample."""
 PROBES: Final = 50.0
-"""Drives that a critical velocity and stiffness take: 2 to 9 to bracket each, 8 to bisect, some of them twice as long."""
+"""Drives that a critical velocity and stiffness take: 2 to 15 to bracket each, 6 to bisect, some of them twice as long."""
 FIT: Final = 8e-3
 """Time of a fit of Eq. 16-19, samples aside: three least squares of some fifteen steps (8 to 19 ms for 200 to 2000 samples)."""
 

@@ -1,5 +1,6 @@
 """Tables and sentences as text, on a terminal, a pipe or a file."""
 
+import itertools
 import os
 import re
 import sys
@@ -36,8 +37,8 @@ PATIENCE: Final = 2.0
 FAILED: Final = "red"
 """Style of what failed."""
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
-_TOGETHER: Final = re.compile(" [=±<≤>≥] |nanoslip (?=[a-z])")
-"""Words that belong together: what a sign joins, and the name of a command."""
+_TOGETHER: Final = re.compile(r" [=±<≤>≥+] |nanoslip (?=[a-z])|(?<=\d) (?=\w{1,3}\))")
+"""Words that belong together: what a sign joins, the name of a command, and a size with its unit in brackets."""
 _NUMBER: Final = re.compile(r"(?!.*[^\W\d_]{4})[-+]?[\d.]|[–…-]?$|(nan|inf)\b")
 """The start of a number with its error and unit; four letters in a row are a word, as in `3 completed`, which counts members."""
 
@@ -64,7 +65,7 @@ class Table:
     """A header and rows of text, most important columns first; the last one holds an outcome or a sentence, and alone is wrapped.
 
     Too wide: titles are folded, then columns left out from the right and named below, but none that identifies a row or was asked
-    for. Then each sentence stands below its row; at last every cell has a line.
+    for, then cells are folded. Then each sentence stands below its row; at last every cell has a line.
     """
 
     header: tuple[str, ...]
@@ -83,23 +84,34 @@ class Table:
         *_, sentences = columns = list(zip(self.header, *self.rows, strict=True))
         needed = max(min(_widest(sentences), LEAST_ROOM), *map(_longest_word, sentences))
         folded = [max(_longest_word(title), _widest(cells)) for title, *cells in columns[:-1]]
-        for widths in ([*map(_widest, columns[:-1])], *(folded[:kept] for kept in range(last, least - 1, -1))):
+        tight = [max(map(_longest_word, cells)) for cells in columns[:least]]
+        for widths in ([*map(_widest, columns[:-1])], *(folded[:kept] for kept in range(last, least - 1, -1)), tight):
             if (room := width - sum(widths) - GAP * len(widths)) >= needed:
                 yield self._grid(widths, room)
                 if left_out := self.header[len(widths) : -1]:
                     yield _lines(wrapped(f"not shown, for lack of width: {', '.join(left_out)}", width, first=""))
                 return
-        if room >= 0:
-            lines = console.render_lines(self._grid(widths), options, pad=False)
-            for number, line in enumerate(lines, start=len(self.rows) - len(lines)):
-                yield from (*line, Segment.line())
-                if number >= 0 and (below := wrapped(self.rows[number][-1], width)):
-                    yield _lines(below, self._style(number))
-        else:
-            yield from self._cards(width)
+        for widths in (folded[:least], tight):
+            if sum(widths) + GAP * len(widths) <= width:
+                yield from self._above_sentences(widths, console, options)
+                return
+        yield from self._cards(width)
 
-    def _grid(self, widths: Sequence[int], room: int = 0) -> rich.table.Table:
-        """Lay out the first columns side by side in these widths, and the last one in the remaining room, if there is any."""
+    def _above_sentences(self, widths: Sequence[int], console: Console, options: ConsoleOptions) -> RenderResult:
+        """The first columns side by side, and below each row its sentence."""
+        header = console.render_lines(self._grid(widths, of=()), options, pad=False)
+        yield from itertools.chain.from_iterable((*line, Segment.line()) for line in header)
+        for number, row in enumerate(self.rows):
+            lines = console.render_lines(self._grid(widths, of=(number,)), options, pad=False)[len(header) :]
+            yield from itertools.chain.from_iterable((*line, Segment.line()) for line in lines)
+            if below := wrapped(row[-1], options.max_width):
+                yield _lines(below, self._style(number))
+
+    def _grid(self, widths: Sequence[int], room: int = 0, of: Iterable[int] | None = None) -> rich.table.Table:
+        """Lay out the first columns side by side in these widths, and the last one in the remaining room, if there is any.
+
+        of: numbers of the rows that are shown.
+        """
         grid = rich.table.Table(
             box=SIMPLE_HEAD,
             show_edge=False,
@@ -112,8 +124,10 @@ class Table:
         for place, letters in columns:
             numbers = all(_NUMBER.match(row[place]) for row in self.rows)
             grid.add_column(Text(self.header[place]), width=letters, justify="right" if numbers else "left")
-        for number, row in enumerate(self.rows):
-            cells = [*row[: len(widths)], *(["\n".join(wrapped(row[-1], room, "", ""))] if room else [])]
+        for number in range(len(self.rows)) if of is None else of:
+            row = self.rows[number]
+            places = [*enumerate(widths), *([(-1, room)] if room else [])]
+            cells = ["\n".join(wrapped(row[place], letters, "", "")) for place, letters in places]
             grid.add_row(*map(Text, cells), style=self._style(number))
         return grid
 

@@ -586,11 +586,11 @@ def _parts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 def errors_of(case: xr.Dataset, name: str, cost: str = "", measured: Mapping[str, Error] | None = None) -> list[Error]:
     """Known parts of the error of a number of one case, the largest first.
 
-    cost: of three times its members, in words. measured: what else is known, by name.
+    cost: of four times its members, in words. measured: what else is known, by name.
     """
     members = case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan))
     cures = {
-        "starts": f"{4 * float(members):g} members halve what starts do not share{cost and f': {cost} more'}",
+        "starts": f"{4 * float(members):g} members halve what starts do not share{cost and f': {cost}'}",
         _LEFT_OUT.name: "half of target.within halves it",
     }
     left_out = f"{str(case[_LEFT_OUT.name].item()).replace('_', ' ')} left out" if _LEFT_OUT.name in case else ""

@@ -16,18 +16,32 @@ from tests.conftest import Main
 CASE = nanoslip.Case(radius=50.0, slab=nanoslip.Slab(n_x=17), max_presliding=4.0)
 
 
-@pytest.mark.parametrize("first", [1e-3, 0.9, 1.1, 5e3])
-def test_a_boundary_is_found_from_either_side_to_its_resolution(first: float) -> None:
-    found = boundary(lambda value: value < 1.0, first)
+@pytest.mark.parametrize("first", [1.1, 1.9, 700.0, 5e3])
+def test_a_boundary_is_the_uppermost_to_its_resolution(first: float) -> None:
+    """Whatever lies below it: the pin may slide in windows there."""
+    found = boundary(lambda value: value < 0.1 or 0.3 < value < 1.0, first)
     assert 1.0 / RESOLUTION < found < RESOLUTION
 
 
 def test_what_never_changes_or_fails_has_no_boundary() -> None:
     asked: list[float] = []
-    assert math.isnan(boundary(lambda value: asked.append(value) is None, 1.0))
-    assert (len(asked), max(asked)) == (STRIDES + 1, STRIDE**STRIDES)
-    assert math.isnan(boundary(lambda value: None if value > 2.0 else True, 1.0))
-    assert math.isnan(boundary(lambda value: True, 0.0))  # a stage at rest
+    assert math.isnan(boundary(lambda value: bool(asked.append(value)), 1.0))
+    assert (len(asked), min(asked)) == (STRIDES + 1, STRIDE**-STRIDES)
+    assert math.isnan(boundary(lambda value: None if value < 0.5 else False, 1.0))
+    assert math.isnan(boundary(lambda value: True, 1.0))
+    assert math.isnan(boundary(lambda value: value < 1.0, math.inf))  # without a damper
+
+
+@pytest.mark.parametrize("scale", [1e-2, 30.0])
+def test_the_critical_point_does_not_depend_on_what_it_replaces(scale: float) -> None:
+    """The velocity and the stiffness of the drive are starting points of nothing."""
+    record = nanoslip.friction_record(CASE)
+    plateau, drive = nanoslip.plateau_of(record), nanoslip.Drive.from_si(spring_stiffness=3e6)
+    faster = replace(drive, stage_velocity=scale * drive.stage_velocity)
+    stiffer = replace(drive, spring_stiffness=scale * drive.spring_stiffness)
+    found = critical_point(record, plateau, drive)
+    assert critical_point(record, plateau, faster).critical_velocity == found.critical_velocity > 0.0
+    assert critical_point(record, plateau, stiffer).critical_stiffness == found.critical_stiffness > 0.0
 
 
 def test_beyond_the_critical_point_a_pin_slides_and_before_it_sticks() -> None:
