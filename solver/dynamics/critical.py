@@ -20,9 +20,12 @@ from nanoslip.solver.sliding.record import FrictionRecord
 STICKING: Final[tuple[Regime, ...]] = ("sticks", "stick_slip")
 """Regimes of a pin that comes to rest again and again."""
 STRIDE: Final = 2.0
-"""Factor from one drive down to the next; narrower windows in which the pin sticks may be missed."""
+"""Factor from one velocity down to the next, and its square that of stiffnesses, as slips depend on V√k (Eq. 17).
+
+Narrower windows in which the pin sticks may be missed.
+"""
 STRIDES: Final = 14
-"""Strides down: a factor of 16,000."""
+"""Strides down: a factor of 16,000 in V√k."""
 RESOLUTION: Final = 1.02
 """Largest ratio of the ends of a bracket whose middle is the critical value."""
 
@@ -50,23 +53,24 @@ def critical_point(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Cr
     fastest = peak / math.sqrt(drive.spring_stiffness * lost) if lost else math.inf
     stiffest = (peak / velocity) ** 2 / lost if lost and velocity else math.inf
     return CriticalPoint(
-        critical_velocity=boundary(lambda value: sticks(stage_velocity=value), fastest),
-        critical_stiffness=boundary(lambda value: sticks(spring_stiffness=value), stiffest),
+        critical_velocity=boundary(lambda value: sticks(stage_velocity=value), fastest, STRIDE),
+        critical_stiffness=boundary(lambda value: sticks(spring_stiffness=value), stiffest, STRIDE**2),
     )
 
 
-def boundary(sticks: Callable[[float], bool | None], first: float) -> float:
-    """Largest value below `first` up to which `sticks` is True; NaN if it is at `first` or nowhere, or is unknown."""
-    above = first
-    if math.isinf(first) or sticks(first) is not False:
-        return math.nan
-    for _ in range(STRIDES):
-        below = above / STRIDE
-        if (found := sticks(below)) is None:
+def boundary(sticks: Callable[[float], bool | None], first: float, factor: float) -> float:
+    """Uppermost value below `first` at which `sticks` turns from True below to False above; NaN without, or if it is unknown.
+
+    factor: from one value that is tried down to the next.
+    """
+    above = math.nan
+    for value in (first / factor**stride for stride in range(STRIDES + 1)) if math.isfinite(first) else ():
+        if (found := sticks(value)) is None:
             return math.nan
-        if found:
-            return _bisected(sticks, below, above)
-        above = below
+        if not found:
+            above = value
+        elif above > value:
+            return _bisected(sticks, value, above)
     return math.nan
 
 

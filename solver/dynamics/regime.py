@@ -96,8 +96,8 @@ class CriticalPoint:
         ensemble=True,
         symbol="V_c",
         comment="above it the pin no longer sticks; at the drive's spring, mass and damping ratio, pulled from rest over the "
-        "same record, without `memory`; by bisection to 2 %, from the velocity at which Eq. 17 ends no slip down to a 16,000th; "
-        "below it there may be windows without sticking; NaN if the pin sticks at the highest or nowhere, or a drive fails",
+        "same record, without `memory`; by bisection to 2 %, from where Eq. 17 ends no slip down to a 16,000th; "
+        "below it there may be windows without sticking; NaN if the pin sticks at all of these or at none, or a drive fails",
     )
     critical_stiffness: float = quantity(
         "critical stiffness of the spring",

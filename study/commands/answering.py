@@ -51,7 +51,7 @@ def critical_words(case: xr.Dataset) -> str:
         if math.isfinite(value):
             found.append(f"{what} {compact(value, unit, error)}{fewer(case, name)}")
     if not found:
-        return "no critical point: the pin sticks at the highest or at none of the velocities and stiffnesses tried"
+        return "no critical point: the pin sticks at all or at none of the velocities and stiffnesses tried"
     return f"the pin no longer sticks above {' or '.join(found)}"
 
 

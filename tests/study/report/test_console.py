@@ -147,11 +147,18 @@ def test_a_wider_table_shows_no_less_and_in_the_end_all() -> None:
 
 
 def test_labels_that_are_too_wide_become_lines_with_their_titles() -> None:
-    row = ("plateau " * 9, "0.28 ± 0.01", "0.2618 ± 0.0003", "")
+    row = ("plateau" * 7, "0.28 ± 0.01", "0.2618 ± 0.0003", "")
     lines = texts(Table(("claim", "paper", "found", "remark"), (row,), 3), 60)
     assert "    paper: 0.28 ± 0.01" in lines
     assert "    found: 0.2618 ± 0.0003" in lines
     assert not any("remark" in text for text in lines)
+
+
+def test_cells_are_folded_between_words_before_a_table_becomes_lines() -> None:
+    """A number stays with its ±, a size with its unit; the sentence stands below."""
+    row = ("200 (200 mm)", "0.1838 ± 0.0003 (0.166 + 0.0174)", "completed")
+    lines = texts(Table(("R/L_x", "μ_s", "outcome"), (row, row), 1, asked=1), 29)
+    assert lines[2:5] == ["     200   0.1838 ± 0.0003", "(200 mm)  (0.166 + 0.0174)", "    completed"]
 
 
 def test_a_table_without_rows_is_its_header() -> None:
