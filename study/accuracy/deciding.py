@@ -16,6 +16,7 @@ from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import quantities
+from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.effects import Done, compute, key_of, tasks_of
 from nanoslip.study.dataset.variables import factors
 from nanoslip.study.manifest.cases import CampaignCase
@@ -40,6 +41,8 @@ class Spacing:
     n_x: int
     value: float = math.nan
     """Mean over FEWEST members; NaN if unknown."""
+    error: float = math.nan
+    """Its ± by starts."""
     problem: str = ""
     """Reason if it is unknown."""
 
@@ -106,16 +109,23 @@ def _tasks(manifest: Manifest, case: Case, ensemble: Ensemble, variable: str) ->
 def _spacing(word: str, n_x: int, variable: str, last: TaskResult, unit: float) -> Spacing:
     """The number of a case on another spacing, from the result of its last task."""
     values = last.scalars.get(key_of(variable, last), [math.nan])
-    value = float(mean_of(np.array(values, float)).mean) * unit
-    return Spacing(word, n_x, value, "" if math.isfinite(value) else f"{last.outcome.ending} with n_x = {n_x}")
+    mean = mean_of(np.array(values, float))
+    known = math.isfinite(mean.mean)
+    problem = "" if known else f"{last.outcome.ending} with n_x = {n_x}"
+    return Spacing(word, n_x, float(mean.mean) * unit, float(mean.uncertainty) * unit, problem)
 
 
 def deciding_words(found: Deciding, title: str = "") -> Iterator[str]:
-    """Word influences as parts of a sentence: `0.42 to 0.48 with half and twice the node spacing`. title: of the number."""
+    """Word influences as parts of a sentence: `0.42 ± 0.01 to 0.48 ± 0.02 with half and twice the node spacing`.
+
+    title: of the number.
+    """
     known = found.computed
     unit = "" if found.variable in MAIN else as_written(quantities(CriticalPoint)[found.variable].units)
-    sizes = sorted(float(f"{each.value:.3g}") for each in known)
-    values = dict.fromkeys(compact(size, unit) if unit else f"{size:g}" for size in sizes)
+    values = dict.fromkeys(
+        compact(each.value, unit, each.error) if unit else with_error(each.value, each.error)
+        for each in sorted(known, key=lambda each: each.value)
+    )
     unknown = "".join(f" ({each.word}: {each.problem})" for each in found.spacings if each not in known)
     if known:
         yield f"{title}{' to '.join(values)} with {' and '.join(each.word for each in known)} the node spacing{unknown}"

@@ -72,9 +72,9 @@ def test_a_spacing_that_takes_too_long_or_is_refused_is_left_out_with_the_reason
 
 def test_a_velocity_on_another_spacing_has_the_unit_of_the_answer() -> None:
     """An answer in mm/s beside another in m/s is read wrong."""
-    spacings = (Spacing("half", 33, 1.5e-3), Spacing("twice", 9, 2.85e-3))
+    spacings = (Spacing("half", 33, 1.5e-3, 1e-4), Spacing("twice", 9, 2.85e-3, 2e-4))
     assert list(deciding_words(Deciding("critical_velocity", spacings, math.nan), "V_c ")) == [
-        "V_c 1.5 mm/s to 2.85 mm/s with half and twice the node spacing"
+        "V_c 1.50 ± 0.10 mm/s to 2.9 ± 0.2 mm/s with half and twice the node spacing"
     ]
 
 
