@@ -42,7 +42,7 @@ class Spacing:
     value: float = math.nan
     """Mean over FEWEST members; NaN if unknown."""
     error: float = math.nan
-    """Its ± by starts."""
+    """Uncertainty by starts."""
     problem: str = ""
     """Reason if it is unknown."""
 

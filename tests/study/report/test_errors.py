@@ -30,7 +30,7 @@ def test_starts_are_named_with_the_members_that_halve_their_part() -> None:
     (error,) = errors_of(data, "plateau_mean", "about 1 s")
     assert error.source == "starts"
     assert error.share == pytest.approx(float(data["plateau_mean_uncertainty"] / data["plateau_mean"]))
-    assert error.cure == "16 members halve what starts do not share: about 1 s more"
+    assert error.cure == "16 members halve what starts do not share: about 1 s"
     lines = list(error_lines(data))
     assert re.match(
         r"plateau_mean 0\.\d+ ± 0\.\d+: within its ±, starts dominate \(\d+\.\d%\), 16 members halve what starts do not sh",
