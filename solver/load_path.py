@@ -126,7 +126,7 @@ def length_of(path: LoadPath, presliding_length: float) -> tuple[int, float, flo
 def _stiffness(meaning: str, comment: str) -> Any:
     """Declare a stiffness of the contact."""
     si = Quantity("", meaning, "N m-1", "stiffness")
-    return quantity(meaning, ensemble=True, comment=comment, si=si, measure="G·L_y")
+    return quantity(meaning, ensemble=True, shared="nodes", comment=comment, si=si, measure="G·L_y")
 
 
 @dataclass(frozen=True, slots=True)

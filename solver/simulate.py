@@ -81,7 +81,8 @@ def friction_record(case: Case, compliance: Compliance | None = None) -> Frictio
     """The friction record of `case`, from initial contact to its limits; of several contacts their sum.
 
     Without limits of its own a case ends after 2000 events, as the paper's do. A campaign's records without limits are eight
-    presliding lengths long instead: `Case(max_events=100_000, max_presliding=8.0)`.
+    presliding lengths long instead: `Case(max_events=100_000, max_presliding=8.0)`. Raises SolverError if one of several contacts
+    fails: there is no sum then.
     """
     compliance = compliance or surface_compliance(case.slab)
     return interface(case, compliance).record if case.interface.contacts > 1 else slide(case, compliance)

@@ -188,10 +188,11 @@ def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[floa
 
 def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
     """The error of a mean that all members share; NaN where fewer than two have a value."""
+    having = [(member, value) for member, value in zip(members, values, strict=True) if math.isfinite(value)]
     if quantity.shared == "nodes":
-        return shared_by_nodes(np.array(values, float), float(np.mean([member.node for member in members])))
-    having = zip(members, values, strict=True)
-    plateaus = [member.plateau for member, value in having if member.plateau and math.isfinite(value)]
+        step = math.fsum(member.node for member, _ in having) / max(len(having), 1)
+        return shared_by_nodes(np.array([value for _, value in having]), step)
+    plateaus = [member.plateau for member, _ in having if member.plateau]
     return shared_by_events(plateaus) if quantity.shared == "events" else shared_error(plateaus)
 
 
@@ -317,7 +318,7 @@ def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs
     valid = record_validity(case, start, record, end)
     across = kinds.RowsOfRecord(record.node_y) if case.slab.scheme.planar else None
     values = (valid, plateau, event_statistics(record), record, collective(record, plateau), across)
-    node = stiffness_of_node(compliance, start.contact) if record.outcome.usable else 0.0
+    node = stiffness_of_node(compliance, start.contact) if start.outcome.ok else 0.0
     return Member(values, plateau.outcome if record.outcome.ok else record.outcome, plateau=plateau, node=node)
 
 
@@ -340,7 +341,9 @@ def _path(task: Task, inputs: Inputs) -> Computed:
         path = follow(case, compliance)
         valid = Validity(path.validity_flags, contact_half_width(path.start))
         numbers = (valid, loops_of(path), turns_of(path), line_of(path))
-        return Member(numbers if path.start.outcome.ok else (), path.outcome)
+        if not path.start.outcome.ok:
+            return Member((), path.outcome)
+        return Member(numbers, path.outcome, node=stiffness_of_node(compliance, path.start.contact))
 
     return Computed(computed_members(kinds.PATH, task, compute))
 

@@ -13,6 +13,7 @@ from nanoslip.solver.parameter import declared, quantities
 from nanoslip.solver.simulate import friction_path
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.path import line_of, loops_of, turns_of
+from nanoslip.study import api
 from nanoslip.study.accuracy.effects import scenes_of, tasks_of
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
@@ -55,6 +56,22 @@ def loops(tmp_path_factory):
     file.write(collect(plan, store), folder / file.FILE)
     with file.read(folder / file.FILE) as found:
         return loaded(found)
+
+
+def test_the_stiffness_of_a_path_has_the_error_that_its_starts_share() -> None:
+    """Starts of a punch have as many nodes: without that of one node more, ± would be that of rounding, as of a record's K."""
+    punch = {
+        "title": "x",
+        "constants": {"pin": "flat_punch", "half_width": 0.26},
+        "numerics": {"n_x": 65},
+        "ensemble": {"members": 3},
+    }
+    path = api.run({**punch, "path": {"amplitude": 0.2, "cycles": 1}}, progress=False)
+    record = api.run({**punch, "limits": {"presliding": 2}}, progress=False)
+    assert path["path_stiffness"].item() == pytest.approx(record["surface_stiffness"].item(), rel=1e-9)
+    shared = record["surface_stiffness_shared_error"].item()
+    assert path["path_stiffness_shared_error"].item() == pytest.approx(shared, rel=1e-6)
+    assert path["path_stiffness_uncertainty"].item() >= shared > 1e-6
 
 
 def manifest_of(folder: Path, text: str) -> Manifest:
