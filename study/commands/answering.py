@@ -31,28 +31,30 @@ def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase) -> str:
     answer, names, found = summary.answer(case), list(summary.answered(case)), decided(case, manifest, of)
     if found is None:
         return answer
+    title = summary.SHOWN[found.variable] if found.variable in MAIN else case[found.variable].attrs["symbol"]
+    named = "" if names[:1] == [found.variable] else f"{title} "
     if "critical_velocity" in case:
         answer, names = f"{critical_words(case)}; {answer}", ["critical_velocity", *names]
     known = (float(case.get(f"{name}_uncertainty", 0.0)) for name in names)
     by = " (± by starts alone)" if any(0.0 < each < math.inf for each in known) else ""
-    title = summary.SHOWN[found.variable] if found.variable in MAIN else case[found.variable].attrs["symbol"]
-    named = "" if names[:1] == [found.variable] else f"{title} "
     return "; ".join([f"{answer}{by}", *deciding_words(found, named)])
 
 
 def critical_words(case: xr.Dataset) -> str:
-    """Critical velocity and stiffness of a drive in a sentence, each with its ±."""
+    """Critical velocity at the drive's stiffness, and stiffness at its velocity, in a sentence, each with its ±."""
+    velocity, stiffness = ("stage_velocity", "stage velocity", "m/s"), ("spring_stiffness", "stiffness", "N/m")
     found = []
-    for name, unit, what in (
-        ("critical_velocity", "m/s", "stage velocity"),
-        ("critical_stiffness", "N/m", "stiffness"),
+    for name, (_, what, unit), (other, _, its) in (
+        ("critical_velocity", velocity, stiffness),
+        ("critical_stiffness", stiffness, velocity),
     ):
         value, error = (float(case.get(each, math.nan)) for each in (name, f"{name}_uncertainty"))
         if math.isfinite(value):
-            found.append(f"{what} {compact(value, unit, error)}{fewer(case, name)}")
+            at = compact(float(case[other]), its)
+            found.append(f"{what} {compact(value, unit, error)}{fewer(case, name)} at {at}")
     if not found:
         return "no critical point: the pin sticks at all or at none of the velocities and stiffnesses tried"
-    return f"the pin no longer sticks above {' or '.join(found)}"
+    return f"the pin no longer sticks above {', or '.join(found)}"
 
 
 def middle_answer(dataset: xr.Dataset, manifest: Manifest) -> str:
