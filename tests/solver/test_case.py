@@ -107,7 +107,7 @@ def _drive(**given):
         (Toy, {"word": "c"}, "word = 'c': needs one of a, b"),
         (Toy, {"word": ["a"]}, "word = ['a']: needs one of a, b"),
         (Toy, {"on": 1}, "on = 1: needs true or false"),
-        (Toy, {"points": [1]}, "points = [1]: needs pairs of numbers"),
+        (Toy, {"points": [1]}, "points = [1]: needs points of two numbers each"),
         (Toy, {"points": [(0, math.inf)]}, "points = [(0, inf)]: needs finite numbers"),
         (Slab, {"n_x": 3}, "n_x = 3"),
         (Slab, {"n_x": -1}, "n_x = -1"),
