@@ -20,7 +20,8 @@ from nanoslip.solver.sliding.sizes import (
 )
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Floats, column
+from nanoslip.study.figures.points import Floats
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 
 def names(dataset: xr.Dataset) -> dict[int, str]:

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from scipy import stats
 
 from nanoslip.solver.case import Case
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Floats, column
+from nanoslip.study.figures.points import Floats
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 # How well combinations of unstated choices reproduce the paper's numbers: misses in standard deviations, and their ranking.
 
@@ -92,7 +93,8 @@ def of_starts(dataset: xr.Dataset, name: str, friction: float, scale: float = 1.
 def _over_starts(values: Floats) -> tuple[Floats, Floats]:
     """Mean and variance over the last axis of what is finite; NaN where too few are."""
     known = xr.DataArray(values).where(np.isfinite(values))
-    return known.mean(known.dims[-1]).values, known.var(known.dims[-1], ddof=1).values
+    starts = str(known.dims[-1])
+    return known.mean(starts).values, known.var(starts, ddof=1).values
 
 
 def independent_numbers(dataset: xr.Dataset) -> tuple[float, float]:

@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from records import every_start
 
 from nanoslip.study.dataset.access import Accessor
+from nanoslip.study.figures.points import Floats
 from nanoslip.study.figures.shared import (
     COEFFICIENTS,
     COLORS,
     CampaignFigure,
     Claim,
     ClosedForm,
-    Floats,
     closed_form as closed_form_of,
     column,
     over_starts,

@@ -13,7 +13,8 @@ from scipy import stats
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Floats, Number, column, number_of, over_starts
+from nanoslip.study.figures.points import Floats
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, column, number_of, over_starts
 
 
 @dataclass(frozen=True, slots=True, eq=False)

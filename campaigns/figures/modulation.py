@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.sliding.plateau import Teeth
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import CampaignFigure, Claim, Floats, column
+from nanoslip.study.figures.points import Floats
+from nanoslip.study.figures.shared import CampaignFigure, Claim, column
 
 BINS = 32
 """Parts of a node spacing."""

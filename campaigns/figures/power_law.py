@@ -7,7 +7,7 @@ import numpy as np
 from scipy import optimize, stats
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared import Floats
+from nanoslip.study.figures.points import Floats
 
 _ROUNDING: Final = float(np.finfo(float).eps) ** 2
 

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Floats, column
+from nanoslip.study.figures.points import Floats
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 INNER: Final = 0.8
 """Share of the half-width within which pressures are compared: at the edges they are infinite."""

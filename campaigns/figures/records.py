@@ -9,7 +9,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Floats, column, over_starts
+from nanoslip.study.figures.points import Floats
+from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, over_starts
 
 _FRICTIONS = (0.25, 0.5)
 
