@@ -41,20 +41,20 @@ def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase) -> str:
 
 
 def critical_words(case: xr.Dataset) -> str:
-    """Critical velocity at the drive's stiffness, and stiffness at its velocity, in a sentence, each with its ±."""
+    """Critical velocity at the drive's stiffness in a sentence, with its ±; if it is unknown, the stiffness at its velocity.
+
+    Both together would contradict each other where stick-slip is a band of velocities.
+    """
     velocity, stiffness = ("stage_velocity", "stage velocity", "m/s"), ("spring_stiffness", "stiffness", "N/m")
-    found = []
     for name, (_, what, unit), (other, _, its) in (
         ("critical_velocity", velocity, stiffness),
         ("critical_stiffness", stiffness, velocity),
     ):
         value, error = (float(case.get(each, math.nan)) for each in (name, f"{name}_uncertainty"))
         if math.isfinite(value):
-            at = compact(float(case[other]), its)
-            found.append(f"{what} {compact(value, unit, error)}{fewer(case, name)} at {at}")
-    if not found:
-        return "no critical point: the pin sticks at all or at none of the velocities and stiffnesses tried"
-    return f"the pin no longer sticks above {', or '.join(found)}"
+            known = f"{compact(value, unit, error)}{fewer(case, name)}"
+            return f"no stick-slip above {what} {known} at {compact(float(case[other]), its)}"
+    return "no critical point: the pin sticks at all or at none of the velocities and stiffnesses tried"
 
 
 def middle_answer(dataset: xr.Dataset, manifest: Manifest) -> str:

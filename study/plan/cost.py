@@ -45,8 +45,8 @@ STATISTICS: Final = 0.04
 for 400 events, 1.0 for 20,000 and 2.5 for 160,000."""
 STEP: Final = 6e-8
 """Time of a step of a drive: a tooth passed, a time step, a sample."""
-PROBES: Final = 50.0
-"""Drives that a critical velocity and stiffness take: 2 to 15 to bracket each, 6 to bisect, some of them twice as long."""
+CRITICAL: Final = 0.7
+"""Time of a critical velocity and stiffness: some 30 drives, 2 to 15 to bracket each, 6 to bisect, of 10 to 60 ms."""
 FIT: Final = 8e-3
 """Time of a fit of Eq. 16-19, samples aside: three least squares of some fifteen steps (8 to 19 ms for 200 to 2000 samples)."""
 
@@ -251,8 +251,8 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
     """Seconds of motion and fit: steps, and samples; of the contact that is slid as far as the stage moves; of bisections."""
     way = drive.stage_velocity * drive_duration(drive, case) if drive.memory else 0.0
     contact = touch_seconds(case) + _slide_seconds(case, way / sizes_of(case).step) if way else 0.0
-    steps = (1.0 + PROBES * critical) * min(drive_steps(drive, case), drive.step_limit)
-    return contact + FIT * fitted + STEP * (steps + 50.0 * min(drive.samples, MOST_SAMPLES))
+    steps = min(drive_steps(drive, case), drive.step_limit)
+    return contact + CRITICAL * critical + FIT * fitted + STEP * (steps + 50.0 * min(drive.samples, MOST_SAMPLES))
 
 
 # Bytes of the arrays of contacts and friction records while they are computed.

@@ -132,14 +132,18 @@ class Table:
         return grid
 
     def _cards(self, width: int) -> Iterator[Text]:
-        """Lay out every cell on a line of its own, after its title."""
+        """Lay out every cell on a line of its own, after its title; of columns beside labels those asked for, if any are."""
+        last = len(self.header) - 1
+        places = [*range(min(self.labels + self.asked, last)), last] if self.asked else range(last + 1)
         for number, row in enumerate(self.rows):
             lines = [""]
-            for title, cell in zip(self.header, row, strict=True):
+            for title, cell in ((self.header[place], row[place]) for place in places):
                 indent = INDENT if len(lines) > 1 else ""
                 if cell:
                     lines += wrapped(f"{title}: {cell}" if title else cell, width, indent, indent + INDENT)
             yield _lines(lines, self._style(number))
+        if left_out := [title for place, title in enumerate(self.header) if place not in places]:
+            yield _lines(wrapped(f"not shown, for lack of width: {', '.join(left_out)}", width, first=""))
 
     def _style(self, number: int) -> str:
         return FAILED if number in self.failed else ""
