@@ -30,7 +30,7 @@ ENTERED = {
     "nanoslip/solver/drive.py": "nanoslip.solver.dynamics.integrators",
 }
 """File of a table -> the modules that enter themselves there."""
-FOLLOWED = re.compile(r"nanoslip/(solver/)?__init__|/commands/(cli|words)|/run/(executor|launch)")
+FOLLOWED = re.compile(r"nanoslip/(solver/)?__init__|/commands/(cli|conduct|words)|/run/(executor|launch)")
 """Files whose dynamic imports are of written names: public ones, those of ENTERED, places of commands, full names in texts."""
 DYNAMIC = {"import_module", "__import__", "run_path", "exec", "eval"}
 DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
