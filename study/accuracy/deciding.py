@@ -6,7 +6,9 @@ pressure, and F is μ_i·W: that needs no computation.
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -24,12 +26,15 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import as_written, compact, make_case
 from nanoslip.study.plan.cost import estimate
 from nanoslip.study.plan.task import Task, TaskResult
+from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.progress import roughly
 
 MAIN: Final = ("contact_half_width", "plateau_mean")
 """Main number of a case that does not slide, and of one that does."""
 SECONDS: Final = 5.0
 """Core seconds that a reader waits for what decides, for each of both spacings, unless asked for."""
+FOLDER: Final = "spacings"
+"""Folder beside a dataset with results on other spacings, apart from those that the dataset is made of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,14 +66,19 @@ class Deciding(NamedTuple):
         return [each for each in self.spacings if math.isfinite(each.value)]
 
 
-def deciding(manifest: Manifest, case: CampaignCase, variable: str, most: float = SECONDS) -> Deciding:
-    """Compute a number of a case on half and twice its node spacing. most: core seconds for each; longer is left out."""
+def deciding(
+    manifest: Manifest, case: CampaignCase, variable: str, most: float = SECONDS, out: Path | None = None
+) -> Deciding:
+    """Compute a number of a case on half and twice its node spacing. most: core seconds for each; longer is left out.
+
+    out: folder of the campaign, where results are kept for the next time.
+    """
     assert case.case is not None
     spaces, own = case.case.slab.n_x - 1, manifest.ensemble
     drive = None if variable in MAIN else next(each.drive for each in manifest.drives if each.drive)
     unit = factors(case.case, manifest.scales, drive)[quantities(CriticalPoint)[variable].per if drive else ""]
     ensemble = Ensemble(FEWEST, places=own.places)
-    found, rate = list[Spacing](), 0.0
+    found, rate, kept = list[Spacing](), 0.0, Store(out / FOLDER) if out else None
     for word, n_x in (
         ("twice", round(spaces / 2) + 1),
         ("half", 2 * spaces + 1),
@@ -79,19 +89,31 @@ def deciding(manifest: Manifest, case: CampaignCase, variable: str, most: float 
             found.append(Spacing(word, n_x, problem=str(error)))
             continue
         tasks = _tasks(manifest, other, ensemble, variable)
-        expected = sum(estimate(task)[0] for _, task in tasks)
-        if (seconds := (rate or 1.0) * expected) > most:
-            found.append(Spacing(word, n_x, problem=f"left out, {roughly(seconds)}"))
-            continue
-        if not rate:  # loads libraries and compiles kernels
-            compute(_tasks(manifest, other, Ensemble(), variable), {})
-        done: Done = {}
-        compute(tasks, done)
-        rate = sum(seconds for _, seconds in done.values()) / expected
-        found.append(_spacing(word, n_x, variable, done[tasks[-1][1].key][0], unit))
+        last = kept.find(tasks[-1][1].key) if kept else None
+        if not last:
+            expected = sum(estimate(task)[0] for _, task in tasks)
+            if (seconds := (rate or 1.0) * expected) > most:
+                found.append(Spacing(word, n_x, problem=f"left out, {roughly(seconds)}"))
+                continue
+            if not rate:  # loads libraries and compiles kernels
+                compute(_tasks(manifest, other, Ensemble(), variable), {})
+            done: Done = {}
+            compute(tasks, done)
+            rate = sum(seconds for _, seconds in done.values()) / expected
+            last = done[tasks[-1][1].key][0]
+            _keep(last, kept)
+        found.append(_spacing(word, n_x, variable, last, unit))
     rule = case.case.slip_rule
     drops = variable == MAIN[True] and rule.residual_shear < 1.0 and math.isfinite(case.case.intrinsic_friction)
     return Deciding(variable, tuple(found[::-1]), case.case.intrinsic_friction if drops else math.nan)
+
+
+def _keep(result: TaskResult, kept: Store | None) -> None:
+    """Keep a result for the next time, unless the folder can only be read."""
+    if kept:
+        with suppress(StoreError):
+            kept.prepare()
+            kept.write(result, shared=True)
 
 
 def _on(manifest: Manifest, case: CampaignCase, n_x: int) -> Case:

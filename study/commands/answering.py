@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -17,18 +18,20 @@ from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
 
 
-def decided(case: xr.Dataset, manifest: Manifest, of: CampaignCase, most: float = SECONDS) -> Deciding | None:
-    """Influences on a computed case beside its starts; None if its main number is unknown. most: see `deciding`."""
+def decided(
+    case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None, most: float = SECONDS
+) -> Deciding | None:
+    """Influences on a computed case beside its starts; None if its main number is unknown. out, most: see `deciding`."""
     if of.case is not None:
         for main in ("critical_velocity", MAIN["slip" in manifest.stages]):
             if main in case and not case[main].dims and math.isfinite(float(case[main])):
-                return deciding(manifest, of, main, most)
+                return deciding(manifest, of, main, most, out)
     return None
 
 
-def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase) -> str:
-    """Friction of a case with its ±, and what decides it beside the starts, in a line."""
-    answer, names, found = summary.answer(case), list(summary.answered(case)), decided(case, manifest, of)
+def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None = None) -> str:
+    """Friction of a case with its ±, and what decides it beside the starts, in a line. out: see `deciding`."""
+    answer, names, found = summary.answer(case), list(summary.answered(case)), decided(case, manifest, of, out)
     if found is None:
         return answer
     title = summary.SHOWN[found.variable] if found.variable in MAIN else case[found.variable].attrs["symbol"]
@@ -57,8 +60,11 @@ def critical_words(case: xr.Dataset) -> str:
     return "no critical point: the pin sticks at all or at none of the velocities and stiffnesses tried"
 
 
-def middle_answer(dataset: xr.Dataset, manifest: Manifest) -> str:
-    """The answer of a campaign's middle case that is possible, with its parameters; empty if there is none."""
+def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
+    """The answer of a campaign's middle case that is possible, with its parameters; empty if there is none.
+
+    out: folder of the campaign.
+    """
     possible = [each for each in expand(manifest) if each.case]
     if not possible:
         return ""
@@ -70,7 +76,7 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest) -> str:
     where = (
         f"The middle case, {summary.label_text(parameters, manifest.stated_scales)}" if len(possible) > 1 else "Answer"
     )
-    answer = answer_of(case, manifest, middle)
+    answer = answer_of(case, manifest, middle, out)
     return f"{where}: {answer}." if answer else ""
 
 
@@ -81,12 +87,14 @@ NOT_MEASURED: Final = "not measured"
 """Cell of a share that nothing here computes."""
 
 
-def ranking(case: xr.Dataset, manifest: Manifest, of: CampaignCase, cost: str, most: float) -> tuple[str, Table] | None:
+def ranking(
+    case: xr.Dataset, manifest: Manifest, of: CampaignCase, cost: str, most: float, out: Path
+) -> tuple[str, Table] | None:
     """The main number of a case with its value, and what decides it, the largest first; None if it is unknown.
 
-    cost: of four times its members, in words. most: see `deciding`.
+    cost: of four times its members, in words. most, out: see `deciding`.
     """
-    found = decided(case, manifest, of, most)
+    found = decided(case, manifest, of, out, most)
     if found is None:
         return None
     name, value = found.variable, float(case[found.variable])

@@ -44,7 +44,7 @@ def write_report(campaign: Path, out: Path | None) -> None:
                 f"{into / file.FILE}: no dataset of {campaign} as it is now: {run} computes what is missing, "
                 f"{collect} takes what is finished"
             )
-        written = page.write(opened, into, middle_answer(opened, manifest))
+        written = page.write(opened, into, middle_answer(opened, manifest, into))
     note(whole(f"report: {written}"))
 
 

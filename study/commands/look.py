@@ -251,7 +251,7 @@ def _ranking(
     if path.is_file():
         with file.reading(path) as found:
             if is_of(found, manifest):
-                return ranking(single(found, assignments(parameters)), manifest, of, cost, most)
+                return ranking(single(found, assignments(parameters)), manifest, of, cost, most, path.parent)
     return None
 
 

@@ -32,14 +32,19 @@ CRITICAL = {
 }
 
 
-def found_in(campaign: dict[str, Any], most: float = math.inf) -> Deciding:
+def found_in(campaign: dict[str, Any], most: float = math.inf, out: Path | None = None) -> Deciding:
     manifest = api.manifest_of(campaign)
     variable = "critical_velocity" if manifest.drives else MAIN["slip" in manifest.stages]
-    return deciding(manifest, expand(manifest)[0], variable, most)
+    return deciding(manifest, expand(manifest)[0], variable, most, out)
 
 
 @pytest.mark.parametrize(
-    ("campaign", "variable"), [(CASE, "plateau_mean"), (CONTACT, "contact_half_width"), (CRITICAL, "critical_velocity")]
+    ("campaign", "variable"),
+    [
+        (CASE, "plateau_mean"),
+        (CONTACT, "contact_half_width"),
+        pytest.param(CRITICAL, "critical_velocity", marks=pytest.mark.slow),
+    ],
 )
 def test_half_and_twice_the_spacing_are_campaigns_of_their_own(campaign: dict[str, Any], variable: str) -> None:
     """Of as many members, to the last bit; the grid's own rows follow n_x."""
@@ -107,6 +112,23 @@ def test_explain_ranks_what_decides_and_a_page_begins_with_its_middle_case(main:
     assert main("report", file, "--out", out)[0] == 0
     page = (out / "report.html").read_text("utf-8")
     assert "<p>The middle case, R/L<sub>x</sub> = 60: plateau F/W " in page
+    dataset = (out / "results.nc").stat().st_mtime_ns
+    assert main("run", file, "--out", out, "--serial")[0] == 0
+    assert (out / "results.nc").stat().st_mtime_ns == dataset
+
+
+def test_what_decides_is_computed_once_in_a_folder_that_can_be_written(tmp_path: Path) -> None:
+    kept = tmp_path / "spacings"
+    kept.write_text("no folder")
+    found = [found_in(CASE, out=tmp_path)]
+    kept.unlink()
+    found.append(found_in(CASE, out=tmp_path))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("nanoslip.study.accuracy.deciding.compute", None)
+        found.append(found_in(CASE, out=tmp_path))
+        with pytest.raises(TypeError):
+            found_in({**CASE, "limits": {"presliding": 2}}, out=tmp_path)
+    assert found == found[:1] * 3
 
 
 def test_means_of_counts_are_whole_or_have_one_digit(main: Main) -> None:
