@@ -32,7 +32,6 @@ from nanoslip.study.manifest.manifest import drive_line, drive_parameters
 from nanoslip.study.manifest.parameters import NAMED, compact, si_line
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
-from nanoslip.study.report.summary import spread_lines, with_largest
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE, Run
 from nanoslip.study.results.store import write_files
@@ -286,7 +285,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run], answer: str = "") -> str:
     environment.filters |= {"lowered": lowered, "slug": lambda title: title.lower().replace(" ", "-")}
     drawn = SENSITIVITY, *SORTS.values()
     sections = tuple(found for sort in drawn if (found := section(dataset, sort)))
-    table, alike = summary.factored(summary.scalar_table(with_largest(dataset), scales=scales_of(dataset.attrs)))
+    table, alike = summary.factored(summary.scalar_table(dataset, scales=scales_of(dataset.attrs)))
     titles = (*(each.title for each in sections), "Cases", "About these numbers", *(["Runs"] if journal else []))
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
@@ -301,7 +300,6 @@ def page(dataset: xr.Dataset, journal: Sequence[Run], answer: str = "") -> str:
         flags=summary.cautions(dataset),
         facts={
             "Cost": [cost(journal)],
-            "Errors by starts, grid and effects left out": list(spread_lines(dataset)),
             "In SI": list(in_si(dataset)),
             "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
         },

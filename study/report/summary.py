@@ -22,7 +22,7 @@ from nanoslip.solver.parameter import quantities
 from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, ending_of, scales_of
+from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, scales_of
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.figures.points import hyphenated, in_text, in_unit, readable, symbol, unit_of, worded
 from nanoslip.study.manifest.manifest import Stage, TargetTable
@@ -522,7 +522,6 @@ SHOWN: Final = {
     "mean_pressure": "mean p·L_x·L_y/W",
     "maximum_pressure": "max p·L_x·L_y/W",
     "members": "members",
-    "largest_error": "largest error",
 }
 """Variable -> title of its column in tables of cases, on the terminal and on a page; numbers of one case have this order, too.
 What cases are computed for comes first: a narrow terminal leaves out the last ones."""
@@ -601,52 +600,9 @@ def errors_of(case: xr.Dataset, name: str, cost: str = "", measured: Mapping[str
     return sorted((each for each in found if each.share > 0.0), key=lambda each: -each.share)
 
 
-LARGEST: Final = "largest_error"
-"""Column of tables of cases."""
-
-
 def _main_numbers_in(dataset: xr.Dataset) -> list[str]:
     asked = main_numbers(dataset) or ["contact_half_width"]
     return [name for name in asked if name in dataset and dataset[name].dtype.kind == "f"]
-
-
-def with_largest(dataset: xr.Dataset) -> xr.Dataset:
-    """Add `largest_error` of each case to a dataset: of the requested numbers, with its source."""
-    rows = case_rows(dataset)
-    parts = {
-        (name, source): share for name in _main_numbers_in(dataset) for source, share in _parts(dataset, name).items()
-    }
-    if len(rows) == 1 or not parts:
-        return dataset
-    shares = np.stack([np.nan_to_num(rows.values(share.variable)) for share in parts.values()])
-    label_text = [f"{SHOWN.get(name, symbol(name))} {{:.1%}}, {source.replace('_', ' ')}" for name, source in parts]
-    texts = [
-        label_text[which].format(share) if share else NOTHING
-        for which, share in zip(shares.argmax(0), shares.max(0), strict=True)
-    ]
-    return dataset.assign({LARGEST: (tuple(rows.sizes), np.array(texts, object).reshape(tuple(rows.sizes.values())))})
-
-
-def spread_lines(dataset: xr.Dataset) -> Iterator[str]:
-    """Report, for each requested number, the range over all cases of its largest error, and its source.
-
-    Of a single case `error_lines`.
-    """
-    rows = case_rows(dataset)
-    what = "drives" if ending_of(dataset) == "drive_outcome" else "cases"
-    if len(rows) == 1:
-        yield from error_lines(dataset)
-        return
-    for name in _main_numbers_in(dataset):
-        parts = {source: np.nan_to_num(rows.values(share.variable)) for source, share in _parts(dataset, name).items()}
-        largest = np.max([*parts.values()], axis=0, initial=0.0)
-        known = largest > 0.0
-        ruling = ((source, int((known & (share == largest)).sum())) for source, share in parts.items())
-        named = ", ".join(f"{source.replace('_', ' ')} in {count}" for source, count in ruling if count)
-        if named:
-            span = f"{largest[known].min():.1%} to {largest.max():.1%} in {known.sum()} of {len(rows)} {what}"
-            yield f"{name}: {span}; largest: {named}"
-    yield f"nanoslip explain says how to make each smaller; {_UNKNOWN}"
 
 
 _UNKNOWN: Final = "nanoslip explain --grid measures what a finer grid changes"

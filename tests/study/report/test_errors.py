@@ -10,8 +10,7 @@ import pytest
 
 from nanoslip.study import api
 from nanoslip.study.dataset.table import one_case
-from nanoslip.study.report.page import page
-from nanoslip.study.report.summary import Error, error_lines, errors_of, spread_lines, with_largest
+from nanoslip.study.report.summary import Error, error_lines, errors_of
 from nanoslip.study.toml_text import as_toml
 from tests.conftest import Main
 
@@ -74,20 +73,6 @@ def test_explain_measures_what_the_grid_changes(main: Main, tmp_path: Path) -> N
     assert (
         f"the grid dominates ({abs(float(found[0])):.1f}%)" in text or f"; the grid {abs(float(found[0])):.1f}%" in text
     )
-
-
-def test_each_case_has_its_largest_error_and_each_number_its_span_over_all() -> None:
-    data = api.run(
-        {**SMALL, "ensemble": {"members": 3}, "axes": {"radius": [50.0, 100.0]}, "constants": {}}, progress=False
-    )
-    shares = (data["plateau_mean_uncertainty"] / data["plateau_mean"]).values.ravel()
-    told = with_largest(data)["largest_error"].values.ravel().tolist()
-    assert told == [f"plateau F/W {share:.1%}, starts" for share in shares]
-    first, *_ = spread_lines(data)
-    assert first == f"plateau_mean: {shares.min():.1%} to {shares.max():.1%} in 2 of 2 cases; largest: starts in 2"
-    page_text = page(data, [])
-    assert "largest error" in page_text
-    assert all(each in page_text for each in (*told, first))
 
 
 def test_explain_gives_the_size_of_what_nodes_miss_of_a_rough_pin(main: Main, tmp_path: Path) -> None:

@@ -96,7 +96,6 @@ def test_the_page_holds_all_of_it_and_needs_no_other_file(failing):
         "0.1432 ± 0.0004",
         "Made &lt;up&gt;",
         "Lines of many points are thinned",
-        "<dt>Errors by starts, grid and effects left out</dt>",
         "Not known: nothing beside the dataset says",
     ):
         assert said in failing
