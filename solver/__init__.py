@@ -19,7 +19,7 @@ Eq. 1-7, 11       elasticity.schemes (biquadratic: the paper's stencil; galerkin
 §2.1.4            elasticity.grid_scheme (the mixed problem), elasticity.condensation, elasticity.compliance
 §2.1.1            contact.pin, contact.initial (initial contact), contact.coulomb (residual_shear 1)
 §3.1              contact.closed_forms (flat punch, Hertz, Cattaneo-Mindlin, sliding with coupling)
-§3.2              sliding.slide (from event to event), sliding.plateau, sliding.statistics
+§3.2              sliding.slide (from event to event: full_contact, constant_pressures, coulomb_friction), sliding.plateau
 -                 sliding.path (back and forth, under a load that changes)
 -                 sliding.slider (contacts of one slider, summed)
 -                 sliding.sizes, sliding.power_law (sizes of events: power laws, correlations)

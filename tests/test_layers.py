@@ -23,8 +23,9 @@ ORDER = {
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane planar half_space strip layer chain",
     "nanoslip.solver.contact": "kernels closed_forms pin state soundness normal convolved compiled_contact coulomb initial",
     "nanoslip.solver.contact.kernels": "state events path",
-    "nanoslip.solver.sliding": "kernels record plateau validity slide path statistics interface slider power_law sizes",
-    "nanoslip.solver.sliding.kernels": "slide",
+    "nanoslip.solver.sliding": "kernels record plateau validity way full_contact constant_pressures coulomb_friction slide"
+    " path statistics interface slider power_law sizes",
+    "nanoslip.solver.sliding.kernels": "constant_pressures cycle",
     "nanoslip.solver.dynamics": "friction_limit kernels result coefficients stick_slip regime integrators duration critical",
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.solver.driven": "kernels contact_drive",

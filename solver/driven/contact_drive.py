@@ -19,7 +19,8 @@ from nanoslip.solver.dynamics.kernels.steps import empty_record, finished_run
 from nanoslip.solver.dynamics.result import BINS
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.solver.sliding.slide import GOING_ON, Way, compiled_at, continued
+from nanoslip.solver.sliding.full_contact import GOING_ON, compiled_at, continued
+from nanoslip.solver.sliding.way import Way
 
 ANY_WAY: Final = Direction(0.0, 0.0, 1)
 """A contact that is set up for a pin which may go forward or back."""

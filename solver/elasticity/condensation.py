@@ -358,7 +358,7 @@ def _range(numbers: Indices) -> slice:
 
 # Condense a stiffness to the surface (§2.1.4, Eq. 11): [u; w] = C [f_x; f_z] for nodal forces on the top row.
 #
-# Even and odd fields are condensed separately (parity.py), each by nested dissection (dissection.py).
+# Even and odd fields are condensed separately , each by nested dissection.
 
 DOUBTFUL = 1e-10
 """Reciprocal condition of a cut below which a compliance is found twice. Of 1078 slabs of all shapes, none without such a cut was

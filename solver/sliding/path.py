@@ -19,8 +19,9 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import as_field, quantities
 from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.record import FrictionRecord
-from nanoslip.solver.sliding.slide import Run, Way, followed
+from nanoslip.solver.sliding.slide import followed
 from nanoslip.solver.sliding.validity import DOUBTFUL, contact_flags, mask_of, record_flags
+from nanoslip.solver.sliding.way import Run, Way
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 Vector = NDArray[np.float64]

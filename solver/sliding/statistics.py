@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Quantity, quantity
-from nanoslip.solver.sliding.kernels.slide import cycle
+from nanoslip.solver.sliding.kernels.cycle import cycle
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
 from nanoslip.solver.view import Labels
 

@@ -10,7 +10,7 @@ import xarray as xr
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.plans import advised, counted, planned
-from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect, coordinates, is_made_of, layout_of, made_of, write_state
 from nanoslip.study.dataset.table import one_case, scales_of
@@ -22,6 +22,7 @@ from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import PENDING
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, counting, note, print_sentences, print_table, whole
+from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.store import Store, StoreError
 
 
@@ -119,7 +120,7 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
         with file.reading(source / file.FILE if source.is_dir() else source) as found:
             yield found
         return
-    plan, into = planned(source), folder(source, out)
+    plan, into = planned(source), folder_of(source, out)
     if (into / file.FILE).is_file():
         with file.reading(into / file.FILE) as found:
             if is_of(found, plan.manifest):

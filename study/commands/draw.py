@@ -16,7 +16,7 @@ from nanoslip.study.commands.answering import middle_answer
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of
 from nanoslip.study.commands.plans import advised, counted, planned, refusals
 from nanoslip.study.commands.reading import lines_left_out, separation
-from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
 from nanoslip.study.figures import shared
 from nanoslip.study.figures.answer import view_named
@@ -29,6 +29,7 @@ from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
 from nanoslip.study.report import page
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
 from nanoslip.study.report.curves import Curve, print_lines
+from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.store import StoreError, write_files
 
 # `nanoslip report`: the HTML page of a campaign's dataset.
@@ -36,7 +37,7 @@ from nanoslip.study.results.store import StoreError, write_files
 
 def write_report(campaign: Path, out: Path | None) -> None:
     """Write the page of a campaign's dataset; the run that made it has printed its table."""
-    into, manifest = folder(campaign, out), load_manifest(campaign)
+    into, manifest = folder_of(campaign, out), load_manifest(campaign)
     with file.reading(into / file.FILE) as opened:
         if not is_of(opened, manifest):
             run, collect = (advised(each, campaign, into) for each in ("run", "collect"))

@@ -14,7 +14,7 @@ from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.datasets import dataset_of
 from nanoslip.study.commands.plans import counted, print_json, refusals
-from nanoslip.study.commands.words import Refusal, folder, show
+from nanoslip.study.commands.words import Refusal, show
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.figures.points import in_text
 from nanoslip.study.figures.shared import format_of, image
@@ -29,6 +29,7 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.plan import out_of_reach
 from nanoslip.study.report.console import Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.summary import holes
+from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute
 from nanoslip.study.run.child import FarmError
@@ -93,7 +94,7 @@ def fit_campaign(
 ) -> None:
     """Compute points until the parameters that agree with the numbers are determined; print and draw these. Ends the
     process."""
-    form, into = format_of(picture), folder(campaign, out)
+    form, into = format_of(picture), folder_of(campaign, out)
     targets, fixed = read_numbers(numbers)
     targets += read_trace_numbers(trace, {target.name for target in targets}) if trace else []
     if not targets:

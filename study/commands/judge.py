@@ -16,7 +16,7 @@ from nanoslip.study.accuracy.measurement import measure, write_measurement
 from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
-from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import compare, file, verify as verification
 from nanoslip.study.dataset.access import columns_of
 from nanoslip.study.dataset.compare import Verdict
@@ -31,6 +31,7 @@ from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import FAILED, Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, label_text
+from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, write_files
 from nanoslip.study.run.dispatch import Watch
@@ -42,7 +43,7 @@ from nanoslip.study.run.progress import open_progress
 
 def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
     """Write and print the dataset of a campaign's results. replace: overwrite a dataset with more results, too."""
-    into = folder(campaign, out)
+    into = folder_of(campaign, out)
     write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
     if shards := folders(into):
         note(f"without {counted(len(shards), 'shard')}; {advised('merge', campaign, into)} takes them in")
@@ -53,7 +54,7 @@ def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
 
 def merge_shards_of(campaign: Path, out: Path | None) -> None:
     """Move the results of all shards into the campaign's, and write and print its dataset. Ends the process."""
-    into = folder(campaign, out)
+    into = folder_of(campaign, out)
     plan, store = planned(campaign), Store(into)
     if plan.distinct and not (folders(into) or store.finished() or store.failures()):
         raise StoreError(
@@ -278,5 +279,5 @@ def show_accuracy(campaign: Path | None, out: Path | None, quick: bool) -> None:
         print_table(as_table(diagram))
     if measured.remark:
         note(f"not measured: {measured.remark}")
-    for path in write_measurement(measured, folder(campaign or Path("accuracy"), out)):
+    for path in write_measurement(measured, folder_of(campaign or Path("accuracy"), out)):
         note(whole(f"written: {path}"))

@@ -23,7 +23,7 @@ from nanoslip.study.accuracy.effects import FINER, Influence, Scenes, influences
 from nanoslip.study.commands.answering import answer_of, ranking
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
 from nanoslip.study.commands.plans import BALL, counted, refusals
-from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.table import scales_of
 from nanoslip.study.dataset.variables import DRIVE_NAME
@@ -41,6 +41,7 @@ from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
 from nanoslip.study.report.curves import beyond_contact, curves, print_lines
 from nanoslip.study.report.summary import Error, error_lines
+from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.shard import folders
 from nanoslip.study.run.journal import measured_in
 from nanoslip.study.run.progress import roughly
@@ -200,7 +201,7 @@ def explain_case(
     case = chosen(manifest, expand(manifest), given)
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
-    into = folder(campaign, out)
+    into = folder_of(campaign, out)
     seconds = sum(map(measured_in(into, *folders(into)).seconds, plan_of(manifest, [case]).tasks))
     label = summary.label_text(case.parameters, manifest.stated_scales)
     rough = _of_roughness(case.case, "slip" in manifest.stages)

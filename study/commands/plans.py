@@ -14,7 +14,7 @@ import click
 import threadpoolctl
 
 from nanoslip.solver.outcome import InvalidInput, Outcome
-from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.parameters import resembles_ball
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -23,6 +23,7 @@ from nanoslip.study.plan.cost import TASK
 from nanoslip.study.plan.plan import KindCount, Plan, kind_counts, make_plan
 from nanoslip.study.plan.task import Task, TaskResult, idle
 from nanoslip.study.report.console import counting, note, whole
+from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.compute import run_task
@@ -129,7 +130,7 @@ def standing(
     out: folder of the results, None for the campaign's own. measure: times of tasks; None: from the journals there.
     sized: whether bytes of all tasks are estimated.
     """
-    into, plan = folder(campaign, out), planned(campaign)
+    into, plan = folder_of(campaign, out), planned(campaign)
     stores = tuple(Store(each, whole=False) for each in (into, *folders(into)))
     metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
@@ -153,7 +154,7 @@ def kinds_as_data(kinds: Mapping[str, KindCount]) -> dict[str, Any]:
 
 def advised(command: str, campaign: Path, into: Path, *options: str) -> str:
     """A command on a campaign, for advice: as it is to be typed, with the folder of its results where that is not its own."""
-    out = () if into == folder(campaign, None) else ("--out", str(into))
+    out = () if into == folder_of(campaign, None) else ("--out", str(into))
     return whole(f"nanoslip {shlex.join([command, str(campaign), *out, *options])}")
 
 

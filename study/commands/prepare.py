@@ -13,7 +13,7 @@ from typing import Any, Final
 from nanoslip.solver.outcome import Ending
 from nanoslip.study import shipped
 from nanoslip.study.commands import plans
-from nanoslip.study.commands.words import Refusal, folder
+from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.parameters import by_name, si_line
@@ -32,6 +32,7 @@ from nanoslip.study.plan.plan import (
 )
 from nanoslip.study.plan.task import PENDING, short
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
+from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
 from nanoslip.study.run.launch import cores
@@ -349,7 +350,7 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
     with plans.refusals(SiteError):
         found = plans.standing(campaign, out)  # what is wrong with it is better known before the queue than after
         settings, template = load_site(used)
-        into = _plain(folder(campaign, out))
+        into = _plain(folder_of(campaign, out))
         job = Job(_plain(campaign), into)
         if shards is None:
             texts = {into / "job.sh": script(job, settings, template)}

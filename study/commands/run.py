@@ -4,9 +4,9 @@ from importlib import import_module
 from pathlib import Path
 
 from nanoslip.study.commands.plans import refusals
-from nanoslip.study.commands.words import folder
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.report.console import note
+from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.farm import open_farm
@@ -22,7 +22,7 @@ def run_campaign(
     """
     if processes_started() == 1:  # of several ranks the root reads it, as all others wait for its answer
         load_manifest(campaign)  # what is wrong is answered before anything is loaded that computes
-    into = folder(campaign, out)
+    into = folder_of(campaign, out)
     if jobs and jobs > cores():
         note(f"-j {jobs}: {cores()} cores here; more processes than cores are no faster", stderr=True)
     with refusals(FarmError):

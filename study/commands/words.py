@@ -1,10 +1,9 @@
-"""Shared by commands: one-message errors, Ctrl-C, the folder of results."""
+"""Shared by commands: one-message errors, and Ctrl-C."""
 
 import os
 import signal
 import time
 from importlib import import_module
-from pathlib import Path
 from typing import Final
 
 import click
@@ -52,8 +51,3 @@ def aborted() -> int:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         os.kill(os.getpid(), signal.SIGINT)
     return ABORTED
-
-
-def folder(campaign: Path, out: Path | None) -> Path:
-    """The folder of a campaign's results."""
-    return out or Path("results") / campaign.stem

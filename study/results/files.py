@@ -188,3 +188,8 @@ def free_name(path: Path) -> Path:
     """A name beside it that nothing has."""
     names = (path.with_name(f"{path.name}.set-aside-{number}") for number in itertools.count(1))
     return next(name for name in names if not os.path.lexists(name))
+
+
+def folder_of(campaign: Path, out: Path | None) -> Path:
+    """The folder of a campaign's results."""
+    return out or Path("results") / campaign.stem

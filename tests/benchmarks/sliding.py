@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from nanoslip import Case, ContactState, Slab, SurfaceCompliance, contact_state, friction_record, surface_compliance
 from nanoslip.solver.contact.kernels.events import pivot
 from nanoslip.solver.contact.kernels.state import KernelState
-from nanoslip.solver.sliding.slide import compiled_at, slide, slide_to_state
+from nanoslip.solver.sliding.full_contact import compiled_at
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.benchmarks.table import Row, best, seconds, verdict, versus
 from tests.benchmarks.tamaas_peer import beside_tamaas
 

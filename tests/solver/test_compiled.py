@@ -43,7 +43,7 @@ value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0,
         """
 import numpy as np
 from nanoslip.solver.compiled import compiled
-from nanoslip.solver.sliding.kernels.slide import _worst_violation
+from nanoslip.solver.sliding.kernels.constant_pressures import _worst_violation
 kernel = compiled(entry=True)(_worst_violation.py_func)
 value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, -1.0, 1)
 """,
@@ -163,7 +163,7 @@ THREADS = """
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from nanoslip.solver.contact.kernels.state import total_shear
-from nanoslip.solver.sliding.kernels.slide import cycle
+from nanoslip.solver.sliding.kernels.cycle import cycle
 import numpy as np
 before = "numba" in sys.modules
 nodes, forces = np.full(6, 7, np.int32), np.full(6, 0.5)

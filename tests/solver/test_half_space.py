@@ -16,9 +16,10 @@ from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.full_contact import compiled_at
 from nanoslip.solver.sliding.interface import batches
 from nanoslip.solver.sliding.path import follow
-from nanoslip.solver.sliding.slide import compiled_at, slide, slide_to_state
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from nanoslip.solver.sliding.slider import portion, slider
 from tests.physics import assert_contact_laws
 

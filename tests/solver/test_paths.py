@@ -17,7 +17,8 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.path import loops_of
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_TYPES
-from nanoslip.solver.sliding.slide import Way, followed, slide, slide_to_state
+from nanoslip.solver.sliding.slide import followed, slide, slide_to_state
+from nanoslip.solver.sliding.way import Way
 from tests.mirror import mirrored
 from tests.physics import LIMITS, law_errors, stored_energy
 

@@ -18,17 +18,11 @@ from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble, elsewhere
 from nanoslip.solver.outcome import COMPLETED, InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding import slide as full_contact
-from nanoslip.solver.sliding.slide import (
-    Way,
-    compiled_at,
-    first_of,
-    first_room,
-    slide,
-    slide_full_contact,
-    slide_to_state,
-)
+from nanoslip.solver.sliding import full_contact
+from nanoslip.solver.sliding.full_contact import compiled_at, slide_full_contact
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from nanoslip.solver.sliding.validity import Flag, expected_flags
+from nanoslip.solver.sliding.way import Way, first_of, first_room
 from tests.hard_cases.following import follow
 from tests.physics import assert_contact_laws
 

@@ -19,7 +19,7 @@ from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding import record as friction_record, slide as sliding
+from nanoslip.solver.sliding import full_contact, record as friction_record, slide as sliding, way
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_KINDS, EVENT_TYPES, drops
 from nanoslip.solver.sliding.slide import slide, slide_to_state, states_at
@@ -112,7 +112,7 @@ def test_between_events_the_force_rises_with_the_recorded_stiffness():
 
 @pytest.mark.parametrize("changes", [{}, {"effects": Effects(pin_translation=False, coupling=False)}])
 def test_a_displacement_limit_is_met_exactly_and_room_for_events_grows(changes, monkeypatch):
-    monkeypatch.setattr(sliding, "FIRST_CAPACITY", 8)
+    monkeypatch.setattr(way, "FIRST_CAPACITY", 8)
     case = case_with(max_events=None, max_displacement=1.5e-3, **changes)
     record, state = slide_to_state(case, COMPLIANCE)
     assert record.outcome.ok
@@ -406,8 +406,8 @@ def test_after_first_touch_only_the_tangential_block_is_read(monkeypatch):
     start, matrix = initial_contact(GOODMAN, OF_WIDE), np.full_like(OF_WIDE.matrix, np.nan)
     matrix[:N, :N] = OF_WIDE.matrix[:N, :N]
     whole = slide(GOODMAN, OF_WIDE, start)
-    for builder in ("initial_contact", "compiled_contact"):
-        monkeypatch.setattr(sliding, builder, None)
+    monkeypatch.setattr(sliding, "initial_contact", None)
+    monkeypatch.setattr(full_contact, "compiled_contact", None)
     alone = slide(GOODMAN, SurfaceCompliance(matrix, WIDE), start)
     for name in ("displacement", "force_after", "node", "slips", "dissipated"):
         np.testing.assert_array_equal(getattr(alone, name), getattr(whole, name))
@@ -424,9 +424,9 @@ def test_what_means_nothing_is_refused():
 
 def test_a_record_takes_no_more_room_than_its_events_need(monkeypatch):
     """Not for all that it may hold: a limit of 1e9 events beside a displacement is 70 GB. The events are the same ones."""
-    whole, room, empty = slide(CONSTANT, OF_WIDE), [], sliding.empty_events
-    monkeypatch.setattr(sliding, "empty_events", lambda capacity: room.append(capacity) or empty(min(capacity, 1024)))
-    monkeypatch.setattr(sliding, "FIRST_CAPACITY", 8)
+    whole, room, empty = slide(CONSTANT, OF_WIDE), [], way.empty_events
+    monkeypatch.setattr(way, "empty_events", lambda capacity: room.append(capacity) or empty(min(capacity, 1024)))
+    monkeypatch.setattr(way, "FIRST_CAPACITY", 8)
     far = float(whole.displacement[-1]) * (1.0 + 1e-12)
     for limited in (CONSTANT, replace(CONSTANT, max_events=10**9, max_displacement=far)):
         record = slide(limited, OF_WIDE)

@@ -13,8 +13,9 @@ from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.full_contact import RESUMABLE
 from nanoslip.solver.sliding.record import FrictionRecord
-from nanoslip.solver.sliding.slide import RESUMABLE, slide_to_state, states_at
+from nanoslip.solver.sliding.slide import slide_to_state, states_at
 from nanoslip.solver.sliding.validity import Flag, expected_flags, record_flags
 from tests.mirror import mirrored
 from tests.physics import assert_contact_laws, assert_friction_law

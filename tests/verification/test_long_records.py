@@ -14,9 +14,10 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.full_contact import RESUMABLE
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_TYPES
-from nanoslip.solver.sliding.slide import RESUMABLE, slide, slide_to_state
+from nanoslip.solver.sliding.slide import slide, slide_to_state
 from tests.physics import ROWS, energy
 from tests.verification.seen import seen
 

@@ -1,4 +1,11 @@
-"""Sliding with constant pressures, compiled; and a search for cycles of events."""
+"""Sliding with constant pressures, compiled: shear alone, so that a slip is one row of the tangential tableau.
+
+Over the m nodes of the contact, with their displacements u along x as inputs:
+
+    shear = base + u @ tableau              (row i: the shear forces per displacement of node i)
+
+`base` holds what the constant normal forces contribute.
+"""
 
 from typing import NamedTuple
 
@@ -28,33 +35,6 @@ from nanoslip.solver.contact.kernels.state import (
     move_along,
     start_event,
 )
-
-
-@compiled(entry=True)
-def cycle(node: NDArray[np.int32], before: Floats, after: Floats) -> int:
-    """Number of events after which the last of these repeat themselves; 0 where they do not (see `cycle_of`)."""
-    last, fallen = len(node) - 1, 0.0
-    for period in range(1, len(node) // 3 + 1):
-        fallen = max(fallen, abs(before[last - period + 1] - after[last - period + 1]))
-        now = last
-        while (
-            now > last - 2 * period
-            and node[now] == node[now - period]
-            and abs(after[now] - after[now - period]) <= 1e-3 * fallen
-        ):
-            now -= 1
-        if now == last - 2 * period:
-            return period
-    return 0
-
-
-# Compiled core of sliding with constant pressures: shear alone, so that a slip is one row of the tangential tableau.
-#
-# Over the m nodes of the contact, with their displacements u along x as inputs:
-#
-#     shear = base + u @ tableau              (row i: the shear forces per displacement of node i)
-#
-# `base` holds what the constant normal forces contribute.
 
 
 class TangentialState(NamedTuple):

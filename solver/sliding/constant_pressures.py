@@ -1,0 +1,92 @@
+"""Slide with the pressures of initial contact (pin_translation off): the tangential problem alone.
+
+Nodes in contact keep their normal forces, [u] = C_uu [f_x] + C_uw [f_z], whatever the pin and their slips do; nothing touches,
+nothing is released. That is right while δ_p is small against the contact's width and, unless the coupling is off too, while
+shear lifts the surface by little (ν near 0.5).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import MOST_EVENTS, Case
+from nanoslip.solver.contact.compiled_contact import (
+    in_lines,
+    slip_constants,
+)
+from nanoslip.solver.contact.kernels.state import Direction, Stop, new_scalars
+from nanoslip.solver.contact.pin import node_friction
+from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_STOP
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.elasticity.compliance import Compliance, inverse
+from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.sliding.kernels.constant_pressures import TangentialState, refresh, slide_tangentially
+from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, first_of, first_room, grown, record_of
+
+
+def slide_with_constant_pressures(case: Case, start: ContactState, compliance: Compliance, way: Way) -> Run:
+    """Follow the way of the pin from `start`.
+
+    Raises SingularOperator if the tangential compliance of the contact cannot be inverted.
+    """
+    nodes = start.contact.nonzero()[0]
+    state, constants = _tangential_state(case, compliance, start, nodes, way.direction), slip_constants(case)
+    stiffness, slips = float(state.rate.sum()) * way.direction.pin_rate, np.zeros(len(nodes), np.int64)
+    most, end_at = case.max_events or MOST_EVENTS, way.end(case, stiffness)
+    events, held = first_room(most), 0
+    while True:
+        status, held = slide_tangentially(state, constants, first_of(events, most), slips, held, end_at)
+        # No comparison in the kernel sees a NaN, and none ever leaves the shear again.
+        finite = bool(np.isfinite(state.shear).all())
+        if status != Stop.FULL or held == most or not finite:
+            break
+        events = grown(events)
+    end = _tangential_end(case, compliance, start, state, OUTCOME_OF_STOP[status] if finite else NOT_FINITE)
+    node_slips = np.zeros(case.slab.nodes, np.int64)
+    node_slips[nodes] = slips
+    return record_of(case, start, stiffness, events, SlippedNodes(start.first_node, node_slips), held, end)
+
+
+def _tangential_end(
+    case: Case, compliance: Compliance, start: ContactState, state: TangentialState, outcome: Outcome
+) -> ContactState:
+    """Build the current contact; its normal fields are those of initial contact."""
+    force = start.nodal_force.copy()
+    force[0, state.nodes] = state.shear
+    u = compliance.displacements(force, case.effects.coupling)[0]
+    u[state.nodes] = state.u
+    displacement = float(state.scalars["displacement"])
+    slip = np.where(start.contact, u - displacement, 0.0)
+    values = {"shear": force[0] / compliance.widths, "slip": slip, "u": u, "nodal_force": force}
+    for value in values.values():
+        value.setflags(write=False)
+    slips = int(state.scalars["slips"])
+    return replace(start, **values, displacement=displacement, slips=slips, outcome=outcome)
+
+
+def _tangential_state(
+    case: Case, compliance: Compliance, start: ContactState, nodes: NDArray[np.int64], direction: Direction
+) -> TangentialState:
+    block = compliance.entries(nodes, nodes)
+    stiffness = inverse(block, f"tangential compliance of {len(nodes)} nodes")
+    limits = node_friction(case, start.first_node)[nodes] * -start.nodal_force[1, nodes]
+    # A node without pressure has no shear either, even where μ_i is infinite.
+    limits = np.where(np.isnan(limits), 0.0, np.maximum(limits, 0.0))
+    u = start.u[nodes].copy()
+    tableau = in_lines(len(nodes))
+    tableau[:, : len(nodes)] = stiffness.T
+    state = TangentialState(
+        tableau=tableau,
+        base=start.nodal_force[0, nodes] - stiffness @ u,
+        shear=np.empty(len(nodes)),
+        u=u,
+        rate=stiffness.sum(axis=1) * direction.pin_rate,
+        shear_limit=limits,
+        weights=1.0 / np.maximum(limits, 1e-12 * case.normal_load),
+        nodes=nodes.astype(np.int32),
+        node_slips=np.zeros(len(nodes), np.int64),
+        scalars=new_scalars(start.displacement, direction),
+    )
+    refresh(state)
+    return state

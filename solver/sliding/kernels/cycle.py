@@ -1,0 +1,25 @@
+"""A search for cycles of events, compiled."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.state import Floats
+
+
+@compiled(entry=True)
+def cycle(node: NDArray[np.int32], before: Floats, after: Floats) -> int:
+    """Number of events after which the last of these repeat themselves; 0 where they do not (see `cycle_of`)."""
+    last, fallen = len(node) - 1, 0.0
+    for period in range(1, len(node) // 3 + 1):
+        fallen = max(fallen, abs(before[last - period + 1] - after[last - period + 1]))
+        now = last
+        while (
+            now > last - 2 * period
+            and node[now] == node[now - period]
+            and abs(after[now] - after[now - period]) <= 1e-3 * fallen
+        ):
+            now -= 1
+        if now == last - 2 * period:
+            return period
+    return 0

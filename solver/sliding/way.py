@@ -1,0 +1,127 @@
+"""Way of pin and load, and the record of what a contact does along it."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact.kernels.path import Events, empty_events
+from nanoslip.solver.contact.kernels.state import FORWARD, Direction
+from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.slab import surface_x
+from nanoslip.solver.sliding.record import (
+    FIRST_CAPACITY,
+    FrictionRecord,
+    farthest,
+    presliding_length,
+)
+
+
+class Way(NamedTuple):
+    """Way of pin and load from where they are."""
+
+    load: float
+    """Load at its start, in G·L_x·L_y."""
+    direction: Direction = FORWARD
+    until: float = math.nan
+    """δ_p at its end, or the load where the pin rests; NaN where the limits of a case end it."""
+
+    def end(self, case: Case, stiffness: float) -> float:
+        """Displacement (or load) at the end of the leg. stiffness: of the contact before it slides."""
+        return farthest(case, stiffness) if math.isnan(self.until) else self.until
+
+    def stiffness(self, shear_rate: float) -> float:
+        """dF/dδ_p before the first event from the rate of shear; NaN where the load changes, too."""
+        return math.nan if self.direction.load_rate else shear_rate * self.direction.pin_rate
+
+
+class Run(NamedTuple):
+    """Record of a way, displacements and forces with their signs, and what a record does not hold."""
+
+    record: FrictionRecord
+    end: ContactState
+    load: NDArray[np.float64]
+    """(e,) after each event."""
+    load_work: float
+    """Work of the load, in G·L_x²·L_y."""
+    lost: float
+    """Energy lost, also after the last event."""
+
+
+@dataclass(eq=False)
+class SlippedNodes:
+    """Slips of each surface node in a run, from node `first` on; they grow with the grid."""
+
+    first: int
+    slips: NDArray[np.int64]
+
+    def of_grid(self, first: int, nodes: int) -> NDArray[np.int64]:
+        """Slip counts of a grid whose first node is `first`, (nodes,), to be added to."""
+        left, right = max(self.first - first, 0), max(first + nodes - self.first - len(self.slips), 0)
+        if left or right:
+            self.first -= left
+            self.slips = np.pad(self.slips, (left, right))
+        return self.slips[first - self.first :][:nodes]
+
+
+def first_room(most: int) -> Events:
+    """Allocate the first columns of a run of at most `most` events."""
+    return empty_events(min(most, FIRST_CAPACITY))
+
+
+def first_of(events: Events, count: int) -> Events:
+    """Room for the first `count` events."""
+    return Events(**{name: column[:count] for name, column in events._asdict().items()})
+
+
+def grown(events: Events) -> Events:
+    """Copy events into arrays with room for twice as many."""
+    grown = empty_events(2 * len(events.displacement))
+    for name in events._fields:
+        old = getattr(events, name)
+        getattr(grown, name)[: len(old)] = old
+    return grown
+
+
+def record_of(
+    case: Case,
+    start: ContactState,
+    initial_stiffness: float,
+    events: Events,
+    slipped: SlippedNodes,
+    held: int,
+    end: ContactState,
+    load_work: float = 0.0,
+    rest: float = 0.0,
+) -> Run:
+    """The record of a run of `held` events from `start` to `end`, read-only. rest: energy lost after the last event."""
+    full = held == len(events.displacement)
+    columns = {name: column if full else column[:held].copy() for name, column in events._asdict().items()}
+    for column in (*columns.values(), slipped.slips):
+        column.setflags(write=False)
+    load = columns.pop("load")
+    final, rows = (end.displacement, end.friction_force), case.slab.rows
+    at_ends = (start.contact | end.contact).reshape(-1, rows)[[0, -1]]
+    if held and not end.outcome.ok:
+        # A run that broke off inside an event ends, as a record, with its last whole event.
+        final = (float(columns["displacement"][-1]), float(columns["force_after"][-1]))
+    record = FrictionRecord(
+        **columns,
+        node_x=np.repeat(surface_x(case.slab.n_x, slipped.first // rows, len(slipped.slips) // rows), rows),
+        node_slips=slipped.slips,
+        normal_load=case.normal_load,
+        spacing=case.slab.spacing if case.effects.pin_translation else math.inf,
+        presliding_length=presliding_length(case, initial_stiffness),
+        initial_force=start.friction_force,
+        initial_stiffness=initial_stiffness,
+        initial_slips=start.slips,
+        initial_contact_size=int(start.contact.sum()),
+        end_nodes=int(at_ends.any(axis=1).sum()),
+        final_displacement=final[0],
+        final_force=final[1],
+        outcome=end.outcome,
+    )
+    return Run(record, end, load, load_work, float(record.dissipated.sum()) + rest)
