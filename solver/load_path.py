@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -79,7 +79,7 @@ class LoadPath:
             require("legs", load, load >= LEAST_LOAD, f"loads ≥ {LEAST_LOAD:g}, over normal_load")
 
     def __bool__(self) -> bool:
-        return any(getattr(self, item.name) for item in fields(self) if item.name != "cycles")
+        return any((self.amplitude, self.stroke, self.slid, self.visited_loads, self.legs))
 
     @property
     def cyclic(self) -> bool:

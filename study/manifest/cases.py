@@ -114,7 +114,7 @@ class _Expansion:
     def __init__(self, manifest: Manifest) -> None:
         self._manifest, self._labels = manifest, labels_of(manifest)
         self._alike = Alike(manifest.fixed, self._labels.names)
-        self._texts = Texts(lambda case: naming(case.flat))
+        self._texts = Texts(lambda case: naming(case.flat), lambda case: bool(case.start_y))
 
     def case(self, point: Point) -> CampaignCase:
         """The one with these values of the axes, refused or not."""

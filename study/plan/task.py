@@ -263,9 +263,11 @@ def of_path(case: Case) -> tuple[object, ...]:
 
 
 def deciding_texts(exclusions: tuple[Exclusion, ...]) -> Texts:
-    """Canonical texts of the fields that determine a result, case by case; equal to those of `deciding`."""
-    where = tuple(each.where for each in exclusions)
-    return Texts(lambda case: deciding(case, exclusions), lambda case: tuple([holds(case) for holds in where]))
+    """Canonical texts of the fields that determine a result, case by case; equal to those of `deciding`.
+
+    No exclusion depends on a number of the case itself: tests/study/test_canonical.py.
+    """
+    return Texts(lambda case: deciding(case, exclusions))
 
 
 _CONTACTS, _RECORDS, _PATHS = map(deciding_texts, (OF_CONTACT, OF_RECORD, OF_PATH))

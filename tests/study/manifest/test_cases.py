@@ -65,6 +65,7 @@ def test_the_name_knows_content_only(tmp_path):
         "axes.radius = [50, 60]\naxes.aspect_ratio = [1, 2]\naxes.events = [5, 6]",
         "axes.intrinsic_friction = [0.5, inf]\naxes.residual_shear = [0, 1]\naxes.spread = [0, 0.1]",
         "axes.radius = [50, 60]\naxes.n_x = [17, 33]\nnumerics = {rows = 6, scheme = 'biquadratic'}",
+        "axes.start_y = [0, 0.25, 0.5]\nnumerics.scheme = 'half_space'",
         "axes.spacings = [1, 2]\naxes.pin = ['parabola', 'flat_punch']\nlimits.displacement = 0.1",
     ],
 )
