@@ -1,7 +1,6 @@
 """Lines that can be drawn of one case (friction record, spring force, contact pressure), and drawn in text."""
 
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
 import click
@@ -104,30 +103,15 @@ def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = 
 
 
 def _dots(x: NDArray[np.float64], y: NDArray[np.float64], across: int, down: int) -> NDArray[np.bool_]:
-    """Mask of the dots that the line passes, (down, across) from the top left: all between the least and the largest y of a
-    column, of each piece of the line that goes one way."""
-    dots, edges = np.zeros((down, across), np.bool_), np.linspace(x.min(), x.max(), across + 1)
-    share = (y - y.min()) / np.ptp(y) if np.ptp(y) > 0.0 else np.full(len(y), 0.5)
-    up = (1.0 - share) * (down - 1)
-    for piece in _one_way(x):
-        at, level = x[piece], up[piece]
-        first = np.searchsorted(at, edges)
-        passed_edges = np.where((edges >= at[0]) & (edges <= at[-1]), np.interp(edges, at, level), np.nan)
-        for column, (start, stop) in enumerate(pairwise([*first[:-1], len(at)])):
-            passed = np.concatenate((level[start:stop], passed_edges[column : column + 2]))
-            if np.isfinite(passed).any():
-                dots[round(float(np.nanmin(passed))) : round(float(np.nanmax(passed))) + 1, column] = True
+    """Mask of the dots that the line passes, (down, across) from the top left: it is followed in steps of half a dot."""
+    height = np.ptp(y)
+    column = (x - x.min()) / np.ptp(x) * (across - 1)
+    row = (y.max() - y) / height * (down - 1) if height > 0.0 else np.full(len(y), 0.5 * (down - 1))
+    way = np.concatenate(([0.0], np.cumsum(np.maximum(abs(np.diff(column)), abs(np.diff(row))))))
+    steps = np.append(np.arange(0.0, way[-1], 0.5), way)
+    dots = np.zeros((down, across), np.bool_)
+    dots[tuple(np.interp(steps, way, each).round().astype(int) for each in (row, column))] = True
     return dots
-
-
-def _one_way(x: NDArray[np.float64]) -> Iterator[NDArray[np.int64]]:
-    """Places of the pieces of a line between its turns, each in the order of increasing x."""
-    steps = np.sign(np.diff(x))
-    moving = np.flatnonzero(steps)
-    turns = moving[1:][np.diff(steps[moving]) != 0.0]
-    for first, last in pairwise([0, *turns, len(x) - 1]):
-        piece = np.arange(first, last + 1)
-        yield piece if x[first] <= x[last] else piece[::-1]
 
 
 def _letters(dots: NDArray[np.bool_]) -> list[str]:
