@@ -475,18 +475,13 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
     meanwhile = folder if os.access(folder, os.W_OK) else None
     kinds = needed_kinds(manifest)
-
-    def own(series: Series) -> Series:
-        apart = unrequested(KINDS[series.kind], manifest)
-        return replace(series, columns={name: each for name, each in series.columns.items() if name not in apart})
-
     wanted = {
         group.name: tuple(
             _requested(each, manifest) for each in group.series if each.kind in kinds and each.wanted(manifest)
         )
         for group in all_groups().values()
     }
-    return [Runs(Group(name, tuple(map(own, series))), meanwhile) for name, series in wanted.items() if series]
+    return [Runs(Group(name, series), meanwhile) for name, series in wanted.items() if series]
 
 
 def _requested(series: Series, manifest: Manifest) -> Series:
