@@ -58,24 +58,13 @@ Vary = Mapping[str, tuple[Any, Any] | None] | Iterable[str]
 Fixed = Mapping[str, Any]
 
 
-class Computing(TypedDict, total=False):
-    """Options of `run` and `fit` for computing, beside the place."""
-
-    progress: bool | None
-    jobs: int
-
-
-class Options(Computing, total=False):
-    """Options of `run` for computing again."""
+class Options(TypedDict, total=False):
+    """Options of `run` beside the place."""
 
     recompute_foreign: bool
     retry: bool
-
-
-class FitOptions(Computing, total=False):
-    """Limits of `fit`'s computations."""
-
-    points: int
+    progress: bool | None
+    jobs: int
 
 
 @overload
@@ -139,28 +128,6 @@ def run(
             return loaded(opened)
 
 
-@overload
-def fit(
-    campaign: Campaign,
-    numbers: Numbers,
-    vary: Vary = (),
-    fixed: Fixed = MappingProxyType({}),
-    out: Place | None = None,
-    *,
-    comm: None = None,
-    **options: Unpack[FitOptions],
-) -> Fit: ...
-@overload
-def fit(
-    campaign: Campaign,
-    numbers: Numbers,
-    vary: Vary,
-    fixed: Fixed,
-    out: Place,
-    *,
-    comm: Any,
-    **options: Unpack[FitOptions],
-) -> Fit | None: ...
 def fit(
     campaign: Campaign,
     numbers: Numbers,
@@ -171,13 +138,12 @@ def fit(
     points: int = MOST,
     jobs: int = 1,
     progress: bool | None = None,
-    comm: Any = None,
-) -> Fit | None:
+) -> Fit:
     """Find the parameters of a campaign that agree with measured numbers, as `nanoslip fit`.
 
     numbers: variable, symbol, or ratio of two -> (value, ± of one standard deviation), as {"mu_s": (0.3, 0.01)}.
     vary: parameters to find -> their ranges; default: the campaign's axes. fixed: other parameters; `drive` names a drive.
-    out, jobs, progress, comm: as of `run`. points: the most that are computed.
+    out, jobs, progress: as of `run`. points: the most that are computed.
 
     Raises ManifestError, StoreError; ValueError if too few points have the numbers.
     """
@@ -186,9 +152,7 @@ def fit(
     question = question_of(manifest_of(campaign), targets, ranges, fixed)
     question.check(Path("" if out is None else out))
     with ExitStack() as stack:
-        folder, farm = _computing(stack, out, jobs, comm)
-        if not farm.root:
-            return None
+        folder, farm = _computing(stack, out, jobs)
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         show, warn = partial(_shown, progress), partial(_warn, 4)
         return question.answer(
@@ -196,12 +160,14 @@ def fit(
         )
 
 
-def _computing(stack: ExitStack, out: Place | None, jobs: int, comm: Any) -> tuple[Path, Farm]:
+def _computing(stack: ExitStack, out: Place | None, jobs: int, comm: Any = None) -> tuple[Path, Farm]:
     """The folder of the results, and what computes there: ranks other than 0 have done their share. Raises StoreError."""
     if comm is not None and (jobs != 1 or out is None):
         raise ValueError(f"comm with jobs = {jobs!r}, out = {out!r}: needs out, and no jobs")
     if comm is None and (ranks := processes_started()) > 1:
-        _warn(4, f"one of {ranks} ranks computes all of this campaign itself: ranks share it with comm=MPI.COMM_WORLD")
+        _warn(
+            4, f"one of {ranks} ranks computes all of this campaign itself: ranks share a run with comm=MPI.COMM_WORLD"
+        )
     stack.enter_context(_one_thread())
     folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
     program = computing(folder)

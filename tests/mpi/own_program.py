@@ -25,11 +25,6 @@ def main(out: Path, *campaigns: str) -> None:
                 said.append("None" if data is None else str(dict(Counter(data.outcome.values.ravel()))))
             except nanoslip.NanoslipError as error:
                 said.append(type(error).__name__)
-        own_fit = ({"contact_half_width": (0.15, 0.01)}, {"radius": (20.0, 40.0)}, {}, out / "fit")
-        found = nanoslip.fit(
-            {"title": "x", "stages": ["contact"], "numerics": {"n_x": 129}}, *own_fit, comm=part, points=16
-        )
-        said.append("None" if found is None else f"{len(found.computed.x)} points")
         said.append(part.recv())
         own.wait()
     for each in world.gather(said) or ():

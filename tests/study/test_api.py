@@ -205,7 +205,7 @@ def test_a_rank_of_several_is_told_that_it_computes_all_by_itself(monkeypatch):
     with pytest.warns(RuntimeWarning, match=told):
         fit(campaign, {"contact_half_width": (0.15, 0.01)}, {"radius": (20.0, 40.0)}, points=16, progress=False)
     with pytest.raises(ValueError, match="jobs = 1, out = None"):
-        fit(campaign, {"contact_half_width": (0.15, 0.01)}, {"radius": (20.0, 40.0)}, comm=object())  # type: ignore[call-overload]
+        run(campaign, comm=object())  # type: ignore[call-overload]
 
 
 def test_a_range_and_a_frame_of_pandas_are_an_axis_and_a_table() -> None:
