@@ -21,7 +21,6 @@ from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.compare import values
 from nanoslip.study.dataset.table import scales_of
-from nanoslip.study.exit_codes import CRASHED, FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.figures.answer import sentence
 from nanoslip.study.figures.points import SYMBOL, readable
 from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image
@@ -31,9 +30,8 @@ from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import drive_line, drive_parameters
 from nanoslip.study.manifest.parameters import NAMED, compact, si_line
 from nanoslip.study.report import summary
-from nanoslip.study.report.console import Table
 from nanoslip.study.results import attempts as runs
-from nanoslip.study.results.attempts import RUNS_FILE as JOURNAL_FILE, Run
+from nanoslip.study.results.attempts import Run
 from nanoslip.study.results.store import write_files
 
 # Flat tables as text for other programs: CSV and JSON.
@@ -73,17 +71,7 @@ def _json(value: Any) -> Any:
     return None if math.isnan(value) else str(value)
 
 
-# The runs that computed a dataset, for its page: their time in a sentence, and a table.
-
-MOST_RUNS: Final = 20
-"""Runs that a table shows: the last ones."""
-_WORDS: Final = {
-    0: "complete",
-    CRASHED: "crashed",
-    WRONG_INPUT: "refused: the disk, or the input",
-    FAILURES: "complete but for failed tasks",
-    INTERRUPTED: "interrupted",
-}
+# The runs that computed a dataset, for its page: their time in a sentence.
 
 
 def cost(runs: Sequence[Run]) -> str:
@@ -99,50 +87,6 @@ def cost(runs: Sequence[Run]) -> str:
     missing = len(runs) - len(ended)
     further = f" {missing} more did not come to their end." if missing else ""
     return f"{_time(wall)} in {times} with {processes}; {tasks} tasks took {_time(core)} of one core.{further}"
-
-
-def run_table(runs: Sequence[Run]) -> tuple[Table, list[str]]:
-    """One row for each of the last runs; and sentences with common values, and the number of runs not shown."""
-    shown = runs[-MOST_RUNS:]
-    facts = [_facts(run) for run in shown]
-    names = dict.fromkeys(name for each in facts for name, value in each.items() if value)
-    rows = tuple(
-        (*_times(run), *(each.get(name) or summary.NOTHING for name in names), run.command)
-        for run, each in zip(shown, facts, strict=True)
-    )
-    failed = frozenset(number for number, run in enumerate(shown) if not run.ended or run.exit_code)
-    table, sentences = summary.factored(Table((*_TIMES, *names, "command"), rows, len(_TIMES), failed), least=1)
-    if left := len(runs) - len(shown):
-        sentences.append(f"{left} earlier ones are in {JOURNAL_FILE} beside the dataset.")
-    return table, sentences
-
-
-_TIMES: Final = ("began (UTC)", "end", "took", "core time", "tasks", "failed", "processes")
-
-
-def _times(run: Run) -> tuple[str, ...]:
-    end, told = "none: at work, or killed", (summary.NOTHING,) * 4
-    if run.ended:
-        end = _WORDS.get(run.exit_code, f"exit code {run.exit_code}")
-        told = _time(run.wall_seconds), _time(run.core_seconds), str(run.done), str(run.failed)
-    return run.begun[:19].replace("T", " "), end, *told, f"{run.processes} {run.unit}"
-
-
-def _facts(run: Run) -> dict[str, str]:
-    """Facts shared by most runs."""
-    return {
-        "user": run.user,
-        "hosts": ", ".join(f"{host}: {count}" for host, count in run.hosts.items()) or run.host,
-        "Slurm job": run.slurm_job,
-        "launcher": run.launcher,
-        "MPI": run.mpi,
-        "nanoslip": run.nanoslip,
-        "solver": run.solver,
-        "processor": run.processor,
-        "BLAS": run.blas,
-        "Python": run.python,
-        **run.libraries,
-    }
 
 
 def _time(seconds: float) -> str:
@@ -286,7 +230,7 @@ def page(dataset: xr.Dataset, journal: Sequence[Run], answer: str = "") -> str:
     drawn = SENSITIVITY, *SORTS.values()
     sections = tuple(found for sort in drawn if (found := section(dataset, sort)))
     table, alike = summary.factored(summary.scalar_table(dataset, scales=scales_of(dataset.attrs)))
-    titles = (*(each.title for each in sections), "Cases", "About these numbers", *(["Runs"] if journal else []))
+    titles = (*(each.title for each in sections), "Cases", "About these numbers")
     return environment.get_template("report.html.j2").render(
         title=dataset.attrs["title"],
         answer=answer,
@@ -306,7 +250,6 @@ def page(dataset: xr.Dataset, journal: Sequence[Run], answer: str = "") -> str:
         sections=placed(sections),
         table=table,
         alike=[*alike, *filter(None, [variables.means_of(dataset)])],
-        runs=run_table(journal),
     )
 
 

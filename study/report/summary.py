@@ -49,12 +49,12 @@ def formatted(value: float, digits: int) -> str:
     return f"{value:.{digits}g}"
 
 
-def factored(table: Table, least: int = 2) -> tuple[Table, list[str]]:
+def factored(table: Table) -> tuple[Table, list[str]]:
     """Remove columns whose cells are all equal from a table, and return sentences with their values.
 
-    Labels and the last column stay, and a table of fewer than `least` rows stays as it is.
+    Labels and the last column stay, and a table of one row stays as it is.
     """
-    if len(table.rows) < least:
+    if len(table.rows) < 2:
         return table, []
     last = len(table.header) - 1
     columns = list(zip(*table.rows, strict=True))

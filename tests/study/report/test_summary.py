@@ -17,7 +17,7 @@ from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.table import one_case
 from nanoslip.study.dataset.variables import describe
 from nanoslip.study.report.console import Table
-from nanoslip.study.report.page import MOST_RUNS, as_csv, as_json, cost, run_table
+from nanoslip.study.report.page import as_csv, as_json, cost
 from nanoslip.study.report.summary import (
     FEW,
     answer,
@@ -33,7 +33,7 @@ from nanoslip.study.report.summary import (
     scalar_table,
     short_summary,
 )
-from nanoslip.study.results.attempts import RUNS_FILE, Run
+from nanoslip.study.results.attempts import Run
 from tests.study.figures.cases import product
 from tests.study.report.test_page import made_up
 
@@ -408,24 +408,6 @@ EIGHT = replace(ONE, run="b", processes=8, unit="ranks", hosts={"n1": 5, "n2": 3
 
 
 KILLED = replace(ONE, run="c", ended="", wall_seconds=0.0, core_seconds=0.0)
-
-
-def test_a_table_of_runs_has_a_row_for_each_and_says_once_what_they_share() -> None:
-    table, (said,) = run_table([ONE, EIGHT, KILLED])
-    header = "began (UTC)|end|took|core time|tasks|failed|processes|hosts|command"
-    assert table.header == tuple(header.split("|"))
-    row = "2026-01-01 00:00:00|interrupted|60 s|100 s|4|1|8 ranks|n1: 5, n2: 3|nanoslip run a"
-    assert table.rows[1] == tuple(row.split("|"))
-    assert table.rows[2][2:6] == ("–",) * 4
-    assert [row[1] for row in table.rows] == ["complete", "interrupted", "none: at work, or killed"]
-    assert table.failed == {1, 2}
-    assert said == "In all rows: solver = 5017e2, processor = a processor, numpy = 2.4.6."
-
-
-def test_of_many_runs_the_last_ones_are_shown_and_the_others_counted() -> None:
-    table, said = run_table([replace(ONE, run=str(number), done=number) for number in range(MOST_RUNS + 5)])
-    assert [row[4] for row in table.rows] == [str(number) for number in range(5, MOST_RUNS + 5)]
-    assert said[-1] == f"5 earlier ones are in {RUNS_FILE} beside the dataset."
 
 
 def test_a_number_that_was_not_asked_for_is_no_failure() -> None:
