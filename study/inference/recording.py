@@ -182,7 +182,8 @@ def _chosen(source: Columns, given: Given) -> list[int]:
         return [source.named(each) for each in given.columns]
     roles = [_role(each) for each in source.columns]
     of = {role: [place for place, each in enumerate(roles) if each == role] for role in _ROLES}
-    if not of["force"] and len(of["load"]) == 1 and "normal" not in source.columns[of["load"][0]].name.casefold():
+    named = any(_ROLES["force"].search(each.name) for each in source.columns)
+    if not named and len(of["load"]) == 1 and "normal" not in source.columns[of["load"][0]].name.casefold():
         of["force"], of["load"] = of["load"], []  # a tensile tester pulls by its load
     forces = of["force"] or of["coefficient"]
     if len(forces) > 1:

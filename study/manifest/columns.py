@@ -29,13 +29,15 @@ _SEPARATORS: Final = (
 _SPACES: Final = len(_SEPARATORS) - 1
 _NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ed][-+]?\d+)?", re.IGNORECASE)
 """A finite number; D begins the exponent of a double in Fortran."""
+_HOLE: Final = re.compile(r"[^a-df-z]*(?:nan|inf|n/?a|null|none)?[^a-z]*", re.IGNORECASE)
+"""Cell of a line of numbers that has none there: no word but these."""
 _COMMENT: Final = ("#", "%")
 _IN_HEADERS: Final = tuple(map(re.compile, (r"\s{2,}|\t", r"(?<=[\])])\s*[,;]?\s*(?=\S)", r"[,;]\s*", r"\s+(?![\[(])")))
 """Separators of names above numbers that are separated differently."""
 _SECTION: Final = re.compile(r"^\[[^\]]*\]\s+(?=[^\[\s])")
 _IN_BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
 _UNIT_BEHIND: Final = re.compile(r"(.+?)(?:\s+in\s+|\s*/\s*|[_,\s]+)([^\W\d]+)")
-_UNIT: Final = re.compile(r"[A-Za-zµμ]{1,15}")
+_UNIT: Final = re.compile(r"[A-Za-zµμÅ]{1,15}")
 _LOOKED_AT: Final = 10_000
 """Number of lines from which the separator of numbers is determined."""
 DIMENSIONS: Final = ("s", "m", "N")
@@ -187,7 +189,8 @@ def read_columns(path: Path, text: str, titled: bool = True) -> Columns:
     width = Counter(len(parsed[place]) for place in full).most_common(1)[0][0]
     rows = [place for place, row in enumerate(parsed) if len(row) == width and _count(row)]
     fitting = [place for place in full if len(parsed[place]) == width]
-    rows = [place for place in rows if fitting[0] <= place <= fitting[-1]]
+    first, last = _with_holes(cells, parsed, fitting[0], fitting[-1])
+    rows = [place for place in rows if first <= place <= last]
     values = np.array([parsed[place] for place in rows], float)
     if titled and _is_header(values):
         rows, values = rows[1:], values[1:]
@@ -198,7 +201,7 @@ def read_columns(path: Path, text: str, titled: bool = True) -> Columns:
             f"line {left[0][0]}: {quoted(left[0][1])}: needs {width} columns of numbers, as line {lines[rows[0]][0]}"
         )
     wide = int(np.flatnonzero(np.isfinite(values).any(axis=0))[-1]) + 1
-    titles = _titles([line for _, line in lines[: rows[0] * titled]], kind, wide, values)
+    titles = _titles([line for _, line in lines[: first * titled]], kind, wide, values)
     return Columns(
         tuple(Column(*title, column) for title, column in zip(titles, values.T[:wide], strict=True)),
         np.array([lines[place][0] for place in rows]),
@@ -207,6 +210,20 @@ def read_columns(path: Path, text: str, titled: bool = True) -> Columns:
         len(lines) - 1 - rows[-1],
         OmittedLines(len(left), *(left[0] if left else (0, ""))),
     )
+
+
+def _with_holes(cells: Sequence[list[str]], parsed: Sequence[list[float]], first: int, last: int) -> tuple[int, int]:
+    """First and last row, with rows of holes before and after: beside a number, no cell of these has a word."""
+
+    def row(place: int) -> bool:
+        fits = 0 <= place < len(cells) and len(cells[place]) == len(cells[first])
+        return fits and any(map(math.isfinite, parsed[place])) and all(map(_HOLE.fullmatch, cells[place]))
+
+    while row(first - 1):
+        first -= 1
+    while row(last + 1):
+        last += 1
+    return first, last
 
 
 def _cells(line: str, kind: int) -> list[str]:
@@ -247,9 +264,12 @@ def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list
         return [("", "")] * width
     units = [_IN_BRACKETS.fullmatch(label) for label in found]
     bare = [each[2] if each and not each[1] else label for each, label in zip(units, found, strict=True)]
-    if any(bare) and all(not unit or unit in ("1", "-") or dimension_of(unit) for unit in bare):
-        names = (_labels(above[-2], kind, width, values) if len(above) > 1 else []) or [""] * width
-        return list(zip(names, bare, strict=True))
+    names = _labels(above[-2], kind, width, values) if len(above) > 1 else []
+    stated = [unit for unit in bare if unit not in ("", "1", "-")]
+    if any(bare) and (
+        all(map(dimension_of, stated)) or (names and any(map(dimension_of, stated)) and all(map(_known, stated)))
+    ):
+        return list(zip(names or [""] * width, bare, strict=True))
     return [_title(label) for label in found]
 
 
@@ -275,14 +295,17 @@ def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
 
 
 def _title(label: str) -> tuple[str, str]:
-    """Name and unit of a label: `time [s]`, `F (mN)`, `t/ms`, `x_um`, `Weg in mm`."""
+    """Name and unit of a label: `time [s]`, `F (mN)`, `t/ms`, `x_um`, `Weg in mm`. Square brackets always hold a unit."""
     found = _IN_BRACKETS.fullmatch(label)
-    if found and (
-        found[2] in ("", "1", "-") or (_UNIT.fullmatch(found[2]) and math.isfinite(scale_of(found[2], found[2])))
-    ):
+    if found and (found[2] in ("", "1", "-") or label.endswith("]") or _known(found[2])):
         return found[1], found[2]
     found = _UNIT_BEHIND.fullmatch(label)
     return (found[1], found[2]) if found and dimension_of(found[2]) else (label, "")
+
+
+def _known(unit: str) -> bool:
+    """True for a unit of any dimension."""
+    return math.isfinite(scale_of(unit, unit))
 
 
 def dimension_of(unit: str) -> str:

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image, image_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, Roughness, check, parameter, require
-from nanoslip.study.manifest.columns import Columns, OneWay, one_way, read_columns, scale_of, unit_of
+from nanoslip.study.manifest.columns import Column, Columns, OneWay, one_way, read_columns, scale_of, unit_of
 from nanoslip.study.manifest.parameters import plain
 from nanoslip.study.manifest.units import factor
 
@@ -26,7 +27,8 @@ class NamedSurface:
 
     x, z: units of positions and heights; empty for those of the header, or m if it has none. detrend: polynomial removed from
     the heights, fitted by least squares; of an image a plane or a paraboloid.
-    An image has columns x, y, z, or is a matrix of heights, line by line along the drag: pixel is then its spacing, as "20 nm".
+    An image has columns x, y, z, or is a matrix of heights, line by line along the drag: pixel is then its spacing, as "20 nm",
+    if not the lines `# Width: 5 µm`, `# Height: 5 µm` and `# Value units: nm` above it say so, as Gwyddion writes them.
     """
 
     file: str = parameter("", meaning="the path of a text file with two columns", unit="")
@@ -106,13 +108,17 @@ _LATERAL: Final = re.compile(
 )
 _HEIGHT: Final = re.compile(r"^[zyh]$|height|profile|topograph|raw|depth|amplitude|h(ö|oe)he|profil", re.IGNORECASE)
 """Names of the columns of a profile."""
+_STATED: Final = re.compile(r"^#\s*(Width|Height|Value units):[ \t]*(.+?)\s*$", re.MULTILINE)
+"""Size and unit of an image above its matrix of heights, as Gwyddion writes them."""
 
 
 def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     """A profile from its file's text, one from right to left is turned; or an image. Raises InvalidInput with line and value."""
-    source = read_columns(path, text, titled=not given.pixel)
-    if given.pixel or given.y or {"x", "y", "z"} <= {each.name.casefold() for each in source.columns}:
-        return _read_image(source, given)
+    stated = dict(_STATED.findall(text))
+    matrix = bool(given.pixel) or {"Width", "Height"} <= stated.keys()
+    source = read_columns(path, text, titled=not matrix)
+    if matrix or given.y or {"x", "y", "z"} <= {each.name.casefold() for each in source.columns}:
+        return _read_image(source, given, stated if matrix else None)
     chosen = [_column(source, _LATERAL, 0), _column(source, _HEIGHT, 1)]
     across, up = (
         scale_of(unit_of(name, getattr(given, name), source.columns[column], "m"), "m")
@@ -139,9 +145,9 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     return Surface(x, height, source, found, rows.holes)
 
 
-def _read_image(source: Columns, given: NamedSurface) -> Surface:
-    """An image of a matrix of heights, or of columns x, y, z in any order."""
-    found = _matrix(source, given) if given.pixel else _from_columns(source, given)
+def _read_image(source: Columns, given: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
+    """An image of a matrix of heights, with what is stated above it, or of columns x, y, z in any order."""
+    found = _from_columns(source, given) if stated is None else _matrix(source, given, stated)
     x, y = (axis - (axis[0] + axis[-1]) / 2.0 for axis in (found.xi, found.y))
     degree = get_args(Detrend).index(given.detrend) - 1
     powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
@@ -150,10 +156,16 @@ def _read_image(source: Columns, given: NamedSurface) -> Surface:
     return Surface(x, (found.height.ravel() - trend).reshape(found.height.shape), source, y=y)
 
 
-def _matrix(source: Columns, given: NamedSurface) -> Image:
-    require("x", given.x, not (given.x or given.y), "no unit of x or y beside pixel")
-    height = np.array([each.values for each in source.columns]).T * scale_of(given.z or "m", "m")
-    apart = float(plain("pixel", given.pixel, PIXEL))
+def _matrix(source: Columns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
+    require("x", given.x, not (given.x or given.y), "no unit of x or y of a matrix")
+    values = np.array([each.values for each in source.columns]).T
+    unit = unit_of("z", given.z, Column("heights", stated.get("Value units", ""), values), "m")
+    require("Value units", unit, scale_of(unit, "m") > 0.0, "a unit of length, as nm")
+    height = values * scale_of(unit, "m")
+    x, y = (
+        apart * np.arange(float(count))
+        for apart, count in zip(_apart(given.pixel, stated, height.shape[::-1]), height.shape[::-1], strict=True)
+    )
     if source.left_out.number or source.below:
         where = f"line {source.left_out.line}" if source.left_out.number else f"below line {source.lines[-1]}"
         raise InvalidInput(f"{where}: needs {height.shape[1]} heights, as other lines have")
@@ -162,8 +174,16 @@ def _matrix(source: Columns, given: NamedSurface) -> Image:
         raise InvalidInput(
             f"line {source.lines[line]}: needs a number in column {column + 1}, as an image has no holes"
         )
-    x, y = (apart * np.arange(float(count)) for count in height.shape[::-1])
     return Image(x, y, height)
+
+
+def _apart(pixel: str, stated: Mapping[str, str], counts: tuple[int, ...]) -> Iterator[float]:
+    """Spacings of a matrix in m along and across: given, or the stated sizes over the numbers of heights."""
+    for name, count in zip(("Width", "Height"), counts, strict=True):
+        key, text = ("pixel", pixel) if pixel else (name, stated[name].replace(",", "."))
+        size = plain(key, text, PIXEL)
+        require(key, text, not isinstance(size, str) and 0.0 < size < math.inf, 'a length, as "5 µm"')
+        yield size if pixel else size / count
 
 
 def _from_columns(source: Columns, given: NamedSurface) -> Image:

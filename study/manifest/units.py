@@ -4,12 +4,16 @@ import math
 import re
 from decimal import Decimal
 from functools import cache
+from tokenize import TokenError
 from typing import Any
 
 
 def quantity(number: str, unit: str, into: str) -> Decimal:
     """A number with a unit, in another unit. Raises what pint raises: AttributeError, TypeError, ValueError, ArithmeticError."""
-    found: Decimal = registry().Quantity(Decimal(number), _in_symbols(unit)).to(_in_symbols(into)).magnitude
+    try:
+        found: Decimal = registry().Quantity(Decimal(number), _in_symbols(unit)).to(_in_symbols(into)).magnitude
+    except (AssertionError, LookupError, SyntaxError, TokenError):  # of its parser, for "N/", "nm0", "mm)"
+        raise ValueError(f"{unit!r}: no unit") from None
     return found
 
 

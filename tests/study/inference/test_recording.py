@@ -121,6 +121,10 @@ def test_what_is_left_out_is_counted() -> None:
     ("text", "given", "said"),
     [
         (table(TIME, FORCE, header="t [s],F [V]"), Given(), "force = 'V': needs a unit of force"),
+        (table(TIME, FORCE, header="t [s],F [mn]"), Given(), "force = 'mn': needs a unit of force"),
+        (table(TIME, FORCE, header="t [s],F [N/m]"), Given(), "force = 'N/m': needs a unit of force"),
+        (table(TIME, FORCE, header="Time,Force\ns,V"), Given(), "force = 'V': needs a unit of force"),
+        (table(TIME, FORCE, FORCE, header="t [s],Force [V],Load [N]"), Given(), "needs --columns"),
         (table(TIME, FORCE, FORCE, header="a,b,c"), Given(), "columns 1 a, 2 b, 3 c: needs --columns"),
         (table(TIME, FORCE, header="t [ms],F [N]"), Given(time="s"), "time = 's': the header has t in ms"),
         (

@@ -188,6 +188,56 @@ def test_a_matrix_and_columns_of_the_same_image_are_the_same() -> None:
         np.testing.assert_allclose(image.height, 1e-3 * IMAGE, atol=1e-15)
 
 
+GWYDDION = "# Channel: Height\n# Width: 160 nm\n# Height: 0.24 µm\n# Value units: nm\n" + MATRIX.partition("\n")[2]
+
+
+def test_a_matrix_has_the_size_and_unit_above_it() -> None:
+    """Heights in nm under such a header were read as metres."""
+    for given in (NamedSurface("a", detrend="none"), OF_MATRIX):
+        found = read_surface(AFM, GWYDDION.replace("\n", "\r\n"), given)
+        np.testing.assert_allclose(found.x, 20e-9 * (np.arange(8) - 3.5), atol=1e-21)
+        np.testing.assert_allclose(found.y, 20e-9 * (np.arange(12) - 5.5), atol=1e-21)
+        np.testing.assert_allclose(found.height, 1e-9 * IMAGE, atol=1e-21)
+
+
+@pytest.mark.parametrize(
+    ("change", "given"),
+    [
+        (("160 nm", "160 V"), NamedSurface("a")),
+        (("160 nm", "0 nm"), NamedSurface("a")),
+        (("160 nm", "160"), NamedSurface("a")),
+        (("units: nm", "units: V"), NamedSurface("a")),
+        (("units: nm", "units: m"), NamedSurface("a", z="nm")),
+    ],
+)
+def test_what_stands_above_a_matrix_is_no_other_quantity(change: tuple[str, str], given: NamedSurface) -> None:
+    with pytest.raises(InvalidInput):
+        read_surface(AFM, GWYDDION.replace(*change), given)
+
+
+@pytest.mark.parametrize("hole", ["0;nan", "nan;1", "0;", "0;-", "0;1e400", "0;#N/A", "4;7"])
+def test_a_first_line_with_a_hole_leaves_names_and_units(hole: str) -> None:
+    """Under such a line micrometres were read as metres; a count of points is no hole."""
+    found = read_surface(AFM, f"x [um];z [nm]\n{hole}\n1;2\n2;4\n3;3\n4;1\n", NamedSurface("a", detrend="none"))
+    np.testing.assert_allclose(found.x, [-1.5e-6, -0.5e-6, 0.5e-6, 1.5e-6], rtol=1e-12)
+    np.testing.assert_allclose(found.height, [2e-9, 4e-9, 3e-9, 1e-9], rtol=1e-12)
+    assert found.holes == (hole != "4;7")
+
+
+def test_separators_of_thousands_are_refused() -> None:
+    """Of forty such lines the four below 1000 were read."""
+    lines = "\n".join(f"{250.0 * place:,.1f};{place % 7}" for place in range(40))
+    with pytest.raises(InvalidInput, match="numbers in 4 of 40 lines"):
+        read_surface(AFM, f"x [nm];z [nm]\n{lines}\n", NamedSurface("a"))
+
+
+def test_heights_in_angstrom_are_read_and_in_unknown_units_refused() -> None:
+    text = "x [um]\tz [Å]\n0\t1\n1\t2\n2\t1\n"
+    np.testing.assert_allclose(read_surface(AFM, text, NamedSurface("a", detrend="none")).height, [1e-10, 2e-10, 1e-10])
+    with pytest.raises(InvalidInput):
+        read_surface(AFM, text.replace("Å", "nn"), NamedSurface("a"))
+
+
 def test_no_line_of_a_matrix_is_taken_for_a_count_of_points() -> None:
     assert read_surface(AFM, "3 1 2\n5 6 4\n7 7 7\n9 1 3\n", OF_MATRIX).height.shape == (4, 3)
 

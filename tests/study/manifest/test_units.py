@@ -1,5 +1,6 @@
 """A value with a unit is the number that it stands for, whoever writes it, and nothing else."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
+from nanoslip.study.manifest.units import factor
 from nanoslip.study.plan.plan import make_plan
 from tests.study.manifest.problems import lines_of
 
@@ -43,6 +45,14 @@ def test_a_length_asks_for_the_width_that_it_is_over_and_a_load_for_none() -> No
             read(f'title = "x"\n{lines}')
         assert read(f'title = "x"\n{lines}\nscales.slab_width = "10 mm"').path
     assert read('title = "x"\nconstants.normal_load = "100 N"').tables["constants"] == {"normal_load": 1e-3}
+
+
+@pytest.mark.parametrize("unit", ["N/", "N*", "N**", "-", "N)", "(N", '"', "N0", "[N", "N..", "N\\"])
+def test_what_is_no_unit_is_refused_by_its_key(unit: str) -> None:
+    with pytest.raises(ManifestError) as caught:
+        read(f"title = 'x'\nconstants.normal_load = '5 {unit}'")
+    assert lines_of(caught.value)[0].startswith("mine.toml: constants.normal_load = ")
+    assert math.isnan(factor(unit, "N"))
 
 
 def test_a_load_per_length_is_that_of_plane_strain_over_the_depth_of_the_slab() -> None:
