@@ -35,7 +35,8 @@ SHARED_ERROR: Final = "_shared_error"
 _SHARED: Final = {
     "plateau": "part of ± that more members do not reduce: drift along the record",
     "nodes": "part of ± by one node more or less in contact, where members do not show it",
-    "events": "0; NaN, as ±, of records shorter than two node spacings: events come in bursts that all members may miss",
+    "events": "part of ± that more members do not reduce: drift of events along the record; NaN, as ±, of records shorter than "
+    "two node spacings: events come in bursts that all members may miss",
 }
 _KEY: Final = "quantity"
 

@@ -29,6 +29,7 @@ class Plateau(Viewed):
     It reaches from event `first_event` at displacement `start` (L_x) to event `last_event` at `end`, just after both.
     mean and std are displacement-weighted integrals over the sawtooth, without approximation. peak: the highest force.
     drift: mean over its last half less that over its first; halves of whole node spacings if it has two or more.
+    event_drift: events of its last half less those of its first, over their mean.
     """
 
     first_event: int
@@ -60,6 +61,7 @@ class Plateau(Viewed):
     )
     end: float = quantity("end of the plateau", comment="pin displacement where the steady part ends", measure="L_x")
     drift: float = math.nan
+    event_drift: float = math.nan
     outcome: Outcome = COMPLETED
 
     PREFIX: ClassVar[str] = "plateau_"
@@ -146,6 +148,9 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     whole_until = steady.integral(np.array((start, start + half, end - half, end)))
     early = float(whole_until[1] - whole_until[0]) * (1.0 / (start + half - start))
     late = float(whole_until[3] - whole_until[2]) * (1.0 / (end - (end - half)))
+    # Between events by interpolation: whether one lies just before or after an end of a half is decided by rounding.
+    until = np.interp((start + half, end - half), steady.edges, np.arange(len(steady.edges)))
+    before, after = float(until[0]), last - first - float(until[1])
     return Plateau(
         start=start,
         end=end,
@@ -156,6 +161,7 @@ def plateau_of(record: FrictionRecord) -> Plateau:
         peak=float(max(steady.start.max(), steady.end.max())) / record.normal_load,
         spacings=(end - start) / record.spacing,
         drift=(late - early) / record.normal_load,
+        event_drift=2.0 * (after - before) / (after + before),
     )
 
 
@@ -165,20 +171,25 @@ def shared_error(plateaus: Sequence[Plateau]) -> float:
     Drift from half to half that chance does not explain (two-way analysis of variance: Searle et al., Variance Components, 1992).
     NaN of one start.
     """
-    drifts = np.array([each.drift for each in plateaus])
-    if len(plateaus) < 2:
-        return math.nan
-    return 0.5 * float(student(2)) * math.sqrt(max(drifts.mean() ** 2 - drifts.var(ddof=1) / len(drifts), 0.0))
+    return _shared_by_drift([each.drift for each in plateaus])
 
 
 def shared_by_events(plateaus: Sequence[Plateau]) -> float:
-    """The shared error of a mean over events: 0, or NaN (unknown) if records are shorter than two node spacings.
+    """The part of the ± of a mean over events that all its starts share, over that mean, by the drift of their number.
 
-    Half of the events come in a tenth of a spacing, so that starts with short records miss them together. With constant pressures
-    records have no spacings, and each is its start's own.
+    NaN (unknown) if records are shorter than two node spacings: half of the events come in a tenth of a spacing, so that starts
+    with short records miss them together. With constant pressures records have no spacings, and each is its start's own.
     """
     long = [each.spacings == 0.0 or each.spacings > SPACINGS - 0.5 for each in plateaus]
-    return 0.0 if len(plateaus) > 1 and all(long) else math.nan
+    return _shared_by_drift([each.event_drift for each in plateaus]) if all(long) else math.nan
+
+
+def _shared_by_drift(drifts: Sequence[float]) -> float:
+    """Error of a mean by what all starts share of its change from half to half; NaN of one start."""
+    if len(drifts) < 2:
+        return math.nan
+    mean, scatter = float(np.mean(drifts)), float(np.var(drifts, ddof=1)) / len(drifts)
+    return 0.5 * float(student(2)) * math.sqrt(max(mean**2 - scatter, 0.0))
 
 
 def _moments(steady: Teeth) -> tuple[float, float]:

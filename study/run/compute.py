@@ -193,7 +193,9 @@ def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[floa
         step = math.fsum(member.node for member, _ in having) / max(len(having), 1)
         return shared_by_nodes(np.array([value for _, value in having]), step)
     plateaus = [member.plateau for member, _ in having if member.plateau]
-    return shared_by_events(plateaus) if quantity.shared == "events" else shared_error(plateaus)
+    if quantity.shared == "events":
+        return shared_by_events(plateaus) * abs(math.fsum(value for _, value in having)) / max(len(having), 1)
+    return shared_error(plateaus)
 
 
 def _arrays(kind: kinds.Kind, member: Member) -> dict[str, NDArray[Any]]:

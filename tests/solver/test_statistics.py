@@ -12,8 +12,17 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import stiffness_of_node, surface_compliance
 from nanoslip.solver.ensemble import Ensemble, mean_of, student
 from nanoslip.solver.outcome import Ending
+from nanoslip.solver.simulate import friction_record
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.plateau import FEWEST_EVENTS, RUN_IN, plateau_of, shared_by_events, shared_error, teeth
+from nanoslip.solver.sliding.plateau import (
+    FEWEST_EVENTS,
+    RUN_IN,
+    Plateau,
+    plateau_of,
+    shared_by_events,
+    shared_error,
+    teeth,
+)
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.statistics import LONGEST_CYCLE, cycle_of, event_statistics, shared_by_nodes
 from tests.synthetic import FRICTION, LOAD, SPACING, STIFFNESS, modulated_record, noisy_record, record_from
@@ -112,7 +121,37 @@ def test_starts_share_a_drift():
 def test_means_over_events_have_an_error_if_records_have_met_all_bursts(spacings, known):
     """Half of the events come in a tenth of a node spacing; with constant pressures, 0 spacings, nothing else is ever met."""
     found = [replace(plateau_of(noisy_record()), spacings=each) for each in (2.0, spacings)]
-    assert shared_by_events(found) == pytest.approx(0.0 if known else math.nan, nan_ok=True)
+    assert math.isfinite(shared_by_events(found)) == known
+
+
+def test_starts_share_a_drift_of_their_events():
+    """In a slab with sides all starts meet fewer events near them: ± of mean_step held none of eight ensembles."""
+    slower = np.concatenate([[PRESLIDING * RUN_IN], np.full(900, SPACING / 900), np.full(1101, SPACING / 1100)])
+    found = plateau_of(record_from(slower, STIFFNESS * slower))
+    assert found.spacings == pytest.approx(2.0, abs=2.0 / 900)
+    assert found.event_drift == pytest.approx(0.2, abs=4.0 / 1000)
+    assert shared_by_events([found] * 4) == pytest.approx(0.5 * found.event_drift * student(2), rel=1e-12)
+    assert shared_by_events([found, replace(found, event_drift=-found.event_drift)] * 2) == 0.0
+    assert math.isnan(shared_by_events([found]))
+
+
+@pytest.mark.slow
+def test_means_over_events_hold_in_a_slab_with_sides():
+    """Sixteen ensembles against starts with records four times as long; by their scatter alone ± held in none."""
+    case = Case(slab=Slab(n_x=33, scheme="galerkin"), radius=50.0, intrinsic_friction=0.7, max_events=300_000)
+    case, compliance, starts = replace(case, max_spacings=2.2), surface_compliance(case.slab), Ensemble(72)
+
+    def means(number: int, **limits: float) -> tuple[Plateau, float]:
+        record = friction_record(replace(starts.case(case, number), **limits), compliance)
+        return plateau_of(record), event_statistics(record).mean_step
+
+    truth = np.mean([means(64 + number, max_spacings=8.8)[1] for number in range(8)])
+    held = []
+    for group in range(16):
+        plateaus, steps = zip(*(means(4 * group + number) for number in range(4)), strict=True)
+        found = mean_of(np.array(steps), shared_by_events(plateaus) * float(np.mean(steps)))
+        held.append(abs(found.mean - truth) <= found.uncertainty)
+    assert sum(held) >= 8  # 68 % of 16 are 11
 
 
 def test_a_record_goes_on_to_two_spacings_if_its_events_allow():

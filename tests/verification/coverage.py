@@ -107,7 +107,8 @@ def means(members: Sequence[Member]) -> tuple[Mean, ...]:
     columns, plateaus = np.array([member.numbers for member in members]).T, [member.plateau for member in members]
     nodes = shared_by_nodes(columns[-1], float(np.mean([member.node for member in members])))
     drift, bursts = shared_error(plateaus), shared_by_events(plateaus)
-    shared = {"plateau": drift, "μ_k": drift, "mean step": bursts, "mean drop": bursts, "K": nodes}
+    step, drop = (bursts * float(np.abs(columns[OBSERVABLES.index(name)].mean())) for name in OBSERVABLES[3:5])
+    shared = {"plateau": drift, "μ_k": drift, "mean step": step, "mean drop": drop, "K": nodes}
     return tuple(mean_of(each, shared.get(name, 0.0)) for name, each in zip(OBSERVABLES, columns, strict=True))
 
 
