@@ -82,7 +82,7 @@ def test_no_number_of_a_result_is_lost(small):
     plan, store, _ = small
     # Of parameters; zero at initial contact; spring_force_amplitude where it means something; for drives over the record.
     known_apart = {"normal_load", "spacing", "presliding_length", "displacement", "spring_force_range", "forgotten"}
-    known_apart |= {f"plateau_{name}" for name in ("first_event", "last_event", "peak", "drift")}
+    known_apart |= {f"plateau_{name}" for name in ("first_event", "last_event", "peak", "drift", "event_drift")}
     for task in plan.tasks:
         result = store.read(task.key)
         series = [each for group in all_groups().values() for each in group.series if each.kind == task.kind]
