@@ -206,7 +206,11 @@ class SingularOperator(SolverError):
     """An operator that must be invertible is not; the message names it and the likely cause."""
 
     ending = Ending.SINGULAR_OPERATOR
-    cause = "singular"
+
+    def __init__(self, message: str, cause: str = "") -> None:
+        """cause: of a message with values, as in `Outcome`."""
+        super().__init__(message)
+        self.cause = cause
 
 
 class TooFarApart(SolverError):

@@ -154,7 +154,8 @@ class CoulombContact:
         try:
             moved = np.linalg.solve(beyond[:, slide] + beyond[:, m + slide] * slope, -(beyond @ given))
         except np.linalg.LinAlgError as error:
-            raise SingularOperator(f"{m} nodes in contact with Coulomb friction: singular; lower μ_i") from error
+            message = f"{m} nodes in contact with Coulomb friction: singular; lower μ_i"
+            raise SingularOperator(message, cause="singular_coulomb") from error
         given = given.copy()
         given[slide] += moved
         given[m + slide] += slope * moved

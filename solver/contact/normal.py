@@ -170,7 +170,8 @@ def _factorized(matrix: Dense, symmetric: bool, nodes: int) -> Callable[[Dense],
 
 def _singular(nodes: int) -> SingularOperator:
     return SingularOperator(
-        f"the compliance of {nodes} nodes in contact is singular: use another scheme, or an aspect_ratio nearer 1"
+        f"the compliance of {nodes} nodes in contact is singular: use another scheme, or an aspect_ratio nearer 1",
+        cause="singular_contact",
     )
 
 

@@ -149,7 +149,8 @@ def _checked(reciprocal_condition: float) -> float:
     if reciprocal_condition < np.finfo(float).eps:
         raise SingularOperator(
             f"the slab's stiffness is singular (reciprocal condition {reciprocal_condition:.1e}): "
-            "check that the support restrains it, and that poisson is not too close to 0.5"
+            "check that the support restrains it, and that poisson is not too close to 0.5",
+            cause="singular_stiffness",
         )
     return reciprocal_condition
 
@@ -407,7 +408,8 @@ def _inverse(matrix: Sparse, places: Dense, surface: Indices, symmetric: bool) -
         if not share <= COARSEST:
             raise SingularOperator(
                 f"the slab's stiffness leaves its compliance uncertain by {share:.0e} of the largest, {COARSEST:g} is needed: "
-                "use a poisson further from 0.5, or an aspect_ratio nearer 1"
+                "use a poisson further from 0.5, or an aspect_ratio nearer 1",
+                cause="uncertain_compliance",
             )
     return found
 

@@ -1,5 +1,6 @@
 """An outcome is one line that can be shown; its advice names nothing that is on already, and what it names helps."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,15 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, Stop, equilibrium_residual, refresh
 from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advised, energy_created
 from nanoslip.solver.elasticity.compliance import surface_compliance
-from nanoslip.solver.outcome import COMPLETED, LONGEST_MESSAGE, Ending, InvalidInput, Outcome, printable
+from nanoslip.solver.outcome import (
+    COMPLETED,
+    LONGEST_MESSAGE,
+    Ending,
+    InvalidInput,
+    Outcome,
+    SingularOperator,
+    printable,
+)
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
 
@@ -89,6 +98,19 @@ def test_slips_without_end_are_advised_by_their_cause():
     with_friction = replace(case, intrinsic_friction=0.5, slab=Slab(17), slip_rule=SlipRule(residual_shear=0.5))
     found = advised(with_friction, OUTCOME_OF_STOP[Stop.CASCADE_LIMIT])
     assert found.message.endswith("lower slip.residual_shear")
+
+
+def test_operators_without_an_inverse_have_a_cause_for_each_advice() -> None:
+    """Lists of failures show one message for each cause, which goes from process to process with the error."""
+    outcomes = []
+    for poisson in (0.5 - 1e-16, 0.5 - 1e-14, 0.5 - 1e-12, 0.5 - 1e-10):
+        with pytest.raises(SingularOperator) as error:
+            surface_compliance(Slab(17, poisson=poisson))
+        outcomes.append(error.value.outcome)
+        assert pickle.loads(pickle.dumps(error.value)).outcome == outcomes[-1]
+    first, same, other, alike = outcomes
+    assert first.message != same.message
+    assert first.kind == same.kind != other.kind == alike.kind
 
 
 def test_pillars_that_sway_are_to_be_lower():
