@@ -154,8 +154,7 @@ class CoulombContact:
         try:
             moved = np.linalg.solve(beyond[:, slide] + beyond[:, m + slide] * slope, -(beyond @ given))
         except np.linalg.LinAlgError as error:
-            message = f"{m} nodes in contact with Coulomb friction: singular; lower μ_i"
-            raise SingularOperator(message, cause="singular_coulomb") from error
+            raise SingularOperator(f"{m} nodes with Coulomb friction: singular; lower μ_i", "coulomb") from error
         given = given.copy()
         given[slide] += moved
         given[m + slide] += slope * moved
