@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.shared import PAGE, column, image, series_styles
+from nanoslip.study.figures.shared import column, image, series_styles
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.parameters import Value, words_of
 from nanoslip.study.report.console import Table
@@ -122,7 +122,7 @@ SERIES: Final = {
 
 def draw(diagrams: Sequence[Diagram]) -> bytes:
     """The front of each series of all diagrams on the same axes, as PNG; what has no error is at the lower edge."""
-    with column(3.2, PAGE * 0.7) as figure:
+    with column(3.9) as figure:
         axes, lines = figure.add_subplot(), dict[str, tuple[Any, Any]]()
         for diagram in diagrams:
             time, error, series = (diagram.column(name) for name in ("seconds", diagram.error, diagram.series))
@@ -137,5 +137,5 @@ def draw(diagrams: Sequence[Diagram]) -> bytes:
             axes.loglog(time, np.maximum(error, floor), label=label, markersize=4, **look)
         axes.axhline(floor, color="grey", linewidth=0.6, linestyle=":", label="reference")
         axes.set(xlabel="processor time (s)", ylabel="relative error")
-        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        figure.legend(loc="outside lower left")
         return image(figure, "png")

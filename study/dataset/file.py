@@ -224,6 +224,8 @@ MOST_CHECKED: Final = 2**30
 
 _REFUSALS: Final = (OSError, RuntimeError)
 """Errors that netCDF raises if bytes are missing or wrong, or the disk is full."""
+_UNREADABLE: Final = (*_REFUSALS, ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError)
+"""Errors that xarray raises of attributes, encodings and sizes in files of others."""
 
 
 class OtherFormatError(StoreError):
@@ -253,7 +255,7 @@ def read(path: Path) -> xr.Dataset:
         if path.stat().st_size <= MOST_CHECKED:
             check(path)
         root, groups = opened(path)
-    except (*_REFUSALS, KeyError, ValueError) as error:
+    except _UNREADABLE as error:
         raise StoreError(f"{path}: no dataset ({_reason(error)}); run or collect the campaign first") from None
     if problem := _other_format(root.attrs):
         root.close()

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -249,6 +250,26 @@ def test_collect_does_not_replace_a_dataset_of_another_format(main: Main, campai
 )
 def test_another_file_is_refused_by_name(tmp_path, content):
     (tmp_path / "other.nc").write_bytes(content)
+    with pytest.raises(StoreError, match=r"other\.nc"):
+        file.read(tmp_path / "other.nc")
+
+
+@pytest.mark.parametrize("encoding", [float("nan"), "no-such"])
+def test_texts_in_no_encoding_are_refused_by_name(tmp_path, encoding):
+    with netCDF4.Dataset(tmp_path / "other.nc", "w") as other:
+        other.createDimension("case", 2)
+        other.createDimension("letter", 4)
+        names = other.createVariable("name", "S1", ("case", "letter"))
+        names[:] = np.full((2, 4), b"a", "S1")
+        names.setncattr("_Encoding", encoding)
+    with pytest.raises(StoreError, match=r"other\.nc"):
+        file.read(tmp_path / "other.nc")
+
+
+def test_a_file_with_texts_beyond_all_memory_is_refused_by_name(tmp_path):
+    with netCDF4.Dataset(tmp_path / "other.nc", "w") as other:
+        other.createDimension("case", 2**44)
+        other.createVariable("case", "f8", ("case",), zlib=True)
     with pytest.raises(StoreError, match=r"other\.nc"):
         file.read(tmp_path / "other.nc")
 
