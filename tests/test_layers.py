@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 
 ORDER = {
     "nanoslip": "solver study",
-    "nanoslip.solver": "compiled compiling last outcome parameter view slab load_path case ensemble drive elasticity "
+    "nanoslip.solver": "arrays compiled compiling last outcome parameter view slab load_path case ensemble drive elasticity "
     "contact effects sliding dynamics driven simulate",
     "nanoslip.solver.elasticity": "fields grid condensation grid_scheme schemes interior compliance",
     "nanoslip.solver.elasticity.schemes": "column biquadratic galerkin endless half_plane planar half_space strip layer chain",

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.sliding.power_law import SIGNIFICANT, density
 from nanoslip.solver.sliding.sizes import (
     DISCRETE,
@@ -20,7 +21,6 @@ from nanoslip.solver.sliding.sizes import (
 )
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.points import Floats
 from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 

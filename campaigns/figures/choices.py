@@ -11,8 +11,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy import stats
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
-from nanoslip.study.figures.points import Floats
 from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 # How well combinations of unstated choices reproduce the paper's numbers: misses in standard deviations, and their ranking.

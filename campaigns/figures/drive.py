@@ -10,8 +10,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from records import every_start
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.points import Floats
 from nanoslip.study.figures.shared import (
     COEFFICIENTS,
     COLORS,

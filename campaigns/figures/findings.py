@@ -11,9 +11,9 @@ from drive import damper_force
 from matplotlib.figure import Figure
 from scipy import stats
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.points import Floats
 from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, Number, column, number_of, over_starts
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.sliding.plateau import Teeth
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.points import Floats
 from nanoslip.study.figures.shared import CampaignFigure, Claim, column
 
 BINS = 32

@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 from scipy import optimize, stats
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.view import with_error
-from nanoslip.study.figures.points import Floats
 
 _ROUNDING: Final = float(np.finfo(float).eps) ** 2
 

@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.contact.closed_forms import flat_punch_pressure
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.points import Floats
 from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column
 
 INNER: Final = 0.8

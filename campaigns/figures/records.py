@@ -8,8 +8,8 @@ import paper
 import xarray as xr
 from matplotlib.figure import Figure
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.study.dataset.access import Accessor
-from nanoslip.study.figures.points import Floats
 from nanoslip.study.figures.shared import COLORS, CampaignFigure, Claim, column, over_starts
 
 _FRICTIONS = (0.25, 0.5)

@@ -8,8 +8,9 @@ import xarray as xr
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.regime import REGIMES
-from nanoslip.study.figures.points import Floats, hyphenated
+from nanoslip.study.figures.points import hyphenated
 from nanoslip.study.figures.shared import REGIME_COLORS, edges
 
 _SHADES: Final = ListedColormap(list(REGIME_COLORS.values()))

@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.view import ROUNDING, with_error
-from nanoslip.study.figures.points import Floats
 from nanoslip.study.figures.shared import CampaignFigure, Claim, column, marked
 
 VISITED: Final = ("W", "2W", "W", "0.8W", "W")

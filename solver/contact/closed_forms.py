@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from nanoslip.solver.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Nodes, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve_violations
 from nanoslip.solver.contact.kernels.state import (
@@ -54,8 +55,6 @@ from nanoslip.solver.outcome import Outcome
 # surface anywhere between them: all of the surface is followed. Of a plane, where that is dear and spots are separate patches of
 # the window, nodes next to what is not followed are watched all around.
 
-Vector = NDArray[np.float64]
-Nodes = NDArray[np.bool_]
 Window = NDArray[np.int64]
 """Numbers of the surface nodes that are followed, rising: neighbours in a row, or a patch of a plane."""
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Nodes, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.normal import Exchange, NormalContact, rounding_at_rest, wrong_nodes
 from nanoslip.solver.contact.pin import expected_contact, pin_of, surface_from_axis, surface_from_pin
@@ -18,7 +19,6 @@ from nanoslip.solver.elasticity.schemes.endless import SurfaceConvolution
 # gradient, so that the sum is 0. It is so near to the inverse that a handful of steps is enough, on 10² or 10⁵ nodes alike. A
 # contact of many separate spots takes some dozens.
 
-Vector = NDArray[np.float64]
 
 MOST_STEPS = 200
 """Largest number of steps; beyond it only rounding is left. Up to 83 steps were seen in one contact."""
@@ -83,7 +83,6 @@ def _cut(values: Vector, free: NDArray[np.bool_]) -> Vector:
 # pressure moves the surface sideways under the pin. A round costs some convolutions, n log n, in place of a solve for all nodes
 # in contact.
 
-Nodes = NDArray[np.bool_]
 
 FIRST, LAST = 1e-2, 1e-14
 """Precision of heights, over what the load displaces a node that bears it alone: of the first round, times the nodes, each of

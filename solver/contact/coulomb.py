@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind
@@ -19,7 +20,6 @@ from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverErr
 # approach follows the pin. For given roles everything is linear but the pin's height under a sliding node, for which Newton's
 # method takes over. Below: changes of roles, then motion of the pin, or growth of the load, between changes.
 
-Vector = NDArray[np.float64]
 Rates = tuple[NDArray[np.float64], float, Vector, Vector]
 """Force (2, n), approach, u and v = w + approach (n,), or their rates."""
 

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Dense, Indices, Nodes, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import expected_contact, pin_of, surface_from_axis, surface_from_pin
 from nanoslip.solver.elasticity.compliance import FEW, KEPT, Compliance
@@ -20,10 +21,6 @@ from nanoslip.solver.outcome import SingularOperator, TooFarApart
 # that differs in a few nodes has the same system with a border: a node that has left adds the row f = 0, a node that has come
 # adds its own row and column. So a change of the set costs one solution with the existing factors.
 
-Vector = NDArray[np.float64]
-Dense = NDArray[np.float64]
-Nodes = NDArray[np.bool_]
-Indices = NDArray[np.int64]
 
 NEAR = 0.25
 """Share of a set's nodes that may change before its system is factorized anew: the border would take as long."""

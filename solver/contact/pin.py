@@ -10,13 +10,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.case import Case, Distribution, Heterogeneity, Image, PinShape, image_of
 from nanoslip.solver.contact.closed_forms import hertz_half_width, hertz_radius, winkler_half_width
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.slab import surface_x, surface_y
-
-Vector = NDArray[np.float64]
-
 
 LONGEST_STEP = 0.05
 """Longest step in node spacings: the pin's slope under a sliding node changes by as much of a node's."""

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.state import Stop
@@ -131,8 +132,6 @@ def _of_cascades(case: Case, message: str) -> str:
         others.append("lower poisson")
     return ", or ".join((message, *others))
 
-
-Vector = NDArray[np.float64]
 
 COARSEST = 1e-4
 """Rounding of the pin's heights, as a share of what the load displaces, beyond which it decides: measured,

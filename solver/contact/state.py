@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.last import of_the_last
@@ -15,8 +16,6 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.slab import surface_x, surface_y
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
-
-Vector = NDArray[np.float64]
 
 
 def at_node(meaning: str, name: str, **more: Any) -> Any:

@@ -11,13 +11,12 @@ from typing import Any, Final
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.parameter import quantity
 
-Floats = NDArray[np.float64]
 _ROUNDING = 1e-12
 _ULP = 2.0 * float(np.finfo(float).eps)
 _MOST_STEPS: Final = 100

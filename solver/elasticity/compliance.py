@@ -11,14 +11,12 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Dense, Indices, Vector
 from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, SurfaceConvolution
 from nanoslip.solver.outcome import INDEFINITE, ROUNDED, Ending, Outcome, SingularOperator
 from nanoslip.solver.slab import Slab, surface_x, surface_y
 from nanoslip.solver.view import OneLine
 
-Vector = NDArray[np.float64]
-Dense = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Entries = Callable[[Indices, Indices], Dense]
 """A matrix in these rows and columns, (rows, columns), a copy."""
 

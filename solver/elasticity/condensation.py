@@ -7,6 +7,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Dense, Indices
 from nanoslip.solver.elasticity.grid import Grid, Sparse, Stiffness
 from nanoslip.solver.outcome import SingularOperator
 
@@ -79,9 +80,6 @@ def _numbered(group: NDArray[np.int64], weight: NDArray[np.float64]) -> Fields:
     number[free] = np.unique(group[free], return_inverse=True)[1]
     return Fields(number, weight)
 
-
-Dense = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 # Eliminate some fields of a stiffness: the stiffness left for the others, and what is added to the surface's compliance.
 #

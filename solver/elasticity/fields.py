@@ -3,12 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.parameter import quantity
-
-Vector = NDArray[np.float64]
 
 
 def inside(meaning: str, name: str, **more: Any) -> Any:

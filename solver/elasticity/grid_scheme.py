@@ -8,6 +8,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.elasticity.condensation import condensed
 from nanoslip.solver.elasticity.grid import Grid, Stiffness
 from nanoslip.solver.outcome import InvalidInput, SingularOperator
@@ -59,8 +60,6 @@ def stiffness(slab: Slab) -> Stiffness:
 
 
 # Mixed boundary value problem of §2.1.4. At each node f_x or u is given, and f_z or w; Eq. 11 is solved for the others.
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,15 +13,13 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.elasticity.condensation import families, projected
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.elasticity.grid import Grid, Stiffness, across, lame, slopes, value
 from nanoslip.solver.elasticity.grid_scheme import solve_sparse, stiffness
 from nanoslip.solver.elasticity.schemes.column import bar_forces, lengthening, passed_down, resultants, trunk
 from nanoslip.solver.slab import Slab
-
-Vector = NDArray[np.float64]
-
 
 _NAMES = [item.name for item in fields(InteriorFields)]
 

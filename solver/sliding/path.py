@@ -7,8 +7,8 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.case import MOST_EVENTS, RECORD, Case
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import Direction
@@ -23,8 +23,6 @@ from nanoslip.solver.sliding.slide import followed
 from nanoslip.solver.sliding.validity import DOUBTFUL, contact_flags, mask_of, record_flags
 from nanoslip.solver.sliding.way import Run, Way
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
-
-Vector = NDArray[np.float64]
 
 
 def _as_turn(name: str) -> Any:

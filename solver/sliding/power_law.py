@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from nanoslip.solver.arrays import Vector
 
 LEAST_TAIL = 50
 """Fewest sizes above a cut-off: below it, the error of an exponent exceeds a sixth of its distance from 1."""

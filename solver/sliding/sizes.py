@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.ensemble import jackknife, mean_of, needed
 from nanoslip.solver.parameter import as_field, quantities, quantity
 from nanoslip.solver.sliding.plateau import Plateau
@@ -27,7 +28,6 @@ from nanoslip.solver.view import Curve, OneLine, Picture, Viewed, with_error
 
 # Sizes of the events of a friction record, and how successive events depend on each other.
 
-Vector = NDArray[np.float64]
 
 ROUNDING = 1e-10
 """Force over the load, and energy over the square of the load, below which a difference is rounding: one node's force is

@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
@@ -25,8 +26,6 @@ from nanoslip.study.accuracy.diagram import Diagram, Row
 from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.accuracy.setup import Effort, Setup, contacts, discretized, settings
 from nanoslip.study.manifest.parameters import Value
-
-Vector = NDArray[np.float64]
 
 DISPLACEMENT: Final = 3e-4
 """Displacement of the record whose time counts as the cost of using an operator, in L_x."""

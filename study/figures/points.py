@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.solver.parameter import SHARED_ERROR, in_measure
@@ -108,7 +109,6 @@ def in_symbols(values: Mapping[str, Any]) -> str:
     return ", ".join(f"{symbol(name)} = {in_text(value)} {unit_of(name)}".rstrip() for name, value in values.items())
 
 
-Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]
 """Name of a column -> its values; all as long."""
 LACKING: Final = "–"

@@ -19,6 +19,7 @@ from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.regime import REGIMES
 from nanoslip.solver.dynamics.stick_slip import stick_slip
@@ -26,7 +27,7 @@ from nanoslip.solver.ensemble import mean_of, student
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import rounded
 from nanoslip.study.dataset.table import scales_of
-from nanoslip.study.figures.points import Columns, Floats, ordered
+from nanoslip.study.figures.points import Columns, ordered
 from nanoslip.study.manifest.columns import rows_as_csv
 
 # A table of claims: the paper's statement, the dataset's number, and why the two differ.

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
-from nanoslip.study.figures.points import Floats, Points, hyphenated, in_symbols, in_text, label, short, typeset
+from nanoslip.solver.arrays import Floats
+from nanoslip.study.figures.points import Points, hyphenated, in_symbols, in_text, label, short, typeset
 from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, is_logarithmic, places_of, set_axis, values_of
 from nanoslip.study.figures.shared import COLORS, REGIME_COLORS, WIDTH, column, edges, legend, series_styles
 

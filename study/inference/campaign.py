@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import DURATIONS
 from nanoslip.solver.ensemble import student
@@ -18,7 +19,6 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import Points, points_named
 from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, fit
 from nanoslip.study.inference.sensitivity import axis_of
-from nanoslip.study.inference.surrogate import Floats
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, of_symbol, table_of

@@ -10,9 +10,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.study.inference.means import Measured, mean_with_error
-from nanoslip.study.inference.recording import LEAST_DROP, NOISE, Floats
+from nanoslip.study.inference.recording import LEAST_DROP, NOISE
 from nanoslip.study.inference.slips import Averaged, Slip
 
 RESOLVED: Final = 8

@@ -16,8 +16,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.view import with_error
-from nanoslip.study.inference.surrogate import Floats, Surrogate, TooFewError, regress
+from nanoslip.study.inference.surrogate import Surrogate, TooFewError, regress
 
 # Measured numbers, and the ranges of parameters that are searched.
 

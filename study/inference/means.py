@@ -8,10 +8,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.coefficients import steady_blocks, truncation
 from nanoslip.solver.dynamics.result import BINS
 from nanoslip.solver.ensemble import FEWEST, jackknife, mean_of
-from nanoslip.study.inference.recording import Floats
 
 
 class Measured(NamedTuple):

@@ -10,11 +10,11 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import require
 from nanoslip.study.manifest.columns import Column, Columns, OneWay, one_way, read_columns, scale_of, unit_of
 
-Floats = NDArray[np.float64]
 FEWEST_POINTS: Final = 16
 """Fewest points of a trace."""
 NOISE: Final = 10.0

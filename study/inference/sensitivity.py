@@ -13,8 +13,9 @@ import scipy
 import xarray as xr
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.study.figures.points import points_named, unevenness
-from nanoslip.study.inference.surrogate import ALIKE, MOST, Floats, TooFewError, regress
+from nanoslip.study.inference.surrogate import ALIKE, MOST, TooFewError, regress
 
 # The parameters of cases as numbers in the unit cube, and how likely each value is.
 

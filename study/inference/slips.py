@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import FEWEST
-from nanoslip.study.inference.recording import FEWEST_POINTS, LEAST_DROP, NOISE, Floats, Trace, noise_of
+from nanoslip.study.inference.recording import FEWEST_POINTS, LEAST_DROP, NOISE, Trace, noise_of
 
 
 class Slip(NamedTuple):

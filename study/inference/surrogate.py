@@ -9,11 +9,9 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import NanoslipError
-
-Floats = NDArray[np.float64]
 
 # Kernels: covariances over the distance r in units of a length for each parameter.
 

@@ -12,11 +12,12 @@ from typing import Final, NamedTuple
 import numpy as np
 import scipy
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT
 from nanoslip.solver.ensemble import FEWEST
 from nanoslip.study.inference.cycles import RESOLVED, Cycle, FittedCycles, fitted_cycles
 from nanoslip.study.inference.means import BATCHES, Measured, correlated, mean_of_cycles, mean_with_error, steady_mean
-from nanoslip.study.inference.recording import FEWEST_POINTS, NOISE, Floats, Limits, Trace, limits, two_way
+from nanoslip.study.inference.recording import FEWEST_POINTS, NOISE, Limits, Trace, limits, two_way
 from nanoslip.study.inference.slips import (
     Averaged,
     Slip,

@@ -14,10 +14,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import InvalidInput, quoted
 from nanoslip.study.manifest.units import factor
 
-Floats = NDArray[np.float64]
 _SEPARATORS: Final = (
     ("semicolons", re.compile(r"\s*;\s*"), True),
     ("tabs", re.compile(r" *\t *"), True),

@@ -22,12 +22,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Dense
 from nanoslip.solver.parameter import check, parameter
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
-
-Dense = NDArray[np.float64]
 
 
 @SCHEMES.register

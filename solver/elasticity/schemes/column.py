@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Dense
 from nanoslip.solver.elasticity.grid import Grid
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, blank, solve_mixed, stiffness
 from nanoslip.solver.slab import Slab
@@ -130,8 +131,6 @@ def _depth_of(rows: float, height: float) -> float:
     logarithm = math.log(_THICKEST)
     return math.exp(min(rows - 1.0, logarithm)) + _THICKEST * max(0.0, rows - 1.0 - logarithm)
 
-
-Dense = NDArray[np.float64]
 
 TALL = 10.0
 """Height in L_x up to which a slab has a grid from top to bottom. Half-way down a taller one, stresses that are not a bar's have

@@ -12,11 +12,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Dense, Indices, Vector
 from nanoslip.solver.slab import FEWEST_NODES, MOST_NODES, Scheme, Slab
-
-Vector = NDArray[np.float64]
-Dense = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class SurfaceConvolution(ABC):

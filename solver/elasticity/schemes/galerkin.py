@@ -28,6 +28,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Dense
 from nanoslip.solver.elasticity.condensation import condensed
 from nanoslip.solver.elasticity.grid import (
     Grid,
@@ -46,7 +47,6 @@ from nanoslip.solver.elasticity.schemes.column import graded_hierarchy, lengthen
 from nanoslip.solver.parameter import check, parameter, require
 from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
 
-Dense = NDArray[np.float64]
 MOST_ROWS_PER_LEVEL = 1024
 
 

@@ -15,12 +15,10 @@ Shear acts along x alone, and the surface is free to move along y. A half-space 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Dense
 from nanoslip.solver.elasticity.schemes.planar import PlanarScheme, PlaneConvolution
 from nanoslip.solver.slab import SCHEMES, Slab
-
-Dense = NDArray[np.float64]
 
 
 @SCHEMES.register

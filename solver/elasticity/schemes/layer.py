@@ -18,16 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from nanoslip.solver.elasticity.schemes.half_space import even, half_space, odd
 from nanoslip.solver.elasticity.schemes.planar import PlanarScheme, PlaneConvolution
 from nanoslip.solver.elasticity.schemes.strip import gauss, remainders
 from nanoslip.solver.parameter import require
 from nanoslip.solver.slab import SCHEMES, Slab
-
-Vector = NDArray[np.float64]
-Dense = NDArray[np.float64]
 
 
 @SCHEMES.register

@@ -10,12 +10,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Dense, Indices, Vector
 from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, SurfaceConvolution
 from nanoslip.solver.slab import FEWEST_NODES
-
-Vector = NDArray[np.float64]
-Dense = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 MOST_ACROSS = 513
 """Nodes along a side: 263,169 in all, of which those near the contact are followed."""

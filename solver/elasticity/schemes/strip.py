@@ -18,13 +18,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Vector
 from nanoslip.solver.elasticity.schemes.endless import Convolution, EndlessScheme, mean_log
 from nanoslip.solver.parameter import require
 from nanoslip.solver.slab import SCHEMES, Slab
-
-Vector = NDArray[np.float64]
 
 
 @SCHEMES.register
