@@ -5,51 +5,63 @@ pressure, and F is μ_i·W: that needs no computation.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
-from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import quantities
+from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.effects import Done, compute, key_of, tasks_of
-from nanoslip.study.dataset.variables import factors
+from nanoslip.study.dataset.variables import DRIVE, by_name, factors
 from nanoslip.study.manifest.cases import CampaignCase
-from nanoslip.study.manifest.manifest import Manifest
+from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.parameters import as_written, compact, make_case
 from nanoslip.study.plan.cost import estimate
+from nanoslip.study.plan.kinds import KINDS, declared, names_of
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.progress import roughly
 
-MAIN: Final = ("contact_half_width", "plateau_mean")
-"""Main number of a case that does not slide, and of one that does."""
-SECONDS: Final = 5.0
-"""Core seconds that a reader waits for what decides, for each of both spacings, unless asked for."""
 FOLDER: Final = "spacings"
 """Folder beside a dataset with results on other spacings, apart from those that the dataset is made of."""
+MAIN: Final = ("contact_half_width", "plateau_mean")
+"""Main number of a case that does not slide, and of one that does."""
+OF_FRICTION: Final = ("plateau_mean", "static_friction", "kinetic_friction")
+"""Numbers that are μ_i if slips drop no stress, but for what inertia and damper add."""
+SECONDS: Final = 5.0
+"""Core seconds that a reader waits for what decides, for each of both spacings, unless asked for."""
+
+
+FACTORS: Final = {"finer": (0.5, 2 / 3, 0.8), "coarser": (2.0, 1.5, 1.25)}
+"""Side -> node spacings over the case's own, in order of preference: the first of each side that has the number counts."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spacing:
     """A number of a case on another node spacing."""
 
-    word: str
-    """`half` or `twice` the node spacing."""
+    factor: float
+    """Node spacing over the case's own."""
     n_x: int
     value: float = math.nan
     """Mean over FEWEST members; NaN if unknown."""
     error: float = math.nan
     """Uncertainty by starts."""
-    problem: str = ""
-    """Reason if it is unknown."""
+    ending: str = ""
+    """Outcome of a computation without the number."""
+    seconds: float = math.nan
+    """Estimated core seconds of one that was left out."""
+
+    @property
+    def known(self) -> bool:
+        """True if it has the number."""
+        return math.isfinite(self.value)
 
 
 class Deciding(NamedTuple):
@@ -57,55 +69,115 @@ class Deciding(NamedTuple):
 
     variable: str
     spacings: tuple[Spacing, ...]
+    """The finer one, then the coarser one; a side without a grid that the scheme takes is not there."""
     without_drop: float
     """F/W if slips drop no stress; NaN for another number, and where that is the case itself."""
 
     @property
     def computed(self) -> list[Spacing]:
         """Spacings whose number is known."""
-        return [each for each in self.spacings if math.isfinite(each.value)]
+        return [each for each in self.spacings if each.known]
 
 
 def deciding(
-    manifest: Manifest, case: CampaignCase, variable: str, most: float = SECONDS, out: Path | None = None
+    manifest: Manifest,
+    case: CampaignCase,
+    variable: str,
+    most: float = SECONDS,
+    out: Path | None = None,
+    drive: NamedDrive | None = None,
 ) -> Deciding:
-    """Compute a number of a case on half and twice its node spacing. most: core seconds for each; longer is left out.
+    """Compute a number of a case on finer and coarser nodes.
 
-    out: folder of the campaign, where results are kept for the next time.
+    most: core seconds for each; longer is left out. out: folder of the campaign, where results are kept for the next time.
+    drive: the one that a number of a drive is of; None for the first.
     """
     assert case.case is not None
-    spaces, own = case.case.slab.n_x - 1, manifest.ensemble
-    drive = None if variable in MAIN else next(each.drive for each in manifest.drives if each.drive)
-    unit = factors(case.case, manifest.scales, drive)[quantities(CriticalPoint)[variable].per if drive else ""]
-    ensemble = Ensemble(FEWEST, places=own.places)
-    found, rate, kept = list[Spacing](), 0.0, Store(out / FOLDER) if out else None
-    for word, n_x in (
-        ("twice", round(spaces / 2) + 1),
-        ("half", 2 * spaces + 1),
-    ):  # the cheap one tells what the other takes
-        try:
-            other = _on(manifest, case, n_x)
-        except InvalidInput as error:
-            found.append(Spacing(word, n_x, problem=str(error)))
-            continue
-        tasks = _tasks(manifest, other, ensemble, variable)
-        last = kept.find(tasks[-1][1].key) if kept else None
-        if not last:
+    if drive is None and variable in names_of(KINDS[DRIVE]):
+        drive = next(each.drive for each in manifest.drives if each.drive)
+    search = _Search(manifest, case, variable, most, drive, Store(out / FOLDER) if out else None)
+    coarser = search.best(FACTORS["coarser"])  # the cheap one tells what the other takes
+    spacings = (search.best(FACTORS["finer"]), coarser)
+    rule = case.case.slip_rule
+    drops = variable in OF_FRICTION and rule.residual_shear < 1.0 and math.isfinite(case.case.intrinsic_friction)
+    without_drop = case.case.intrinsic_friction if drops else math.nan
+    return Deciding(variable, tuple(each for each in spacings if each), without_drop)
+
+
+def numbers_of_tasks() -> frozenset[str]:
+    """Numbers that can be computed on another node spacing."""
+    return frozenset().union(*(names_of(KINDS[kind]) for kind in ("contact", "record", "path", DRIVE)))
+
+
+@dataclass
+class _Search:
+    """Computes a number of a case on other node spacings."""
+
+    manifest: Manifest
+    case: CampaignCase
+    variable: str
+    most: float
+    drive: NamedDrive | None
+    kept: Store | None
+    """Results of before."""
+    rate: float = 0.0
+    """Core seconds over estimated ones, of the first spacing that was computed."""
+
+    def best(self, factors: Iterable[float]) -> Spacing | None:
+        """The first of these spacings that has the number, else the first that the scheme takes."""
+        first = None
+        for other in filter(None, map(self._on, factors)):
+            found = self._computed(other)
+            if found.known:
+                return found
+            first = first or found
+        return first
+
+    def _on(self, factor: float) -> Case | None:
+        """The case with nodes this much further apart, about; None where its scheme or settings exclude that."""
+        own = zip(self.case.labels.names, self.case.values, strict=True)
+        given = {**self.manifest.fixed, **{name: value for name, value in own if value is not None}}
+        nodes = 2 * round(self._spaces / factor / 2) + 1  # all schemes take odd numbers alone
+        with suppress(InvalidInput):
+            return make_case({**given, "n_x": nodes}) if nodes != self._spaces + 1 else None
+        return None
+
+    @property
+    def _spaces(self) -> int:
+        assert self.case.case is not None
+        return self.case.case.slab.n_x - 1
+
+    def _computed(self, other: Case) -> Spacing:
+        found = Spacing(self._spaces / (other.slab.n_x - 1), other.slab.n_x)
+        tasks = self._tasks(other, Ensemble(FEWEST, places=self.manifest.ensemble.places))
+        last = next(task for _, task in reversed(tasks) if self.variable in names_of(KINDS[task.kind]))
+        if not (result := self.kept.find(last.key) if self.kept else None):
             expected = sum(estimate(task)[0] for _, task in tasks)
-            if (seconds := (rate or 1.0) * expected) > most:
-                found.append(Spacing(word, n_x, problem=f"left out, {roughly(seconds)}"))
-                continue
-            if not rate:  # loads libraries and compiles kernels
-                compute(_tasks(manifest, other, Ensemble(), variable), {})
+            if (seconds := (self.rate or 1.0) * expected) > self.most:
+                return replace(found, seconds=seconds)
+            if not self.rate:  # loads libraries and compiles kernels
+                compute(self._tasks(other, Ensemble()), {})
             done: Done = {}
             compute(tasks, done)
-            rate = sum(seconds for _, seconds in done.values()) / expected
-            last = done[tasks[-1][1].key][0]
-            _keep(last, kept)
-        found.append(_spacing(word, n_x, variable, last, unit))
-    rule = case.case.slip_rule
-    drops = variable == MAIN[True] and rule.residual_shear < 1.0 and math.isfinite(case.case.intrinsic_friction)
-    return Deciding(variable, tuple(found[::-1]), case.case.intrinsic_friction if drops else math.nan)
+            self.rate = sum(seconds for _, seconds in done.values()) / expected
+            result = done[last.key][0]
+            _keep(result, self.kept)
+        mean, unit = (
+            mean_of(np.array(result.scalars.get(key_of(self.variable, result), [math.nan]), float)),
+            self._unit(result),
+        )
+        value, error = float(mean.mean) * unit, float(mean.uncertainty) * unit
+        return replace(found, value=value, error=error, ending=result.outcome.ending.value)
+
+    def _tasks(self, other: Case, ensemble: Ensemble) -> list[tuple[str, Task]]:
+        drives = {"": self.drive.dimensionless(self.manifest.scales)} if self.drive else {}
+        return tasks_of(self.manifest, other, drives, ensemble, (self.variable,))
+
+    def _unit(self, result: TaskResult) -> float:
+        """Factor from the solver's unit of the number to that of the dataset."""
+        assert self.case.case is not None
+        number = declared(KINDS[result.kind])[key_of(self.variable, result)]
+        return factors(self.case.case, self.manifest.scales, self.drive)[number.per]
 
 
 def _keep(result: TaskResult, kept: Store | None) -> None:
@@ -116,42 +188,41 @@ def _keep(result: TaskResult, kept: Store | None) -> None:
             kept.write(result, shared=True)
 
 
-def _on(manifest: Manifest, case: CampaignCase, n_x: int) -> Case:
-    """The case with this number of nodes. Raises InvalidInput."""
-    own = zip(case.labels.names, case.values, strict=True)
-    return make_case({**manifest.fixed, **{name: value for name, value in own if value is not None}, "n_x": n_x})
-
-
-def _tasks(manifest: Manifest, case: Case, ensemble: Ensemble, variable: str) -> list[tuple[str, Task]]:
-    pulled = [] if variable in MAIN else [each for each in manifest.drives if each.drive]
-    drives = {each.label: each.drive.dimensionless(manifest.scales) for each in pulled if each.drive}
-    return tasks_of(manifest, case, drives, ensemble, (variable,))
-
-
-def _spacing(word: str, n_x: int, variable: str, last: TaskResult, unit: float) -> Spacing:
-    """The number of a case on another spacing, from the result of its last task."""
-    values = last.scalars.get(key_of(variable, last), [math.nan])
-    mean = mean_of(np.array(values, float))
-    known = math.isfinite(mean.mean)
-    problem = "" if known else f"{last.outcome.ending} with n_x = {n_x}"
-    return Spacing(word, n_x, float(mean.mean) * unit, float(mean.uncertainty) * unit, problem)
-
-
 def deciding_words(found: Deciding, title: str = "") -> Iterator[str]:
-    """Word influences as parts of a sentence: `0.42 ± 0.01 to 0.48 ± 0.02 with half and twice the node spacing`.
+    """Word influences as parts of a sentence: `0.42 ± 0.01 with half, 0.48 ± 0.02 with twice the node spacing`.
 
     title: of the number.
     """
-    known = found.computed
-    unit = "" if found.variable in MAIN else as_written(quantities(CriticalPoint)[found.variable].units)
-    values = dict.fromkeys(
-        compact(each.value, unit, each.error) if unit else with_error(each.value, each.error)
-        for each in sorted(known, key=lambda each: each.value)
-    )
-    unknown = "".join(f" ({each.word}: {each.problem})" for each in found.spacings if each not in known)
-    if known:
-        yield f"{title}{' to '.join(values)} with {' and '.join(each.word for each in known)} the node spacing{unknown}"
-    elif unknown:
-        yield f"other node spacings{unknown}"
+    unit = as_written(by_name()[found.variable].units)
+    values = [
+        f"{with_error(each.value, each.error) if unit == '1' else compact(each.value, unit, each.error)} with {times(each)}"
+        for each in found.computed
+    ]
+    if values:
+        yield f"{title}{', '.join(values)} the node spacing"
+    yield from map(missing_words, (each for each in found.spacings if not each.known))
     if math.isfinite(found.without_drop):
         yield f"{found.without_drop:.3g} if slips drop no stress"
+
+
+def times(spacing: Spacing) -> str:
+    """A node spacing over the case's own, in words: `half`, `twice`, `0.67 times`."""
+    words = {"0.5": "half", "2": "twice"}
+    return words.get(factor := f"{spacing.factor:.2g}", f"{factor} times")
+
+
+def missing_words(spacing: Spacing) -> str:
+    """Reason why a number is not known on another spacing, in words."""
+    if math.isfinite(spacing.seconds):
+        return f"{times(spacing)} the node spacing takes {roughly(spacing.seconds)} (n_x = {spacing.n_x})"
+    side = "finer" if spacing.factor < 1.0 else "coarser"
+    why = _WHY.get(spacing.ending, f"{spacing.ending.replace('_', ' ')}, so not known")
+    return f"on {side} nodes {why}"
+
+
+_WHY: Final = {
+    Ending.NO_SLIP.value: "the pin does not slip",
+    Ending.NO_PLATEAU.value: "friction does not become steady",
+    Ending.COMPLETED.value: "not known",
+}
+"""Ending of a computation without the number -> reason, in words."""

@@ -7,7 +7,7 @@ import math
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Final, NamedTuple, TypeVar
 
@@ -45,13 +45,6 @@ Place = tuple[str, str]
 """A variable, and the label of its drive where it is a number of one."""
 Done = dict[str, tuple[TaskResult, float]]
 """Key of a task -> its result and core seconds."""
-FINER: Final = Effect[Case](
-    "grid",
-    lambda case: True,
-    lambda case: replace(case, slab=replace(case.slab, n_x=2 * case.slab.n_x - 1)),
-    "n_x of twice as many nodes",
-)
-"""The error of a grid, about: what a finer one changes."""
 
 
 class Scenes(NamedTuple):

@@ -1,46 +1,99 @@
 """The answer of a case in a line: friction with the ± of its starts, and what decides it beside them."""
 
+import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from nanoslip.solver.parameter import SHARED_ERROR
-from nanoslip.study.accuracy.deciding import MAIN, SECONDS, Deciding, deciding, deciding_words
-from nanoslip.study.dataset.variables import fewer
+from nanoslip.solver.sliding.validity import flags_in
+from nanoslip.study.accuracy.deciding import (
+    MAIN,
+    SECONDS,
+    Deciding,
+    deciding,
+    deciding_words,
+    missing_words,
+    numbers_of_tasks,
+    times,
+)
+from nanoslip.study.dataset.variables import DRIVE_NAME, VALIDITY, by_name, fewer
+from nanoslip.study.figures.points import symbol
 from nanoslip.study.manifest.cases import CampaignCase, expand
-from nanoslip.study.manifest.manifest import Manifest
-from nanoslip.study.manifest.parameters import compact
+from nanoslip.study.manifest.manifest import CampaignDrive, Manifest, drive_sizes
+from nanoslip.study.manifest.parameters import YOUNG, compact
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table
+from nanoslip.study.toml_text import from_toml
 
 
 def decided(
     case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None, most: float = SECONDS
 ) -> Deciding | None:
     """Influences on a computed case beside its starts; None if its main number is unknown. out, most: see `deciding`."""
-    if of.case is not None:
-        for main in ("critical_velocity", MAIN["slip" in manifest.stages]):
-            if main in case and not case[main].dims and math.isfinite(float(case[main])):
-                return deciding(manifest, of, main, most, out)
+    names = ["critical_velocity", *summary.main_numbers(case), MAIN["slip" in manifest.stages]]
+    for main in names if of.case is not None else ():
+        if main in case and main in numbers_of_tasks() and not case[main].dims and math.isfinite(float(case[main])):
+            drive = _drive_of(case, manifest)
+            return deciding(manifest, of, main, most, out, drive.drive if drive else None)
     return None
 
 
-def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None = None) -> str:
-    """Friction of a case with its ±, and what decides it beside the starts, in a line. out: see `deciding`."""
+def _drive_of(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
+    """The drive of a case of a dataset; of several the first, None without any."""
+    at = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
+    named = ({DRIVE_NAME.name: each.name, **each.point}.items() for each in manifest.drives)
+    here = [all(at.get(key, value) == value for key, value in items) for items in named]
+    return next(itertools.compress(manifest.drives, here), None)
+
+
+def answer_of(
+    case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str], out: Path | None = None
+) -> str:
+    """Friction of a case with its ±, and what decides it beside the starts, in a line.
+
+    given: parameters that its author gave. out: see `deciding`.
+    """
     answer, names, found = summary.answer(case), list(summary.answered(case)), decided(case, manifest, of, out)
     if found is None:
         return answer
-    title = summary.SHOWN[found.variable] if found.variable in MAIN else case[found.variable].attrs["symbol"]
-    named = "" if names[:1] == [found.variable] else f"{title} "
+    named = "" if names == [found.variable] else f"{name_of(found.variable)} "
     if "critical_velocity" in case:
         answer, names = f"{critical_words(case)}; {answer}", ["critical_velocity", *names]
     known = (float(case.get(f"{name}_uncertainty", 0.0)) for name in names)
     by = " (± by starts alone)" if any(0.0 < each < math.inf for each in known) else ""
-    return "; ".join([f"{answer}{by}", *deciding_words(found, named)])
+    flags = ", ".join(flag.name for flag in flags_in(int(case.get(VALIDITY.name, 0))))
+    cautions = [f"flagged {flags}"] if flags else []
+    return "; ".join([f"{answer}{by}", *cautions, *deciding_words(found, named), *_defaults(case, manifest, of, given)])
+
+
+def name_of(variable: str) -> str:
+    """Title of a number in tables, or the symbol of one with a unit."""
+    return summary.SHOWN.get(variable, symbol(variable)) if by_name()[variable].units == "1" else symbol(variable)
+
+
+_DECIDE: Final = ("intrinsic_friction", "radius", "normal_load", "n_x")
+"""Parameters that decide what a case answers; the first one only if it slides."""
+
+
+def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str]) -> Iterator[str]:
+    """The deciding parameters that nobody gave, as a part of a sentence: `by default μ_i = 0.5, k = 200 kN/m`."""
+    assert of.case is not None
+    decide = _DECIDE["slip" not in manifest.stages :]
+    values = {name: value for name, value in of.case.flat.items() if name in decide and name not in given}
+    scales, stated = manifest.stated_scales, from_toml(manifest.text).get("scales", {})
+    sizes = [summary.label_text(values, scales)] if values else []
+    if scales and not {"shear_modulus", YOUNG} & stated.keys():
+        sizes.append(f"G = {compact(scales.shear_modulus, 'Pa')}")
+    if (drive := _drive_of(case, manifest)) and drive.drive:
+        searched = {"stage_velocity"} if "critical_velocity" in case else set()
+        unnamed = {name: (value,) for name, value in drive.drive.flat.items() if name not in drive.given | searched}
+        sizes += drive_sizes({name: value for name, value in unnamed.items() if value != (None,)})
+    if sizes:
+        yield f"by default {', '.join(sizes)}"
 
 
 def critical_words(case: xr.Dataset) -> str:
@@ -76,7 +129,7 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
     where = (
         f"The middle case, {summary.label_text(parameters, manifest.stated_scales)}" if len(possible) > 1 else "Answer"
     )
-    answer = answer_of(case, manifest, middle, out)
+    answer = answer_of(case, manifest, middle, {*manifest.fixed, *manifest.axes}, out)
     return f"{where}: {answer}." if answer else ""
 
 
@@ -87,9 +140,18 @@ NOT_MEASURED: Final = "not measured"
 """Cell of a share that nothing here computes."""
 
 
+class Ranking(NamedTuple):
+    """What decides one number of a case."""
+
+    variable: str
+    title: str
+    """Symbol and value of the number."""
+    table: Table
+
+
 def ranking(
     case: xr.Dataset, manifest: Manifest, of: CampaignCase, cost: str, most: float, out: Path
-) -> tuple[str, Table] | None:
+) -> Ranking | None:
     """The main number of a case with its value, and what decides it, the largest first; None if it is unknown.
 
     cost: of four times its members, in words. most, out: see `deciding`.
@@ -100,27 +162,26 @@ def ranking(
     name, value = found.variable, float(case[found.variable])
     errors = [*summary.errors_of(case, name, cost), *_beside(case, found, value)]
     rows = [(each.source, f"{each.share:.1%}", each.cure) for each in sorted(errors, key=lambda each: -each.share)]
-    unknown = [(f"{each.word} the node spacing", NOT_MEASURED, each.problem) for each in found.spacings if each.problem]
+    if not found.computed:
+        rows.append((_SPACING, NOT_MEASURED, "; ".join(map(missing_words, found.spacings))))
     assert of.case is not None
-    planar = of.case.slab.scheme.planar
-    plane = (
-        [] if planar else [("the third dimension", NOT_MEASURED, "a scheme in three dimensions: this is plane strain")]
-    )
-    rows += [*unknown, *plane]
-    return f"{summary.SHOWN[name]} {value:.4g}", Table(_HEADER, tuple(rows), labels=2)
+    if not of.case.slab.scheme.planar:
+        rows.append(("the third dimension", NOT_MEASURED, "a scheme in three dimensions: this is plane strain"))
+    return Ranking(name, f"{name_of(name)} {value:.4g}", Table(_HEADER, tuple(rows), labels=2))
+
+
+_SPACING: Final = "the node spacing"
 
 
 def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[summary.Error]:
-    """Node spacing, drop of a slip and length of the record as parts of a number's error, where they are known."""
-    spacings = " or ".join(each.word for each in found.computed)
-    cure = "measure the spacing of what slips on your surface, and set n_x to it"
+    """Node spacing and drop of a slip as parts of a number's error, where they are known."""
     if found.computed:
-        most = max(abs(each.value / value - 1.0) for each in found.computed)
-        yield summary.Error(f"{spacings} the node spacing", most, cure)
+        shares = {each: abs(each.value / value - 1.0) for each in found.computed}
+        known = [f"{times(each)} the spacing (n_x = {each.n_x}): {share:.1%}" for each, share in shares.items()]
+        unknown = [missing_words(each) for each in found.spacings if not each.known]
+        cure = "set n_x to the spacing of what slips on your surface"
+        yield summary.Error(_SPACING, max(shares.values()), "; ".join([*known, *unknown, cure]))
     if math.isfinite(found.without_drop):
+        own = value - (float(case.get("static_friction_excess", 0.0)) if found.variable == "static_friction" else 0.0)
         cure = "residual_shear from 0 to 1: nanoslip fit finds it from measured friction"
-        yield summary.Error("slips that drop no stress", abs(found.without_drop / value - 1.0), cure, plural=True)
-    spaced = float(case.get("record_spacings", math.nan))
-    if (shared := float(case.get(f"{found.variable}{SHARED_ERROR}", 0.0))) > 0.0:
-        cure = f"a longer record: it spans {spaced:.2g} of the node spacings with which the surface repeats"
-        yield summary.Error("the record's length", shared / abs(value), f"{cure} (limits.spacings = 2)")
+        yield summary.Error("slips that drop no stress", abs(found.without_drop / own - 1.0), cure, plural=True)

@@ -203,7 +203,7 @@ def plan() -> None:
 
 
 @command("look:explain_case", CAMPAIGN, PARAMETERS, OUT)
-@flag("--grid", "show_grid", help="Measure what twice as many nodes change and cost, however long.")
+@flag("--grid", "show_grid", help="Compute on half the node spacing, too, however long that takes.")
 @flag("--effects", "show_effects", help="Measure what each of its effects changes and costs, too.")
 def explain() -> None:
     """Explain the cost and the errors of one case of CAMPAIGN.

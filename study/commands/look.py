@@ -19,7 +19,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import SECONDS
-from nanoslip.study.accuracy.effects import FINER, Influence, Scenes, influences, scenes_of
+from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scenes_of
 from nanoslip.study.commands.answering import answer_of, ranking
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
 from nanoslip.study.commands.plans import BALL, counted, refusals
@@ -30,7 +30,7 @@ from nanoslip.study.dataset.variables import DRIVE_NAME
 from nanoslip.study.exit_codes import FAILURES
 from nanoslip.study.manifest.cases import CampaignCase, campaign_of, expand
 from nanoslip.study.manifest.checker import number_or_text
-from nanoslip.study.manifest.manifest import Manifest, drive_line, drive_parameters
+from nanoslip.study.manifest.manifest import Manifest, drive_parameters, drive_sizes
 from nanoslip.study.manifest.parameters import STANDARD, make_case, names_by_word, resembles_ball, si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
@@ -40,7 +40,7 @@ from nanoslip.study.plan.task import idle
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
 from nanoslip.study.report.curves import beyond_contact, curves, print_lines
-from nanoslip.study.report.summary import Error, error_lines
+from nanoslip.study.report.summary import error_lines
 from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.shard import folders
 from nanoslip.study.run.journal import measured_in
@@ -80,6 +80,7 @@ def try_campaign(
         _draw().shared.format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
         content = campaign_of(given | ({"critical": "true"} if critical else {}), contact, drive or critical)
+        typed = api.manifest_of(content).fixed.keys()
         print_sentences(_on_quick_grid(content), stderr=True)
         manifest, found = api.manifest_of(content), api.run(content, progress=True)
     endings = {
@@ -91,7 +92,7 @@ def try_campaign(
         raise Refusal(endings[Ending.INVALID])
     print_sentences([*_idle(given, contact), *([BALL] if resembles_ball(given) else [])])
     case = single(found, {})
-    answer = answer_of(case, manifest, expand(manifest)[0])
+    answer = answer_of(case, manifest, expand(manifest)[0], typed)
     note(answer)
     _show_case(
         case, found, picture, () if everything else BRIEF["path" if "loss_per_cycle" in case else manifest.stages[-1]]
@@ -212,48 +213,27 @@ def explain_case(
             rough,
         ]
     )
-    scenes, measured = scenes_of(manifest, [case], SHOWN), dict[str, Error]()
-    if show_grid:
-        finer, failures = influences(scenes._replace(of_cases=(FINER,), of_drives=()))
-        print_sentences(failures, FAILED)
-        measured = {each.variable: _of_finer(each) for each in finer}
-    path, cost = into / file.FILE, roughly(4.0 * seconds)
-    print_sentences(_errors(path, manifest, parameters, cost, measured))
-    if ranked := _ranking(path, manifest, parameters, case, cost, math.inf if show_grid else SECONDS):
-        title, table = ranked
-        note(f"what decides {title}, the largest first:")
-        print_table(table)
+    scenes = scenes_of(manifest, [case], SHOWN)
+    _explain(into / file.FILE, manifest, parameters, case, roughly(4.0 * seconds), math.inf if show_grid else SECONDS)
     if show_effects:
         print_changes(campaign, scenes)
 
 
-def _of_finer(each: Influence) -> Error:
-    change = f"twice as many nodes change it by {each.change:+.1%} ± {_share(each.uncertainty, '.1%')}"
-    cure = f"{change}, in {each.seconds:.2g} × the time of this grid (another surface for what slips)"
-    return Error("the grid", abs(each.change), cure)
-
-
-def _errors(
-    path: Path, manifest: Manifest, parameters: tuple[str, ...], cost: str, measured: Mapping[str, Error]
-) -> list[str]:
-    """Error budget of a computed case."""
-    if path.is_file():
-        with file.reading(path) as found:
-            if is_of(found, manifest):
-                return list(error_lines(single(found, assignments(parameters)), cost, measured, SHOWN))
-    lines = [f"{name}: {each.cure}" for name, each in measured.items()]
-    return [*lines, "not computed yet: afterwards explain names the largest error of each number"]
-
-
-def _ranking(
+def _explain(
     path: Path, manifest: Manifest, parameters: tuple[str, ...], of: CampaignCase, cost: str, most: float
-) -> tuple[str, Table] | None:
-    """Influences on the main number of a computed case, the largest first."""
+) -> None:
+    """Print what decides the main number of a computed case, the largest first, and the errors of its other numbers."""
     if path.is_file():
         with file.reading(path) as found:
             if is_of(found, manifest):
-                return ranking(single(found, assignments(parameters)), manifest, of, cost, most, path.parent)
-    return None
+                case = single(found, assignments(parameters))
+                ranked = ranking(case, manifest, of, cost, most, path.parent)
+                if ranked:
+                    note(f"what decides {ranked.title}, the largest first:")
+                    print_table(ranked.table)
+                print_sentences(error_lines(case, cost, SHOWN, (ranked.variable,) if ranked else ()))
+                return
+    note("not computed yet: afterwards explain ranks what decides its main number")
 
 
 SHOWN: Final = 3
@@ -320,9 +300,11 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
     values = {str(name): each.item() for name, each in case.coords.items() if not each.dims}
     scales = scales_of(dataset.attrs)
     in_si = [f"in SI: {si_line(scales, values, {})}"] if scales else []
-    driven = drive_line({name: (values[name],) for name in drive_parameters().keys() & values.keys()})
+    driven = drive_sizes({name: (values[name],) for name in drive_parameters().keys() & values.keys()})
     endings = summary.ending_lines(case, completed=not names)
-    print_sentences([f"case {_label(case, dataset)}", *in_si, driven, *endings])
+    print_sentences(
+        [f"case {_label(case, dataset)}", *in_si, *([f"drive: {', '.join(driven)}"] if driven else []), *endings]
+    )
     table, others = summary.case_table(case, names)
     if table.rows:
         print_table(table)

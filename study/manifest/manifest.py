@@ -150,13 +150,12 @@ def drive_parameters() -> Mapping[str, Parameter]:
     return {**declared(NamedDrive), **parameters_of_a_drive()}
 
 
-def drive_line(given: Mapping[str, Sequence[Any]]) -> str:
-    """Pin mass, spring, damping and stage velocity of drives in SI, in one line; empty without drives."""
+def drive_sizes(given: Mapping[str, Sequence[Any]]) -> list[str]:
+    """Pin mass, spring, damping and stage velocity of drives in SI, as `m = 500 g`; without those that are not given."""
     stated = {name: each for name, each in drive_parameters().items() if each.symbol}
     found = {name: [each for each in given.get(name, ()) if math.isfinite(each)] for name in stated}
     units = {name: "" if each.unit == "1" else as_written(each.unit) for name, each in stated.items()}
-    said = [f"{stated[name].symbol} = {span(values, units[name])}" for name, values in found.items() if values]
-    return f"drive: {', '.join(said)}" if said else ""
+    return [f"{stated[name].symbol} = {span(values, units[name])}" for name, values in found.items() if values]
 
 
 Stage = Literal["contact", "slip", "dynamics"]

@@ -27,7 +27,7 @@ from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
 from nanoslip.study.manifest.columns import rows_as_csv
-from nanoslip.study.manifest.manifest import drive_line, drive_parameters
+from nanoslip.study.manifest.manifest import drive_parameters, drive_sizes
 from nanoslip.study.manifest.parameters import NAMED, compact, si_line
 from nanoslip.study.report import summary
 from nanoslip.study.results import attempts as runs
@@ -106,8 +106,8 @@ def in_si(dataset: xr.Dataset) -> Iterator[str]:
         return
     given = {name: values(dataset, name) for name in parameters_of_a_case()}
     yield si_line(found, {}, {name: each for name, each in given.items() if each})
-    if driven := drive_line({name: values(dataset, name) for name in drive_parameters()}):
-        yield sentence(driven)
+    if driven := drive_sizes({name: values(dataset, name) for name in drive_parameters()}):
+        yield sentence(f"drive: {', '.join(driven)}")
     for name in ("final_displacement_si", "mean_step_si", "surface_stiffness_si"):
         if name in dataset and bool(dataset[name].notnull().any()):
             ends, unit = (

@@ -18,7 +18,7 @@ from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.load_path import Loops
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import quantities
+from nanoslip.solver.parameter import SHARED_ERROR, quantities
 from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
@@ -576,24 +576,29 @@ def _parts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
     """Known parts of a number's error, relative to it, of all cases, by source."""
     value, found = abs(dataset[name]), {}
     if f"{name}{UNCERTAINTY}" in dataset:
-        found["starts"] = dataset[f"{name}{UNCERTAINTY}"] / value.where(value > 0.0)
+        shared = dataset.get(f"{name}{SHARED_ERROR}", xr.DataArray(0.0)).fillna(0.0)
+        own = (dataset[f"{name}{UNCERTAINTY}"] ** 2 - shared**2).clip(min=0.0) ** 0.5
+        found["starts"], found[_SHARED] = own / value.where(value > 0.0), shared / value.where(value > 0.0)
     if _LEFT_OUT_ERROR.name in dataset:
         found[_LEFT_OUT.name] = dataset[_LEFT_OUT_ERROR.name].where(dataset[_LEFT_OUT.name] != "nothing")
     return found
 
 
-def errors_of(case: xr.Dataset, name: str, cost: str = "", measured: Mapping[str, Error] | None = None) -> list[Error]:
-    """Known parts of the error of a number of one case, the largest first.
+_SHARED: Final = "length of the record"
+"""Part of ± that all starts share."""
 
-    cost: of four times its members, in words. measured: what else is known, by name.
-    """
+
+def errors_of(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
+    """Known parts of the error of a number of one case, the largest first. cost: of four times its members, in words."""
     members = case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan))
     cures = {
-        "starts": f"{4 * float(members):g} members halve what starts do not share{cost and f': {cost}'}",
+        "starts": f"{4 * float(members):g} members halve this part{cost and f': {cost}'}",
+        _SHARED: f"a longer record: it spans {float(case.get('record_spacings', math.nan)):.2g} of the node spacings with "
+        "which the surface repeats (limits.spacings = 2)",
         _LEFT_OUT.name: "half of target.within halves it",
     }
     left_out = f"{str(case[_LEFT_OUT.name].item()).replace('_', ' ')} left out" if _LEFT_OUT.name in case else ""
-    found = [measured[name]] if measured and name in measured else []
+    found = []
     for source, share in _parts(case, name).items():
         named = left_out if source == _LEFT_OUT.name else source
         found.append(Error(named, float(share), cures[source], source == "starts"))
@@ -605,33 +610,24 @@ def _main_numbers_in(dataset: xr.Dataset) -> list[str]:
     return [name for name in asked if name in dataset and dataset[name].dtype.kind == "f"]
 
 
-_UNKNOWN: Final = "nanoslip explain --grid measures what a finer grid changes"
-
-
-def error_lines(
-    dataset: xr.Dataset, cost: str = "", measured: Mapping[str, Error] | None = None, most: int = 1
-) -> Iterator[str]:
+def error_lines(dataset: xr.Dataset, cost: str = "", most: int = 1, apart: Collection[str] = ()) -> Iterator[str]:
     """Report, for each requested number of some cases or drives, its value and the main source of its error.
 
-    cost, measured: see `errors_of`.
+    cost: see `errors_of`. apart: numbers that are reported elsewhere.
     """
-    rows, asked = case_rows(dataset), _main_numbers_in(dataset)
-    partly = [] if measured else asked
+    rows, asked = case_rows(dataset), [name for name in _main_numbers_in(dataset) if name not in apart]
     if len(rows) > most > 1:
         yield f"{most} of {len(rows)} drives, the first to the last:"
     for case in each_case(rows, most):
         place = label_text({dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1})
         for name in asked:
-            of = "within its ±, " if name in partly else ""
-            yield _line(case, name, f" ({place})" if place else "", of, errors_of(case, name, cost, measured))
+            yield _line(case, name, f" ({place})" if place else "", errors_of(case, name, cost))
     mask = int(dataset[variables.VALIDITY.name].values.flat[0]) if variables.VALIDITY.name in dataset else 0
     if unresolved := [flag for flag in flags_in(mask) if flag.unresolved]:
         yield f"nodes miss part of what these numbers depend on: {advice_on(unresolved)}"
-    if partly:
-        yield f"the grid's part of {', '.join(partly)} is not known; {_UNKNOWN}"
 
 
-def _line(case: xr.Dataset, name: str, where: str, of: str, errors: list[Error]) -> str:
+def _line(case: xr.Dataset, name: str, where: str, errors: list[Error]) -> str:
     value, error = float(case[name]), float(case.get(f"{name}{UNCERTAINTY}", math.nan))
     if math.isnan(value):
         return f"{name}{where}: not known"
@@ -640,6 +636,5 @@ def _line(case: xr.Dataset, name: str, where: str, of: str, errors: list[Error])
     first, *others = errors
     beside = "".join(f"; {each.source} {each.share:.1%}" for each in others)
     verb = "dominate" if first.plural else "dominates"
-    return (
-        f"{name} {with_error(value, error)}{where}: {of}{first.source} {verb} ({first.share:.1%}), {first.cure}{beside}"
-    )
+    largest = f"within its ±, {first.source} {verb} ({first.share:.1%})"
+    return f"{name} {with_error(value, error)}{where}: {largest}, {first.cure}{beside}"

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from nanoslip.solver.outcome import Ending
 from nanoslip.solver.view import with_error
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import MAIN, Deciding, Spacing, deciding, deciding_words
@@ -32,9 +33,12 @@ CRITICAL = {
 }
 
 
-def found_in(campaign: dict[str, Any], most: float = math.inf, out: Path | None = None) -> Deciding:
+STROKE = {**CASE, "limits": {}, "path": {"amplitude": 0.5, "cycles": 2}}
+
+
+def found_in(campaign: dict[str, Any], most: float = math.inf, variable: str = "", out: Path | None = None) -> Deciding:
     manifest = api.manifest_of(campaign)
-    variable = "critical_velocity" if manifest.drives else MAIN["slip" in manifest.stages]
+    variable = variable or MAIN["slip" in manifest.stages]
     return deciding(manifest, expand(manifest)[0], variable, most, out)
 
 
@@ -44,15 +48,14 @@ def found_in(campaign: dict[str, Any], most: float = math.inf, out: Path | None 
         (CASE, "plateau_mean"),
         (CONTACT, "contact_half_width"),
         pytest.param(CRITICAL, "critical_velocity", marks=pytest.mark.slow),
+        ({**CRITICAL, "outputs": {"fit": False}}, "static_friction"),
+        (STROKE, "loss_per_cycle"),
     ],
 )
 def test_half_and_twice_the_spacing_are_campaigns_of_their_own(campaign: dict[str, Any], variable: str) -> None:
     """Of as many members, to the last bit; the grid's own rows follow n_x."""
-    found = found_in(campaign)
-    assert (found.variable, [(each.word, each.n_x) for each in found.spacings]) == (
-        variable,
-        [("half", 33), ("twice", 9)],
-    )
+    found = found_in(campaign, variable=variable)
+    assert (found.variable, [(each.factor, each.n_x) for each in found.spacings]) == (variable, [(0.5, 33), (2.0, 9)])
     for each in found.spacings:
         other = api.run({**campaign, "numerics": {"n_x": each.n_x}}, progress=False)
         assert each.value == other[variable].item()
@@ -67,30 +70,55 @@ def test_slips_that_drop_no_stress_leave_the_intrinsic_friction() -> None:
     assert math.isnan(found_in(CONTACT).without_drop)
 
 
-def test_a_spacing_that_takes_too_long_or_is_refused_is_left_out_with_the_reason() -> None:
+def test_a_spacing_that_takes_too_long_is_left_out_with_its_time_and_one_that_is_refused_is_not_there() -> None:
     found = found_in(CASE, 0.0)
-    assert (found.computed, [each.problem.startswith("left out, ") for each in found.spacings]) == ([], [True, True])
+    assert (found.computed, [each.seconds > 0.0 for each in found.spacings]) == ([], [True, True])
     few = found_in({**CASE, "numerics": {"n_x": 17, "bottom_row": 17}})
-    assert [each.word for each in few.computed] == ["half"]
-    (words, _) = deciding_words(few)
-    assert "(twice: bottom_row = 17: " in words
+    assert [each.factor for each in few.spacings] == [0.5]
+
+
+STRIP = {**CASE, "numerics": {"n_x": 27, "scheme": "strip"}}
+
+
+def test_an_odd_number_of_halves_has_the_nearest_coarser_grid() -> None:
+    found = found_in(STRIP)
+    half, coarser = found.computed
+    assert (half.n_x, coarser.n_x % 2, coarser.factor * (coarser.n_x - 1)) == (53, 1, 26.0)
+
+
+def test_a_spacing_without_the_number_gives_way_to_a_nearer_one_that_has_it() -> None:
+    """On 13 nodes the contact is one node; the answer named the ending in place of a number."""
+    light = {"n_x": 25, "scheme": "strip"}, {"radius": 50.0, "intrinsic_friction": 0.25, "normal_load": 2e-4}
+    found = found_in(STRIP | dict(zip(("numerics", "constants"), light, strict=True)))
+    assert [(each.n_x, each.known) for each in found.spacings] == [(49, True), (21, True)]
+
+
+def test_what_is_not_known_on_other_nodes_is_stated_in_words() -> None:
+    """Endings and equations of n_x are for tables."""
+    late = Spacing(0.5, 33, seconds=20.0)
+    for ending in Ending:
+        words = list(deciding_words(Deciding("plateau_mean", (late, Spacing(2.0, 9, ending=ending.value)), math.nan)))
+        assert "about 20 s" in words[0]
+        assert "_" not in words[1]
 
 
 def test_a_velocity_on_another_spacing_has_the_unit_of_the_answer() -> None:
     """An answer in mm/s beside another in m/s is read wrong."""
-    spacings = (Spacing("half", 33, 1.5e-3, 1e-4), Spacing("twice", 9, 2.85e-3, 2e-4))
+    spacings = (Spacing(0.5, 33, 1.5e-3, 1e-4), Spacing(2.0, 9, 2.85e-3, 2e-4))
     assert list(deciding_words(Deciding("critical_velocity", spacings, math.nan), "V_c ")) == [
-        "V_c 1.50 ± 0.10 mm/s to 2.9 ± 0.2 mm/s with half and twice the node spacing"
+        "V_c 1.50 ± 0.10 mm/s with half, 2.9 ± 0.2 mm/s with twice the node spacing"
     ]
 
 
 def test_a_try_begins_and_ends_with_its_answer_and_what_decides_it(main: Main) -> None:
     code, text, _ = main("try", "n_x=17", "presliding=3", "radius=50", "intrinsic_friction=0.25", "members=3")
     first, *_, last = text.splitlines()
-    low, high = sorted(found_in(CASE).spacings, key=lambda each: each.value)
-    stated = [with_error(each.value, each.error) for each in (low, high)]
+    half, twice = found_in(CASE).spacings
+    stated = [with_error(each.value, each.error) for each in (half, twice)]
     assert (code, first) == (0, last)
-    assert f"; {' to '.join(stated)} with half and twice the node spacing; 0.25 if slips drop" in first
+    assert "{} with half, {} with twice the node spacing; 0.25 if slips drop".format(*stated) in first
+    assert "μ_i" not in first
+    assert all(each in first for each in ("; flagged few_nodes", "; by default W/(G·L_x·L_y) = 0.001"))
     rows = [line for line in text.partition("──\n")[2].partition("\n\n")[0].splitlines() if line[:1].strip()]
     assert 5 <= len(rows) <= 8
     assert text.count("┤") == 12

@@ -124,7 +124,7 @@ def test_a_failure_without_an_effect_is_told_in_its_row(main: Main, tmp_path: Pa
 def test_a_drive_too_short_is_to_have_more_of_what_its_file_gives(main: Main, tmp_path: Path):
     path = tmp_path / "short.toml"
     path.write_text(PULLED + 'stage_travel = "10 nm"\n')
-    said = " ".join(main("explain", path, "--grid")[1].split())
+    said = " ".join(main("effects", path)[1].split())
     assert "; raise stage_travel" in said
     assert "duration" not in said
 
