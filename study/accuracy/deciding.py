@@ -59,7 +59,7 @@ class Spacing:
     """Estimated core seconds of one that was left out."""
 
     @property
-    def known(self) -> bool:
+    def has_value(self) -> bool:
         """True if it has the number."""
         return math.isfinite(self.value)
 
@@ -76,7 +76,7 @@ class Deciding(NamedTuple):
     @property
     def computed(self) -> list[Spacing]:
         """Spacings whose number is known."""
-        return [each for each in self.spacings if each.known]
+        return [each for each in self.spacings if each.has_value]
 
 
 def deciding(
@@ -128,7 +128,7 @@ class _Search:
         first = None
         for other in filter(None, map(self._on, factors)):
             found = self._computed(other)
-            if found.known:
+            if found.has_value:
                 return found
             first = first or found
         return first
@@ -200,7 +200,7 @@ def deciding_words(found: Deciding, title: str = "") -> Iterator[str]:
     ]
     if values:
         yield f"{title}{', '.join(values)} the node spacing"
-    yield from map(missing_words, (each for each in found.spacings if not each.known))
+    yield from map(missing_words, (each for each in found.spacings if not each.has_value))
     if math.isfinite(found.without_drop):
         yield f"{found.without_drop:.3g} if slips drop no stress"
 

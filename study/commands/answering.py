@@ -141,7 +141,7 @@ NOT_MEASURED: Final = "not measured"
 
 
 class Ranking(NamedTuple):
-    """What decides one number of a case."""
+    """Influences on one number of a case."""
 
     variable: str
     title: str
@@ -178,7 +178,7 @@ def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[summary
     if found.computed:
         shares = {each: abs(each.value / value - 1.0) for each in found.computed}
         known = [f"{times(each)} the spacing (n_x = {each.n_x}): {share:.1%}" for each, share in shares.items()]
-        unknown = [missing_words(each) for each in found.spacings if not each.known]
+        unknown = [missing_words(each) for each in found.spacings if not each.has_value]
         cure = "set n_x to the spacing of what slips on your surface"
         yield summary.Error(_SPACING, max(shares.values()), "; ".join([*known, *unknown, cure]))
     if math.isfinite(found.without_drop):

@@ -90,7 +90,7 @@ def test_a_spacing_without_the_number_gives_way_to_a_nearer_one_that_has_it() ->
     """On 13 nodes the contact is one node; the answer named the ending in place of a number."""
     light = {"n_x": 25, "scheme": "strip"}, {"radius": 50.0, "intrinsic_friction": 0.25, "normal_load": 2e-4}
     found = found_in(STRIP | dict(zip(("numerics", "constants"), light, strict=True)))
-    assert [(each.n_x, each.known) for each in found.spacings] == [(49, True), (21, True)]
+    assert [(each.n_x, each.has_value) for each in found.spacings] == [(49, True), (21, True)]
 
 
 def test_what_is_not_known_on_other_nodes_is_stated_in_words() -> None:

@@ -108,7 +108,7 @@ def test_errors_that_are_explained_are_those_of_the_drive_that_is_named(ask, fin
     }
     assert [code for code, *_ in said.values()] == [0, 0, 2]
     (named, *_), (keyed, *_), (_, _, wrong) = ((out, errors, errors) for _, out, errors in said.values())
-    assert "static_friction " in named
+    assert "what decides μ_s " in named
     assert named == keyed
     assert "drive = none" in wrong
 
