@@ -154,7 +154,7 @@ def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> Rows
         source = read_columns(path, text)
         places = [source.named(name) for name in in_files()["legs"].columns]
         rows = source.rows(places)
-        if rows.holes or source.left_out.number:
+        if rows.holes or source.left_out.number or source.below:
             raise InvalidInput("legs", ABSENT, "two numbers in each line")
         scales = [
             _scale_of(source.columns[place], *each)

@@ -134,7 +134,7 @@ class Columns:
     skipped: int
     """Lines above the numbers."""
     below: int
-    """Lines below the numbers."""
+    """Lines below the numbers, less comments."""
     left_out: OmittedLines
 
     def __str__(self) -> str:
@@ -176,7 +176,7 @@ def read_columns(path: Path, text: str, titled: bool = True) -> Columns:
     """All columns of numbers. Raises InvalidInput with the text that was met.
 
     Numbers are separated as most lines have it. A cell that is no number is a hole. titled: False of a matrix, without names
-    of columns or a count of points above it.
+    of columns or a count of points above it: lines of numbers above its rows are lines left out.
     """
     lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
     kind = max(range(len(_SEPARATORS)), key=lambda each: sum(_share(line, each) for _, line in lines[:_LOOKED_AT]))
@@ -194,8 +194,10 @@ def read_columns(path: Path, text: str, titled: bool = True) -> Columns:
     values = np.array([parsed[place] for place in rows], float)
     if titled and _is_header(values):
         rows, values = rows[1:], values[1:]
-    between = sorted({*range(rows[0], rows[-1] + 1)} - {*rows})
-    left = [lines[place] for place in between if not lines[place][1].lstrip().startswith(_COMMENT)]
+    numbers = (place for place in range(rows[0]) if _count(parsed[place]) and all(map(_HOLE.fullmatch, cells[place])))
+    start = rows[0] if titled else next(numbers, rows[0])
+    between = sorted({*range(start, rows[-1] + 1)} - {*rows})
+    left = [lines[place] for place in between if not _is_comment(lines[place][1])]
     if len(left) > len(rows):
         raise InvalidInput(
             f"line {left[0][0]}: {quoted(left[0][1])}: needs {width} columns of numbers, as line {lines[rows[0]][0]}"
@@ -207,7 +209,7 @@ def read_columns(path: Path, text: str, titled: bool = True) -> Columns:
         np.array([lines[place][0] for place in rows]),
         _SEPARATORS[kind][0],
         rows[0],
-        len(lines) - 1 - rows[-1],
+        sum(not _is_comment(line) for _, line in lines[rows[-1] + 1 :]),
         OmittedLines(len(left), *(left[0] if left else (0, ""))),
     )
 
@@ -229,6 +231,10 @@ def _with_holes(cells: Sequence[list[str]], parsed: Sequence[list[float]], first
 def _cells(line: str, kind: int) -> list[str]:
     stripped = line.strip() if kind == _SPACES else line.strip("\r\n")
     return [cell.strip(' \t"') for cell in _SEPARATORS[kind][1].split(stripped)]
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(_COMMENT)
 
 
 def _number(cell: str, kind: int) -> float:

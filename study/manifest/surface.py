@@ -159,7 +159,7 @@ def _read_image(source: Columns, given: NamedSurface, stated: Mapping[str, str] 
 def _matrix(source: Columns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
     require("x", given.x, not (given.x or given.y), "no unit of x or y of a matrix")
     values = np.array([each.values for each in source.columns]).T
-    unit = unit_of("z", given.z, Column("heights", stated.get("Value units", ""), values), "m")
+    unit = unit_of("z", given.z, Column("heights", stated.get("Value units", ""), values), "m" * bool(given.pixel))
     require("Value units", unit, scale_of(unit, "m") > 0.0, "a unit of length, as nm")
     height = values * scale_of(unit, "m")
     x, y = (

@@ -180,6 +180,8 @@ def test_what_a_path_excludes_is_refused_by_key(tmp_path):
         "displacement [um], load\n1, 1\n2, 1\n",
         "x, y\n1, 1\n2, 1\n",
         "displacement, load\n1, 1\n",
+        "displacement,load\n1,1\n2,1\n3\t1\n",  # a path without its end
+        "displacement, load\n, 1\n1, 1\n2, 1\n",
     ],
 )
 def test_files_that_are_no_legs_are_refused(tmp_path, text):

@@ -179,6 +179,7 @@ OF_MATRIX = NamedSurface("afm.txt", "", "nm", "none", "", "20 nm")
 def test_a_matrix_and_columns_of_the_same_image_are_the_same() -> None:
     for found in (
         read_surface(AFM, MATRIX, OF_MATRIX),
+        read_surface(AFM, MATRIX.replace("\n", "\t\n") + "\t\n# scan 1 2 3\n", OF_MATRIX),
         read_surface(AFM, COLUMNS, NamedSurface("a", detrend="none")),
     ):
         np.testing.assert_allclose(found.x, 20e-9 * (np.arange(8) - 3.5), atol=1e-21)
@@ -207,6 +208,7 @@ def test_a_matrix_has_the_size_and_unit_above_it() -> None:
         (("160 nm", "0 nm"), NamedSurface("a")),
         (("160 nm", "160"), NamedSurface("a")),
         (("units: nm", "units: V"), NamedSurface("a")),
+        (("Value units", "Unit"), NamedSurface("a")),
         (("units: nm", "units: m"), NamedSurface("a", z="nm")),
     ],
 )
@@ -256,7 +258,17 @@ def test_what_is_taken_off_an_image_is_a_plane_or_a_paraboloid(detrend: Detrend,
 
 
 @pytest.mark.parametrize(
-    "text", [MATRIX + "\n1 2", MATRIX.replace(str(IMAGE[3, 4]), "-", 1), "1 2 3\nscan\n1 2 3", "1\n2\n3", "1 2 3"]
+    "text",
+    [
+        "1 2\n4 5 6\n7 8 9\n",
+        "1\n4 5 6\n7 8 9\n",
+        "1 2 3 4\n4 5 6\n7 8 9\n",
+        MATRIX + "\n1 2",
+        MATRIX.replace(str(IMAGE[3, 4]), "-", 1),
+        "1 2 3\nscan\n1 2 3",
+        "1\n2\n3",
+        "1 2 3",
+    ],
 )
 def test_a_matrix_with_a_hole_is_refused(text: str) -> None:
     with pytest.raises(InvalidInput):
