@@ -24,6 +24,7 @@ NAMES = (
     "half_plane",
     "compliance",
     "dynamics",
+    "naive",
     "effects",
     "campaign",
     "start_up",

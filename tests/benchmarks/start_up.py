@@ -49,7 +49,7 @@ def _looks(folder: Path) -> list[Row]:
     bytecode.pop("PYTHONDONTWRITEBYTECODE", None)
     finished = (str(CAMPAIGN), "--out", str(folder / "out"))
     started(0, "nanoslip", "run", *finished)
-    commands = {("--help",): 0.4, ("status", *finished): 0.3, ("plan", *finished): 0.5, ("report", *finished): 1.2}
+    commands = {("--help",): 0.4, ("status", *finished): 0.3, ("plan", *finished): 0.5, ("report", *finished): 3.5}
     faulty = folder / "faulty.toml"
     faulty.write_text(f"{CAMPAIGN.read_text('utf-8')}\n[nonsense]\nkey = 1\n", "utf-8")
     rows = [_command(*words, limit=limit, environment=bytecode) for words, limit in commands.items()]
