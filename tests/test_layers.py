@@ -92,7 +92,12 @@ FILES = {
     for package in ("solver", "study")
     for path in (ROOT / "nanoslip" / package).rglob("*.py")
 }
-TREES = {path: ast.parse(text) for path, text in FILES.items()}
+
+
+@cache
+def tree_of(path: Path) -> ast.Module:
+    """What a file is parsed to, once: most processes of a test run do not ask."""
+    return ast.parse(FILES[path])
 
 
 def module_of(path: Path) -> str:
@@ -103,7 +108,7 @@ def module_of(path: Path) -> str:
 def imported(path: Path) -> set[str]:
     """Full names of all that a file imports, wherever in it."""
     names = set()
-    for node in ast.walk(TREES[path]):
+    for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -219,7 +224,7 @@ def cuts(node: ast.AST, place: str) -> Iterator[str]:
 
 
 def test_no_sentence_is_taken_apart() -> None:
-    found = {place for path, tree in TREES.items() for place in cuts(tree, module_of(path).removeprefix("nanoslip."))}
+    found = {place for path in FILES for place in cuts(tree_of(path), module_of(path).removeprefix("nanoslip."))}
     allowed = {name for names in APART.values() for name in names.split()}
     none({name.removeprefix("study.") for name in found} ^ allowed)
 
@@ -229,10 +234,10 @@ def too_large() -> Iterator[str]:
     for folder, names in ORDER.items():
         if sum(f"{folder}.{name}" not in ORDER for name in names.split()) > MOST_FILES:
             yield folder
-    for path, tree in TREES.items():
-        if FILES[path].count("\n") > MOST_LINES:
+    for path, text in FILES.items():
+        if text.count("\n") > MOST_LINES:
             yield f"{path}"
-        for node in ast.walk(tree):
+        for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.ClassDef) and (node.end_lineno or 0) - node.lineno >= MOST_LINES_OF_CLASS:
                 yield f"{path}: {node.name}"
 

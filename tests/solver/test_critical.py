@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from typing import Any
 
 import pint
 import pytest
@@ -32,6 +33,7 @@ def test_what_never_changes_or_fails_has_no_boundary() -> None:
     assert math.isnan(boundary(lambda value: value < 1.0, math.inf, STRIDE))  # without a damper
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("scale", [1e-2, 30.0])
 def test_the_critical_point_does_not_depend_on_what_it_replaces(scale: float) -> None:
     """The velocity and the stiffness of the drive are starting points of nothing."""
@@ -58,32 +60,39 @@ def test_beyond_the_critical_point_a_pin_slides_and_before_it_sticks() -> None:
         assert regimes[1] in ("slides", "micro_slip")
 
 
-def test_a_campaign_has_it_on_request_of_each_member_in_si(main: Main) -> None:
-    campaign = {
-        "title": "x",
-        "stages": ["contact", "slip", "dynamics"],
-        "constants": {"radius": 50.0},
-        "numerics": {"n_x": 17},
-        "limits": {"presliding": 4},
-        "ensemble": {"members": 2},
-        "drives": [{"name": "own", "spring_stiffness": 3e6, "samples": 1}],
-        "outputs": {"fit": False},
-    }
-    without = nanoslip.run(campaign)
-    found = nanoslip.run({**campaign, "outputs": {"fit": False, "critical": True}})
+CAMPAIGN: dict[str, Any] = {
+    "title": "x",
+    "stages": ["contact", "slip", "dynamics"],
+    "constants": {"radius": 50.0},
+    "numerics": {"n_x": 17},
+    "limits": {"presliding": 4},
+    "ensemble": {"members": 2},
+    "drives": [{"name": "own", "spring_stiffness": 3e6, "samples": 1}],
+    "outputs": {"fit": False},
+}
+
+
+def test_a_campaign_has_it_on_request_of_each_member_in_si() -> None:
+    without = nanoslip.run(CAMPAIGN)
+    found = nanoslip.run({**CAMPAIGN, "outputs": {"fit": False, "critical": True}})
     assert "critical_velocity" not in without
     assert found.static_friction.identical(without.static_friction)
     each = found.nanoslip.tree["drive_ensemble"].critical_velocity.values
     assert found.critical_velocity.item() == pytest.approx(each.mean())
     assert found.critical_velocity_uncertainty.item() > 0.0
-    drive = {**campaign["drives"][0], "stage_velocity": 1.05 * each.max()}  # type: ignore[dict-item]
-    faster = nanoslip.run({**campaign, "drives": [drive]})
+    drive = {**CAMPAIGN["drives"][0], "stage_velocity": 1.05 * each.max()}
+    faster = nanoslip.run({**CAMPAIGN, "drives": [drive]})
     assert faster.regime.item() == "slides"
+
+
+@pytest.mark.slow
+def test_try_states_the_critical_velocity_with_its_unit(main: Main) -> None:
     words = ("radius=50", "n_x=17", "presliding=4", "members=2", "spring_stiffness=3e6", "samples=1", "fit=false")
     code, text, _ = main("try", *words, "--critical")
     stated = re.match(r"no stick-slip above stage velocity (\S+) ± \S+ ([\w/]+)", text)
     assert code == 0
     assert stated
     velocity = pint.Quantity(float(stated[1]), stated[2]).to("m/s").magnitude
+    found = nanoslip.run({**CAMPAIGN, "outputs": {"fit": False, "critical": True}})
     assert velocity == pytest.approx(found.critical_velocity.item(), rel=0.1)  # one digit is stated
     assert main("try", "--critical", "--contact")[0] == 2

@@ -229,6 +229,7 @@ def test_chance_profiles_agree_with_small_steps(seed):
     assert np.abs(problem.driven().position - problem.driven(integrator=RK4(1e-5)).position).max() < 50 * 1.5 * 1e-5
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("compliant", [False, True])
 def test_a_pin_that_creeps_up_a_far_tooth_takes_a_few_segments_for_each_oscillation(compliant):
     """A pin comes to rest against a rising tooth, and is dragged up it at the pace of the spring.

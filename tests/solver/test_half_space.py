@@ -195,6 +195,7 @@ def test_a_contact_that_outgrows_the_grid_still_obeys_the_laws():
     assert_contact_laws(end, case, compliance)
 
 
+@pytest.mark.slow
 def test_the_grid_follows_the_ball_and_a_record_far_along_repeats():
     """After whole spacings the ball meets the same surface: the force has that period once the start is forgotten."""
     case = replace(ball(17, poisson=0.3), max_presliding=None, max_spacings=12.0, normal_load=4e-3, radius=20.0)
@@ -209,6 +210,7 @@ def test_the_grid_follows_the_ball_and_a_record_far_along_repeats():
     assert force[0].mean() == pytest.approx(force[1].mean(), rel=0.02)
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize(
     "path",
     [LoadPath(amplitude=0.8, cycles=2, visited_loads=(2.0, 1.0)), LoadPath(legs=((-0.3, 1.0), (0.1, 1.5), (0.1, 1.0)))],

@@ -245,6 +245,7 @@ def test_springs_follow_the_master_equation() -> None:
     assert 1.0 < 1.0 + together.static_excess < 2.0  # a slider of equal springs would reach twice its mean
 
 
+@pytest.mark.slow
 def test_fluctuations_of_independent_contacts_fall_as_the_root_of_their_number() -> None:
     """± over 6 interfaces; the exponent of 4 to 64 contacts within four of its standard errors, about 0.05 each."""
     case = replace(CASE, heterogeneity=Heterogeneity(spread=0.2))

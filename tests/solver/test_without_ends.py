@@ -77,6 +77,7 @@ def test_laws_hold_behind_the_grids_first_place(name: str) -> None:
     assert end.x[end.contact].mean() == pytest.approx(end.displacement, abs=4 * case.slab.spacing)
 
 
+@pytest.mark.slow
 def test_a_hundred_spacings_take_the_memory_of_one() -> None:
     """What the pin has left is forgotten: the contact at the end is held by as many numbers as at the start."""
     case = replace(SOFT, max_spacings=100.0)

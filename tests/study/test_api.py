@@ -234,6 +234,7 @@ def test_studies_with_unlike_outputs_join_by_their_scalars_alone() -> None:
         both.nanoslip.record(radius=50.0)
 
 
+@pytest.mark.slow
 def test_an_outer_join_of_scalars_keeps_those_that_only_one_study_has() -> None:
     small = {"title": "x", "ensemble": {"members": 1}, "numerics": {"n_x": 17}, "limits": {"events": 300}}
     drives = [{"name": name, "stage_velocity": v, "duration": 1e-3} for name, v in (("slow", 1e-3), ("fast", 1e-2))]

@@ -102,6 +102,7 @@ def test_the_default_grid_is_right_to_a_thousandth(aspect_ratio, poisson):
     assert nodes <= 11, line
 
 
+@pytest.mark.everyday(1)
 @pytest.mark.parametrize("poisson", [PAST_A_THIRD, 0.4999])
 def test_without_a_singular_corner_poisson_does_not_matter(poisson):
     """No locking: 2e-4 and less for all ν, ten times less than with the corner at 0.49."""

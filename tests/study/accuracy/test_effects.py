@@ -75,6 +75,7 @@ def test_what_is_not_there_is_not_listed(tmp_path):
     assert {each.effect for each in found_in(tmp_path, SLIP + UNCOUPLED)} == {"pin_translation", "finite_slab"}
 
 
+@pytest.mark.slow
 def test_what_is_there_changes_a_number_that_depends_on_it(tmp_path):
     """Effects of a drive do not touch numbers of its record; a contact is the same however it slides."""
     found = found_in(

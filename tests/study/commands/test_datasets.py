@@ -52,6 +52,7 @@ def test_a_dataset_is_verified_from_itself_alone(main, campaign, finished, tmp_p
     assert (code, "1 bit-identical, 0 within tolerance, 0 different, 3 not" in said) == (0, True)
 
 
+@pytest.mark.slow
 def test_tasks_that_crash_disagree_with_nothing_there_or_here(main, run, out, monkeypatch):
     defective = crashing(lambda task: task.kind == "record" and task.case.radius > 60.0)
     with monkeypatch.context() as once:
@@ -134,6 +135,7 @@ def write_regimes(out, **members):
     file.write(changed, out / file.FILE)
 
 
+@pytest.mark.slow
 def test_words_of_members_are_told_in_short_unless_the_difference_hides_behind_the_most_frequent_one(
     main, three, tmp_path
 ):

@@ -114,6 +114,7 @@ def test_a_setting_of_a_drive_is_found_and_what_is_expected_is_printed_before(ma
     assert data.nanoslip.trajectory().sizes["sample"] > 100
 
 
+@pytest.mark.slow
 def test_why_cases_have_no_number_is_said(main: Main, contacts: Path):
     """The contact of a small radius has few nodes, so its number is flagged: both commands say so, and how many."""
     contacts.write_text(CONTACTS.replace("radius = [20.0,", "radius = [0.2, 20.0,"))

@@ -244,6 +244,7 @@ def test_what_the_physics_refuses_is_a_result_and_what_means_nothing_bad_input(m
 SHORT = "scheme=half_plane radius=1e12 normal_load=1e-9 slip_order=simultaneous"
 
 
+@pytest.mark.slow
 def test_starts_that_end_alike_in_a_short_record_share_an_error(main):
     """Plateaus of 8, 9 and 40 presliding lengths differ by much more than starts do: the window has no whole number of cycles."""
     found = {}

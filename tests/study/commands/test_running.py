@@ -128,6 +128,7 @@ def test_a_task_that_crashes_is_an_outcome_and_exit_code_3_until_it_is_tried_aga
     assert [said.count(word) for word in ("completed", "no_slip", "crashed")] == [8, 2, 0]
 
 
+@pytest.mark.slow
 def test_what_was_tried_again_with_success_and_dropped_has_not_failed(run, campaign, monkeypatch):
     """Drives that are added later are computed, from a record that is computed for them once more."""
     campaign.write_text(DROPPED)

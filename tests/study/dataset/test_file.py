@@ -97,6 +97,7 @@ def tree(shape: tuple[int, int, int]) -> xr.DataTree:
     return xr.DataTree.from_dict({"/": root, "runs": runs.assign_coords(labels)})
 
 
+@pytest.mark.slow
 def test_no_chunk_stays_in_memory_once_it_is_written(tmp_path):
     """netCDF keeps 64 MB of each variable until the file is closed. In a process of its own: no other memory is looked at."""
     script = f"""

@@ -273,6 +273,7 @@ def test_a_record_on_another_path_is_held_to_what_states_an_uncertainty(tmp_path
     assert "contact_half_width" in much[2].remark  # friction pulls at its edges
 
 
+@pytest.mark.slow
 def test_a_drive_may_take_another_path_only_where_last_digits_moved(tmp_path):
     """As on another processor: a step more, and the friction of one sample on the other side of a tooth; μ_k is held."""
 

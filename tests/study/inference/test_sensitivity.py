@@ -56,7 +56,7 @@ def held(found: Sensitivity, truth: Floats) -> float:
     return float(np.mean((low <= truth) & (truth <= high)))
 
 
-@pytest.mark.everyday(1)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("function", "truth", "points"),
     [(ishigami, exact_ishigami(), 256), (sobol_g, exact_g(), 1024)],

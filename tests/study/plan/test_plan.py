@@ -151,6 +151,7 @@ def many(folder: Path, cases: int) -> Manifest:
     return load_manifest(path)
 
 
+@pytest.mark.slow
 def test_a_million_cases_fit_four_gigabytes(tmp_path):
     """What a case more takes: it, its task, and how they find each other. 1130 bytes seen."""
     taken = {}

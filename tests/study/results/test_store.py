@@ -93,7 +93,7 @@ def test_processes_that_write_one_result_at_once_do_no_harm(store, environment):
         "import sys; from pathlib import Path; from nanoslip.study.results.store import Store\n"
         "from tests.study.results.results import COMPLIANCE, RECORD\n"
         "store = Store(Path(sys.argv[1])); print('ready', flush=True); sys.stdin.readline()\n"
-        "for _ in range(200): store.write(COMPLIANCE, shared=True); store.write(RECORD, shared=True)\n"
+        "for _ in range(50): store.write(COMPLIANCE, shared=True); store.write(RECORD, shared=True)\n"
     )
     words = [sys.executable, "-c", program, str(store.folder.parent)]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "env": environment}
