@@ -33,7 +33,7 @@ ORDER = {
     "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance origin "
     "manifest plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.manifest": "units parameters vocabulary problems columns surface checker manifest keys reader cases",
-    "nanoslip.study.plan": "task kinds cost plan",
+    "nanoslip.study.plan": "task kinds cost plan expectations",
     "nanoslip.study.results": "files entry attempts shard store",
     "nanoslip.study.dataset": "texts variables content file collect table access join compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",
@@ -200,7 +200,7 @@ APART = {
         results.files results.files.read results.store run.journal.left_begun toml_text._key""",
     "names and symbols": """dataset.variables.in_si_too solver.compiling solver.view.labelled figures.gallery._number
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
-        manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.plan._named
+        manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.expectations._named
         plan.task._parameters run.child._other_software""",
     "digits of a number": "figures.points.in_text solver.view.rounded",
     "lines and words of a text that is shown": """notices.print_notice solver.outcome.Outcome.__post_init__ report.console

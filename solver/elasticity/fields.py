@@ -1,15 +1,13 @@
 """Displacements and stresses at every node inside the slab."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Final
 
 from nanoslip.solver.arrays import Vector
 from nanoslip.solver.parameter import quantity
 
-
-def inside(meaning: str, name: str, **more: Any) -> Any:
-    """A field that is a column, and has one value for each node inside the slab."""
-    return quantity(meaning, name, along="interior_node", **more)
+EACH: Final = {"along": "interior_node"}
+"""A column has one value for each node inside the slab."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,21 +17,24 @@ class InteriorFields:
     x from the slab's middle, z ≤ 0 from the undeformed surface; u, w in L_x; stresses in G, tension positive.
     """
 
-    x: Vector = inside("x from the slab's middle", "x", coordinate=True, symbol="x/L_x", measure="L_x")
-    z: Vector = inside(
+    x: Vector = quantity("x from the slab's middle", "x", **EACH, coordinate=True, symbol="x/L_x", measure="L_x")
+    z: Vector = quantity(
         "z above the surface",
         "z",
+        **EACH,
         coordinate=True,
         symbol="z/L_x",
         comment="from the undeformed surface: 0 or less",
         measure="L_x",
     )
-    u: Vector = inside("displacement to the right", "u", symbol="u/L_x", measure="L_x")
-    w: Vector = inside("displacement upwards", "w", symbol="w/L_x", measure="L_x")
-    stress_xx: Vector = inside(
-        "normal stress along x", "stress_xx", symbol="σ_xx", per="contact_load", measure="W/(L_x·L_y)"
+    u: Vector = quantity("displacement to the right", "u", **EACH, symbol="u/L_x", measure="L_x")
+    w: Vector = quantity("displacement upwards", "w", **EACH, symbol="w/L_x", measure="L_x")
+    stress_xx: Vector = quantity(
+        "normal stress along x", "stress_xx", **EACH, symbol="σ_xx", per="contact_load", measure="W/(L_x·L_y)"
     )
-    stress_zz: Vector = inside(
-        "normal stress along z", "stress_zz", symbol="σ_zz", per="contact_load", measure="W/(L_x·L_y)"
+    stress_zz: Vector = quantity(
+        "normal stress along z", "stress_zz", **EACH, symbol="σ_zz", per="contact_load", measure="W/(L_x·L_y)"
     )
-    stress_xz: Vector = inside("shear stress", "stress_xz", symbol="σ_xz", per="contact_load", measure="W/(L_x·L_y)")
+    stress_xz: Vector = quantity(
+        "shear stress", "stress_xz", **EACH, symbol="σ_xz", per="contact_load", measure="W/(L_x·L_y)"
+    )

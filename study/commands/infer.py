@@ -26,7 +26,7 @@ from nanoslip.study.manifest.checker import number_or_text, read_text
 from nanoslip.study.manifest.manifest import drive_parameters
 from nanoslip.study.manifest.parameters import in_si, of_symbol
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.plan import out_of_reach
+from nanoslip.study.plan.expectations import out_of_reach
 from nanoslip.study.report.console import Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.files import folder_of

@@ -19,17 +19,15 @@ from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.parameters import by_name, si_line
 from nanoslip.study.manifest.problems import ManifestError, Problem
 from nanoslip.study.manifest.reader import effects
-from nanoslip.study.plan.plan import (
-    KindCount,
-    Plan,
+from nanoslip.study.plan.expectations import (
     disk_of_plan,
     duration_lines,
-    ended,
     expected_lines,
     outlook_of,
     shortages,
     span_line,
 )
+from nanoslip.study.plan.plan import KindCount, Plan, ended
 from nanoslip.study.plan.task import PENDING, short
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
 from nanoslip.study.results.files import folder_of

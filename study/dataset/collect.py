@@ -13,7 +13,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
+from functools import lru_cache, reduce
+from operator import or_
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -26,7 +27,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import mean_of, needed
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, attributes
-from nanoslip.solver.sliding.validity import advice_on, flags_in
+from nanoslip.solver.sliding.validity import advice_on, expected_flags, flags_in, mask_of
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.file import FORMAT, MIXED, VERSION, carrying, seal_of
@@ -57,7 +58,7 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, in_files
 from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
 from nanoslip.study.plan.kinds import KINDS, needed_kinds, unrequested
-from nanoslip.study.plan.plan import CaseTasks, Plan, case_outcome, drive_outcome, flags_of
+from nanoslip.study.plan.plan import CaseTasks, Plan, case_outcome, drive_outcome
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, without_effect
 from nanoslip.study.results import files
 from nanoslip.study.results.store import Store
@@ -504,6 +505,27 @@ def _attributes(manifest: Manifest, counts: Mapping[Origin, int]) -> dict[str, A
         **{item.name: getattr(manifest.scales, item.name) for item in fields(Scales)},
         "scales": "slab_width L_x in m, slab_depth L_y in m, shear_modulus G in Pa",
     }
+
+
+_OF_CONTACTS = ("contact", "record", "path")
+"""Kinds of task whose results have flags."""
+
+
+def flags_of(case: Case, result: TaskResult) -> int | None:
+    """The flags that any member's contact or record has, as bits; where no contact was reached, those to be expected of it.
+
+    None for other kinds of results.
+    """
+    if result.kind not in _OF_CONTACTS:
+        return None
+    reached = [
+        int(flags)
+        for flags, width in zip(
+            *(result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width")), strict=True
+        )
+        if not math.isnan(width)
+    ]
+    return reduce(or_, reached) if reached else mask_of(expected_flags(case))
 
 
 # A dataset's file that is up to date with the results on disk is not collected again.

@@ -27,7 +27,7 @@ from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.figures.points import hyphenated, in_text, in_unit, readable, symbol, unit_of, worded
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, compact, in_si
-from nanoslip.study.plan.plan import flag_lines
+from nanoslip.study.plan.expectations import flag_lines
 from nanoslip.study.plan.task import PENDING
 from nanoslip.study.report.console import Table
 from nanoslip.study.toml_text import from_toml

@@ -11,7 +11,8 @@ from typing import Final, NamedTuple, TypeVar
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
 from nanoslip.study.origin import Origins
-from nanoslip.study.plan.plan import Plan, shortages
+from nanoslip.study.plan.expectations import shortages
+from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task
 from nanoslip.study.results.files import looks
 from nanoslip.study.results.shard import Shard

@@ -13,7 +13,7 @@ import numpy as np
 from nanoslip import Case, Slab, contact_state, friction_record, surface_compliance
 from nanoslip.solver.contact.kernels.state import margin
 from nanoslip.solver.sliding.slide import slide_to_state
-from nanoslip.study.plan.plan import machine_memory
+from nanoslip.study.plan.expectations import machine_memory
 from tests.benchmarks.apart import alone
 from tests.benchmarks.table import Row, peak_memory, seconds, timed
 

@@ -24,8 +24,9 @@ from nanoslip.solver.parameter import SHARED_ERROR
 from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
+from nanoslip.study.plan.expectations import need_of
 from nanoslip.study.plan.kinds import column
-from nanoslip.study.plan.plan import make_plan, need_of
+from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.run.compute import compliance_of, run_task
 from tests.conftest import Command

@@ -19,7 +19,7 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan import cost as rates, plan as memory
+from nanoslip.study.plan import cost as rates, expectations as memory
 from nanoslip.study.plan.cost import estimate, record_seconds, sizes_of, sliding_bytes
 from nanoslip.study.plan.kinds import (
     compliance_task,

@@ -21,7 +21,8 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.cost import expected_displacement
-from nanoslip.study.plan.plan import Plan, duration_lines, expected_lines, make_plan, out_of_reach, outlook_of
+from nanoslip.study.plan.expectations import duration_lines, expected_lines, out_of_reach, outlook_of
+from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.report import page as report_page
 from nanoslip.study.report.summary import flag_summary, scalar_table
 from nanoslip.study.results.store import Store

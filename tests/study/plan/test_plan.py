@@ -13,16 +13,9 @@ from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.slab import Slab
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
+from nanoslip.study.plan.expectations import need_of, outlook_of
 from nanoslip.study.plan.kinds import KINDS
-from nanoslip.study.plan.plan import (
-    Plan,
-    drive_outcome,
-    ended,
-    longest_chain_first,
-    make_plan,
-    need_of,
-    outlook_of,
-)
+from nanoslip.study.plan.plan import Plan, drive_outcome, ended, longest_chain_first, make_plan
 from nanoslip.study.plan.task import PENDING, Task
 from tests.conftest import SMALL
 from tests.study.plan.running import planned as plan

@@ -1,0 +1,270 @@
+"""Expectations before a run: disk space, validity flags, drives that are too short, lengths of records, memory."""
+
+import heapq
+import math
+import os
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
+from nanoslip.study.manifest.manifest import CampaignDrive, NamedDrive
+from nanoslip.study.manifest.parameters import in_words
+from nanoslip.study.plan.cost import (
+    drive_duration,
+    drive_steps,
+    expected_displacement,
+    least_plateau,
+    path_length,
+    record_bytes,
+)
+from nanoslip.study.plan.kinds import compliance_needs, needed_kinds
+from nanoslip.study.plan.plan import Plan
+from nanoslip.study.plan.task import Task, short
+
+# Disk space of a campaign: files of results, and the dataset made of those that it keeps.
+
+DATASET = 1.5e5
+"""Bytes of a dataset without arrays: its variables and their descriptions."""
+PACKED = 0.6
+"""Share of an array's bytes that is left in the dataset, which is compressed."""
+
+
+def disk_of_plan(plan: Plan) -> tuple[float, float]:
+    """Bytes of all results, intermediate ones included, and of the dataset: to a factor of two or three."""
+    kept = sum(task.disk for task in plan.tasks if not task.intermediate)
+    return sum(task.disk for task in plan.tasks), DATASET + PACKED * kept
+
+
+class Outlook(NamedTuple):
+    """Expected flags of the cases, and lengths of their records."""
+
+    masks: Sequence[int]
+    """Flags of every case, as bits; none of a refused one."""
+    shortest: float
+    """Record in node spacings; infinite if nothing slides."""
+    longest: float
+
+
+def outlook_of(plan: Plan) -> Outlook:
+    """The outlook of a plan."""
+    kinds, masks, spans = needed_kinds(plan.manifest), list[int](), list[float]()
+    for case in (each.case for each in plan.cases):
+        displacement = 0.0
+        if case and "record" in kinds and case.intrinsic_friction > 0.0:
+            displacement = expected_displacement(case)
+            spans.append(displacement / case.slab.spacing)
+        if case and case.path:
+            displacement = max(displacement, path_length(case)[-1])
+        masks.append(mask_of(expected_flags(case, displacement)) if case else 0)
+    return Outlook(masks, min(spans, default=math.inf), max(spans, default=0.0))
+
+
+# Validity flags of a campaign's cases in words: one line for each flag, on the terminal and in the report.
+
+
+def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> dict[str, str]:
+    """Lines about the flags that any case has, by flag: number of cases, the first one, meaning and advice.
+
+    masks: the flags of every case, as bits. words: a case's number -> what tells it from the others, empty for a single case.
+    """
+    lines = {}
+    for flag in FLAGS:
+        having = [number for number, mask in enumerate(masks) if mask & flag.mask]
+        if having:
+            first = words(having[0])
+            where = f"{len(having)} of {len(masks)} cases" + (f", first {first}" if first else "")
+            lines[flag.name] = f"{flag.name}: {where}: {flag.meaning}; {flag.advice}"
+    return lines
+
+
+def expected_lines(plan: Plan, outlook: Outlook) -> list[str]:
+    """Expected flags of a plan's cases before a run, refused cases excluded."""
+    return [*flag_lines(outlook.masks, partial(_words, plan)).values(), *out_of_reach(plan).values()]
+
+
+def _words(plan: Plan, number: int) -> str:
+    """Number of a case -> the parameters in which it differs from the others."""
+    point = plan.cases[number].parameters
+    varying = (name for name, values in plan.manifest.axes.items() if len(values) > 1 and name in point)
+    return in_words({name: short(point[name]) for name in varying})
+
+
+def out_of_reach(plan: Plan) -> dict[str, str]:
+    """Lines about drives that never pull as hard as friction holds, and that need more segments than step_limit, by cause."""
+    found = {"duration": _too_short(plan), "step_limit": _too_many_steps(plan)}
+    return {cause: line for cause, line in found.items() if line}
+
+
+def _too_short(plan: Plan) -> str:
+    """Report drives that are too short to slide. The smallest plateau counts, which holds to spreads of 3. Without a duration
+    a drive lasts while its stage moves."""
+    manifest = plan.manifest
+    drives = [(drive, drive.drive) for drive in manifest.drives if drive.drive is not None]
+    cases = [(number, each.case) for number, each in enumerate(plan.cases) if each.case is not None]
+    if not (drives and cases):
+        return ""
+    weight = np.array([case.total_load * manifest.scales.force for _, case in cases])
+    share = np.array([least_plateau(case) for _, case in cases])
+    pace = np.array([named.in_si.spring_stiffness * named.in_si.stage_velocity for _, named in drives])
+    damper = np.array([_damper(named) for _, named in drives])
+    lasts = [named.in_si.duration or math.inf for _, named in drives]
+    pull = np.array([rate * time if rate else 0.0 for rate, time in zip(pace, lasts, strict=True)]) + damper
+    low = np.isfinite(share)[:, None] & (pull < (weight * share)[:, None])
+    if not low.any():
+        return ""
+    number, which = divmod(int(low.argmax()), len(drives))
+    drive, named = drives[which]
+    needed = max(weight[number] * share[number] - damper[which], 0.0) / pace[which] if pace[which] else math.inf
+    key, amount, unit = ("duration", needed, "s")
+    if TRAVEL in drive.given:
+        key, amount, unit = (TRAVEL, needed * named.in_si.stage_velocity, "m")
+    advice = (
+        f"needs {key} ≥ {_up(amount):.2g} {unit}"
+        if math.isfinite(needed)
+        else "the stage is at rest: raise stage_velocity"
+    )
+    reached = f"reaches F/W = {pull[which] / weight[number]:.2g}, slips near {share[number]:.2g}"
+    where = ", ".join(filter(None, [_words(plan, cases[number][0]), drive.label]))
+    return f"too short to slip: {low.sum()} of {low.size} drives, first {where}: {reached}: {advice}"
+
+
+_LOOKED_AT: Final = 1000
+"""Drives that are looked at, of a campaign of millions."""
+
+
+def _driven(plan: Plan) -> Iterator[tuple[int, Case, CampaignDrive, Drive]]:
+    """Number of a case, the case, and a drive in SI and dimensionless: some drives of some cases, spread over all."""
+    scales, drives = plan.manifest.scales, plan.manifest.drives
+    some = drives[:: max(1, len(drives) // _LOOKED_AT)]
+    known = [(one, one.drive.dimensionless(scales)) for one in some if one.drive]
+    for number in range(0, len(plan.cases), max(1, len(plan.cases) * len(known) // _LOOKED_AT)):
+        if (
+            case := plan.cases[number].case
+        ) is not None and case.intrinsic_friction > 0.0:  # without friction nothing slips
+            yield from ((number, case, *each) for each in known)
+
+
+def _too_many_steps(plan: Plan) -> str:
+    driven = [each for each in _driven(plan) if each[-1].max_slips is None]
+    steps = np.array([drive_steps(drive, case) for _, case, _, drive in driven])
+    many = steps > [drive.step_limit for *_, drive in driven]
+    if not many.any():
+        return ""
+    number, _, named, _ = driven[int(np.where(many, steps, 0.0).argmax())]
+    where = ", ".join(filter(None, [_words(plan, number), named.label]))
+    needs = f"needs about {steps[many].max():.1g} segments (to a factor of 5): {FEWER_STEPS}"
+    return f"may end at step_limit: {many.sum()} of {many.size} drives looked at, worst {where}: {needs}"
+
+
+def duration_lines(plan: Plan) -> list[str]:
+    """Expected duration of drives without one, over all cases, as a line; none if all have one."""
+    drives, time = plan.manifest.drives, plan.manifest.scales.time
+    times = [
+        drive_duration(drive, case) * time(named.drive.pin_mass)
+        for _, case, named, drive in _driven(plan)
+        if named.drive and drive.duration is None
+    ]
+    if not times:
+        return []
+    count = sum(each.drive is not None and each.drive.in_si.duration is None for each in drives)
+    low, high = f"{min(times):.2g}", f"{max(times):.2g}"
+    span = low if low == high else f"{low} to {high}"
+    return [
+        f"duration: auto (drives: {count} of {len(drives)}), to the first slip and as many cycles as the "
+        f"numbers need: about {span} s (in the dataset: end_time)"
+    ]
+
+
+def _up(value: float) -> float:
+    """The next number of two digits."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1) if value > 0.0 else 1.0
+    return math.ceil(value / digit) * digit
+
+
+def _damper(drive: NamedDrive) -> float:
+    """Force of the damper on a pin at rest, in N."""
+    values = drive.in_si
+    return 2.0 * values.damping_ratio * math.sqrt(drive.pin_mass * values.spring_stiffness) * values.stage_velocity
+
+
+# Lengths of a plan's records in node spacings, after which the surface repeats.
+
+
+def span_line(outlook: Outlook) -> str:
+    """The number of node spacings that the records will span; empty if nothing slides."""
+    if math.isinf(outlook.shortest):
+        return ""
+    low, high = f"{outlook.shortest:.2g}", f"{outlook.longest:.2g}"
+    span = low if low == high else f"{low} to {high}"
+    return f"each record slides the pin over about {span} node spacings (to a factor of 3); the surface repeats every spacing"
+
+
+# Memory of tasks beside that of the machine that is to compute them: it depends on the machine, so it is no case's outcome.
+
+PROGRAM = 2e8
+"""Bytes of a process that has computed nothing yet."""
+NAMED = 5
+"""Tasks that are named where many do not fit."""
+
+
+def machine_memory() -> float:
+    """Bytes of physical memory of this machine; infinite if the system does not report it."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
+    except (ValueError, OSError, AttributeError):
+        return math.inf
+
+
+def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str, ...]:
+    """Report each of these tasks that exceeds this machine's memory, the worst first. If there is none, report if the
+    largest ones together do, one for each rank. Empty if all fit."""
+    there, path = machine_memory(), planned.manifest.path
+    worst = heapq.nlargest(max(NAMED, ranks), tasks, key=need_of)
+    if not worst or need_of(*worst[:ranks]) <= there:
+        return ()
+    if need_of(worst[0]) <= there:
+        fitting = max(count for count in range(1, ranks) if need_of(*worst[:count]) <= there)
+        need, advice = need_of(*worst[:ranks]), f"start at most {fitting}, or use more machines"
+        return (f"{path}: {ranks} ranks on one machine: {_in_gigabytes(need, there)}: {advice}",)
+    large = sum(need_of(task) > there for task in tasks)
+    named = worst[: min(large, NAMED)]
+    lines = [f"{path}: {_named(task)}: {_in_gigabytes(need_of(task), there)}: {_advice(task)}" for task in named]
+    if large > NAMED:
+        lines.append(f"{path}: {large - NAMED} more tasks need more memory than this machine has")
+    return tuple(lines)
+
+
+def need_of(*tasks: Task) -> float:
+    """Bytes for processes with one task of a plan each; tasks that read the same compliance share one copy."""
+    read = {task.slab for task in tasks if task.needs[:1] == compliance_needs(task.slab)}
+    return sum(map(_map_bytes, read)) + sum(PROGRAM + task.memory for task in tasks)
+
+
+def _map_bytes(slab: Slab) -> float:
+    return 0.0 if slab.scheme.endless else 8.0 * (2.0 * slab.n_x) ** 2
+
+
+def _named(task: Task) -> str:
+    """The task by its label, and the size that decides."""
+    size = f"n_x={task.slab.n_x}"
+    return task.label if size in task.label.split() else f"{task.label} {size}"
+
+
+def _in_gigabytes(need: float, there: float) -> str:
+    return f"needs about {need / 1e9:.3g} GB of memory, this machine has {there / 1e9:.3g} GB"
+
+
+def _advice(task: Task) -> str:
+    if (
+        task.kind == "record"
+        and task.case is not None
+        and task.ensemble.likely * record_bytes(task.case) > task.memory / 2.0
+    ):
+        return "use fewer limits.events, a shorter limits.displacement, or a machine with more memory"
+    return "use a smaller n_x, or a machine with more memory"
