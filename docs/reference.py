@@ -11,7 +11,7 @@ from nanoslip.solver.parameter import in_measure
 from nanoslip.solver.sliding.sizes import SIZES
 from nanoslip.solver.sliding.validity import FLAGS
 from nanoslip.study.dataset.variables import Described, rows
-from nanoslip.study.manifest.keys import KINDS, Key, keys
+from nanoslip.study.manifest.keys import TYPES_OF_TABLE, Key, keys
 
 Row = tuple[str, ...]
 
@@ -29,7 +29,7 @@ HEAD = ("key", "meaning", "allowed", "default")
 
 def tables_of_keys() -> Iterator[tuple[str, str]]:
     """Name of a table of a campaign -> its keys, as Markdown."""
-    for name in filter(None, KINDS):
+    for name in filter(None, TYPES_OF_TABLE):
         yield name, table(HEAD, (_key(key) for key in keys() if key.table == name))
 
 

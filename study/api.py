@@ -20,7 +20,7 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.dataset.join import joined
 from nanoslip.study.inference.campaign import question_of
-from nanoslip.study.inference.fit import MOST, Fit, Target
+from nanoslip.study.inference.fit import MOST_COMPUTED, Fit, Target
 from nanoslip.study.manifest.checker import read_text
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import BETWEEN
@@ -40,11 +40,11 @@ from nanoslip.study.run.launch import Program, computing, processes_started
 from nanoslip.study.run.progress import open_progress
 from nanoslip.study.toml_text import as_toml
 
-Place = str | os.PathLike[str]
-Campaign = Place | Mapping[str, Any]
+AnyPath = str | os.PathLike[str]
+Campaign = AnyPath | Mapping[str, Any]
 """A campaign file, the name of one that comes with nanoslip, or the content of one."""
 
-Source = Place | xr.Dataset
+Source = AnyPath | xr.Dataset
 """A dataset, its path, or the folder it is in."""
 Accessor = accessor.Accessor
 """Accessor `.nanoslip` of a dataset; importing it registers it with xarray."""
@@ -53,7 +53,7 @@ DICT = Path("campaign")
 """Name in messages of a campaign that is no file. Files that it names are searched in the working folder."""
 
 
-Numbers = Mapping[str, tuple[float, float]]
+MeasuredNumbers = Mapping[str, tuple[float, float]]
 Vary = Mapping[str, tuple[Any, Any] | None] | Iterable[str]
 Fixed = Mapping[str, Any]
 
@@ -69,13 +69,13 @@ class Options(TypedDict, total=False):
 
 @overload
 def run(
-    campaign: Campaign, out: Place | None = None, *, comm: None = None, **options: Unpack[Options]
+    campaign: Campaign, out: AnyPath | None = None, *, comm: None = None, **options: Unpack[Options]
 ) -> xr.Dataset: ...
 @overload
-def run(campaign: Campaign, out: Place, *, comm: Any, **options: Unpack[Options]) -> xr.Dataset | None: ...
+def run(campaign: Campaign, out: AnyPath, *, comm: Any, **options: Unpack[Options]) -> xr.Dataset | None: ...
 def run(
     campaign: Campaign,
-    out: Place | None = None,
+    out: AnyPath | None = None,
     *,
     recompute_foreign: bool = False,
     retry: bool = False,
@@ -130,12 +130,12 @@ def run(
 
 def fit(
     campaign: Campaign,
-    numbers: Numbers,
+    numbers: MeasuredNumbers,
     vary: Vary = (),
     fixed: Fixed = MappingProxyType({}),
-    out: Place | None = None,
+    out: AnyPath | None = None,
     *,
-    points: int = MOST,
+    points: int = MOST_COMPUTED,
     jobs: int = 1,
     progress: bool | None = None,
 ) -> Fit:
@@ -160,7 +160,7 @@ def fit(
         )
 
 
-def _computing(stack: ExitStack, out: Place | None, jobs: int, comm: Any = None) -> tuple[Path, Farm]:
+def _computing(stack: ExitStack, out: AnyPath | None, jobs: int, comm: Any = None) -> tuple[Path, Farm]:
     """The folder of the results, and what computes there: ranks other than 0 have done their share. Raises StoreError."""
     if comm is not None and (jobs != 1 or out is None):
         raise ValueError(f"comm with jobs = {jobs!r}, out = {out!r}: needs out, and no jobs")
@@ -188,7 +188,7 @@ def _one_thread() -> threadpoolctl.threadpool_limits:
     return threadpoolctl.threadpool_limits(limits=1)
 
 
-def open(path: Place) -> xr.Dataset:
+def open(path: AnyPath) -> xr.Dataset:
     """Open a dataset: results.nc, or the folder it is in. Values are read when they are used. Raises StoreError.
 
     The dataset has the scalars of the cases, its accessor `.nanoslip` (`nanoslip.study.dataset.access`) records, trajectories and

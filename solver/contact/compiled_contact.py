@@ -34,7 +34,7 @@ from nanoslip.solver.contact.kernels.state import (
 from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import (
-    FEW,
+    FEW_NODES,
     KEPT,
     Compliance,
     EndlessCompliance,
@@ -273,7 +273,7 @@ def _state(
     direction: Direction,
 ) -> KernelState:
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
-    few = compliance.slab.nodes <= FEW and compliance.lasting
+    few = compliance.slab.nodes <= FEW_NODES and compliance.lasting
     set_up = _set_up_before if few else _set_up
     matrix, plane, padded = set_up(compliance, window.tobytes(), contact.tobytes())
     entries, nodes = 2 * len(contact) + 1, len(contact)

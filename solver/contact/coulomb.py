@@ -285,7 +285,7 @@ def _refuse_cycles(seen: set[bytes], solved: CoulombContact) -> None:
 
 PROGRESS = 1e-6
 """Motion in node spacings, or growth of the load as a share of it, that counts as progress."""
-PATIENCE = 20
+MOST_STALLED = 20
 """Steps per node without progress after which no motion is found consistent."""
 
 
@@ -332,7 +332,7 @@ def advance(solved: CoulombContact, step: float, rates: Rates) -> float:
     solved.gone += step
     if solved.gone > solved.mark + PROGRESS * (solved.case.slab.spacing if pin_rate else solved.normal_load):
         solved.mark, solved.stalled = solved.gone, 0
-    if solved.stalled > PATIENCE * len(solved.u):
+    if solved.stalled > MOST_STALLED * len(solved.u):
         # A node that touches is pulled off at once, and closes in at once when free: no motion is consistent.
         raise CoulombError(Ending.SLIP_UNBOUNDED)
     before, slip, height = solved.force, solved.u - solved.displacement, solved.v

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Dense, Indices, Nodes, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import expected_contact, pin_of, surface_from_axis, surface_from_pin
-from nanoslip.solver.elasticity.compliance import FEW, KEPT, Compliance
+from nanoslip.solver.elasticity.compliance import FEW_NODES, KEPT, Compliance
 from nanoslip.solver.outcome import SingularOperator, TooFarApart
 
 # The linear system of a contact set: forces and approach from the heights of its nodes and the load.
@@ -22,7 +22,7 @@ from nanoslip.solver.outcome import SingularOperator, TooFarApart
 # adds its own row and column. So a change of the set costs one solution with the existing factors.
 
 
-NEAR = 0.25
+NEAR_SHARE = 0.25
 """Share of a set's nodes that may change before its system is factorized anew: the border would take as long."""
 
 
@@ -64,7 +64,7 @@ class ContactSystem:
     def is_near(self, contact: Nodes) -> bool:
         """True if a set (n,) differs so little that a bordered update pays off."""
         changes, nodes = np.count_nonzero(contact ^ self._base), np.count_nonzero(self._base)
-        return bool(changes == 0 or (nodes > FEW and changes <= NEAR * nodes))
+        return bool(changes == 0 or (nodes > FEW_NODES and changes <= NEAR_SHARE * nodes))
 
     def forces(self, contact: Nodes, heights: Vector, normal_load: float) -> tuple[Vector, float]:
         """Forces (2n,) on the nodes of a set (n,) and the approach, where its nodes are to have these heights (n,).
@@ -310,7 +310,7 @@ def _system(case: Case, compliance: Compliance, contact: Nodes, u: Vector, stuck
     """The system of this contact set: without friction, the pin's height under a node depends on its u, linear near this one."""
     coupled = case.effects.coupling
     slope = pin_of(case).slope(surface_from_pin(case) + u) if coupled and not stuck else None
-    if slope is None and compliance.lasting and len(contact) <= FEW:  # no border changes what is kept
+    if slope is None and compliance.lasting and len(contact) <= FEW_NODES:  # no border changes what is kept
         return _system_before(compliance, contact.tobytes(), coupled and stuck)
     return ContactSystem(compliance, contact, slope, held=coupled and stuck)
 

@@ -133,7 +133,7 @@ def _of_cascades(case: Case, message: str) -> str:
     return ", or ".join((message, *others))
 
 
-COARSEST = 1e-4
+COARSEST_HEIGHTS = 1e-4
 """Rounding of the pin's heights, as a share of what the load displaces, beyond which it decides: measured,
 forces change by 1.4 times that share of the load when every height changes by a rounding."""
 
@@ -150,11 +150,11 @@ def soundness(
     if not math.isfinite(outermost):
         return NOT_FINITE
     share = rounding_share(case, softness, contact, outermost)
-    if not share <= COARSEST:
+    if not share <= COARSEST_HEIGHTS:
         return Outcome(
             Ending.ROUNDING,
-            f"heights of the pin are known to {share:.0e} of what the load displaces, {COARSEST:g} is needed: raise normal_load, "
-            "or use a larger radius or lower heights in heterogeneity.roughness",
+            f"heights of the pin are known to {share:.0e} of what the load displaces, {COARSEST_HEIGHTS:g} is needed: "
+            "raise normal_load, or use a larger radius or lower heights in heterogeneity.roughness",
             cause="heights",
         )
     return COMPLETED if _steepest(case, contact, xi, outermost) <= STEEPEST else STEEP_PIN

@@ -15,7 +15,7 @@ from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.view import Labels, in_words
 
-PERIODS: Final = 2.0
+FEWEST_PERIODS: Final = 2.0
 """Oscillation periods that a pin has to slide before its mean friction is that of steady sliding."""
 BLOCKS: Final = 32
 """Number of equal parts of the steady friction force. Their mean is its mean; groups of four show whether it changes."""
@@ -23,7 +23,7 @@ LEAST_SHARE: Final = 0.25
 """Share of the binned force that truncation always keeps."""
 LARGEST_CHANGE: Final = 0.01
 """Change along the steady part, as a fraction of its mean, that still counts as steady."""
-SIGNIFICANT: Final = 5.0
+SIGNIFICANT_CHANGE: Final = 5.0
 """Standard errors beyond which a change is no accident (one motion in four hundred with eight blocks)."""
 
 
@@ -77,11 +77,9 @@ def friction_coefficients(
     first, excess = _first_slip(record, static)
     kinetic, outcome = nan, result.outcome
     slides = float(result.time[-1] - result.slip_time[0])
-    if outcome.ok and slides < PERIODS * result.settling_time:
+    if outcome.ok and slides < FEWEST_PERIODS * result.settling_time:
         periods = math.floor(100.0 * slides / result.settling_time) / 100.0  # never rounded up to those that are needed
-        message = (
-            f"the pin slid for {periods:g} oscillation periods; averaging μ_k needs {PERIODS:g}{raising(ended_by)}"
-        )
+        message = f"the pin slid for {periods:g} oscillation periods; averaging μ_k needs {FEWEST_PERIODS:g}{raising(ended_by)}"
         message = f"the friction force is not steady: {message}"
         outcome = Outcome(Ending.NO_PLATEAU, message, ended_by == "duration", "few_periods")
     if outcome.ok:
@@ -178,6 +176,6 @@ def unsteadiness(blocks: NDArray[np.float64], latest: bool) -> str:
     rest = means - mean - change * place
     error = float(np.sqrt(rest @ rest / 6.0 / (place @ place)))
     share = change / abs(mean) if mean else np.inf
-    if abs(share) <= LARGEST_CHANGE or (abs(change) <= SIGNIFICANT * error and not latest):
+    if abs(share) <= LARGEST_CHANGE or (abs(change) <= SIGNIFICANT_CHANGE * error and not latest):
         return ""
     return f"{'rises' if share > 0.0 else 'falls'} by {abs(share):.1%} along the best steady part"

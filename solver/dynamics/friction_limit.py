@@ -127,7 +127,7 @@ def mean(record: FrictionRecord, plateau: Plateau) -> FrictionLimit:
     return FrictionLimit(np.array([0.0, 1.0]), force, np.zeros(1), periodic_from=0)
 
 
-SHAPES: dict[ProfileShape, Callable[[FrictionRecord, Plateau], FrictionLimit]] = {
+PROFILE_SHAPES: dict[ProfileShape, Callable[[FrictionRecord, Plateau], FrictionLimit]] = {
     "sawtooth": sawtooth,
     "linear": linear,
     "coarse": coarse,
@@ -162,8 +162,8 @@ def _edges_kept(edges: NDArray[np.float64], shortest: float) -> NDArray[np.intp]
 
 
 def friction_limit_of(record: FrictionRecord, plateau: Plateau, shape: ProfileShape) -> FrictionLimit:
-    """F̃ of one of the `SHAPES`. Raises NoPlateauError if the record has no plateau."""
-    return SHAPES[shape](record, plateau)
+    """F̃ of one of the `PROFILE_SHAPES`. Raises NoPlateauError if the record has no plateau."""
+    return PROFILE_SHAPES[shape](record, plateau)
 
 
 def _need(plateau: Plateau) -> None:

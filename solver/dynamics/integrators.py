@@ -20,7 +20,7 @@ from nanoslip.solver.dynamics.result import BINS, DynamicsResult
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, check, parameter, require
 
-LARGEST: Final = 1e-4
+LARGEST_NOISE: Final = 1e-4
 """Largest rounding error, over the steady friction force and over the mean width of a tooth: the precision of a plateau."""
 _DIGIT: Final = float(np.finfo(float).eps)
 
@@ -31,7 +31,7 @@ def resolved(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
     force_noise = _DIGIT * motion.spring * way
     if friction_force == 0.0 or motion.spring * way <= friction_force:  # nothing to be lost in, or it never gets away
         return COMPLETED
-    if force_noise > LARGEST * friction_force:
+    if force_noise > LARGEST_NOISE * friction_force:
         return _refused(
             "rounded_force",
             f"spring_stiffness × stage_velocity × duration rounds the spring force by {force_noise / friction_force:.1e} of the "
@@ -41,7 +41,7 @@ def resolved(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
     uneven = np.ptp(friction_limit.force) > 0.0 or bool(friction_limit.slope.any())
     teeth = len(friction_limit.force) - friction_limit.periodic_from
     position_noise = _DIGIT * way * teeth / friction_limit.period
-    if uneven and position_noise > LARGEST:
+    if uneven and position_noise > LARGEST_NOISE:
         return _refused(
             "rounded_position",
             f"stage_velocity × duration rounds the position by {position_noise:.1e} of the friction profile's mean tooth: "
@@ -58,7 +58,7 @@ def nothing(samples: int) -> Run:
 
 
 def _refused(cause: str, message: str, noise: float) -> Outcome:
-    return Outcome(Ending.ROUNDING, f"{message} (by a factor of {noise / LARGEST:.2g} or more)", cause=cause)
+    return Outcome(Ending.ROUNDING, f"{message} (by a factor of {noise / LARGEST_NOISE:.2g} or more)", cause=cause)
 
 
 # Proportion of a dimensionless drive to the contact that it pulls: one in N/m, m/s and s hardly ever fits.

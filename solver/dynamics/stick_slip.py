@@ -190,7 +190,7 @@ def stick_slip(
 
 MOST_SLIPS: Final = 128
 """Slips of Eq. 16-19 up to which they are fitted: more take long, and their phases fit nothing."""
-MOST_SAMPLES: Final = 10_000
+MOST_FITTED_SAMPLES: Final = 10_000
 """Times at which the fit looks, evenly chosen from a motion's."""
 _MOST_TRIALS: Final = 60
 """Steps of the least squares from one start; some fifteen are enough."""
@@ -224,7 +224,7 @@ class StickSlipFit:
         "residual of the fit, over load",
         "fit_residual",
         comment="root mean square difference between Eq. 16-19 and the spring force, "
-        f"at up to {MOST_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip, with fewer samples "
+        f"at up to {MOST_FITTED_SAMPLES} of the samples; NaN, as what was fitted, without a macroscopic slip, with fewer samples "
         f"than unknowns, and where the drive or Eq. 16-19 slip {MOST_SLIPS} times or more",
     )
 
@@ -233,11 +233,11 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> 
     """Fit Eq. 16-19 to the computed spring force by least squares, as the paper does for Figure 9 (§3.3).
 
     normal_load: W in G·L_x·L_y. Unknowns: one kinetic friction, and static friction of the first slip and of all later ones; NaN
-    without a macroscopic slip, after a bad end, or beyond `MOST_SLIPS`. Longer motions are thinned to `MOST_SAMPLES`.
+    without a macroscopic slip, after a bad end, or beyond `MOST_SLIPS`. Longer motions are thinned to `MOST_FITTED_SAMPLES`.
     """
     if not result.outcome.ok or not 0 < len(result.slip_force) < MOST_SLIPS or len(result.time) < _UNKNOWNS:
         return _NO_FIT
-    kept = slice(None, None, math.ceil((len(result.time) - 1) / MOST_SAMPLES))
+    kept = slice(None, None, math.ceil((len(result.time) - 1) / MOST_FITTED_SAMPLES))
     time, force = result.time[kept], result.spring_force[kept]
 
     def model(coefficients: Floats) -> StickSlip:

@@ -161,7 +161,7 @@ class EndlessCompliance(Compliance):
         return EndlessCompliance(self.convolution.uncoupled(), self.slab)
 
 
-FEW: Final = 129
+FEW_NODES: Final = 129
 """Largest set of nodes that is factorized anew at every change: that takes no longer than a bordered update."""
 KEPT: Final = 32
 """Number of sets of few nodes whose systems and tableaus are cached, as members and other cases meet the same ones. At most
@@ -170,7 +170,7 @@ KEPT: Final = 32
 
 def stiffness_of_node(compliance: Compliance, contact: NDArray[np.bool_]) -> float:
     """Change of K by one node more at either end of the contact, pressures held (bordered inverse), in G·L_y; 0 without room."""
-    few = compliance.slab.nodes <= FEW and compliance.lasting
+    few = compliance.slab.nodes <= FEW_NODES and compliance.lasting
     return (_stiffness_of_node_before if few else _stiffness_of_node)(compliance, contact.tobytes())
 
 

@@ -160,7 +160,7 @@ def _checked(reciprocal_condition: float) -> float:
 # stiffness of the fields along its border, and the displacements of its surface per displacement of these. The compliance of
 # its surface grows by a product of low rank for every cut, from the smallest pieces up to the slab.
 
-SMALLEST = 160
+SMALLEST_PART = 160
 """Largest number of fields of a piece that is eliminated at once: below, calls take longer than arithmetic."""
 ROWS_AT_ONCE = 64
 """Rows of a product, or of the compliance, that are added at once: they stay in the cache."""
@@ -265,7 +265,7 @@ class _Slab:
 
     def _cut(self, inside: Indices) -> tuple[Indices, Indices, Indices]:
         """Fields of the shorter cut, upright or level, through the middle; and those on either side."""
-        if len(inside) <= SMALLEST:
+        if len(inside) <= SMALLEST_PART:
             return inside, inside[:0], inside[:0]
         ways = [self._cut_along(inside, self.places[inside, axis]) for axis in (0, 1)]
         return min(ways, key=lambda way: len(way[0]))

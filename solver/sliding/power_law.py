@@ -25,7 +25,7 @@ SIGNIFICANT = 0.1
 """Goodness of fit below which a power law is refused."""
 
 
-class Sizes(NamedTuple):
+class SizeSample(NamedTuple):
     """A sample of sizes above 0, sorted."""
 
     values: Vector
@@ -46,13 +46,13 @@ class PowerLaw(NamedTuple):
     """Largest difference of the two cumulative distributions there (Kolmogorov, Smirnov)."""
 
 
-def sorted_sizes(sizes: NDArray[np.float64] | NDArray[np.int64], discrete: bool) -> Sizes:
+def sorted_sizes(sizes: NDArray[np.float64] | NDArray[np.int64], discrete: bool) -> SizeSample:
     """The sizes that are finite and above 0, sorted."""
     values = np.asarray(sizes, np.float64)
-    return Sizes(np.sort(values[np.isfinite(values) & (values > 0.0)]), discrete)
+    return SizeSample(np.sort(values[np.isfinite(values) & (values > 0.0)]), discrete)
 
 
-def fitted_power_law(sizes: Sizes) -> PowerLaw | None:
+def fitted_power_law(sizes: SizeSample) -> PowerLaw | None:
     """The power law whose cut-off brings it nearest to the sizes; None of fewer than LEAST_TAIL, or of equal ones."""
     firsts = _candidates(sizes.values)
     if not len(firsts):
@@ -112,7 +112,7 @@ def _candidates(values: Vector) -> NDArray[np.int64]:
     return np.asarray(firsts[values[firsts] < values[-1]])
 
 
-def _distances(sizes: Sizes, firsts: NDArray[np.int64], exponents: Vector) -> Vector:
+def _distances(sizes: SizeSample, firsts: NDArray[np.int64], exponents: Vector) -> Vector:
     """Distance of Kolmogorov and Smirnov for each tail."""
     if sizes.discrete:
         return _discrete_distances(sizes.values, firsts, exponents)
@@ -158,7 +158,7 @@ DRAWS = 100
 """Number of samples drawn: a share of 0.1 then has an error of 0.03."""
 
 
-def goodness_of_fit(sizes: Sizes, law: PowerLaw, draws: int = DRAWS) -> float:
+def goodness_of_fit(sizes: SizeSample, law: PowerLaw, draws: int = DRAWS) -> float:
     """Share of drawn samples that are further from their own fit than the sizes are from theirs: below 0.1 it is no power law.
 
     Each sample has as many sizes, from the cut-off on drawn from the law, below it from the sizes themselves; its cut-off is
@@ -174,14 +174,14 @@ def goodness_of_fit(sizes: Sizes, law: PowerLaw, draws: int = DRAWS) -> float:
     return further / draws
 
 
-def _drawn(sizes: Sizes, law: PowerLaw, rng: np.random.Generator) -> Sizes:
+def _drawn(sizes: SizeSample, law: PowerLaw, rng: np.random.Generator) -> SizeSample:
     """Draw the same number of sizes, following the law from its cut-off on."""
     total = len(sizes.values)
     below = sizes.values[: total - law.tail]
     tail = int(rng.binomial(total, law.tail / total)) if len(below) else total
     chosen = rng.choice(below, total - tail) if tail < total else below[:0]
     values = np.concatenate((chosen, power_law_sizes(rng, tail, law.exponent, law.cutoff, sizes.discrete)))
-    return Sizes(np.sort(values), sizes.discrete)
+    return SizeSample(np.sort(values), sizes.discrete)
 
 
 def power_law_sizes(rng: np.random.Generator, count: int, exponent: float, cutoff: float, discrete: bool) -> Vector:
@@ -214,7 +214,7 @@ def _whole_sizes(uniform: Vector, exponent: float, cutoff: float) -> Vector:
 
 PER_DECADE = 8
 """Bins in a decade."""
-LARGEST = np.finfo(np.float64).max
+LARGEST_FLOAT = np.finfo(np.float64).max
 
 
 class Histogram(NamedTuple):
@@ -250,7 +250,7 @@ def logarithmic_histogram(
     counts, inwards = np.diff(below), 0.5 * discrete
     middles = np.sqrt(edges[:-1] + inwards) * np.sqrt(edges[1:] - inwards)
     with np.errstate(over="ignore"):  # bins among the smallest numbers are narrower than one over the largest
-        density = np.minimum(counts / len(values) / np.diff(edges), LARGEST)
+        density = np.minimum(counts / len(values) / np.diff(edges), LARGEST_FLOAT)
     return Histogram(edges, counts, density, middles)
 
 
@@ -258,9 +258,9 @@ def _edges(values: Vector, per_decade: int, discrete: bool) -> Vector:
     """Ends of bins, rising and above 0, also where sizes are the smallest or the largest numbers there are."""
     first, last = np.floor(np.log10(values[[0, -1]]) * per_decade).astype(int)
     with np.errstate(over="ignore"):
-        edges = np.minimum(10.0 ** (np.arange(first, last + 2) / per_decade), LARGEST)
+        edges = np.minimum(10.0 ** (np.arange(first, last + 2) / per_decade), LARGEST_FLOAT)
     if not discrete:
-        edges[0], edges[-1] = min(edges[0], values[0]), max(edges[-1], np.nextafter(values[-1], LARGEST))
+        edges[0], edges[-1] = min(edges[0], values[0]), max(edges[-1], np.nextafter(values[-1], LARGEST_FLOAT))
         edges = np.unique(edges)
         return edges if edges[0] > 0.0 else np.unique(np.append(edges[1:], values[0]))
     edges = np.unique(np.ceil(edges - 1e-9) - 0.5)

@@ -16,7 +16,7 @@ from nanoslip.solver.sliding.power_law import (
     DRAWS,
     EXPONENTS,
     SIGNIFICANT,
-    Sizes,
+    SizeSample,
     exponent_in_range,
     fitted_power_law,
     goodness_of_fit,
@@ -29,12 +29,12 @@ from nanoslip.solver.view import Curve, OneLine, Picture, Viewed, with_error
 # Sizes of the events of a friction record, and how successive events depend on each other.
 
 
-ROUNDING = 1e-10
+ROUNDING_OF_FORCES = 1e-10
 """Force over the load, and energy over the square of the load, below which a difference is rounding: one node's force is
 accurate to 1e-12 of the load."""
-ALIKE = 1e-9
+ALIKE_SIZES = 1e-9
 """Share of the largest size below which sizes do not differ for their ranks; a thousand times what rounding was seen to do."""
-FEWEST = 10
+FEWEST_PAIRS = 10
 """Events below which no correlation is computed."""
 
 
@@ -106,8 +106,8 @@ def sizes_of_columns(
     return EventSizes(
         slips=slips[chosen],
         extent=extent[chosen],
-        drop=np.where(drop > ROUNDING, drop, 0.0)[chosen],
-        energy=np.where(energy > ROUNDING * normal_load, energy, 0.0)[chosen],
+        drop=np.where(drop > ROUNDING_OF_FORCES, drop, 0.0)[chosen],
+        energy=np.where(energy > ROUNDING_OF_FORCES * normal_load, energy, 0.0)[chosen],
         step=step[chosen],
     )
 
@@ -118,12 +118,12 @@ def pooled(parts: list[EventSizes]) -> EventSizes:
 
 
 def rank_correlation(first: Vector, second: Vector) -> float:
-    """Spearman's coefficient of two columns, -1 to 1; NaN of fewer than FEWEST pairs, or where one does not vary.
+    """Spearman's coefficient of two columns, -1 to 1; NaN of fewer than FEWEST_PAIRS pairs, or where one does not vary.
 
     Of m independent pairs it is 0 with a standard error of 1/√(m - 1).
     """
     known = np.isfinite(first) & np.isfinite(second)
-    if known.sum() < FEWEST:
+    if known.sum() < FEWEST_PAIRS:
         return math.nan
     ranks = [_ranks(column[known]) for column in (first, second)]
     ranks = [rank - rank.mean() for rank in ranks]
@@ -137,7 +137,7 @@ def _ranks(values: Vector) -> Vector:
     A record repeats itself from spacing to spacing: which of two such events is the larger is decided by rounding.
     """
     order = np.argsort(values, kind="stable")
-    larger = np.diff(values[order], prepend=values[order[:1]]) > ALIKE * np.abs(values).max()
+    larger = np.diff(values[order], prepend=values[order[:1]]) > ALIKE_SIZES * np.abs(values).max()
     group = np.cumsum(larger)
     counts = np.bincount(group)
     ranks = np.empty(len(values))
@@ -208,7 +208,7 @@ def size_distribution(*members: Values, discrete: bool, draws: int = DRAWS) -> S
     return SizeDistribution(count, mean, largest, *exponent, *law[1:], goodness)
 
 
-def _together(members: Sequence[Values], discrete: bool) -> tuple[list[NDArray[np.float64]], Sizes]:
+def _together(members: Sequence[Values], discrete: bool) -> tuple[list[NDArray[np.float64]], SizeSample]:
     """Sizes of each member with sizes, and of all together; empty if too few members have sizes."""
     each = [values for sizes in members if len(values := sorted_sizes(sizes, discrete).values)]
     enough = len(each) >= needed(len(members))

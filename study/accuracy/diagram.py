@@ -76,7 +76,7 @@ def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
     return on_front
 
 
-MARK = "*"
+FRONT_MARK = "*"
 
 
 def as_table(diagram: Diagram) -> Table:
@@ -84,7 +84,7 @@ def as_table(diagram: Diagram) -> Table:
     keys = words_of("numerics")  # stay as they are written
     header = [name if name in keys else name.replace("_", " ") for name in diagram.shown]
     rows = (
-        (*(_cell(row[name], row.get(f"{name}_uncertainty")) for name in diagram.shown), MARK if marked else "")
+        (*(_cell(row[name], row.get(f"{name}_uncertainty")) for name in diagram.shown), FRONT_MARK if marked else "")
         for row, marked in zip(diagram.rows, diagram.on_front, strict=True)
     )
     return Table((*header, "front"), tuple(rows))

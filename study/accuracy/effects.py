@@ -21,7 +21,7 @@ from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import quantities
 from nanoslip.study.manifest.cases import CampaignCase
-from nanoslip.study.manifest.manifest import MEMBERS, OF_CONTACTS, Manifest, TargetTable
+from nanoslip.study.manifest.manifest import OF_CONTACTS, USUAL_MEMBERS, Manifest, TargetTable
 from nanoslip.study.manifest.problems import ManifestError, refused
 from nanoslip.study.manifest.reader import refuse_with_stages
 from nanoslip.study.plan.kinds import (
@@ -107,7 +107,7 @@ class Influence:
 def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, members: int | None = None) -> Scenes:
     """Select `count` of these cases, evenly spread from the first to the last, and as many of their campaign's drives.
 
-    members: None for those of the campaign, at most MEMBERS; MEMBERS where it has one alone. Raises ManifestError.
+    members: None for those of the campaign, at most USUAL_MEMBERS; USUAL_MEMBERS where it has one alone. Raises ManifestError.
     """
     possible = [case for case in cases if case.case]
     drives = [(each.label, each.drive.dimensionless(manifest.scales)) for each in manifest.drives if each.drive]
@@ -115,7 +115,9 @@ def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, mem
         need = "a case and a drive that are possible; nanoslip plan says why none is"
         raise ManifestError.in_file(manifest.path, need)
     own = manifest.ensemble
-    ensemble = Ensemble(members or (min(own.members, MEMBERS) if own.members > 1 else MEMBERS), places=own.places)
+    ensemble = Ensemble(
+        members or (min(own.members, USUAL_MEMBERS) if own.members > 1 else USUAL_MEMBERS), places=own.places
+    )
     usual = TargetTable(within=0.5).variables(manifest.stages[-1])
     variables = own.of or (OF_LOOPS if manifest.paths and not drives else usual)
     return Scenes(manifest, tuple(evenly(possible, count)), dict(evenly(drives, count)), ensemble, variables)

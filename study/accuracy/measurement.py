@@ -22,7 +22,7 @@ from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.statistics import event_statistics
-from nanoslip.study.accuracy.diagram import MARK, Diagram, Row, as_csv, draw
+from nanoslip.study.accuracy.diagram import FRONT_MARK, Diagram, Row, as_csv, draw
 from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.accuracy.operators import measure_elastic_operator
 from nanoslip.study.accuracy.records import measure_records
@@ -167,7 +167,7 @@ def _apart(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
 def as_markdown(measurement: "Measurement") -> str:
     """The machine of the measurement, and each diagram's reference and file."""
     on = ", ".join(f"{name} {value}" for name, value in machine().items())
-    parts = [f"# {measurement.title}\n\nMeasured with: {on}. {MARK}: on the front.\n"]
+    parts = [f"# {measurement.title}\n\nMeasured with: {on}. {FRONT_MARK}: on the front.\n"]
     parts += [f"- [{each.title}]({each.file}). Reference: {each.reference}." for each in measurement.diagrams]
     return "\n".join(parts) + "\n"
 

@@ -22,12 +22,12 @@ from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
 from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.accuracy.setup import Effort, Setup
-from nanoslip.study.manifest.manifest import MEMBERS
+from nanoslip.study.manifest.manifest import USUAL_MEMBERS
 from nanoslip.study.manifest.parameters import LIMITS
 
 USUAL: Final = float(LIMITS["max_presliding"])
 """Length of a record by default, in presliding lengths."""
-MOST_ACROSS: Final = 33
+MOST_ACROSS_BALL: Final = 33
 """Largest n_x of a ball: the nodes in contact are the square of those across."""
 
 Sample = list[tuple[float, float]]
@@ -55,7 +55,7 @@ def measure_records(setup: Setup, effort: Effort) -> Diagram:
     usual = sample(setup.case, USUAL, most)
     longest = sample(setup.case, effort.lengths[-1], most)
     rows = [_row("members", count, usual[:count], longest[:count]) for count in effort.members]
-    few = min(most, MEMBERS)
+    few = min(most, USUAL_MEMBERS)
     for length in effort.lengths:
         rows.append(_row("presliding", length, sample(setup.case, length, few), longest[:few]))
     return Diagram(
@@ -83,7 +83,7 @@ def as_ball(case: Case) -> Case:
     """The ball with a cylinder's curvature and Hertz half-width, on as many nodes across as are affordable."""
     if case.slab.scheme.planar:
         return case
-    slab = Slab(min(case.slab.n_x, MOST_ACROSS), poisson=case.slab.poisson, scheme="half_space")
+    slab = Slab(min(case.slab.n_x, MOST_ACROSS_BALL), poisson=case.slab.poisson, scheme="half_space")
     load = 8.0 * expected_half_width(case) ** 3 / (3.0 * case.radius * (1.0 - case.slab.poisson))
     return replace(case, slab=slab, normal_load=load)
 

@@ -100,7 +100,7 @@ def setup_of(manifest: Manifest) -> Setup:
     return Setup(manifest.title, first, drive, manifest.scales)
 
 
-ALIKE: Final = 1.25
+ALIKE_WIDTHS: Final = 1.25
 """Ratio of half-widths up to which contacts are alike. A contact consists of whole nodes, so errors jump as its width grows."""
 
 
@@ -108,7 +108,7 @@ def contacts(case: Case, effort: Effort) -> tuple[float, ...]:
     """Half-widths of the effort's contacts that are about as wide as a case's own (Hertz), a/L_x."""
     widths = np.geomspace(*effort.half_widths)
     own = np.clip(expected_half_width(case), widths[0], widths[-1])
-    return tuple(float(f"{width:.6g}") for width in widths[np.maximum(widths / own, own / widths) <= ALIKE])
+    return tuple(float(f"{width:.6g}") for width in widths[np.maximum(widths / own, own / widths) <= ALIKE_WIDTHS])
 
 
 def discretized(slab: Slab, discretization: Mapping[str, Any]) -> Slab:

@@ -20,7 +20,7 @@ from click.shell_completion import CompletionItem
 from nanoslip.study import shipped
 from nanoslip.study.commands.words import Refusal, aborted, show
 from nanoslip.study.exit_codes import WRONG_INPUT
-from nanoslip.study.results.shard import MOST, Shard
+from nanoslip.study.results.shard import MOST_SHARDS, Shard
 from nanoslip.study.run.launch import GRACE, pin_threads, processes_started
 
 __all__ = ["cli", "main"]
@@ -31,7 +31,7 @@ flag = partial(click.option, is_flag=True)
 defaulted = partial(click.option, show_default=True)
 
 
-class Group(click.Group):
+class OrderedGroup(click.Group):
     """A group that lists its commands as they are declared: in the order of a campaign's life."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -48,7 +48,7 @@ def _print_version(context: click.Context, _option: click.Parameter, asked: bool
         context.exit()
 
 
-@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=OrderedGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @flag("--version", is_eager=True, expose_value=False, callback=_print_version, help="Show the version and exit.")
 def cli() -> None:
     """A friction laboratory: from campaign files (TOML) to one labelled dataset each."""
@@ -127,7 +127,7 @@ class NewFile(click.Path):
         return path
 
 
-class Number(click.FloatRange):
+class FiniteNumber(click.FloatRange):
     """A number in a range; NaN, which no comparison refuses, is none."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
@@ -137,7 +137,7 @@ class Number(click.FloatRange):
         return found
 
 
-PATH: Final = click.Path(path_type=Path)
+ANY_PATH: Final = click.Path(path_type=Path)
 CAMPAIGN_PATH: Final = CampaignPath(path_type=Path)
 NEW_FILE: Final = NewFile(path_type=Path)
 POSITIVE: Final = click.IntRange(min=1)
@@ -147,7 +147,7 @@ CAMPAIGN = click.argument("campaign", type=CAMPAIGN_PATH)
 PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
 JSON = flag("--json", "as_json", help="Print JSON for scripts (keys: docs/commands.md).")
 OUT = click.option("--out", type=ResultsFolder(), help="Folder of the results [default: results/<campaign>]")
-FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+TEXT_FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 PICTURE = click.option(
     "-o", "--picture", type=NEW_FILE, help="Draw a picture into this file (.png, .pdf, .svg) instead."
 )
@@ -166,11 +166,11 @@ def campaigns() -> None:
 
 @command("prepare:new_campaign")
 @click.argument("starter", required=False)
-@click.argument("file", type=PATH, required=False)
+@click.argument("file", type=ANY_PATH, required=False)
 def new() -> None:
     """Write a commented campaign to start from.
 
-    STARTER is its name; without a name the starters are listed. FILE [default: STARTER.toml] must not exist. Files that the
+    STARTER is its name; without a name the starters are listed. TEXT_FILE [default: STARTER.toml] must not exist. Files that the
     campaign needs are written beside it.
 
     Example: nanoslip new sweep campaigns/mine.toml
@@ -248,7 +248,7 @@ def _shard(_context: click.Context, _option: click.Parameter, text: str | None) 
 @click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
 @defaulted(
     "--grace",
-    type=Number(min=0.0),
+    type=FiniteNumber(min=0.0),
     default=GRACE,
     help="Seconds that running tasks get to finish after a signal.",
 )
@@ -299,12 +299,12 @@ def merge() -> None:
 @command("prepare:submit_campaign", CAMPAIGN, OUT)
 @click.option(
     "--site",
-    type=PATH,
+    type=ANY_PATH,
     help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
 )
 @click.option(
     "--shards",
-    type=click.IntRange(1, MOST),
+    type=click.IntRange(1, MOST_SHARDS),
     help="Number of small jobs in an array; one job more merges their results.",
 )
 @flag("--submit", help="Submit the scripts by sbatch.")
@@ -314,7 +314,7 @@ def submit() -> None:
 
 # Showing results: look.py and draw.py.
 
-FORMATS: Final = ("pdf", "svg", "png")
+PICTURE_FORMATS: Final = ("pdf", "svg", "png")
 """Formats of pictures; nanoslip.study.figures.shared writes them."""
 RESULTS: Final = Path("results")
 
@@ -331,19 +331,19 @@ def report() -> None:
     "--format",
     "formats",
     multiple=True,
-    type=click.Choice(FORMATS),
-    default=FORMATS,
+    type=click.Choice(PICTURE_FORMATS),
+    default=PICTURE_FORMATS,
     help="Formats of shipped figures [default: all]",
 )
 @defaulted(
     "--into",
-    type=PATH,
+    type=ANY_PATH,
     default=RESULTS,
     help="Folder of shipped figures, with a folder for each group of campaigns (figures, maps, ...).",
 )
 @click.option(
     "--out",
-    type=PATH,
+    type=ANY_PATH,
     help="Folder of CAMPAIGN's results; for shipped figures the folder above those of all campaigns "
     f"[default: results/<campaign>; {RESULTS}]",
 )
@@ -354,7 +354,9 @@ def report() -> None:
 )
 @click.option("-o", "--output", type=NEW_FILE, help="File of that figure: .pdf, .svg or .png.")
 @flag("--csv", "table", help="Write the numbers that are drawn to a file beside it.")
-@click.option("--size", nargs=2, type=Number(0.5, 50.0), help="Width and height of that figure in inches, as 3.3 2.4.")
+@click.option(
+    "--size", nargs=2, type=FiniteNumber(0.5, 50.0), help="Width and height of that figure in inches, as 3.3 2.4."
+)
 @click.option("--style", "sheet", default="", metavar="SHEET", help="Style sheet of matplotlib: a file or a name.")
 def figure() -> None:
     """Draw a number of CAMPAIGN over its axes, or shipped figures.
@@ -372,7 +374,7 @@ def figure() -> None:
 
 @command(
     "draw:show_profile",
-    FILE,
+    TEXT_FILE,
     click.option("--x", default="", metavar="UNIT", help="Unit of positions, as nm [default: the header's, or m]"),
     click.option("--z", default="", metavar="UNIT", help="Unit of heights [default: the header's, or m]"),
     click.option("--y", default="", metavar="UNIT", help="Unit of an image's positions across, in columns x, y, z"),
@@ -384,7 +386,7 @@ def figure() -> None:
 def profile() -> None:
     """Report statistics of a measured surface profile or image.
 
-    FILE has columns of numbers, among them x and height. The output has height, slope, correlation length, and the n_x that
+    TEXT_FILE has columns of numbers, among them x and height. The output has height, slope, correlation length, and the n_x that
     resolves the profile on a slab of this width; -o draws it with its spectrum. In a campaign: heterogeneity.roughness =
     {file = "FILE", x = "nm", z = "nm"}. An image, for planes of nodes, has columns x, y, z, or is a matrix with --pixel.
 
@@ -409,7 +411,7 @@ def traced(described: Declared) -> Declared:
         click.option("--to", "end", metavar="PLACE", help="Leave out the trace after this place."),
         click.option("--offset", metavar="FORCE", help="Reading of the force cell without a pull; subtracted."),
         click.option("--drift", metavar="RATE", help='Drift of the force cell, as "1 mN/s" or in N/m; subtracted.'),
-        click.option("--damping", type=Number(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
+        click.option("--damping", type=FiniteNumber(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
     )
     for each in reversed(options):
         described = each(described)
@@ -418,7 +420,7 @@ def traced(described: Declared) -> Declared:
 
 @command(
     "trace:show_trace",
-    FILE,
+    TEXT_FILE,
     PARAMETERS,
     traced,
     click.option("--over", type=CAMPAIGN_PATH, help="Lay it over the drive of this CAMPAIGN, and compare numbers."),
@@ -428,10 +430,10 @@ def traced(described: Declared) -> Declared:
 def trace() -> None:
     """Measure friction in a force that a laboratory recorded.
 
-    FILE has columns: time or displacement, force, perhaps normal load, found by their names and units. μ_s, μ_k, period,
+    TEXT_FILE has columns: time or displacement, force, perhaps normal load, found by their names and units. μ_s, μ_k, period,
     amplitude and rising stiffness come from a fit of Eq. 16-19 to each slip, their ± from what the slips scatter. Of steady
     sliding there is μ_k alone, of strokes to and fro half their difference. With --over, KEY=VALUE select a computed drive of
-    CAMPAIGN, whose first slip is drawn at the time of that in FILE.
+    CAMPAIGN, whose first slip is drawn at the time of that in TEXT_FILE.
 
     Example: nanoslip trace lab.csv --time s --force mN --load "2 N" -o lab.png
     """
@@ -510,7 +512,9 @@ def sensitivity() -> None:
 
 @command("infer:fit_campaign", CAMPAIGN)
 @click.argument("numbers", nargs=-1, metavar="NUMBER=VALUE±ERROR... [KEY=VALUE]...")
-@click.option("--trace", type=PATH, help="Take μ_s and μ_k, with their ±, from the output of `nanoslip trace --json`.")
+@click.option(
+    "--trace", type=ANY_PATH, help="Take μ_s and μ_k, with their ±, from the output of `nanoslip trace --json`."
+)
 @click.option(
     "--vary",
     multiple=True,
@@ -573,7 +577,7 @@ def compare() -> None:
 
 
 @command("judge:verify_dataset", JSON)
-@click.argument("dataset", type=PATH)
+@click.argument("dataset", type=ANY_PATH)
 @click.option("--sample", type=POSITIVE, help="Number of cases, evenly spread, the same each time [default: all]")
 def verify() -> None:
     """Compute DATASET again from the file alone, and compare.

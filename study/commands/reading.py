@@ -4,17 +4,17 @@ from collections.abc import Iterator
 
 from nanoslip.solver.outcome import quoted
 from nanoslip.study.commands.plans import counted
-from nanoslip.study.manifest.columns import Columns, OneWay
+from nanoslip.study.manifest.columns import FileColumns, OneWay
 
 
-def separation(columns: Columns) -> str:
+def separation(columns: FileColumns) -> str:
     """Separator of the numbers, and how many lines are above and below them."""
     above = f", below {counted(columns.skipped, 'line')}" if columns.skipped else ""
     below = f", above {counted(columns.below, 'line')}" if columns.below else ""
     return f"numbers are separated by {columns.separator}{above}{below}"
 
 
-def lines_left_out(columns: Columns, rows: OneWay, holes: int) -> Iterator[str]:
+def lines_left_out(columns: FileColumns, rows: OneWay, holes: int) -> Iterator[str]:
     """Lines that were left out, and equal places."""
     number, line, text = columns.left_out
     if number:

@@ -18,14 +18,14 @@ from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.table import one_case
 from nanoslip.study.figures import shared
-from nanoslip.study.inference.recording import Given, Source, Trace, read_trace
-from nanoslip.study.inference.trace import Flag, TraceNumbers, measure
+from nanoslip.study.inference.recording import Trace, TraceOptions, TraceSource, read_trace
+from nanoslip.study.inference.trace import TraceFlag, TraceNumbers, measure
 from nanoslip.study.manifest.columns import file_text
 from nanoslip.study.manifest.parameters import as_written, plain
 from nanoslip.study.report.console import Table, note, print_sentences, print_table, whole
 from nanoslip.study.results.store import write_files
 
-SYMBOLS: Final = {
+TRACE_SYMBOLS: Final = {
     "static_friction": "μ_s",
     "kinetic_friction": "μ_k",
     "mean_force": "F̄ ≥ μ_k",
@@ -65,12 +65,12 @@ SENTENCES: Final = {
 """Flag of a trace -> its sentence."""
 
 
-def sentence(flag: Flag) -> str:
+def sentence(flag: TraceFlag) -> str:
     """A flag in words."""
     return SENTENCES[flag.name].format(**flag.facts)
 
 
-class Reading(NamedTuple):
+class TraceReading(NamedTuple):
     """Options of the command line for reading a trace; texts with units."""
 
     time: str | None
@@ -89,7 +89,7 @@ class Reading(NamedTuple):
         """The trace, its load and the velocity of its stage; NaN where they are not given. Raises Refusal, InvalidInput."""
         if self.time and self.displacement:
             raise Refusal("--time and --displacement exclude each other: the force is measured over one of the two")
-        given = Given(self.time or "", self.displacement or "", self.force or "", self.columns or ())
+        given = TraceOptions(self.time or "", self.displacement or "", self.force or "", self.columns or ())
         trace = read_trace(file, file_text(file), given)
         load, velocity = _number("load", self.load, "N"), _number("velocity", self.velocity, "m s-1")
         for name, text, value in (("load", self.load, load), ("velocity", self.velocity, velocity)):
@@ -131,9 +131,9 @@ def show_trace(
     as_json: bool,
     **reading: Any,
 ) -> None:
-    """Print the numbers of a trace, beside those of a computed drive, and draw it. reading: see `Reading`."""
+    """Print the numbers of a trace, beside those of a computed drive, and draw it. reading: see `TraceReading`."""
     form = shared.format_of(picture) if picture else ""
-    trace, weight, found = Reading(**reading).numbers(file)
+    trace, weight, found = TraceReading(**reading).numbers(file)
     if over and trace.unit == "N" and math.isnan(weight):
         raise Refusal('--over: needs --load, as "100 N": computed forces are shares of the load')
     if parameters and not over:
@@ -162,7 +162,7 @@ def _as_read(trace: Trace) -> str:
     return "; ".join((f"{len(trace.at)} points of {what} over {trace.over} from {end}", *read, sizes))
 
 
-def _left_out(source: Source) -> Iterator[str]:
+def _left_out(source: TraceSource) -> Iterator[str]:
     """Lines and samples that were left out or mended, and the columns that were taken from more than two."""
     if len(source.columns.columns) > 2:
         yield f"columns {', '.join(map(quoted, source.taken))}"
@@ -196,7 +196,7 @@ def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
     rows = tuple(
         (
             name,
-            SYMBOLS.get(name, ""),
+            TRACE_SYMBOLS.get(name, ""),
             with_error(number.value, number.uncertainty) if number.of > 1 else f"{number.value:.4g}",
             "" if number.unit == "1" else as_written(number.unit),
             counted(number.of, "value") if number.of else "given",
@@ -231,7 +231,7 @@ def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr
             for style, name in (("--", "static_friction"), (":", "kinetic_friction")):
                 if name in found.numbers:
                     axes.axhline(
-                        found.numbers[name].value, color=shared.COLORS[0], linestyle=style, label=SYMBOLS[name]
+                        found.numbers[name].value, color=shared.COLORS[0], linestyle=style, label=TRACE_SYMBOLS[name]
                     )
             axes.set_ylabel(label)
         if middle:

@@ -92,7 +92,7 @@ OBSERVED: Final = (
 """Variables of records and drives with their divisors, if these vary; first the ones that a campaign requests on purpose."""
 LOOPED: Final = (("loss_per_cycle", ""), ("turn_friction", "intrinsic_friction"), ("secant_stiffness", ""))
 """Variables of loops with their divisors; their closure is of one draw, and is not drawn."""
-PRESSED: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
+AT_REST: Final = (("contact_half_width", ""), ("maximum_pressure", ""), ("approach", ""))
 """Variables drawn for a contact at rest."""
 
 
@@ -104,7 +104,7 @@ def answers(dataset: xr.Dataset) -> Iterator[View | str]:
 
 
 def _observed(dataset: xr.Dataset) -> Iterator[Points]:
-    sort = OBSERVED if "plateau_mean" in dataset else LOOPED if "loss_per_cycle" in dataset else PRESSED
+    sort = OBSERVED if "plateau_mean" in dataset else LOOPED if "loss_per_cycle" in dataset else AT_REST
     for name, over in sort:
         if name in dataset and (not over or over in dataset.variables):
             alike = not over or np.unique(dataset[over]).size == 1

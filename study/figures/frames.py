@@ -33,9 +33,9 @@ from nanoslip.study.results.store import write_files
 
 # The contact of one case after chosen events, and the record up to there: computed when asked for, kept nowhere.
 
-MOST: Final = 1000
+MOST_FRAMES: Final = 1000
 """Frames that one film may have."""
-ROUNDING: Final = 1e-12
+ROUNDING_OF_SLIPS: Final = 1e-12
 """Share of the largest slip by which a node that sticks may seem to slip."""
 
 
@@ -122,9 +122,9 @@ def events_of(text: str) -> tuple[int, ...]:
             found = range(first, last + 1, *step)
         else:
             found = sorted(set(map(int, text.split(","))))
-    if not found or found[0] < 0 or found[-1] < found[0] or len(found) > MOST:
+    if not found or found[0] < 0 or found[-1] < found[0] or len(found) > MOST_FRAMES:
         raise InvalidInput(
-            f"events = {text}: needs first:last:step, as 0:200:10, or a list, as 0,5,12; from 0 on, at most {MOST} of them"
+            f"events = {text}: needs first:last:step, as 0:200:10, or a list, as 0,5,12; from 0 on, at most {MOST_FRAMES} of them"
         )
     return tuple(found)
 
@@ -197,7 +197,7 @@ def _moment(event: int, before: ContactState | None, now: ContactState, case: Ca
     if before:
         ahead = now.first_node - before.first_node
         slip, contact = np.roll(before.slip, -ahead), np.roll(before.contact, -ahead)
-        moved = np.abs(now.slip - slip) > ROUNDING * max(np.abs(now.slip).max(), now.displacement)
+        moved = np.abs(now.slip - slip) > ROUNDING_OF_SLIPS * max(np.abs(now.slip).max(), now.displacement)
         slipped = now.contact & contact & moved
     friction = node_friction(case, now.first_node)
     share = 1.0 / case.normal_load
@@ -350,7 +350,7 @@ def _range(parts: Iterable[NDArray[np.float64]]) -> tuple[float, float]:
 FILMS: Final[dict[str, Any]] = {"gif": PillowWriter, "mp4": FFMpegWriter}
 """Suffix of a film -> what writes it."""
 FRAMES_PER_SECOND: Final = 5
-RESOLUTION: Final = 120
+FILM_RESOLUTION: Final = 120
 """Resolution of films, in dots per inch."""
 
 
@@ -393,7 +393,7 @@ def _film(shown: Moments, suffix: str) -> bytes:
     with TemporaryDirectory() as folder, column(3.0, 6.0) as figure:
         get_registered_canvas_class("png")(figure)
         film = Path(folder) / f"film.{suffix}"
-        with writer.saving(figure, str(film), RESOLUTION):
+        with writer.saving(figure, str(film), FILM_RESOLUTION):
             for moment in shown.moments:
                 figure.clear()
                 draw_frame(figure, shown, moment)

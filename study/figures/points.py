@@ -91,11 +91,11 @@ def hyphenated(word: str) -> str:
     return word.replace("_", "-") if word in REGIMES else word
 
 
-LONGEST: Final = 30
+LONGEST_TALLY: Final = 30
 """Characters of counted words in a table; of longer ones the most frequent is shown, with the count of others."""
 
 
-def worded(tally: Mapping[str, int], most: float = LONGEST) -> str:
+def worded(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
     """Words of members with how many have each, the most frequent first; the word alone that all have."""
     if len(tally) == 1:
         return hyphenated(next(iter(tally)))
@@ -109,7 +109,7 @@ def in_symbols(values: Mapping[str, Any]) -> str:
     return ", ".join(f"{symbol(name)} = {in_text(value)} {unit_of(name)}".rstrip() for name, value in values.items())
 
 
-Columns = Mapping[str, NDArray[Any]]
+DrawnColumns = Mapping[str, NDArray[Any]]
 """Name of a column -> its values; all as long."""
 LACKING: Final = "–"
 """A number that a case has not, on an axis where others have it."""
@@ -177,7 +177,7 @@ class Points:
         axes, critical = ({name: each[chosen] for name, each in of.items()} for of in (self.axes, self.critical))
         return replace(self, axes=axes, critical=critical, **arrays)
 
-    def columns(self) -> Columns:
+    def columns(self) -> DrawnColumns:
         """The points as a table: coordinates, value, uncertainty, members, whether flagged."""
         errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
         members = {"members": self.members} if (self.members >= 0).any() else {}
@@ -220,11 +220,11 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
         (members > 0) & (members < used),
         tuple(each for each in zipped(dataset) if each in axes),
         stated,
-        {axis: rows.values(at).astype(float) for axis, at in CRITICAL.items() if name == "regime" and at in dataset},
+        {axis: rows.values(at).astype(float) for axis, at in CRITICAL_OF.items() if name == "regime" and at in dataset},
     )
 
 
-CRITICAL: Final = {"stage_velocity": "critical_velocity", "spring_stiffness": "critical_stiffness"}
+CRITICAL_OF: Final = {"stage_velocity": "critical_velocity", "spring_stiffness": "critical_stiffness"}
 """Parameter of a drive -> its value above which the pin no longer sticks."""
 
 

@@ -27,7 +27,7 @@ from nanoslip.solver.ensemble import mean_of, student
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import rounded
 from nanoslip.study.dataset.table import scales_of
-from nanoslip.study.figures.points import Columns, ordered
+from nanoslip.study.figures.points import DrawnColumns, ordered
 from nanoslip.study.manifest.columns import rows_as_csv
 
 # A table of claims: the paper's statement, the dataset's number, and why the two differ.
@@ -111,7 +111,7 @@ DASHES: Final = ("-", "--", "-.", ":", (0, (8, 2)), (0, (8, 2, 1, 2, 1, 2)))
 REGIME_COLORS: Final[dict[str, str]] = dict(zip(REGIMES, (COLORS[5], COLORS[1], COLORS[0], COLORS[3]), strict=True))
 """Color of each regime of a driven pin, in every figure."""
 
-LOOK: Final[dict[Any, Any]] = {
+FIGURE_SETTINGS: Final[dict[Any, Any]] = {
     "font.size": 8.0,
     "figure.labelsize": 8.0,
     "axes.titlesize": 8.0,
@@ -149,8 +149,8 @@ def format_of(path: Path, allowed: Sequence[str] = FORMATS) -> str:
 
 
 def look() -> dict[Any, Any]:
-    """The settings of `LOOK` that the user has left at matplotlib's own."""
-    return {name: value for name, value in LOOK.items() if mpl.rcParams[name] == mpl.rcParamsDefault[name]}
+    """The settings of `FIGURE_SETTINGS` that the user has left at matplotlib's own."""
+    return {name: value for name, value in FIGURE_SETTINGS.items() if mpl.rcParams[name] == mpl.rcParamsDefault[name]}
 
 
 @contextmanager
@@ -251,7 +251,7 @@ class View:
     """Description of the picture's content, for readers and as its alternative text."""
     draw: Callable[..., Figure]
     """`make` as of `column`."""
-    columns: Callable[[], Columns]
+    columns: Callable[[], DrawnColumns]
     """The numbers that are drawn."""
 
 
@@ -265,7 +265,7 @@ class Sort:
     """Views that a dataset calls for, and sentences on what is not drawn; none if it has nothing of the sort."""
 
 
-def csv_of(columns: Columns) -> str:
+def csv_of(columns: DrawnColumns) -> str:
     """Columns as CSV with a line of names; numbers have nine digits, missing ones are empty."""
     rows = zip(*(map(_cell, np.asarray(each).tolist()) for each in columns.values()), strict=True)
     return rows_as_csv(itertools.chain([columns], rows))

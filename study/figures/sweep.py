@@ -20,7 +20,7 @@ from nanoslip.study.figures.shared import COLORS, REGIME_COLORS, WIDTH, column, 
 
 # Panels of lines with error bars, a colour for each value of a second coordinate, or of tiles; or one for each coordinate.
 
-FAILED: Final = "#c00000"
+FAILED_COLOR: Final = "#c00000"
 UNSURE: Final = "$?$"
 """Mark beside a point without a known uncertainty, which tables write as ± ?."""
 SHORTEST: Final = 0.2
@@ -127,7 +127,7 @@ def _draw_series(
     look: dict[str, Any] = {"markersize": 3.6, "markeredgewidth": 0.3, "color": color, "linestyle": ""}
     marks = axes.plot(x[series.unsure], y[series.unsure], marker=UNSURE, clip_on=False, transform=beside, **look)
     bottom = np.full(int((~there).sum()), 0.02)
-    crosses = axes.plot(x[~there], bottom, "x", color=FAILED, transform=axes.get_xaxis_transform(), zorder=6)
+    crosses = axes.plot(x[~there], bottom, "x", color=FAILED_COLOR, transform=axes.get_xaxis_transform(), zorder=6)
     for signs in (*marks, *crosses):
         signs.set_in_layout(False)
 
@@ -230,7 +230,7 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
         if 0.0 < inside.mean() < 1.0:
             axes.contourf(columns, rows, inside, levels=[0.5, 1.5], colors="none", hatches=["//"])
         return mesh
-    axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED)
+    axes.plot(x[~here.there], y[~here.there], "x", markersize=4, color=FAILED_COLOR)
     axes.plot(x[care], y[care], "o", markersize=2.4, color="white", markeredgecolor="black", markeredgewidth=0.4)
     return mesh
 

@@ -20,23 +20,23 @@ from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.table import case_rows, scales_of
 from nanoslip.study.dataset.variables import are_means
 from nanoslip.study.figures.answer import answers
-from nanoslip.study.figures.points import Columns, axes_of, in_symbols, label, points_of, typeset
+from nanoslip.study.figures.points import DrawnColumns, axes_of, in_symbols, label, points_of, typeset
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
 
 # Runs of a dataset (records, trajectories, contacts) as views: of many a few, spread over all axes.
 
 HEIGHT: Final = 2.3
 """Height of a figure without its legend, in inches."""
-LINE: Final = 0.15
+LEGEND_LINE: Final = 0.15
 """Height of a line of a legend, in inches."""
-LONG: Final = 30
+LONG_NAME: Final = 30
 """Characters of a name from which it has a line of its own."""
 MOST_RUNS: Final = len(COLORS)
 """Most runs that are drawn; more are thinned, spread over all axes."""
 
 
 @dataclass(frozen=True, slots=True)
-class Need:
+class RunNeed:
     """Condition to draw a run of a case: a lower bound of one of its numbers."""
 
     variable: str
@@ -57,7 +57,7 @@ class DrawnRun:
 
 
 @dataclass(frozen=True, slots=True)
-class Family:
+class RunFamily:
     """Runs that are drawn alike."""
 
     name: str
@@ -66,13 +66,13 @@ class Family:
     group: str
     """Group of the dataset."""
     caption: str
-    columns: Callable[[xr.Dataset, DrawnRun], Columns]
+    columns: Callable[[xr.Dataset, DrawnRun], DrawnColumns]
     """The numbers of one run that are drawn."""
-    draw: Callable[[Any, Columns, dict[str, Any]], None]
+    draw: Callable[[Any, DrawnColumns, dict[str, Any]], None]
     """Draws one run on axes of matplotlib, with the settings of its main line."""
     axes: dict[str, Any]
     """Labels and scales."""
-    need: Need | None = None
+    need: RunNeed | None = None
     """Condition without which a figure would be empty."""
     of_all: bool = False
     """True if a run comprises all members of an ensemble, not only the first."""
@@ -81,7 +81,7 @@ class Family:
     height: float = HEIGHT
 
 
-def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[DrawnRun]:
+def runs_of(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> list[DrawnRun]:
     """The runs of a group, each once, though several cases share it; none if the dataset has no such group.
 
     need: runs of cases that lack it are left out.
@@ -105,7 +105,7 @@ def runs_of(dataset: xr.Dataset, group: str, need: Need | None = None) -> list[D
     ]
 
 
-def views_of(dataset: xr.Dataset, family: Family) -> Iterator[View | str]:
+def views_of(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
     """Figures of a few runs; and how many are not drawn, and why."""
     caption = f"{family.caption}, of the first member" if are_means(dataset) and not family.of_all else family.caption
     runs = runs_of(dataset, family.group, family.need)
@@ -140,7 +140,7 @@ def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int
     return np.unique(np.concatenate((order[firsts], order[lasts], [0, len(x) - 1])))
 
 
-def _joined(numbers: Callable[[DrawnRun], Columns], runs: Sequence[DrawnRun]) -> Columns:
+def _joined(numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun]) -> DrawnColumns:
     """The numbers of several runs one below the other, and beside them which case they are of."""
     tables = [(in_symbols(run.label), numbers(run)) for run in runs]
     cases = [np.full(len(next(iter(table.values()))), name, dtype=object) for name, table in tables]
@@ -148,7 +148,7 @@ def _joined(numbers: Callable[[DrawnRun], Columns], runs: Sequence[DrawnRun]) ->
     return {"case": np.concatenate(cases), **joined}
 
 
-def _drawn(family: Family, numbers: Callable[[DrawnRun], Columns], runs: Sequence[DrawnRun]) -> Figure:
+def _drawn(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun]) -> Figure:
     """Runs on one pair of axes; the figure grows by the legend of several."""
     with column(family.height, WIDTH) as figure:
         axes = figure.add_subplot()
@@ -157,8 +157,8 @@ def _drawn(family: Family, numbers: Callable[[DrawnRun], Columns], runs: Sequenc
             family.draw(axes, numbers(run), {"color": color, **named})
         axes.set(**family.axes)
         if names := axes.get_legend_handles_labels()[1]:
-            columns = 1 if max(map(len, names)) > LONG else 2
-            figure.set_size_inches(WIDTH, family.height + LINE * math.ceil(len(names) / columns))
+            columns = 1 if max(map(len, names)) > LONG_NAME else 2
+            figure.set_size_inches(WIDTH, family.height + LEGEND_LINE * math.ceil(len(names) / columns))
             legend(figure, ncols=columns, markerscale=2.0)
     return figure
 
@@ -169,7 +169,7 @@ _BESIDE: Final = 0.25
 """Margin of a figure beside the contact, as a share of the contact's width."""
 
 
-def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
+def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Event, x, pressure, shear and the half-plane's pressure at initial contact, of the nodes in contact and a few more.
 
     Of many nodes those are left that can be told apart: where pressure or shear is least or largest nearby.
@@ -212,7 +212,7 @@ def _half_space(case: xr.Dataset, r: NDArray[np.float64]) -> NDArray[np.float64]
     return np.asarray(1.5 / (np.pi * a**2) * np.sqrt(np.maximum(1.0 - (r / a) ** 2, 0.0)))
 
 
-def draw_contacts(axes: Any, table: Columns, style: dict[str, Any]) -> None:
+def draw_contacts(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """Pressure as dots, shear as a thin line, after each event; the half-plane's pressure dashed.
 
     Alone and after several events, each of them has its colour and its name.
@@ -239,7 +239,7 @@ def _near(x: NDArray[np.float64], pressure: NDArray[np.float64]) -> NDArray[np.b
     return np.asarray((x >= touching[0] - margin) & (x <= touching[-1] + margin))
 
 
-CONTACTS: Final = Family(
+CONTACT_VIEWS: Final = RunFamily(
     "contacts",
     "Pressure and shear",
     "contact",
@@ -254,7 +254,7 @@ CONTACTS: Final = Family(
 # Views of driven pins: spring force against time, with Eq. 16-19 where they were fitted.
 
 
-def drive_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
+def drive_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Time (s), spring force over load, and the fitted one (NaN where nothing was fitted), thinned to what can be seen."""
     pulled = Accessor(dataset).trajectory(**run.selection)
     time, force = pulled["time"].values, pulled["sample_spring_force"].values
@@ -264,14 +264,14 @@ def drive_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     return {"time": time[seen], "spring_force": force[seen], "fitted_spring_force": fit[seen]}
 
 
-def draw_drives(axes: Any, table: Columns, style: dict[str, Any]) -> None:
+def draw_drives(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """Measured force as a line, the fitted one dashed on it."""
     time = 1e3 * table["time"]
     axes.plot(time, table["spring_force"], **style)
     axes.plot(time, table["fitted_spring_force"], "--", color="black", linewidth=0.5)
 
 
-DRIVES: Final = Family(
+DRIVES: Final = RunFamily(
     "drives",
     "Drives",
     "trajectory",
@@ -288,7 +288,7 @@ FITTED: Final = ("exponent", "exponent_uncertainty", "goodness")
 """Fitted numbers of the power law of slips, in the table of a figure."""
 
 
-def size_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
+def size_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Middles of bins, share of events per unit of size, and events in each bin, of all members together.
 
     Beside them the power law, NaN below its cut-off and where its goodness of fit refuses it, with its exponent and goodness.
@@ -309,7 +309,7 @@ def size_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     }
 
 
-def draw_sizes(axes: Any, table: Columns, style: dict[str, Any]) -> None:
+def draw_sizes(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """The distribution as points joined by lines, the power law dashed and named by its exponent."""
     if np.isfinite(table["power_law"]).any():
         named = f"τ = {with_error(float(table['exponent'][0]), float(table['exponent_uncertainty'][0]))}"
@@ -318,7 +318,7 @@ def draw_sizes(axes: Any, table: Columns, style: dict[str, Any]) -> None:
     axes.plot(table["event_slips"], table["power_law"], "--", linewidth=1.4, color=style["color"])
 
 
-SIZES: Final = Family(
+SIZE_VIEWS: Final = RunFamily(
     "sizes",
     "Sizes of events",
     "event_sizes",
@@ -327,18 +327,18 @@ SIZES: Final = Family(
     size_columns,
     draw_sizes,
     {"xlabel": typeset(label("event_slips")), "ylabel": "share of events", "xscale": "log", "yscale": "log"},
-    Need("sized_events", LEAST_TAIL, f"they have fewer than {LEAST_TAIL} events on the plateaus of enough members"),
+    RunNeed("sized_events", LEAST_TAIL, f"they have fewer than {LEAST_TAIL} events on the plateaus of enough members"),
     of_all=True,
 )
 
 
 # Views of the inside of slabs: a map of the largest shear stress under the pin.
 
-LARGEST: Final = 99.5
+SHADE_PERCENTILE: Final = 99.5
 """Percentile of the stress at which the colours end: at an edge of a punch it is infinite."""
 
 
-def interior_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
+def interior_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """x, z (L_x), the three stresses and the largest shear stress, in W/(L_x·L_y), after the first event that is kept."""
     seen = Accessor(dataset).interior(**run.selection)
     here = seen.isel(event=0) if "event" in seen.dims else seen
@@ -347,17 +347,17 @@ def interior_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     return {**columns, "largest_shear_stress": np.hypot(half_difference, columns["stress_xz"])}
 
 
-def draw_interiors(axes: Any, table: Columns, style: dict[str, Any]) -> None:
+def draw_interiors(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """Colours between the nodes, as an image inside the picture."""
     stress = table["largest_shear_stress"]
     axes.grid(visible=False)
-    most = np.percentile(stress, LARGEST)
+    most = np.percentile(stress, SHADE_PERCENTILE)
     look = {"shading": "gouraud", "rasterized": True, "cmap": "magma"}
     mesh = axes.tripcolor(table["x"], table["z"], stress, vmin=0.0, vmax=most, **look)
     axes.figure.colorbar(mesh, ax=axes, label="largest shear stress, in $W/(L_xL_y)$", extend="max")
 
 
-INTERIORS: Final = Family(
+INTERIORS: Final = RunFamily(
     "interior",
     "Inside of the slab",
     "interior",
@@ -373,7 +373,7 @@ INTERIORS: Final = Family(
 # Views of friction records: F/W against the displacement of the pin.
 
 
-def record_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
+def record_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Displacement and F/W of a record, both sides of each drop, thinned to what can be seen."""
     line = Accessor(dataset).teeth(**run.selection)
     x, force = line["displacement"].values, line["friction_force"].values
@@ -381,12 +381,12 @@ def record_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     return {"displacement": x[seen], "friction_force": force[seen]}
 
 
-def draw_records(axes: Any, table: Columns, style: dict[str, Any]) -> None:
+def draw_records(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """The record as a line."""
     axes.plot(table["displacement"], table["friction_force"], linewidth=0.6, **style)
 
 
-RECORDS: Final = Family(
+RECORDS: Final = RunFamily(
     "records",
     "Friction records",
     "record",
@@ -394,14 +394,14 @@ RECORDS: Final = Family(
     record_columns,
     draw_records,
     {"xlabel": typeset(label("displacement")), "ylabel": "friction force over load $F/W$"},
-    Need("events", 1, "they have no events"),
+    RunNeed("events", 1, "they have no events"),
 )
 
 
 # Views of paths of pin and load: loops of F/W over displacement, loss over cycles, loss over amplitude with its closed form.
 
 
-def path_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
+def path_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Displacement, F/W and leg of a path, each leg thinned to what can be seen."""
     line = Accessor(dataset).path(**run.selection)
     x, force, leg = (line[f"path_{name}"].values for name in ("displacement", "friction", "leg"))
@@ -416,7 +416,7 @@ def _leg_seen(x: NDArray[Any], force: NDArray[Any], here: NDArray[np.int64]) -> 
     return np.sort(forward[thinned(x[forward], force[forward])])
 
 
-LOOPS: Final = Family(
+LOOPS: Final = RunFamily(
     "loops",
     "Loops",
     "path",
@@ -427,7 +427,7 @@ LOOPS: Final = Family(
 )
 
 
-def cycle_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
+def cycle_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Number of each cycle from 1, and the energy that it loses, in W·L_x."""
     found = Accessor(dataset).path(**run.selection)
     lost = found["leg_loss"].values[-2 * int(found["cycles"]) :]
@@ -435,12 +435,12 @@ def cycle_columns(dataset: xr.Dataset, run: DrawnRun) -> Columns:
     return {"cycle": np.arange(1, len(loss) + 1), "loss": loss}
 
 
-def draw_cycles(axes: Any, table: Columns, style: dict[str, Any]) -> None:
+def draw_cycles(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """Loss of each cycle as points joined by lines."""
     axes.plot(table["cycle"], table["loss"], "o-", markersize=2, linewidth=0.5, **style)
 
 
-CYCLES: Final = Family(
+CYCLE_VIEWS: Final = RunFamily(
     "cycles",
     "Loss over cycles",
     "path",
@@ -448,7 +448,7 @@ CYCLES: Final = Family(
     cycle_columns,
     draw_cycles,
     {"xlabel": "cycle", "ylabel": typeset("energy lost in W·L_x"), "yscale": "log"},
-    Need("loss_per_cycle", -math.inf, "they have no cycles"),
+    RunNeed("loss_per_cycle", -math.inf, "they have no cycles"),
 )
 
 
@@ -492,7 +492,7 @@ def _mindlin(dataset: xr.Dataset, amplitude: NDArray[np.float64]) -> NDArray[np.
     return np.array(found)
 
 
-def _draw_losses(table: Columns, make: Callable[..., Figure] = Figure) -> Figure:
+def _draw_losses(table: DrawnColumns, make: Callable[..., Figure] = Figure) -> Figure:
     """Points with ± of each series of cases, and their closed form as a dashed line."""
     names = list(dict.fromkeys(table["case"].tolist()))
     with column(HEIGHT, WIDTH, make) as figure:
@@ -507,7 +507,7 @@ def _draw_losses(table: Columns, make: Callable[..., Figure] = Figure) -> Figure
             axes.plot(x, form, "--", linewidth=0.8, color=color)
         axes.set(xscale="log", yscale="log", xlabel=AMPLITUDE, ylabel=typeset("loss per cycle in W·L_x"))
         if len(names) > 1:
-            figure.set_size_inches(WIDTH, HEIGHT + LINE * math.ceil(len(names) / 2))
+            figure.set_size_inches(WIDTH, HEIGHT + LEGEND_LINE * math.ceil(len(names) / 2))
             legend(figure, ncols=2)
     return figure
 
@@ -528,7 +528,7 @@ SORTS: Final = {
         Sort("answer", "Answer", beside_closed_forms),
         *(
             Sort(family.name, family.title, partial(views_of, family=family))
-            for family in (CONTACTS, DRIVES, SIZES, INTERIORS, RECORDS, LOOPS, CYCLES)
+            for family in (CONTACT_VIEWS, DRIVES, SIZE_VIEWS, INTERIORS, RECORDS, LOOPS, CYCLE_VIEWS)
         ),
     )
 }

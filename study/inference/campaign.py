@@ -37,10 +37,10 @@ TABLE: Final = "points of the fit"
 """Name of the table of the points in messages."""
 DECADE: Final = 10.0
 """Ratio of the ends of a range above which it is searched in logarithms by default."""
-LARGEST: Final = 1e100
+LARGEST_MEASURED: Final = 1e100
 """Largest measured number: its square, and those of its ratios, are floats."""
 _DESIGN: Final = ("design", "points", "design_seed", "table", "axes")
-DRIVE: Final = "drive"
+DRIVE_WORD: Final = "drive"
 """Word that chooses one drive of several by its name."""
 
 
@@ -144,7 +144,7 @@ class Question:
                 raise ManifestError.of(target.name, need="a number, and is words")
             if len(points.values) != len(plan.cases):
                 names = ", ".join(dict.fromkeys(drive.name for drive in plan.manifest.drives))
-                need = f"one drive: give {DRIVE}=NAME ({names}), and a value on each drive axis"
+                need = f"one drive: give {DRIVE_WORD}=NAME ({names}), and a value on each drive axis"
                 raise ManifestError.of(target.name, need=need)
         columns = [(points.unflagged, points.errors, _of_one_start(points)) for points in found]
         return tuple(np.column_stack(each) for each in zip(*columns, strict=True))
@@ -166,8 +166,8 @@ def question_of(
     fixed: parameter, or setting of a drive -> its value, instead of the campaign's; `drive` -> the name of one drive.
     """
     for name, value, error, _ in targets:
-        if not (abs(value) <= LARGEST and 1.0 / LARGEST <= error <= LARGEST):
-            need = f"a ± above 0, and finite numbers up to {LARGEST:g}"
+        if not (abs(value) <= LARGEST_MEASURED and 1.0 / LARGEST_MEASURED <= error <= LARGEST_MEASURED):
+            need = f"a ± above 0, and finite numbers up to {LARGEST_MEASURED:g}"
             raise ManifestError.of(f"{name} = {value:g} ± {error:g}", need=need)
     stated = {**parameters_of_a_case(), **drive_parameters()}
     given = from_toml(manifest.text)
@@ -220,10 +220,10 @@ def _number(value: Any) -> bool:
 
 def _fix(document: dict[str, Any], word: str, value: Any) -> None:
     """Give a parameter, or all drives a setting, a value."""
-    if word == DRIVE:
+    if word == DRIVE_WORD:
         document["drives"] = [each for each in document.get("drives", []) if each.get("name") == value]
         if not document["drives"]:
-            raise ManifestError.of(DRIVE, value, remark="no drive of this campaign")
+            raise ManifestError.of(DRIVE_WORD, value, remark="no drive of this campaign")
     elif table := table_of(word):
         document[table] = {**document.get(table, {}), word: value}
     elif word in drive_parameters():
@@ -237,7 +237,7 @@ def _range(
     manifest: Manifest, document: Mapping[str, Any], word: str, ends: Ends | None, values: Any, given: Mapping[str, Any]
 ) -> Range:
     """The range of a parameter, its ends checked and without units. Raises ManifestError."""
-    usual = {word: Case.of({}).flat[name] for word, name in names_by_word().items()} | NamedDrive(DRIVE).flat
+    usual = {word: Case.of({}).flat[name] for word, name in names_by_word().items()} | NamedDrive(DRIVE_WORD).flat
     if word not in usual or not (_number(usual[word]) or word in DURATIONS):
         raise ManifestError.of(f"--vary {word}", remark=unknown(word, usual) if word not in usual else "takes no range")
     own = given.get("axes", {}).get(word)

@@ -14,7 +14,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.study.inference.means import Measured, mean_with_error
 from nanoslip.study.inference.recording import LEAST_DROP, NOISE
-from nanoslip.study.inference.slips import Averaged, Slip
+from nanoslip.study.inference.slips import Averaged, TraceSlip
 
 RESOLVED: Final = 8
 """Samples of half an oscillation, above which the shape of a slip determines the damping."""
@@ -97,7 +97,7 @@ def fitted_cycles(
     return FittedCycles([found[number] for number in kept], freely, kept, known, unlike, damping is not None, samples)
 
 
-def _inside(averages: Averaged, slip: Slip, rate: float, cycle: Cycle) -> bool:
+def _inside(averages: Averaged, slip: TraceSlip, rate: float, cycle: Cycle) -> bool:
     """True if a fit agrees with the samples of its slip, but for noise, a rise between samples and a tenth of the fall.
 
     Its forces before and after the slip are near the extremes, friction is between these, and the misfit is as small.
@@ -110,7 +110,9 @@ def _inside(averages: Averaged, slip: Slip, rate: float, cycle: Cycle) -> bool:
     return near and between and cycle.residual**2 <= share**2 + averages.noise**2
 
 
-def _cycle(at: Floats, force: Floats, slips: Sequence[Slip], number: int, rate: float, damping: float | None) -> Cycle:
+def _cycle(
+    at: Floats, force: Floats, slips: Sequence[TraceSlip], number: int, rate: float, damping: float | None
+) -> Cycle:
     """Fit the closed form to a slip, from the middle of the rise before it to the middle of the rise after it.
 
     rate: at which the force rises. damping: ζ; None to fit it, and noise may find it below 0.

@@ -83,17 +83,17 @@ CLOUD: Final = 2**14
 ENOUGH: Final = 400
 """Fewest points of the cloud in the agreeing set, below which the cloud is contracted around it."""
 ZOOMS: Final = 8
-MOST: Final = 256
+MOST_COMPUTED: Final = 256
 """Default number of computed points."""
 PRECISE: Final = 0.3
 """Error of the surrogate over the error of a number, below which it widens the set by less than 5 % (0.3²/2)."""
 SETTLED: Final = 0.05
 """Share of the set that further points have changed, up to which it is settled."""
-WIDE: Final = 0.9
+WIDE_SHARE: Final = 0.9
 """Share of a range from which a parameter is not determined."""
 TIED: Final = 0.8
 """Rank correlation of two parameters over the set, above which they cannot be distinguished."""
-LONG: Final = 0.15
+LEAST_TIED: Final = 0.15
 """Share of both ranges over which they are tied then, at least."""
 
 
@@ -226,18 +226,18 @@ class Fit:
         """Parameters whose whole range agrees at 95 %."""
         inside = self.agreeing(LEVELS[-1])
         spans = np.ptp(inside, axis=0) if len(inside) else np.zeros(len(self.ranges))
-        return [each.name for each, span in zip(self.ranges, spans, strict=True) if span > WIDE]
+        return [each.name for each, span in zip(self.ranges, spans, strict=True) if span > WIDE_SHARE]
 
     def tied(self) -> Iterator[tuple[Range, Range, Floats]]:
         """Pairs of parameters that cannot be distinguished, and their values (2, 2) at both ends of the set at 95 %."""
         inside = self.islands[0][0] if self.islands else np.empty((0, len(self.ranges)))
-        if len(inside) < FEW:
+        if len(inside) < FEW_POINTS:
             return
         for first, second in itertools.combinations(range(len(self.ranges)), 2):
             x, y = inside[:, first], inside[:, second]
-            shortest = min(float(each.max() - each.min()) for each in (x, y))
-            if shortest > LONG and abs(float(scipy.stats.spearmanr(x, y).statistic)) > TIED:
-                ends = [np.median(inside[np.argsort(x)[part]], axis=0) for part in (slice(FEW), slice(-FEW, None))]
+            if min(np.ptp(x), np.ptp(y)) > LEAST_TIED and abs(float(scipy.stats.spearmanr(x, y).statistic)) > TIED:
+                order = np.argsort(x)
+                ends = [np.median(inside[part], axis=0) for part in (order[:FEW_POINTS], order[-FEW_POINTS:])]
                 pair = (self.ranges[first], self.ranges[second])
                 places = zip(pair, (first, second), strict=True)
                 yield *pair, np.array([[each.at(end[place]) for end in ends] for each, place in places])
@@ -270,7 +270,7 @@ def _next_points(found: Fit, count: int) -> Floats:
 
 def _separate(x: Floats) -> NDArray[np.int_]:
     """Number of the set of each point (m, d) in the unit cube. Empty boxes, wide enough for some points, separate sets."""
-    boxes = max(int(min((CLOUD / FEW) ** (1.0 / x.shape[1]), len(x) / FEW)), 1)
+    boxes = max(int(min((CLOUD / FEW_POINTS) ** (1.0 / x.shape[1]), len(x) / FEW_POINTS)), 1)
     box = tuple(np.clip(boxes * x, 0, boxes - 1).astype(int).T)
     full = np.zeros((boxes,) * x.shape[1], dtype=np.bool_)
     full[box] = True
@@ -294,7 +294,7 @@ def sentences(found: Fit) -> Iterator[str]:
         yield f"Best: {shown}{ratio}, at {place}."
         if not len(found.agreeing(LEVELS[0])):
             yield "Nothing agrees at 68 %."
-    if ends := [own.name for own, share in zip(ranges, found.best, strict=True) if abs(share - 0.5) > 0.5 - EDGE]:
+    if ends := [own.name for own, share in zip(ranges, found.best, strict=True) if abs(share - 0.5) > 0.5 - EDGE_SHARE]:
         yield f"At an end of its range: {', '.join(ends)}. A wider one may come nearer."
     if found.at_best and np.isfinite(found.at_best.values).all():
         there = zip(targets, found.at_best.values[0].tolist(), found.at_best.errors[0].tolist(), strict=True)
@@ -317,10 +317,10 @@ def sentences(found: Fit) -> Iterator[str]:
         yield from found.why
 
 
-EDGE: Final = 0.02
+EDGE_SHARE: Final = 0.02
 """Share of a range that counts as its end."""
 SEED: Final = 1
-FEW: Final = 10
+FEW_POINTS: Final = 10
 """Points at each end of a set whose middle is that end."""
 
 
@@ -329,7 +329,7 @@ def fit(
     ranges: Sequence[Range],
     simulate: Simulate,
     known: ComputedPoint | None = None,
-    most: int = MOST,
+    most: int = MOST_COMPUTED,
     why: Callable[[Floats], Sequence[str]] = lambda _: (),
 ) -> Fit:
     """Find the parameters that agree with measured numbers. Raises TooFewError if too few points have them.

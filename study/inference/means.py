@@ -25,7 +25,7 @@ class Measured(NamedTuple):
 
 # Error of the mean of correlated values in a row, by means of a few batches (Schmeiser, Operations Research 30, 556, 1982).
 
-BATCHES: Final = 4
+VALUE_BATCHES: Final = 4
 """Batches of correlated values. Of 40 values that are correlated over 6, 2 ± then holds in 80 %, with 8 batches in 67 %."""
 REJECTED: Final = 0.1
 """Share of rows of independent values that the test takes for correlated (Fishman, Management Science 24, 510, 1978)."""
@@ -35,14 +35,14 @@ def independent(values: Floats) -> Floats:
     """The values, or means of batches of neighbours if these are correlated. The mean of all ± the error of these is theirs."""
     if not correlated(values):
         return values
-    return np.array([part.mean() for part in np.array_split(values, BATCHES)])
+    return np.array([part.mean() for part in np.array_split(values, VALUE_BATCHES)])
 
 
 def correlated(values: Floats) -> bool:
     """True if neighbours are more alike than independent values are: von Neumann's ratio, one-sided."""
     count, off = len(values), values - values.mean()
     squares = float(off @ off)
-    if count <= 2 * BATCHES or squares == 0.0:
+    if count <= 2 * VALUE_BATCHES or squares == 0.0:
         return False
     alike = 1.0 - float(np.sum(np.diff(values) ** 2)) / (2.0 * squares)
     return alike > float(scipy.special.ndtri(1.0 - REJECTED)) * math.sqrt((count - 2.0) / (count**2 - 1.0))
@@ -62,7 +62,7 @@ def mean_of_cycles(
         return {}
     work, lasts = np.diff(np.interp(starts, at, _impulse(at, force)))[kept], np.diff(starts)[kept]
     if len(lasts) > 1 and correlated(work - work.sum() / lasts.sum() * lasts):
-        work, lasts = (np.array([part.sum() for part in np.array_split(each, BATCHES)]) for each in (work, lasts))
+        work, lasts = (np.array([part.sum() for part in np.array_split(each, VALUE_BATCHES)]) for each in (work, lasts))
     without = [] if len(lasts) < 2 else (work.sum() - work) / (lasts.sum() - lasts)
     return {"mean_force": Measured(float(work.sum() / lasts.sum()), jackknife(without), int(kept.sum()), unit)}
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.points import Columns, label, points_of, short, typeset
+from nanoslip.study.figures.points import DrawnColumns, label, points_of, short, typeset
 from nanoslip.study.figures.roles import set_few_ticks
 from nanoslip.study.figures.shared import COLORS, PAGE, WIDTH, Sort, View, column, legend
 from nanoslip.study.inference.fit import LEVELS, Fit
@@ -51,7 +51,7 @@ def bars(found: Sensitivity) -> Figure:
     return figure
 
 
-def indices_of(found: Sensitivity) -> Columns:
+def indices_of(found: Sensitivity) -> DrawnColumns:
     """The indices as a table."""
     parts = {
         f"{kind}{end}": getattr(found, kind)[:, place] for kind in ("first", "total") for place, end in enumerate(_ENDS)

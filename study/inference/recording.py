@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import require
-from nanoslip.study.manifest.columns import Column, Columns, OneWay, one_way, read_columns, scale_of, unit_of
+from nanoslip.study.manifest.columns import FileColumn, FileColumns, OneWay, one_way, read_columns, scale_of, unit_of
 
 FEWEST_POINTS: Final = 16
 """Fewest points of a trace."""
@@ -46,10 +46,10 @@ _OF_DIMENSION: Final = {"s": "time", "m": "displacement", "N": "force"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Source:
+class TraceSource:
     """Provenance of a trace: the file's columns, those that were taken, and what was left out or mended."""
 
-    columns: Columns
+    columns: FileColumns
     taken: tuple[str, ...]
     rows: OneWay
     holes: int
@@ -72,7 +72,7 @@ class Trace:
     """Unit of the force; 1 for a friction coefficient."""
     load: Floats | None = None
     """Measured normal load in N (n,)."""
-    source: Source | None = None
+    source: TraceSource | None = None
 
     def __post_init__(self) -> None:
         for name, values, least in (
@@ -122,7 +122,7 @@ class Trace:
         return replace(self, at=self.at[kept], force=force, unit="1", load=None, source=source)
 
 
-class Given(NamedTuple):
+class TraceOptions(NamedTuple):
     """Units of the columns from the user, and names or numbers of the columns; empty for those of the header."""
 
     time: str = ""
@@ -131,7 +131,7 @@ class Given(NamedTuple):
     columns: Sequence[str] = ()
 
 
-def read_trace(path: Path, text: str, given: Given = Given()) -> Trace:  # noqa: B008  frozen
+def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> Trace:  # noqa: B008  frozen
     """A trace from its file's text. Raises InvalidInput with line and value."""
     source = read_columns(path, text)
     places = _chosen(source, given)
@@ -153,11 +153,11 @@ def read_trace(path: Path, text: str, given: Given = Given()) -> Trace:  # noqa:
     )  # of a cell that counts the other way
     loads = values[1] * scale_of(unit_of("load", "", load[0], "N"), "N") if load else None
     taken = tuple(each.name for each in (at, force, *load))
-    facts = Source(source, taken, found, rows.holes, int(spikes.sum()))
+    facts = TraceSource(source, taken, found, rows.holes, int(spikes.sum()))
     return Trace(found_at * scale, sign * values[0] * up, over, own, loads, facts)
 
 
-def _scale_of_force(column: Column, given: str) -> tuple[float, str]:
+def _scale_of_force(column: FileColumn, given: str) -> tuple[float, str]:
     """SI values of one unit of the force, and its SI unit: N, or 1 for a coefficient."""
     coefficient = _role(column) == "coefficient" and not given
     unit = unit_of("force", given, column, "1" if coefficient else "N")
@@ -168,7 +168,7 @@ def _scale_of_force(column: Column, given: str) -> tuple[float, str]:
     raise InvalidInput("force", unit, "a unit of force, as mN, or 1 for a friction coefficient")
 
 
-def _role(column: Column) -> str:
+def _role(column: FileColumn) -> str:
     """Role of a column by its unit and name; empty if these do not determine it."""
     by_name = next((role for role, words in _ROLES.items() if words.search(column.name)), "")
     if column.dimension == "N":
@@ -176,7 +176,7 @@ def _role(column: Column) -> str:
     return by_name if column.dimension == "1" else _OF_DIMENSION.get(column.dimension, "")
 
 
-def _chosen(source: Columns, given: Given) -> list[int]:
+def _chosen(source: FileColumns, given: TraceOptions) -> list[int]:
     """Positions of time or displacement, force and perhaps load. Raises InvalidInput if names do not determine them."""
     if given.columns:
         return [source.named(each) for each in given.columns]

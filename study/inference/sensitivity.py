@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.study.figures.points import points_named, unevenness
-from nanoslip.study.inference.surrogate import ALIKE, MOST, TooFewError, regress
+from nanoslip.study.inference.surrogate import ALIKE, MOST_REGRESSED, TooFewError, regress
 
 # The parameters of cases as numbers in the unit cube, and how likely each value is.
 
@@ -80,7 +80,7 @@ POINTS: Final = 2**10
 """Number of points in a set (scipy.stats.sobol_indices), times the number of axes and two."""
 ENDS: Final = (2.5, 97.5)
 """Percentiles of an interval."""
-SEED: Final = 1
+SEED_OF_DRAWS: Final = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,7 +110,7 @@ class Sensitivity:
 
 
 def indices(
-    of: str, columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats, most: int = MOST
+    of: str, columns: Mapping[str, NDArray[Any]], values: Floats, errors: Floats, most: int = MOST_REGRESSED
 ) -> Sensitivity:
     """Indices of a number over cases, from the coordinates in which they differ, each (n,).
 
@@ -147,7 +147,7 @@ def indices(
         shape = [len(axis.levels) for axis in axes]
         places = np.indices(shape).reshape(len(axes), -1)
         levels = [axis.places(np.array(axis.levels))[place] for axis, place in zip(axes, places, strict=True)]
-        drawn = surrogate.paths(PATHS, SEED)(np.hstack(levels))
+        drawn = surrogate.paths(PATHS, SEED_OF_DRAWS)(np.hstack(levels))
         tables = [_shares(each.reshape(shape), 0.0) for each in drawn]
         first, total = (np.array([each[part] for each in tables]) for part in (0, 1))
     else:
@@ -200,7 +200,7 @@ def _table(
 def _of_tables(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
     """Indices of a complete table: their error is that of its numbers, drawn once more."""
     noise = float(np.mean(errors**2))
-    draw, here = np.random.default_rng(SEED), _shares(values, noise)
+    draw, here = np.random.default_rng(SEED_OF_DRAWS), _shares(values, noise)
     again = [_shares(values + errors * draw.standard_normal(values.shape), 2.0 * noise) for _ in range(PATHS)]
     first, total = (
         np.column_stack([here[part], np.percentile([each[part] for each in again], ENDS, axis=0).T]) for part in (0, 1)
@@ -231,7 +231,7 @@ def _interval(drawn: Floats, missed: float) -> Floats:
 # Indices of a dataset, and in words.
 
 
-def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST) -> Sensitivity:
+def sensitivity(dataset: xr.Dataset, of: str, most: int = MOST_REGRESSED) -> Sensitivity:
     """Compute the sensitivity of a number of a dataset; flagged numbers count as holes. Raises UnknownNameError, ValueError.
 
     of: a variable as `nanoslip describe` lists them, its symbol, or a ratio of two. most: values that a surrogate is made of.

@@ -11,7 +11,7 @@ from nanoslip.solver.ensemble import FEWEST
 from nanoslip.study.inference.recording import FEWEST_POINTS, LEAST_DROP, NOISE, Trace, noise_of
 
 
-class Slip(NamedTuple):
+class TraceSlip(NamedTuple):
     """Samples of the force's peak before a slip and of its least value after it; and if it rises again."""
 
     peak: int
@@ -26,7 +26,7 @@ class Averaged(NamedTuple):
     trace: Trace
     noise: float
     drop: float
-    slips: list[Slip]
+    slips: list[TraceSlip]
 
 
 def _averaged_over(trace: Trace, width: int) -> Averaged:
@@ -77,32 +77,32 @@ def slides_on(averages: Averaged) -> bool:
     return bool(level and at[-1] - peaks[-1] > (np.diff(peaks).max() if len(slips) > 1 else peaks[0] - at[0]))
 
 
-def _slips(force: Floats, drop: float) -> list[Slip]:
+def _slips(force: Floats, drop: float) -> list[TraceSlip]:
     """Peaks after which the force falls by at least `drop`, with the least value before it rises by as much again."""
-    found: list[Slip] = []
+    found: list[TraceSlip] = []
     high = low = 0
     falling = False
     for place, value in enumerate(force.tolist()):
         if falling:
             low = place if value < force[low] else low
             if value > force[low] + drop:
-                found.append(Slip(high, low, ended=True))
+                found.append(TraceSlip(high, low, ended=True))
                 falling, high = False, place
         else:
             high = place if value > force[high] else high
             if value < force[high] - drop:
                 falling, low = True, place
-    return [*found, Slip(high, low, ended=False)] if falling else found
+    return [*found, TraceSlip(high, low, ended=False)] if falling else found
 
 
-def turned(at: Floats, slips: Sequence[Slip]) -> bool:
+def turned(at: Floats, slips: Sequence[TraceSlip]) -> bool:
     """True if the force falls more slowly than it rises. In stick-slip the slip is the shorter part."""
     falls = sum(at[slip.trough] - at[slip.peak] for slip in slips[:-1])
     rises = sum(at[after.peak] - at[slip.trough] for slip, after in pairwise(slips))
     return bool(falls > 1.5 * rises)
 
 
-def beginnings(slips: Sequence[Slip]) -> list[int]:
+def beginnings(slips: Sequence[TraceSlip]) -> list[int]:
     """Positions where the force begins to rise towards each slip."""
     return [0, *(slip.trough for slip in slips[:-1])] if slips else []
 

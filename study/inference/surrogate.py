@@ -16,7 +16,7 @@ from nanoslip.solver.outcome import NanoslipError
 # Kernels: covariances over the distance r in units of a length for each parameter.
 
 
-class Kernel(NamedTuple):
+class Covariance(NamedTuple):
     """A covariance of distance r, its slope over -r, and the degrees of freedom of its spectrum (Student's t; inf: normal)."""
 
     value: Callable[[Floats], Floats]
@@ -25,21 +25,21 @@ class Kernel(NamedTuple):
 
 
 KERNELS: Final = (
-    Kernel(lambda r: np.exp(-0.5 * r * r), lambda r: np.exp(-0.5 * r * r), np.inf),
-    Kernel(
+    Covariance(lambda r: np.exp(-0.5 * r * r), lambda r: np.exp(-0.5 * r * r), np.inf),
+    Covariance(
         lambda r: (1.0 + 5**0.5 * r + 5.0 / 3.0 * r * r) * np.exp(-(5**0.5) * r),
         lambda r: 5.0 / 3.0 * (1.0 + 5**0.5 * r) * np.exp(-(5**0.5) * r),
         5.0,
     ),
-    Kernel(lambda r: (1.0 + 3**0.5 * r) * np.exp(-(3**0.5) * r), lambda r: 3.0 * np.exp(-(3**0.5) * r), 3.0),
+    Covariance(lambda r: (1.0 + 3**0.5 * r) * np.exp(-(3**0.5) * r), lambda r: 3.0 * np.exp(-(3**0.5) * r), 3.0),
 )
 """Squared exponential, Matérn 5/2 and 3/2: functions with all derivatives, with two, with one. The likeliest one is taken."""
 
 MOST_LEARNT: Final = 256
 """Values from which lengths and scatter are found: time grows as the cube. All values are regressed on."""
-MOST: Final = 2048
+MOST_REGRESSED: Final = 2048
 """Most values in the regression: twice as many take eight times as long."""
-FEWEST: Final = 8
+FEWEST_VALUES: Final = 8
 LENGTHS: Final = (0.02, 50.0)
 """Bounds of the lengths, in widths of the parameter's range: from the spacing of a fine design to a straight line."""
 AMPLITUDES: Final = (1e-2, 1e4)
@@ -70,7 +70,7 @@ class Surrogate:
     """(n,) values, scaled."""
     noise: Floats
     """(n,) variance of each beside the smooth dependence: of its ± and of the scatter; scaled."""
-    kernel: Kernel
+    kernel: Covariance
     lengths: Floats
     amplitude: float
     """Variance of the smooth dependence, scaled."""
@@ -128,7 +128,7 @@ class Surrogate:
         return self.amplitude * self.kernel.value(distance)
 
 
-def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST) -> Surrogate:
+def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST_REGRESSED) -> Surrogate:
     """Regress values y (n,) at points x (n, d) in the unit cube. errors: the ± of each, NaN if unknown.
 
     Values that are NaN do not count; of more than `most` so many, spread evenly. Raises TooFewError.
@@ -136,8 +136,8 @@ def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST) -> Surrogate
     there = np.flatnonzero(np.isfinite(y))
     there = there[np.linspace(0, len(there) - 1, min(len(there), most)).astype(int)] if len(there) else there
     x, y, errors = x[there], y[there], np.nan_to_num(errors[there])
-    if len(y) < FEWEST:
-        raise TooFewError(f"{len(y)} values are known: needs at least {FEWEST}")
+    if len(y) < FEWEST_VALUES:
+        raise TooFewError(f"{len(y)} values are known: needs at least {FEWEST_VALUES}")
     if not y.std() > ALIKE * np.abs(y).max():
         raise TooFewError(f"all {len(y)} values are the same: no parameter that varies changes them")
     mean, scale = float(y.mean()), float(y.std())
@@ -158,7 +158,7 @@ def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST) -> Surrogate
     )
 
 
-def _likeliest(x: Floats, residual: Floats, variance: Floats) -> tuple[Kernel, Floats]:
+def _likeliest(x: Floats, residual: Floats, variance: Floats) -> tuple[Covariance, Floats]:
     """The kernel, and its lengths, amplitude and scatter, under which these values are likeliest."""
     dimensions = x.shape[1]
     apart = (x[:, None, :] - x[None, :, :]) ** 2
@@ -184,7 +184,7 @@ def _likeliest(x: Floats, residual: Floats, variance: Floats) -> tuple[Kernel, F
 
 
 def _unlikelihood(
-    kernel: Kernel, parameters: Floats, apart: Floats, residual: Floats, variance: Floats
+    kernel: Covariance, parameters: Floats, apart: Floats, residual: Floats, variance: Floats
 ) -> tuple[float, Floats]:
     """Negative logarithm of the marginal likelihood (Eq. 5.8-5.9), and its derivatives by the logarithms of parameters.
 

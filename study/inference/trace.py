@@ -13,14 +13,21 @@ import numpy as np
 import scipy
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT
+from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT_CHANGE
 from nanoslip.solver.ensemble import FEWEST
 from nanoslip.study.inference.cycles import RESOLVED, Cycle, FittedCycles, fitted_cycles
-from nanoslip.study.inference.means import BATCHES, Measured, correlated, mean_of_cycles, mean_with_error, steady_mean
+from nanoslip.study.inference.means import (
+    VALUE_BATCHES,
+    Measured,
+    correlated,
+    mean_of_cycles,
+    mean_with_error,
+    steady_mean,
+)
 from nanoslip.study.inference.recording import FEWEST_POINTS, NOISE, Limits, Trace, limits, two_way
 from nanoslip.study.inference.slips import (
     Averaged,
-    Slip,
+    TraceSlip,
     averaged,
     beginnings,
     end_of_pull,
@@ -32,7 +39,7 @@ from nanoslip.study.inference.slips import (
 )
 
 
-class Flag(NamedTuple):
+class TraceFlag(NamedTuple):
     """Fact that a reader of the numbers should know, by name, and the numbers that it concerns."""
 
     name: str
@@ -45,7 +52,7 @@ class TraceNumbers:
 
     numbers: dict[str, Measured]
     cycles: tuple[Cycle, ...]
-    flags: tuple[Flag, ...]
+    flags: tuple[TraceFlag, ...]
 
     @property
     def flagged(self) -> tuple[str, ...]:
@@ -104,7 +111,7 @@ def _of_strokes(trace: Trace, pull: _Pull) -> TraceNumbers:
     halves = [middle + (there - back) / 2.0 for there, back in zip(*ways, strict=False)]
     numbers |= {"force_offset": mean_with_error(halves, pull.unit)} if halves else {}
     flags = {flag.name: flag for one in found for flag in one.flags if flag.name not in OF_PLACES}
-    return TraceNumbers(numbers, (), (Flag("strokes", {"strokes": len(found)}), *flags.values()))
+    return TraceNumbers(numbers, (), (TraceFlag("strokes", {"strokes": len(found)}), *flags.values()))
 
 
 def _of_pull(trace: Trace, pull: _Pull) -> TraceNumbers:
@@ -115,7 +122,7 @@ def _of_pull(trace: Trace, pull: _Pull) -> TraceNumbers:
         return _of_averaged(trace, averages, pull)
     found = _of_pull(trace.part(0, end * averages.width), pull)
     level = float(np.median(averages.trace.force[averages.slips[-1].trough :]))
-    ends = Flag("pull_ends", {"at": float(averages.trace.at[end]), "level": level, **_units(trace, pull)})
+    ends = TraceFlag("pull_ends", {"at": float(averages.trace.at[end]), "level": level, **_units(trace, pull)})
     return replace(found, flags=(ends, *found.flags))
 
 
@@ -123,7 +130,7 @@ def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
     at, force, slips = averages.trace.at, averages.trace.force, averages.slips
     cut, flags = limits(trace.force), list(_of_noise(averages, pull))
     if backward := turned(at, slips):
-        flags.append(Flag("turned", {}))
+        flags.append(TraceFlag("turned", {}))
         slips = []
     slides = slides_on(averages._replace(slips=slips))
     rates = [rate_of(at, force, low, slip.peak) for low, slip in zip(beginnings(slips), slips, strict=True)]
@@ -147,7 +154,7 @@ def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
         numbers |= _stiffness(trace, pull.newtons * np.array(rates[1:] or rates), pull.velocity, pull.load)
     if any(cut):
         numbers = _within_limits(numbers, cut, np.array([force[slip.peak] for slip in slips]), pull.unit)
-        flags = [Flag("sensor_limit", {"low": cut.low, "high": cut.high})]
+        flags = [TraceFlag("sensor_limit", {"low": cut.low, "high": cut.high})]
     return TraceNumbers(numbers, cycles if not any(cut) else (), tuple(flags))
 
 
@@ -157,7 +164,7 @@ def _within_limits(numbers: dict[str, Measured], cut: Limits, peaks: Floats, uni
     return kept if cut.high or not len(peaks) else {"static_friction": mean_with_error(peaks, unit), **kept}
 
 
-def _of_samples(at: Floats, force: Floats, slips: Sequence[Slip], unit: str, over: str) -> dict[str, Measured]:
+def _of_samples(at: Floats, force: Floats, slips: Sequence[TraceSlip], unit: str, over: str) -> dict[str, Measured]:
     """Numbers of slips that Eq. 16-19 do not fit: their largest and least samples, and their periods."""
     peaks = [slip.peak for slip in slips]
     found = {
@@ -170,18 +177,18 @@ def _of_samples(at: Floats, force: Floats, slips: Sequence[Slip], unit: str, ove
 
 
 def _sliding(
-    at: Floats, force: Floats, first: int, pull: _Pull, trace: Trace, flags: list[Flag]
+    at: Floats, force: Floats, first: int, pull: _Pull, trace: Trace, flags: list[TraceFlag]
 ) -> dict[str, Measured]:
     """Kinetic friction μ_k of steady sliding from a sample on, with its flag, or the reason why there is none."""
     value, start, share = steady_mean(at[first:], force[first:], pull.unit)
     if math.isfinite(share):
-        flags.append(Flag("unsteady", {"share": share}))
+        flags.append(TraceFlag("unsteady", {"share": share}))
         return {}
     period = samples_in_period(force[first:][at[first:] >= start])
     if not first and period < RESOLVED:
-        flags.append(Flag("undersampled", {"samples": period}))
+        flags.append(TraceFlag("undersampled", {"samples": period}))
         return {"mean_force": value}
-    flags.append(Flag("slides" if first else "no_stick_slip", {"from": start, **_units(trace, pull)}))
+    flags.append(TraceFlag("slides" if first else "no_stick_slip", {"from": start, **_units(trace, pull)}))
     return {"kinetic_friction": value}
 
 
@@ -240,38 +247,38 @@ def _stiffness(trace: Trace, rates: Floats, velocity: float, load: float) -> dic
     return {"rising_stiffness" if far else "rising_rate": mean_with_error(rates / per, f"{force}{over}-1")}
 
 
-def _of_noise(averages: Averaged, pull: _Pull) -> Iterator[Flag]:
+def _of_noise(averages: Averaged, pull: _Pull) -> Iterator[TraceFlag]:
     """Flags of the samples."""
     force, begins, units = averages.trace.force, float(averages.trace.force[0]), _units(averages.trace, pull)
     if averages.width > 1:
-        yield Flag("averaged", {"width": averages.width})
+        yield TraceFlag("averaged", {"width": averages.width})
     if abs(begins) > max(NOISE * averages.noise, 0.02 * float(force.max())):
-        yield Flag("offset", {"begins": begins, **units})
+        yield TraceFlag("offset", {"begins": begins, **units})
     if NOISE * averages.noise > averages.drop:
-        yield Flag("noise", {"least": NOISE * averages.noise, **units})
+        yield TraceFlag("noise", {"least": NOISE * averages.noise, **units})
 
 
-def _of_fit(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterator[Flag]:
+def _of_fit(averages: Averaged, fitted: FittedCycles, pull: _Pull) -> Iterator[TraceFlag]:
     """Flags of the cycles."""
     cycles, units = fitted.cycles, _units(averages.trace, pull)
     if fitted.unlike:
-        yield Flag("unlike_model" if not cycles else "unlike_cycles", {"count": len(fitted.unlike)})
+        yield TraceFlag("unlike_model" if not cycles else "unlike_cycles", {"count": len(fitted.unlike)})
     if not cycles:
         return
     if len(cycles) == 1:
-        yield Flag("one_cycle", {})
+        yield TraceFlag("one_cycle", {})
     if not fitted.damping.of and not fitted.given:
-        yield Flag("no_damping", {"samples": RESOLVED})
+        yield TraceFlag("no_damping", {"samples": RESOLVED})
     if fitted.samples < RESOLVED:
-        yield Flag("few_samples", {"samples": fitted.samples})
+        yield TraceFlag("few_samples", {"samples": fitted.samples})
     static = np.array([cycle.driving for cycle in cycles])
     if correlated(static):
-        yield Flag("correlated", {"batches": BATCHES})
+        yield TraceFlag("correlated", {"batches": VALUE_BATCHES})
     least = LARGEST_CHANGE * abs(static.mean())
     if len(static) <= FEWEST:
         return
-    if static[0] - static[1:].mean() > max(SIGNIFICANT * static[1:].std(ddof=1), least):
-        yield Flag("first_slip", {"force": float(static[0]), **units})
+    if static[0] - static[1:].mean() > max(SIGNIFICANT_CHANGE * static[1:].std(ddof=1), least):
+        yield TraceFlag("first_slip", {"force": float(static[0]), **units})
     line = scipy.stats.linregress([cycle.start for cycle in cycles[1:]], static[1:])
-    if abs(line.slope) > max(SIGNIFICANT * line.stderr, least / (cycles[-1].start - cycles[0].start)):
-        yield Flag("drift", {"rate": float(line.slope), **units})
+    if abs(line.slope) > max(SIGNIFICANT_CHANGE * line.stderr, least / (cycles[-1].start - cycles[0].start)):
+        yield TraceFlag("drift", {"rate": float(line.slope), **units})

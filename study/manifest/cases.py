@@ -37,13 +37,13 @@ from nanoslip.study.manifest.parameters import (
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, unknown
 from nanoslip.study.manifest.reader import KEYS_OF_FILES, refuse_with_stages
 
-Point = tuple[Value | None, ...]
+AxisValues = tuple[Value | None, ...]
 """Values of the axes. None: a setting that this case does not have."""
 Heard = Callable[[int], None]
 """Callback: called with the number of finished steps of a long loop."""
 
 
-class Labels(NamedTuple):
+class PointLabels(NamedTuple):
     """Parameters that label the points of a campaign."""
 
     names: tuple[str, ...]
@@ -51,7 +51,7 @@ class Labels(NamedTuple):
     standard: dict[str, Value]
     """Standard parameters that are no axes: equal for all cases."""
 
-    def parameters(self, point: Point) -> dict[str, Value]:
+    def parameters(self, point: AxisValues) -> dict[str, Value]:
         """The labels of a case by name: the standard ones first."""
         given = dict(zip(self.names, point, strict=True))
         found = {name: self.standard.get(name, given.get(name)) for name in (*STANDARD, *self.names)}
@@ -64,8 +64,8 @@ class CampaignCase:
 
     case_id: str
     """Hash of all parameters, 12 hexadecimal digits. The same point has the same hash in every campaign."""
-    labels: Labels
-    values: Point
+    labels: PointLabels
+    values: AxisValues
     case: Case | None
     """None if the case is refused, as its parameters exclude each other."""
     outcome: Outcome
@@ -92,10 +92,10 @@ def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
     return cases
 
 
-def labels_of(manifest: Manifest) -> Labels:
+def labels_of(manifest: Manifest) -> PointLabels:
     """The labels that all cases of a campaign have."""
     given = {**Case.of({}).flat, **manifest.fixed}
-    return Labels(tuple(manifest.axes), {name: given[name] for name in STANDARD if name not in manifest.axes})
+    return PointLabels(tuple(manifest.axes), {name: given[name] for name in STANDARD if name not in manifest.axes})
 
 
 def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[Problem]:
@@ -116,7 +116,7 @@ class _Expansion:
         self._alike = Alike(manifest.fixed, self._labels.names)
         self._texts = Texts(lambda case: naming(case.flat), lambda case: bool(case.start_y))
 
-    def case(self, point: Point) -> CampaignCase:
+    def case(self, point: AxisValues) -> CampaignCase:
         """The one with these values of the axes, refused or not."""
         case: Case | None
         try:
@@ -128,7 +128,7 @@ class _Expansion:
             outcome = COMPLETED
         return CampaignCase(self._id(case, point), self._labels, point, case, outcome)
 
-    def _id(self, case: Case | None, point: Point) -> str:
+    def _id(self, case: Case | None, point: AxisValues) -> str:
         if case is not None:
             return content_hash("case", self._texts(case), length=12)
         given = {**Case.of({}).flat, **self._manifest.fixed, **dict(zip(self._labels.names, point, strict=True))}

@@ -13,7 +13,7 @@ from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, InvalidInput
 from nanoslip.solver.parameter import Parameter, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
-from nanoslip.study.manifest.columns import Column, decoded, read_cells, read_columns, scale_of
+from nanoslip.study.manifest.columns import FileColumn, decoded, read_cells, read_columns, scale_of
 from nanoslip.study.manifest.parameters import (
     BETWEEN,
     SMOOTH,
@@ -44,16 +44,16 @@ class Given(NamedTuple):
         return Problem(self.place, self.key, self.value, need, remark)
 
 
-Columns = dict[str, list[Given]]
+GivenColumns = dict[str, list[Given]]
 """Word of a parameter -> its values: those of an axis, of a column of the table, or the one of a constant."""
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class CaseTable:
     """A CSV file of cases: a header of parameters' words, then one case per line."""
 
     text: str
-    columns: Columns
+    columns: GivenColumns
 
 
 def as_utf_8(raw: bytes) -> str:
@@ -77,7 +77,7 @@ def read_text(path: Path, given: str | None = None, decode: Callable[[bytes], st
         raise ManifestError.in_file(path, remark=f"cannot be read: {getattr(error, 'strerror', error)}") from None
 
 
-def read_table(path: Path, given: str | None = None) -> Table:
+def read_table(path: Path, given: str | None = None) -> CaseTable:
     """Read a table of cases from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
     text = read_text(path, given, decoded)
     lines = _lines(path, text)
@@ -101,22 +101,22 @@ def read_table(path: Path, given: str | None = None) -> Table:
     ]
     if problems:
         raise ManifestError(problems)
-    columns: Columns = {
+    columns: GivenColumns = {
         word: [Given(Place(str(path), line), word, _of_cell(word, row[position].strip())) for line, row in lines[1:]]
         for position, word in enumerate(header)
     }
-    return Table(text, columns)
+    return CaseTable(text, columns)
 
 
 @dataclass(frozen=True, slots=True)
-class Rows:
+class FileRows:
     """A CSV file that is the value of a parameter: a header, then numbers."""
 
     text: str
     value: tuple[Any, ...]
 
 
-def read_rows(word: str, path: Path, given: str | None = None) -> Rows:
+def read_rows(word: str, path: Path, given: str | None = None) -> FileRows:
     """The value of a parameter from its file, or from `given`, the file's text. Raises ManifestError with a line per problem."""
     text = read_text(path, given, decoded)
     lines, stated = _lines(path, text), in_files()[word]
@@ -141,10 +141,10 @@ def read_rows(word: str, path: Path, given: str | None = None) -> Rows:
     if needs:
         cells_of = {line: shown(",".join(cells)) for line, cells in lines}
         raise ManifestError(Problem(Place(str(path), line), cells_of[line], need=needs[line]) for line in sorted(needs))
-    return Rows(text, value)
+    return FileRows(text, value)
 
 
-def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> Rows:
+def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> FileRows:
     """Points of a path from its file, or from `given`, the file's text. Raises ManifestError.
 
     Displacements are in L_x and loads over normal_load if the header has no units. units: L_x in m, normal_load in N.
@@ -160,22 +160,22 @@ def read_legs(path: Path, given: str | None, units: tuple[float, float]) -> Rows
             _scale_of(source.columns[place], *each)
             for place, each in zip(places, zip("mN", units, strict=True), strict=True)
         ]
-        return Rows(text, LoadPath(legs=tuple(map(tuple, (rows.values.T * scales).tolist()))).legs)
+        return FileRows(text, LoadPath(legs=tuple(map(tuple, (rows.values.T * scales).tolist()))).legs)
     except InvalidInput as error:
         raise ManifestError.in_file(path, remark=str(error)) from None
 
 
-def _scale_of(column: Column, unit: str, size: float) -> float:
+def _scale_of(column: FileColumn, unit: str, size: float) -> float:
     """Factor from a column's unit, if it has one, to multiples of a size in this SI unit. Raises InvalidInput."""
     if column.unit in ("", "1", "-"):
         return 1.0
     scale = scale_of(column.unit, unit)
     require(column.name, column.unit, math.isfinite(scale), f"a unit of {unit}, or none")
-    require(column.name, column.unit, math.isfinite(size), ONE_LOAD if unit == "N" else WIDTH)
+    require(column.name, column.unit, math.isfinite(size), ONE_LOAD if unit == "N" else WIDTH_NEEDED)
     return scale / size
 
 
-WIDTH: Final = (
+WIDTH_NEEDED: Final = (
     'slab_width = "1 mm" or another beside it (in a file in [scales]), the width L_x that lengths are over: '
     "three to four half-widths of the contact"
 )
@@ -265,12 +265,12 @@ class Checker:
         """Add a problem: key, refused value, and the need or remark."""
         self.problems.append(Problem(self.place(table), key, value, need, remark))
 
-    def words_of_table(self, table: str, content: dict[str, Any], others: Collection[str] = ()) -> Columns:
+    def words_of_table(self, table: str, content: dict[str, Any], others: Collection[str] = ()) -> GivenColumns:
         """The entries of a table of parameters, each as a column with one value. Unknown words are refused.
 
         others: what the table takes beside parameters, for the advice.
         """
-        good: Columns = {}
+        good: GivenColumns = {}
         for word, value in content.items():
             if word in words_of(table):
                 good[word] = [Given(self.place(table), word, value)]
@@ -291,14 +291,14 @@ class Checker:
                 wrong = {"need": need} if word in known else {"remark": unknown(word, known)}
                 self.refuse(key_shown(word), values, table=table, **wrong)
 
-    def one_place(self, axes: Columns, fixed: dict[str, Columns]) -> None:
+    def one_place(self, axes: GivenColumns, fixed: dict[str, GivenColumns]) -> None:
         """Refuse every parameter that is given twice: as an axis and in a table."""
         for table, part in fixed.items():
             for word in part:
                 if word in axes:
                     self.refuse(word, need="one place", remark="is an axis too", table=table)
 
-    def plain(self, columns: Columns, scales: Scales) -> Columns:
+    def plain(self, columns: GivenColumns, scales: Scales) -> GivenColumns:
         """Columns with numbers in place of values with units; invalid ones are refused."""
         stated = parameters_of_a_case()
         return {
@@ -315,7 +315,7 @@ class Checker:
             self.problems.append(given.problem(error.need))
             return None
         if scales and stated.scale == "slab_width" and value is not given.value and not self.width_given:
-            self.problems.append(given.problem(WIDTH))
+            self.problems.append(given.problem(WIDTH_NEEDED))
             return None
         return given._replace(value=value)
 
@@ -325,7 +325,7 @@ class Checker:
         found = {key: self._plain(known[key], None, each) if key in known else each for key, each in given.items()}
         return {key: each.value for key, each in found.items() if each}
 
-    def values(self, columns: Columns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Any, ...]]:
+    def values(self, columns: GivenColumns, slabs: list[dict[str, Value]]) -> dict[str, tuple[Any, ...]]:
         """Values in their declared type, by field name. Values out of range are refused and left out.
 
         slabs: parameters of the campaign's slabs. What a scheme sets or limits is refused only if it fits none of them.
@@ -392,13 +392,13 @@ def _quick(name: str) -> Callable[[Any], Case | None] | None:
 
 # Read the files that a campaign names: its table of cases, and parameters that are files.
 
-Content = TypeVar("Content")
+ReadContent = TypeVar("ReadContent")
 
 
 class NamedFiles(Checker):
     """Reads the files that one campaign file names, or takes their texts from `beside`; collects problems."""
 
-    def table(self, top: dict[str, Any]) -> Table | None:
+    def table(self, top: dict[str, Any]) -> CaseTable | None:
         """The table of cases; None if the campaign names none or it is refused."""
         if "table" not in top:
             return None
@@ -407,9 +407,9 @@ class NamedFiles(Checker):
                 self.refuse(other, need=f"to be left out beside table = {shown(top['table'])}")
         return self._read(read_table, "table", top["table"])
 
-    def rows(self, fixed: dict[str, Columns], scales: Scales) -> dict[str, Rows]:
+    def rows(self, fixed: dict[str, GivenColumns], scales: Scales) -> dict[str, FileRows]:
         """Values of the parameters of the tables that are files, by their words; they take the place of the files' names."""
-        found: dict[str, Rows] = {}
+        found: dict[str, FileRows] = {}
         for content in fixed.values():
             for word in [word for word in in_files() if word in content]:
                 given = content.pop(word)[0]
@@ -417,12 +417,12 @@ class NamedFiles(Checker):
                     found[word], content[word] = read, [given._replace(value=read.value)]
         return found
 
-    def rows_of_axis(self, axes: Columns, scales: Scales) -> dict[str, Rows]:
+    def rows_of_axis(self, axes: GivenColumns, scales: Scales) -> dict[str, FileRows]:
         """The profiles on an axis, whose names take the place of the files: all of their texts, one after the other."""
-        given, named = axes.pop("roughness", []), dict[str, Rows]()
+        given, named = axes.pop("roughness", []), dict[str, FileRows]()
         for each in given:
             value = each.value
-            smooth = Rows("", ()) if value == SMOOTH else None
+            smooth = FileRows("", ()) if value == SMOOTH else None
             files = len(named) - (SMOOTH in named)
             if not (read := smooth or self._rows(each, scales, files)):
                 continue
@@ -435,9 +435,9 @@ class NamedFiles(Checker):
             label.content = read.value
             axes.setdefault("roughness", []).append(each._replace(value=label))
         text = BETWEEN.join(each.text for name, each in named.items() if name != SMOOTH)
-        return {"roughness": Rows(text, ())} if given else {}
+        return {"roughness": FileRows(text, ())} if given else {}
 
-    def _rows(self, given: Given, scales: Scales, number: int | None = None) -> Rows | None:
+    def _rows(self, given: Given, scales: Scales, number: int | None = None) -> FileRows | None:
         """The value of a parameter from its file, on an axis from one of several files; None if it is refused."""
         word, name = given.key.partition("[")[0], given.value
         if word == "roughness" and isinstance(name, dict):
@@ -450,7 +450,7 @@ class NamedFiles(Checker):
         self.problems.append(given.problem(f"the path of a CSV file with {columns}"))
         return None
 
-    def _surface(self, given: Given, scales: Scales, number: int | None) -> Rows | None:
+    def _surface(self, given: Given, scales: Scales, number: int | None) -> FileRows | None:
         """The roughness of a measured profile; None if it is refused."""
         where = f"{given.place.part}.{given.key}"
         good = self.checked(where, given.value, NamedSurface, [item.name for item in fields(NamedSurface)])
@@ -459,18 +459,18 @@ class NamedFiles(Checker):
         if good.keys() < {*given.value, "file"}:
             return None
 
-        def read(path: Path, text: str | None) -> Rows:
+        def read(path: Path, text: str | None) -> FileRows:
             text = read_text(path, text, decoded)
             try:
-                return Rows(text, read_surface(path, text, NamedSurface(**good)).roughness(scales.slab_width))
+                return FileRows(text, read_surface(path, text, NamedSurface(**good)).roughness(scales.slab_width))
             except InvalidInput as error:
                 raise ManifestError.in_file(path, remark=str(error)) from None
 
         return self._read(read, "roughness", good["file"], number)
 
     def _read(
-        self, read: Callable[[Path, str | None], Content], key: str, name: str, number: int | None = None
-    ) -> Content | None:
+        self, read: Callable[[Path, str | None], ReadContent], key: str, name: str, number: int | None = None
+    ) -> ReadContent | None:
         """Contents of the file of a key, or of its text, one of several; None if refused."""
         texts = None if self.beside is None else [self.beside[key]] if key in self.beside else []
         if texts and number is not None:

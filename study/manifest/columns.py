@@ -102,7 +102,7 @@ def _with_point(cell: str) -> str:
     return pointed if _NUMBER.fullmatch(pointed) else cell
 
 
-class Column(NamedTuple):
+class FileColumn(NamedTuple):
     """A column of numbers, NaN where it has none; its name and unit as the header has them, or empty."""
 
     name: str
@@ -124,10 +124,10 @@ class OmittedLines(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Columns:
+class FileColumns:
     """All columns of a file, each with a value for every row; and how they were read."""
 
-    columns: tuple[Column, ...]
+    columns: tuple[FileColumn, ...]
     lines: NDArray[np.int64]
     """Number of the line of each row."""
     separator: str
@@ -172,7 +172,7 @@ class Rows(NamedTuple):
     holes: int
 
 
-def read_columns(path: Path, text: str, titled: bool = True) -> Columns:
+def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
     """All columns of numbers. Raises InvalidInput with the text that was met.
 
     Numbers are separated as most lines have it. A cell that is no number is a hole. titled: False of a matrix, without names
@@ -204,8 +204,8 @@ def read_columns(path: Path, text: str, titled: bool = True) -> Columns:
         )
     wide = int(np.flatnonzero(np.isfinite(values).any(axis=0))[-1]) + 1
     titles = _titles([line for _, line in lines[: first * titled]], kind, wide, values)
-    return Columns(
-        tuple(Column(*title, column) for title, column in zip(titles, values.T[:wide], strict=True)),
+    return FileColumns(
+        tuple(FileColumn(*title, column) for title, column in zip(titles, values.T[:wide], strict=True)),
         np.array([lines[place][0] for place in rows]),
         _SEPARATORS[kind][0],
         rows[0],
@@ -327,7 +327,7 @@ def scale_of(unit: str, into: str) -> float:
     return factor(unit.lower(), into) if math.isnan(scale) and len(unit) > 3 else scale
 
 
-def unit_of(key: str, given: str, column: Column, usual: str) -> str:
+def unit_of(key: str, given: str, column: FileColumn, usual: str) -> str:
     """The unit of a column: given, that of its header, or the usual one. Raises InvalidInput if the first two differ."""
     if column.unit in ("", "1", "-"):
         return given or column.unit.replace("-", "1") or usual

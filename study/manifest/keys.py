@@ -13,9 +13,9 @@ from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.study.manifest import manifest
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, UNITS, as_written, axes, compact, with_symbol
 
-CASES: Final = (Case, Slab, *SCHEMES.values(), *PARTS.values())
-KINDS: Final = {
-    **dict.fromkeys(TABLES, CASES),
+CASE_TYPES: Final = (Case, Slab, *SCHEMES.values(), *PARTS.values())
+TYPES_OF_TABLE: Final = {
+    **dict.fromkeys(TABLES, CASE_TYPES),
     "scales": (Scales,),
     "drives": (manifest.NamedDrive, Drive, *INTEGRATORS.values()),
     "ensemble": (manifest.EnsembleTable,),
@@ -110,7 +110,7 @@ def keys() -> tuple[Key, ...]:
 
 
 def _keys() -> Iterator[Key]:
-    for table, kinds in KINDS.items():
+    for table, kinds in TYPES_OF_TABLE.items():
         for kind in kinds:
             types, defaults = get_type_hints(kind), {each.name: each.default for each in fields(kind)}
             for name, stated in declared(kind).items():

@@ -162,9 +162,9 @@ Stage = Literal["contact", "slip", "dynamics"]
 Design = Literal["product", "zip", "table", "sobol", "latin_hypercube"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 MOST_MEMBERS = 10_000
-MEMBERS = 8
+USUAL_MEMBERS = 8
 """Default number of members of an ensemble."""
-MOST = 96
+MOST_TO_TARGET = 96
 """Default limit of members for an ensemble that grows until its target is met."""
 MOST_CASES: Final = 10**6
 """Most cases of a campaign, and most drives of a case. A plan of a million takes 1.2 GB."""
@@ -251,7 +251,7 @@ class EnsembleTable:
     """Starts that are computed of every case, and where each is."""
 
     members: int = parameter(
-        MEMBERS,
+        USUAL_MEMBERS,
         meaning="independent starts of each case",
         unit="",
         comment="uniform within a node spacing; 1: the case alone",
@@ -286,7 +286,7 @@ class TargetTable:
         comment="default: the main variables of the last stage",
         need=f"a list, each one of {', '.join(KNOWABLE)}",
     )
-    most: int = parameter(MOST, meaning="largest number of members", unit="", least=FEWEST, most=MOST_MEMBERS)
+    most: int = parameter(MOST_TO_TARGET, meaning="largest number of members", unit="", least=FEWEST, most=MOST_MEMBERS)
 
     def __post_init__(self) -> None:
         check(self)
@@ -338,7 +338,7 @@ YOUNG_MODULUS: Final = dataclasses.replace(
     comment="instead of the shear modulus, G = E/(2(1 + ν))",
     symbol="E",
 )
-SECONDS: Final = "seconds"
+SECONDS_KEY: Final = "seconds"
 """Key of [limits] that limits no case, but how long a task may take."""
 TASK_SECONDS: Final = Parameter(
     "time after which a task is taken to hang",
@@ -350,7 +350,7 @@ TASK_SECONDS: Final = Parameter(
 )
 MORE_KEYS: Final[Mapping[tuple[str, str], Parameter]] = {
     ("scales", YOUNG): YOUNG_MODULUS,
-    ("limits", SECONDS): TASK_SECONDS,
+    ("limits", SECONDS_KEY): TASK_SECONDS,
 }
 """Table and key -> declaration of a key that is no field of the values that its table makes."""
 

@@ -26,8 +26,8 @@ from nanoslip.solver.parameter import as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
 from nanoslip.study.manifest.checker import (
     Checker,
-    Columns,
     Given,
+    GivenColumns,
     NamedFiles,
     read_text,
 )
@@ -36,7 +36,7 @@ from nanoslip.study.manifest.manifest import (
     MOST_CASES,
     MOST_DRIVEN,
     OF_CONTACTS,
-    SECONDS,
+    SECONDS_KEY,
     STAGES,
     TASK_SECONDS,
     YOUNG_MODULUS,
@@ -305,7 +305,7 @@ def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...],
 
 SAMPLED: Final = ("sobol", "latin_hypercube")
 """Designs whose cases are points that fill ranges."""
-OTHERS: Final = {"limits": (SECONDS,)}
+OTHERS: Final = {"limits": (SECONDS_KEY,)}
 """Table -> its keys that are no parameters of a case."""
 
 
@@ -422,12 +422,12 @@ class _Reader(NamedFiles):
 
     def _task_seconds(self, top: dict[str, Any]) -> float | None:
         """The time that a task may take; the key is taken from its table, whose others are parameters of cases."""
-        if SECONDS not in top.get("limits", {}):
+        if SECONDS_KEY not in top.get("limits", {}):
             return None
         top["limits"] = dict(top["limits"])
-        seconds = top["limits"].pop(SECONDS)
+        seconds = top["limits"].pop(SECONDS_KEY)
         if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not TASK_SECONDS.holds(seconds):
-            self.refuse(SECONDS, seconds, TASK_SECONDS.need, table="limits")
+            self.refuse(SECONDS_KEY, seconds, TASK_SECONDS.need, table="limits")
             return None
         return float(seconds)
 
@@ -449,7 +449,7 @@ class _Reader(NamedFiles):
             self.refuse("tractions_at", outputs.tractions_at, 'stage "slip" for the events after 0', table="outputs")
         return outputs
 
-    def _design(self, top: dict[str, Any], axes: Columns) -> Design:
+    def _design(self, top: dict[str, Any], axes: GivenColumns) -> Design:
         design: Design = top.get("design", "product")
         lengths = {word: len(given) for word, given in axes.items()}
         if design not in ("product", "zip", *SAMPLED):
@@ -461,7 +461,7 @@ class _Reader(NamedFiles):
             self.refuse("design", design, f"axes of equal length, got {counts}")
         return design
 
-    def _axes(self, top: dict[str, Any], scales: Scales) -> Columns:
+    def _axes(self, top: dict[str, Any], scales: Scales) -> GivenColumns:
         if top.get("design") in SAMPLED:
             return sampled_axes(self, top, scales)
         listed = {
@@ -471,7 +471,7 @@ class _Reader(NamedFiles):
         return self.plain(listed, scales)
 
 
-def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Columns:
+def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> GivenColumns:
     """Values of all cases: of ranges that they fill evenly, and of lists that they draw from."""
     usual = {item.name: item.default for item in fields(CampaignKeys)}
     count, seed = (top.get(key, usual[key]) for key in ("points", "design_seed"))
@@ -541,7 +541,7 @@ def sampled(design: str, axes: int, count: int, seed: int) -> NDArray[np.float64
     return np.asarray(qmc.LatinHypercube(axes, seed=seed).random(count))
 
 
-def _slabs(numerics: Columns) -> list[dict[str, Value]]:
+def _slabs(numerics: GivenColumns) -> list[dict[str, Value]]:
     """Parameters of one slab for each scheme of the campaign, with the largest n_x that it takes.
 
     A setting of a scheme that fits none of these slabs fits no case; nor does an n_x.
@@ -571,7 +571,7 @@ def _spread_path(top: dict[str, Any]) -> None:
         top["path"] = path
 
 
-def _load_in_newton(constants: Columns, axes: Columns, scales: Scales) -> float:
+def _load_in_newton(constants: GivenColumns, axes: GivenColumns, scales: Scales) -> float:
     """normal_load of all cases in N; NaN if there are several, or none that is right."""
     if "normal_load" in axes:
         return math.nan

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image, image_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, Roughness, check, parameter, require
-from nanoslip.study.manifest.columns import Column, Columns, OneWay, one_way, read_columns, scale_of, unit_of
+from nanoslip.study.manifest.columns import FileColumn, FileColumns, OneWay, one_way, read_columns, scale_of, unit_of
 from nanoslip.study.manifest.parameters import plain
 from nanoslip.study.manifest.units import factor
 
@@ -63,7 +63,7 @@ class Surface:
 
     x: NDArray[np.float64]
     height: NDArray[np.float64]
-    source: Columns | None = None
+    source: FileColumns | None = None
     rows: OneWay | None = None
     holes: int = 0
     """Lines without a position or a height."""
@@ -145,7 +145,7 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     return Surface(x, height, source, found, rows.holes)
 
 
-def _read_image(source: Columns, given: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
+def _read_image(source: FileColumns, given: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
     """An image of a matrix of heights, with what is stated above it, or of columns x, y, z in any order."""
     found = _from_columns(source, given) if stated is None else _matrix(source, given, stated)
     x, y = (axis - (axis[0] + axis[-1]) / 2.0 for axis in (found.xi, found.y))
@@ -156,10 +156,10 @@ def _read_image(source: Columns, given: NamedSurface, stated: Mapping[str, str] 
     return Surface(x, (found.height.ravel() - trend).reshape(found.height.shape), source, y=y)
 
 
-def _matrix(source: Columns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
+def _matrix(source: FileColumns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
     require("x", given.x, not (given.x or given.y), "no unit of x or y of a matrix")
     values = np.array([each.values for each in source.columns]).T
-    unit = unit_of("z", given.z, Column("heights", stated.get("Value units", ""), values), "m" * bool(given.pixel))
+    unit = unit_of("z", given.z, FileColumn("heights", stated.get("Value units", ""), values), "m" * bool(given.pixel))
     require("Value units", unit, scale_of(unit, "m") > 0.0, "a unit of length, as nm")
     height = values * scale_of(unit, "m")
     x, y = (
@@ -186,7 +186,7 @@ def _apart(pixel: str, stated: Mapping[str, str], counts: tuple[int, ...]) -> It
         yield size if pixel else size / count
 
 
-def _from_columns(source: Columns, given: NamedSurface) -> Image:
+def _from_columns(source: FileColumns, given: NamedSurface) -> Image:
     lengths = [number for number, each in enumerate(source.columns) if each.dimension in ("m", "1")]
     named = {source.columns[number].name.casefold(): number for number in lengths}
     chosen = [named[name] for name in "xyz"] if {"x", "y", "z"} <= named.keys() else lengths
@@ -201,7 +201,7 @@ def _from_columns(source: Columns, given: NamedSurface) -> Image:
     return Image(found.xi * scales[0], found.y * scales[1], found.height * scales[2])
 
 
-def _column(source: Columns, names: re.Pattern[str], place: int) -> int:
+def _column(source: FileColumns, names: re.Pattern[str], place: int) -> int:
     """The column of a length that has such a name, or this place of two. Raises InvalidInput with the columns that there are."""
     lengths = [number for number, each in enumerate(source.columns) if each.dimension in ("m", "1")]
     named = [number for number in lengths if names.search(source.columns[number].name)]

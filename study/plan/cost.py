@@ -17,7 +17,7 @@ from nanoslip.solver.contact.kernels.path import STRETCHES
 from nanoslip.solver.contact.kernels.state import RINGS, margin
 from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.drive import Drive, expected_duration
-from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES
+from nanoslip.solver.dynamics.stick_slip import MOST_FITTED_SAMPLES
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, grid_scheme
 from nanoslip.solver.elasticity.schemes.chain import Chain, spring_stiffness
 from nanoslip.solver.elasticity.schemes.column import trunk
@@ -38,14 +38,14 @@ SOLVE: Final = 1e-9
 """Time of a dense solution over the cube of its unknowns."""
 SLIP: Final = 1e-9
 """Time per entry of the row that a node's slip adds to the state."""
-RECORD: Final = 4e-3
+RECORD_SECONDS: Final = 4e-3
 """Time of a member's record beside its events: to set it up, and its numbers (1.5 to 9 ms of 9 nodes, by scheme)."""
-STATISTICS: Final = 0.04
+STATISTICS_SECONDS: Final = 0.04
 """Time to fit the distributions of event sizes to drawn samples, over the cube root of their number, all members together: 0.3 s
 for 400 events, 1.0 for 20,000 and 2.5 for 160,000."""
 STEP: Final = 6e-8
 """Time of a step of a drive: a tooth passed, a time step, a sample."""
-CRITICAL: Final = 0.7
+CRITICAL_SECONDS: Final = 0.7
 """Time of a critical velocity and stiffness: some 30 drives, 2 to 15 to bracket each, 6 to bisect, of 10 to 60 ms."""
 FIT: Final = 8e-3
 """Time of a fit of Eq. 16-19, samples aside: three least squares of some fifteen steps (8 to 19 ms for 200 to 2000 samples)."""
@@ -252,7 +252,12 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
     way = drive.stage_velocity * drive_duration(drive, case) if drive.memory else 0.0
     contact = touch_seconds(case) + _slide_seconds(case, way / sizes_of(case).step) if way else 0.0
     steps = min(drive_steps(drive, case), drive.step_limit)
-    return contact + CRITICAL * critical + FIT * fitted + STEP * (steps + 50.0 * min(drive.samples, MOST_SAMPLES))
+    return (
+        contact
+        + CRITICAL_SECONDS * critical
+        + FIT * fitted
+        + STEP * (steps + 50.0 * min(drive.samples, MOST_FITTED_SAMPLES))
+    )
 
 
 # Bytes of the arrays of contacts and friction records while they are computed.
@@ -360,7 +365,7 @@ def _record(task: Task) -> Estimate:
         return Estimate(0.0, 0.0)
     numbers = members * (_PER_EVENT * sizes_of(case).events + 2.0 * case.slab.nodes)
     return Estimate(
-        members * (RECORD + record_seconds(case)), sliding_bytes(case) + members * record_bytes(case), numbers
+        members * (RECORD_SECONDS + record_seconds(case)), sliding_bytes(case) + members * record_bytes(case), numbers
     )
 
 
@@ -374,7 +379,7 @@ def _path(task: Task) -> Estimate:
 
 def _statistics(task: Task) -> Estimate:
     events = task.ensemble.likely * sizes_of(case_of(task)).events
-    return Estimate(STATISTICS * math.cbrt(events), _FLOAT * _OF_A_SIZE * events, 800.0)
+    return Estimate(STATISTICS_SECONDS * math.cbrt(events), _FLOAT * _OF_A_SIZE * events, 800.0)
 
 
 def _states(task: Task) -> Estimate:

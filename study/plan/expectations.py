@@ -209,7 +209,7 @@ def span_line(outlook: Outlook) -> str:
 
 PROGRAM = 2e8
 """Bytes of a process that has computed nothing yet."""
-NAMED = 5
+NAMED_TASKS = 5
 """Tasks that are named where many do not fit."""
 
 
@@ -225,7 +225,7 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
     """Report each of these tasks that exceeds this machine's memory, the worst first. If there is none, report if the
     largest ones together do, one for each rank. Empty if all fit."""
     there, path = machine_memory(), planned.manifest.path
-    worst = heapq.nlargest(max(NAMED, ranks), tasks, key=need_of)
+    worst = heapq.nlargest(max(NAMED_TASKS, ranks), tasks, key=need_of)
     if not worst or need_of(*worst[:ranks]) <= there:
         return ()
     if need_of(worst[0]) <= there:
@@ -233,10 +233,10 @@ def shortages(planned: Plan, tasks: Sequence[Task], ranks: int = 1) -> tuple[str
         need, advice = need_of(*worst[:ranks]), f"start at most {fitting}, or use more machines"
         return (f"{path}: {ranks} ranks on one machine: {_in_gigabytes(need, there)}: {advice}",)
     large = sum(need_of(task) > there for task in tasks)
-    named = worst[: min(large, NAMED)]
+    named = worst[: min(large, NAMED_TASKS)]
     lines = [f"{path}: {_named(task)}: {_in_gigabytes(need_of(task), there)}: {_advice(task)}" for task in named]
-    if large > NAMED:
-        lines.append(f"{path}: {large - NAMED} more tasks need more memory than this machine has")
+    if large > NAMED_TASKS:
+        lines.append(f"{path}: {large - NAMED_TASKS} more tasks need more memory than this machine has")
     return tuple(lines)
 
 

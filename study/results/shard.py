@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final, Self
 
 FOLDER: Final = "shards"
-MOST: Final = 999_999
+MOST_SHARDS: Final = 999_999
 """Parts of a campaign."""
 
 
@@ -23,7 +23,7 @@ class Shard:
         found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
         number, of = map(int, found.groups()) if found else (0, 0)
         if not 1 <= number <= of:
-            raise ValueError(f"{text}: needs NUMBER/OF, as 1/10 to 10/10, of at most {MOST} parts")
+            raise ValueError(f"{text}: needs NUMBER/OF, as 1/10 to 10/10, of at most {MOST_SHARDS} parts")
         return cls(number, of)
 
     def folder(self, out: Path) -> Path:

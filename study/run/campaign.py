@@ -18,7 +18,7 @@ from nanoslip.study.results.files import looks
 from nanoslip.study.results.shard import Shard
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.child import FarmError
-from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, Tally, Watch
+from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, RunTally, Watch
 from nanoslip.study.run.executor import Left, drop_intermediates, given_up, left
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
@@ -28,7 +28,7 @@ from nanoslip.study.run.warm_up import WarmUp, miniatures
 #
 # Neighbours mostly share slabs; what several shards need, each computes for itself.
 
-LEAST: Final = 1e-3
+LEAST_CASE_SECONDS: Final = 1e-3
 """Fewest seconds that a case counts, so that refused cases are spread, too."""
 
 Result = TypeVar("Result")
@@ -39,7 +39,9 @@ def part(plan: Plan, shard: Shard) -> Plan:
     needed = {key: plan.with_needs(tasks.values()) for key, tasks in plan.case_tasks.items()}
     costs = {task.key: task.cost for task in plan.tasks}
     users = Counter(key for keys in needed.values() for key in keys)
-    weights = [LEAST + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases]
+    weights = [
+        LEAST_CASE_SECONDS + sum(costs[key] / users[key] for key in sorted(needed[case.case_id])) for case in plan.cases
+    ]
     blocks = blocks_of(weights, shard.of)
     cases = tuple(case for case, block in zip(plan.cases, blocks, strict=True) if block == shard.number - 1)
     keys = {key for case in cases for key in needed[case.case_id]}
@@ -219,7 +221,7 @@ def _compute(
     return tally.crashed
 
 
-def _check_whole(tally: Tally, lease: Lease) -> None:
+def _check_whole(tally: RunTally, lease: Lease) -> None:
     """Raise UnfinishedError if a run was interrupted, StoreError if running again would fail in the same way."""
     lost = lease.look()
     if tally.halt:

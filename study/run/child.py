@@ -105,7 +105,7 @@ LONGEST_LOOK: Final = 1.0
 """Seconds between two looks at a child; more of them were not lived through."""
 LAST_BREATH: Final = 2.0
 """Seconds that a child which has closed its connection has to end."""
-LONGEST_MESSAGE: Final = 1 << 20
+LONGEST_PICKLE: Final = 1 << 20
 """Bytes of a message from it, at most: of a length that a task has made up the rest never comes."""
 _MOST_WORDS: Final = 10_000
 """Bytes of its last words that are kept."""
@@ -171,7 +171,7 @@ class ChildProcess:
     def receive(self) -> "Done | FarmError | None":
         """Outcome of its task, None while it runs; or why it computes none. Raises if it ended or wrote no message."""
         while self._poll.poll(0):
-            message = pickle.loads(self.pipe.recv_bytes(LONGEST_MESSAGE))
+            message = pickle.loads(self.pipe.recv_bytes(LONGEST_PICKLE))
             self.seconds, self._seen = 0.0, time.monotonic()  # its task's, if it has been starting
             if message != READY:
                 return message  # type: ignore[no-any-return]

@@ -42,7 +42,7 @@ from nanoslip.study.origin import computing, stemming
 from nanoslip.study.plan import kinds
 from nanoslip.study.plan.task import Inputs, Task, TaskResult, case_of, drive_of
 
-Value = TypeVar("Value")
+PartOfResult = TypeVar("PartOfResult")
 
 
 def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
@@ -240,7 +240,7 @@ def _coded(value: Any, words: tuple[str, ...]) -> Any:
     return value if not words else math.nan if value is None else words.index(value)
 
 
-def whole_again(kind: type[Value], result: TaskResult, member: int = 0, prefix: str = "") -> Value:
+def whole_again(kind: type[PartOfResult], result: TaskResult, member: int = 0, prefix: str = "") -> PartOfResult:
     """A member's value that `numbers` took apart: of a whole part with this prefix."""
     make: Any = kind
     described = quantities(make, prefix)

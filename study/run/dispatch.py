@@ -227,7 +227,7 @@ class Watch:
 
 
 @dataclass(frozen=True, slots=True)
-class Tally:
+class RunTally:
     """Numbers of tasks done and failed, and whether tasks remain. halt: why no task could be finished any more.
 
     interrupted: by a signal, or because all remaining tasks would outlast the job (outlasting: their number).
@@ -281,7 +281,7 @@ def print_failure(task: Work, done: Done) -> None:
         print_notice(f"{done.where}: {task.label} {UNDONE[ending]}{why}\n{done.trace}")
 
 
-LEAST: Final = 1e-3
+LEAST_TASK_SECONDS: Final = 1e-3
 """Lower bound of a task's expected seconds: its files and messages, however little it computes."""
 
 
@@ -334,7 +334,7 @@ class Ledger:
 
     def expected(self, task: Work) -> float:
         """Estimated seconds of this task, scaled by the measured times of its kind; infinite before one has ended."""
-        return max(self._measured.seconds(task), LEAST) if self._measured.tasks((task.kind,)) else math.inf
+        return max(self._measured.seconds(task), LEAST_TASK_SECONDS) if self._measured.tasks((task.kind,)) else math.inf
 
     def give_back(self, keys: Iterable[str]) -> None:
         """Put taken tasks that have not begun back into the queue."""
@@ -390,12 +390,12 @@ class Ledger:
         for each in waiting:
             self._watch.ended(each, lost, 0.0)
 
-    def tally(self, interrupted: bool) -> Tally:
+    def tally(self, interrupted: bool) -> RunTally:
         """The counts so far. A signal that came after the last task interrupted nothing."""
         left = len(self.queue) + self._away > 0
         stopped = left and not self.halt and (interrupted or self.queue.aside > 0)
         hosts = Counter(place.host for place in self._hosts)
-        return Tally(self._done, self._crashed, stopped, self.halt, self.queue.aside, self._seconds, hosts)
+        return RunTally(self._done, self._crashed, stopped, self.halt, self.queue.aside, self._seconds, hosts)
 
 
 LOOKAHEAD: Final = 0.2

@@ -44,7 +44,7 @@ class Farm(ABC):
         self.size, self.here, self.interruption = size, here, interruption
         self._unsettled: set[int] = set()  # those that have computed since they wrote out their results
 
-    def run(self, tasks: Sequence[dispatch.Work], watch: dispatch.Watch) -> dispatch.Tally:
+    def run(self, tasks: Sequence[dispatch.Work], watch: dispatch.Watch) -> dispatch.RunTally:
         """Compute all tasks, each after its needs, idle ranks first; several at once where they are short.
 
         After a signal only those that have been begun. None that would outlast the job.
@@ -147,7 +147,7 @@ class SerialFarm(Farm):
         return [(0, [done], ())]
 
 
-PATIENCE: Final = 0.1
+NEWS_SECONDS: Final = 0.1
 """Seconds between looks whether a signal or a time limit has come, while no task ends."""
 
 
@@ -179,7 +179,7 @@ class ProcessFarm(Farm):
 
     def news(self) -> list[News]:
         """The tasks that have ended; waits a little for one, where none has."""
-        connection.wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], PATIENCE)
+        connection.wait([agent.pipe for agent in self._agents if agent.busy and agent.pipe], NEWS_SECONDS)
         return [(rank, agent.arrived(), ()) for rank, agent in enumerate(self._agents)]
 
 

@@ -24,7 +24,7 @@ from nanoslip.study.origin import foreign, here, this_machine, user
 from nanoslip.study.results import attempts, files
 from nanoslip.study.results.attempts import Attempt, Run
 from nanoslip.study.results.store import Store
-from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, Tally, Watch, Work
+from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, RunTally, Watch, Work
 from nanoslip.study.run.launch import launcher_name, slurm_job
 
 FIRST: Final = 2.0
@@ -33,7 +33,7 @@ FIRST: Final = 2.0
 
 BEGUN: Final = "begun.txt"
 """Keys of the long tasks that a running run has begun: if the whole run is killed, one of them may be the cause."""
-LONG: Final = 1.0
+LONG_TASK: Final = 1.0
 """Seconds above which a task is noted, as is a task of unknown time: shorter ones are too many."""
 
 
@@ -84,7 +84,7 @@ class Journal(Watch):
 
     def begun(self, tasks: Sequence[tuple[Work, float]]) -> None:
         """Record long tasks in progress; a full disk is ignored."""
-        long = [task.key for task, seconds in tasks if seconds >= LONG]
+        long = [task.key for task, seconds in tasks if seconds >= LONG_TASK]
         if not long:
             return
         with self._lock, suppress(OSError):
@@ -126,7 +126,7 @@ class Journal(Watch):
         meta = self._store.metas().get(key)
         return None if meta is None or foreign(meta.origins, here()) else meta.outcome
 
-    def computed(self, tally: Tally) -> None:
+    def computed(self, tally: RunTally) -> None:
         """Record outcomes of its tasks."""
         if self._run:
             self._run = replace(

@@ -13,7 +13,7 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.study.run.dispatch import MeasuredTimes, Work
 
 
-class Forecast:
+class TimeForecast:
     """Remaining time of a run: estimates scaled by measured times of each kind."""
 
     def __init__(self, tasks: Sequence[Work], ranks: int = 1, measured: MeasuredTimes | None = None) -> None:
@@ -94,7 +94,7 @@ class Progress:
         self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1, measured: MeasuredTimes | None = None
     ) -> None:
         self._count, self._done = len(tasks), 0
-        self._forecast = Forecast(tasks, ranks, measured)
+        self._forecast = TimeForecast(tasks, ranks, measured)
         self._stream = stream
 
     def __enter__(self) -> Self:

@@ -119,7 +119,7 @@ def made_up(key: str) -> TaskResult:
     return TaskResult(key, "record", COMPLETED, *numbers(RECORD, (Member((None, plateau_of(record), None, record)),)))
 
 
-LOOK: Final = 0.01
+POLL_SECONDS: Final = 0.01
 """Seconds between two looks whether the second process is done."""
 
 
@@ -161,7 +161,7 @@ class WarmUp:
             _compute(others, Path(folder))
             while beside.busy:
                 beside.arrived()
-                time.sleep(LOOK)
+                time.sleep(POLL_SECONDS)
             _compute(drives, Path(folder))
         return COMPLETED
 

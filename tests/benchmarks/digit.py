@@ -25,7 +25,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.view import with_error
-from nanoslip.study.manifest.manifest import MEMBERS, NamedDrive
+from nanoslip.study.manifest.manifest import USUAL_MEMBERS, NamedDrive
 from nanoslip.study.manifest.parameters import LIMITS
 from tests.benchmarks.table import timed
 from tests.written_tables import show
@@ -43,7 +43,7 @@ OBSERVABLES: Final = ("plateau", "μ_s", "μ_k")
 LENGTH: Final = float(LIMITS["max_presliding"])
 LENGTHS: Final = (3.0, 4.0, 6.0, LENGTH, 16.0, 32.0)
 """Of records, in presliding lengths."""
-GROUPS_OF: Final = (3, 6, MEMBERS, 16, 32, 64)
+GROUPS_OF: Final = (3, 6, USUAL_MEMBERS, 16, 32, 64)
 """Members of the means whose errors are measured."""
 STARTS, FEWER_STARTS = 512, 256
 """Members with records of the default and of the largest length, and of the others."""
@@ -94,7 +94,7 @@ def _member(case: Case, compliance: Compliance, length: float, number: int) -> t
     """Plateau, μ_s and μ_k of one member; NaN where it has none."""
     long = replace(case, max_events=int(LIMITS["max_events"]), max_presliding=length)
     try:
-        record = slide(Ensemble(MEMBERS).case(long, number), compliance)
+        record = slide(Ensemble(USUAL_MEMBERS).case(long, number), compliance)
         plateau = plateau_of(record)
         _, friction = measured(record, plateau, NamedDrive("paper").dimensionless(Scales()))
     except SolverError:
@@ -155,12 +155,12 @@ def rows_of(samples: Mapping[float, Sample]) -> Iterator[dict[str, str]]:
         values = {length: sample.values[place] for length, sample in samples.items()}
         longest = values[LENGTHS[-1]]
         by_members = {members: errors_of(values[LENGTH], longest, members) for members in GROUPS_OF}
-        usual, mean = by_members[MEMBERS], mean_of(longest)
+        usual, mean = by_members[USUAL_MEMBERS], mean_of(longest)
         row = {"of": name, "mean": with_error(float(mean.mean), float(mean.uncertainty))}
-        row |= {"seconds": f"{MEMBERS * samples[LENGTH].each[0]:.3g}", "error": with_error(*usual.error)}
+        row |= {"seconds": f"{USUAL_MEMBERS * samples[LENGTH].each[0]:.3g}", "error": with_error(*usual.error)}
         row |= {"stated": f"{usual.stated:.3g}", "exponent": with_error(*exponent(by_members))}
         for length in (each for each in LENGTHS if each != LENGTH):
-            errors = errors_of(values[length], longest, MEMBERS)
+            errors = errors_of(values[length], longest, USUAL_MEMBERS)
             times = samples[length].each, samples[LENGTH].each
             row[f"time {length:g}"] = with_error(*time_for_the_same_error(errors, usual, *times))
         row["short bias"] = with_error(*bias(values[LENGTHS[0]], longest))

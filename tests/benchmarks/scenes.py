@@ -12,7 +12,7 @@ from typing import Final
 from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.effects import Influence, influences, scenes_of
 from nanoslip.study.manifest.cases import expand
-from nanoslip.study.manifest.manifest import MEMBERS
+from nanoslip.study.manifest.manifest import USUAL_MEMBERS
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.shipped import campaigns
 from tests.written_tables import show
@@ -25,7 +25,7 @@ HEADER: Final = ("scene", "without", "number", "change", "time")
 def influences_of(campaign: str) -> list[Influence]:
     """Influence of each effect of the first case of a campaign."""
     manifest = load_manifest(campaigns()[campaign])
-    found, failures = influences(scenes_of(manifest, expand(manifest), 1, MEMBERS))
+    found, failures = influences(scenes_of(manifest, expand(manifest), 1, USUAL_MEMBERS))
     assert not failures, failures
     return found
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Effects, Heterogeneity, InitialContact, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.soundness import COARSEST, rounding_share
+from nanoslip.solver.contact.soundness import COARSEST_HEIGHTS, rounding_share
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance
 from nanoslip.solver.outcome import Ending
@@ -198,14 +198,14 @@ def test_heights_whose_rounding_outweighs_the_load_are_named(way: InitialContact
 
 @pytest.mark.parametrize("scheme", ROWS)
 def test_forces_are_known_as_well_as_heights_are(scheme: str) -> None:
-    """Every height wrong by a rounding: forces change by at most 3 times the share limited by `COARSEST` (measured: 1.4)."""
+    """Every height wrong by a rounding: forces change by at most 3 times the share of `COARSEST_HEIGHTS` (measured: 1.4)."""
     for seed in range(12):
         rng, normal_load = np.random.default_rng(seed), 10.0 ** -(9.0 + 0.5 * seed)
         rises = 10.0 ** rng.uniform(-6.0, -1.0) + 3.0 * normal_load * rng.standard_normal(61)
         wrong = rises * (1.0 + np.finfo(float).eps * rng.integers(-1, 2, 61))
         first, second = (_pressed_rough(scheme, normal_load, heights) for heights in (rises, wrong))
         state, share = first
-        assert state.outcome.ok is (share <= COARSEST)
+        assert state.outcome.ok is (share <= COARSEST_HEIGHTS)
         if state.outcome.ok:
             # Below 1e-10 other roundings are seen.
             noise = float(np.abs(state.nodal_force - second[0].nodal_force).max()) / normal_load

@@ -15,7 +15,7 @@ import pytest
 
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
-from nanoslip.solver.dynamics.integrators import LARGEST, RK4, integrate
+from nanoslip.solver.dynamics.integrators import LARGEST_NOISE, RK4, integrate
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.outcome import Ending
@@ -252,7 +252,9 @@ def test_steady_sliding_shows_the_friction_force_or_is_refused():
     endings, worst = settled()
     assert set(endings) <= {"completed", "rounding", "step_limit"}
     assert min(endings["completed"], endings["rounding"]) > 10
-    assert worst < 3.0 * LARGEST  # three roundings: of the stage's position, of the pin's, of their product with time
+    assert (
+        worst < 3.0 * LARGEST_NOISE
+    )  # three roundings: of the stage's position, of the pin's, of their product with time
 
 
 # --- long drives ----------------------------------------------------------------------------------------------------

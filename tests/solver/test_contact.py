@@ -163,8 +163,8 @@ def test_without_coupling_every_first_touch_is_the_same(way, residual_shear):
 def test_a_set_found_by_borders_of_others_is_the_set_found_by_systems_of_its_own(case, radius, monkeypatch):
     case = replace(case, radius=radius, intrinsic_friction=math.inf)
     alone = initial_contact(case, COMPLIANCE)
-    monkeypatch.setattr(normal, "FEW", 0)
-    monkeypatch.setattr(normal, "NEAR", 1.0)
+    monkeypatch.setattr(normal, "FEW_NODES", 0)
+    monkeypatch.setattr(normal, "NEAR_SHARE", 1.0)
     bordered = initial_contact(case, COMPLIANCE)
     assert alone.outcome.ok
     np.testing.assert_array_equal(bordered.contact, alone.contact)

@@ -546,7 +546,7 @@ def test_a_spring_force_without_digits_is_refused_with_numbers_and_advice(monkey
         assert word in result.outcome.message
     assert np.isnan(result.position[1:]).all()
     assert (len(result.slip_time), result.steps) == (0, 0)
-    monkeypatch.setattr(integrators, "LARGEST", math.inf)  # what is refused would be noise
+    monkeypatch.setattr(integrators, "LARGEST_NOISE", math.inf)  # what is refused would be noise
     noise = far()
     assert noise.outcome.ok
     assert np.abs(noise.spring_force[10:]).max() > 1e3 * FORCE
@@ -558,7 +558,7 @@ def test_the_advice_is_enough(name):
     less = getattr(FAR, name) / (1.01 * float(far().outcome.message.split("by a factor of ")[-1].split()[0]))
     result = far(**{name: less})
     assert result.outcome.ok
-    assert np.abs(result.spring_force[-5:] / FORCE - 1.0).max() < 3.0 * integrators.LARGEST
+    assert np.abs(result.spring_force[-5:] / FORCE - 1.0).max() < 3.0 * integrators.LARGEST_NOISE
     assert far(**{name: 1.1 * less}).outcome.ending is Ending.ROUNDING
 
 

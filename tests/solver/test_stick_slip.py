@@ -12,7 +12,7 @@ from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics import stick_slip as closed_form
 from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.integrators import integrate
-from nanoslip.solver.dynamics.stick_slip import MOST_SAMPLES, MOST_SLIPS, Oscillator, fit_stick_slip, stick_slip
+from nanoslip.solver.dynamics.stick_slip import MOST_FITTED_SAMPLES, MOST_SLIPS, Oscillator, fit_stick_slip, stick_slip
 from nanoslip.solver.simulate import drive_result
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import plateau_of
@@ -208,9 +208,9 @@ def test_a_closed_form_cut_short_is_the_same_up_to_there():
 
 def test_a_fit_looks_at_so_many_samples_and_finds_the_same(trials):
     """Ten or a hundred thousand samples of one motion: the latter at every tenth, which are the former."""
-    drives = [replace(DRIVE, samples=samples, duration=40.0) for samples in (MOST_SAMPLES, 100_000)]
+    drives = [replace(DRIVE, samples=samples, duration=40.0) for samples in (MOST_FITTED_SAMPLES, 100_000)]
     few, many = (fit_stick_slip(integrate(PEAK, drive, STIFF), drive, normal_load=4.0) for drive in drives)
-    assert {len(model.time) for model in trials} == {MOST_SAMPLES + 1}
+    assert {len(model.time) for model in trials} == {MOST_FITTED_SAMPLES + 1}
     for name in ("kinetic_friction", "static_friction", "later_static_friction"):
         assert getattr(many, name) == pytest.approx(getattr(few, name), abs=1e-9)
 

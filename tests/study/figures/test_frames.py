@@ -14,7 +14,7 @@ from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.study.figures import frames as film
 from nanoslip.study.figures.frames import (
-    MOST,
+    MOST_FRAMES,
     MOST_IN_STRIP,
     Moments,
     draw_frame,
@@ -79,7 +79,7 @@ def test_events_are_a_range_or_a_list() -> None:
     assert events_of("0:20:5") == (0, 5, 10, 15, 20)
     assert events_of("3:5") == (3, 4, 5)
     assert events_of("12,0,5") == (0, 5, 12)
-    assert len(events_of(f"1:{MOST}")) == MOST
+    assert len(events_of(f"1:{MOST_FRAMES}")) == MOST_FRAMES
 
 
 @pytest.mark.parametrize("text", ["", "a", "5:1", "5:1:-1", "-1", "0:5:0", "0:1:2:3", f"0:{10**9}", "1.5", "1,,2"])

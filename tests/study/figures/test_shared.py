@@ -73,7 +73,7 @@ def test_a_picture_is_laid_out_as_by_matplotlib_and_drawn_once(form: str) -> Non
 
     theirs, ours = crowded(), crowded()
     dpi = 200 if form == "png" else "figure"
-    with mpl.rc_context(canvas.LOOK):  # ticks that only come as it is printed
+    with mpl.rc_context(canvas.FIGURE_SETTINGS):  # ticks that only come as it is printed
         theirs.savefig(io.BytesIO(), format=form, dpi=dpi)
     ours.axes[0].add_line(Counted([1, 1e4], [1e-3, 1e-3]))
     engine = ours.get_layout_engine()

@@ -35,7 +35,7 @@ from nanoslip.study.figures.roles import (
     together,
     values_of,
 )
-from nanoslip.study.figures.sweep import FAILED, SHORTEST, UNSURE, draw_scattered, figure_of
+from nanoslip.study.figures.sweep import FAILED_COLOR, SHORTEST, UNSURE, draw_scattered, figure_of
 from tests.study.figures.cases import listed, product
 
 
@@ -270,7 +270,7 @@ def crosses(figure: Figure) -> list[tuple[float, float]]:
         place
         for axes in figure.axes
         for line in axes.lines
-        if line.get_color() == FAILED
+        if line.get_color() == FAILED_COLOR
         for place in zip(*map(list, line.get_data()), strict=True)
     ]
 

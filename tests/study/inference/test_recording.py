@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.study.inference.means import BATCHES, REJECTED, correlated, independent
-from nanoslip.study.inference.recording import Given, Trace, limits, outliers, read_trace, two_way
+from nanoslip.study.inference.means import REJECTED, VALUE_BATCHES, correlated, independent
+from nanoslip.study.inference.recording import Trace, TraceOptions, limits, outliers, read_trace, two_way
 from nanoslip.study.inference.trace import TraceNumbers, measure
 from nanoslip.study.manifest.columns import decoded, read_columns
 from tests.conftest import Main
@@ -46,7 +46,7 @@ def table(*columns: Floats | list[str], header: str = "t_s,F_N", separator: str 
     return "\n".join([header, *lines, footer])
 
 
-def numbers(text: str, given: Given = Given()) -> TraceNumbers:  # noqa: B008  frozen
+def numbers(text: str, given: TraceOptions = TraceOptions()) -> TraceNumbers:  # noqa: B008  frozen
     return measure(read_trace(LAB, text, given).per_load())
 
 
@@ -120,25 +120,29 @@ def test_what_is_left_out_is_counted() -> None:
 @pytest.mark.parametrize(
     ("text", "given", "said"),
     [
-        (table(TIME, FORCE, header="t [s],F [V]"), Given(), "force = 'V': needs a unit of force"),
-        (table(TIME, FORCE, header="t [s],F [mn]"), Given(), "force = 'mn': needs a unit of force"),
-        (table(TIME, FORCE, header="t [s],F [N/m]"), Given(), "force = 'N/m': needs a unit of force"),
-        (table(TIME, FORCE, header="Time,Force\ns,V"), Given(), "force = 'V': needs a unit of force"),
-        (table(TIME, FORCE, FORCE, header="t [s],Force [V],Load [N]"), Given(), "needs --columns"),
-        (table(TIME, FORCE, FORCE, header="a,b,c"), Given(), "columns 1 a, 2 b, 3 c: needs --columns"),
-        (table(TIME, FORCE, header="t [ms],F [N]"), Given(time="s"), "time = 's': the header has t in ms"),
+        (table(TIME, FORCE, header="t [s],F [V]"), TraceOptions(), "force = 'V': needs a unit of force"),
+        (table(TIME, FORCE, header="t [s],F [mn]"), TraceOptions(), "force = 'mn': needs a unit of force"),
+        (table(TIME, FORCE, header="t [s],F [N/m]"), TraceOptions(), "force = 'N/m': needs a unit of force"),
+        (table(TIME, FORCE, header="Time,Force\ns,V"), TraceOptions(), "force = 'V': needs a unit of force"),
+        (table(TIME, FORCE, FORCE, header="t [s],Force [V],Load [N]"), TraceOptions(), "needs --columns"),
+        (table(TIME, FORCE, FORCE, header="a,b,c"), TraceOptions(), "columns 1 a, 2 b, 3 c: needs --columns"),
+        (table(TIME, FORCE, header="t [ms],F [N]"), TraceOptions(time="s"), "time = 's': the header has t in ms"),
         (
             table(TIME, FORCE, header="t,F").replace(".", ","),
-            Given(),
+            TraceOptions(),
             "2 names above 4 columns: are there decimal commas",
         ),
-        (table(TIME, FORCE, header="") + table(TIME, FORCE, header=""), Given(), "line 803: time = 0 after 7.99"),
-        (table([f"12:00:{each:05.2f}" for each in TIME], FORCE), Given(), "is '12:00:"),
-        (table(TIME, FORCE, header="t,F"), Given(columns=("t", "G")), "column = 'G': needs one of 1 t, 2 F"),
-        (table(TIME, ["1", "Bad", "Bad", "Bad"] * 200), Given(), "numbers in 200 of 797 lines"),
+        (
+            table(TIME, FORCE, header="") + table(TIME, FORCE, header=""),
+            TraceOptions(),
+            "line 803: time = 0 after 7.99",
+        ),
+        (table([f"12:00:{each:05.2f}" for each in TIME], FORCE), TraceOptions(), "is '12:00:"),
+        (table(TIME, FORCE, header="t,F"), TraceOptions(columns=("t", "G")), "column = 'G': needs one of 1 t, 2 F"),
+        (table(TIME, ["1", "Bad", "Bad", "Bad"] * 200), TraceOptions(), "numbers in 200 of 797 lines"),
     ],
 )
-def test_what_is_not_read_is_named(text: str, given: Given, said: str) -> None:
+def test_what_is_not_read_is_named(text: str, given: TraceOptions, said: str) -> None:
     with pytest.raises(InvalidInput, match=said):
         numbers(text, given)
 
@@ -276,4 +280,4 @@ def test_batches_are_of_correlated_values_alone() -> None:
     white = random.standard_normal((400, 40))
     assert np.mean([correlated(row) for row in white]) == pytest.approx(REJECTED, abs=0.045)  # three deviations of 400
     assert np.mean([correlated(wandering(seed, 40)) for seed in range(100)]) > 0.95
-    assert len(independent(wandering(0, 40))) == BATCHES
+    assert len(independent(wandering(0, 40))) == VALUE_BATCHES

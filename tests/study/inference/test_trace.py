@@ -16,7 +16,7 @@ from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.simulate import drive_result, friction_record
-from nanoslip.study.inference.recording import Given, Trace, read_trace
+from nanoslip.study.inference.recording import Trace, TraceOptions, read_trace
 from nanoslip.study.inference.trace import TraceNumbers, measure
 from nanoslip.study.manifest.columns import decoded
 from tests.conftest import Main
@@ -261,15 +261,15 @@ def rows(count: int = 40, force: str = "") -> str:
 )
 def test_nonsense_is_one_message(text: str, units: tuple[str, str, str], said: str) -> None:
     with pytest.raises(InvalidInput, match=said):
-        read_trace(LAB, text, Given(**{units[0]: units[1]}, force=units[2]))
+        read_trace(LAB, text, TraceOptions(**{units[0]: units[1]}, force=units[2]))
 
 
 def test_units_signs_and_columns_are_read() -> None:
     text = "t/ms;s;G;F/mN\n" + "\n".join(f"{number};0;1;{-(number % 10) - 1},5" for number in range(40))
-    trace = read_trace(LAB, text, Given("ms", "", "mN", ("1", "F")))
+    trace = read_trace(LAB, text, TraceOptions("ms", "", "mN", ("1", "F")))
     np.testing.assert_allclose(trace.at, np.arange(40) * 1e-3)
     np.testing.assert_allclose(trace.force, (np.arange(40) % 10 + 1.5) * 1e-3)
-    back = read_trace(LAB, "\n".join(f"{-number},{number % 9}" for number in range(40)), Given("", "um", "1"))
+    back = read_trace(LAB, "\n".join(f"{-number},{number % 9}" for number in range(40)), TraceOptions("", "um", "1"))
     np.testing.assert_allclose(back.at, np.arange(40) * 1e-6)
     assert back.unit == "1"
 

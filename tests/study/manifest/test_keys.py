@@ -8,7 +8,7 @@ import pytest
 from nanoslip.solver.drive import Scales
 from nanoslip.study.manifest.cases import tables
 from nanoslip.study.manifest.keys import Key, key_of, key_text, keys, text_of_table
-from nanoslip.study.manifest.manifest import SECONDS
+from nanoslip.study.manifest.manifest import SECONDS_KEY
 from nanoslip.study.manifest.parameters import plain
 from nanoslip.study.manifest.reader import TOP_LEVEL
 
@@ -65,6 +65,6 @@ def test_all_of_a_key_fits_a_terminal_of_80_columns_or_is_a_sentence() -> None:
 
 def test_every_key_that_a_file_takes_is_described() -> None:
     """Those of all tables and outside of them; symbols of scales and parameters too."""
-    offered = {*TOP_LEVEL, *(word for words in tables().values() for word in words), SECONDS}
+    offered = {*TOP_LEVEL, *(word for words in tables().values() for word in words), SECONDS_KEY}
     assert [word for word in offered if not (key_of(word) or text_of_table(word))] == []
     assert [symbol for symbol in ("E", "G", "L_y", "L_x", "R", "nu", "mu_i", "W") if key_of(symbol) is None] == []

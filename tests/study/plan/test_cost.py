@@ -233,7 +233,7 @@ def test_many_that_do_not_fit_are_counted(tmp_path, machine):
     machine(1.0)
     plan = planned(tmp_path, f"axes.radius = {list(range(1, 30))}")
     lines = memory.shortages(plan, plan.tasks)
-    assert len(lines) == memory.NAMED + 1
+    assert len(lines) == memory.NAMED_TASKS + 1
     assert "25 more tasks" in lines[-1]
 
 

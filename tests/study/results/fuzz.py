@@ -32,7 +32,7 @@ from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts, entry as own, store as lease
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import FOLDER, Lease, Store, StoreError
-from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.dispatch import RunTally
 from nanoslip.study.run.executor import executor, left
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import pin_threads
@@ -98,7 +98,7 @@ def finished(folder: Path) -> Finished:
     )
     for each in (replace(failed, final=False), failed):
         attempts.add(out, each)
-    journal.computed(Tally())
+    journal.computed(RunTally())
     journal.end(3)
     with Lease(out):
         running = (out / lease.FILE).read_text("utf-8")

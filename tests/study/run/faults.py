@@ -22,7 +22,7 @@ from nanoslip.study.plan.task import Inputs, Task, TaskResult
 from nanoslip.study.run import executor as real
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.compute import run_task
-from nanoslip.study.run.dispatch import Done, Execute, Tally
+from nanoslip.study.run.dispatch import Done, Execute, RunTally
 from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.launch import Program
 from tests.study.run.made_up import Diary, Work
@@ -263,7 +263,7 @@ def campaign_executor(argument: tuple[Path, dict[float, str]]) -> Execute:
 
 def computed(
     program: Program, tasks: Sequence[Work], size: int
-) -> tuple[Tally, dict[str, Outcome], list[tuple[str, Done]]]:
+) -> tuple[RunTally, dict[str, Outcome], list[tuple[str, Done]]]:
     """Compute tasks by so many processes: counts, how each ended, in that order, and what failed, each time."""
     diary = Diary()
     with ProcessFarm([Agent(program, number) for number in range(size)]) as farm:

@@ -16,7 +16,7 @@ from nanoslip.study.run.dispatch import (
     Dispatcher,
     Done,
     Ledger,
-    Tally,
+    RunTally,
     TaskQueue,
     Watch,
     Worker,
@@ -94,7 +94,7 @@ def test_what_may_end_differently_is_tried_once_more_behind_all_others(again, at
     assert [(key, final) for key, _, final in diary.attempts] == [("a", False), ("a", True)][-attempts:]
     assert diary.reported["a"].ending is Ending.CRASHED
     assert {key for key, outcome in diary.reported.items() if outcome.ending is Ending.NEEDS_FAILED} == set("bcd")
-    assert ledger.tally(False) == Tally(done=1, crashed=4)
+    assert ledger.tally(False) == RunTally(done=1, crashed=4)
 
 
 def failing(error):
@@ -113,7 +113,7 @@ def test_where_nothing_can_be_kept_any_more_no_task_has_failed():
     for _ in range(2):
         assert not ledger.halt
         ledger.enter(attempt(REFUSED, next_of(ledger), Worker(0, "here")))
-    assert (ledger.tally(False), diary.attempts) == (Tally(halt="the disk is full"), [])
+    assert (ledger.tally(False), diary.attempts) == (RunTally(halt="the disk is full"), [])
     assert len(ledger.queue) == len(DIAMOND)
 
 
@@ -126,7 +126,7 @@ def test_a_task_alone_whose_result_cannot_be_kept_has_failed():
         ledger.enter(attempt(REFUSED, task, Worker(0, "here")) if task.key == "a" else Done(task.key, COMPLETED, 1.0))
     assert [(key, done.passing, final) for key, done, final in diary.attempts] == [("a", True, True)]
     assert diary.reported["a"] == Outcome(Ending.CRASHED, "the disk is full")
-    assert ledger.tally(False) == Tally(done=1, crashed=4)
+    assert ledger.tally(False) == RunTally(done=1, crashed=4)
 
 
 @pytest.mark.parametrize("harm", [OSError(24, "Too many open files"), MemoryError(), CannotGoOnError("full"), None])

@@ -20,7 +20,7 @@ from nanoslip.study.results import entry as own
 from nanoslip.study.results.store import Store
 from nanoslip.study.run import executor as executor_module, farm as farm_module
 from nanoslip.study.run.child import Agent, FarmError
-from nanoslip.study.run.dispatch import Done, Tally
+from nanoslip.study.run.dispatch import Done, RunTally
 from nanoslip.study.run.executor import executor
 from nanoslip.study.run.farm import Farm, MPIFarm, ProcessFarm, SerialFarm, open_farm
 from nanoslip.study.run.journal import Journal, left_begun
@@ -44,7 +44,7 @@ PATIENCE = 120.0
 def test_a_crash_is_told_and_costs_only_what_needs_it(capsys):
     diary = Diary(crash="b")
     with SerialFarm(lambda: diary.execute) as farm:
-        assert farm.run(DIAMOND, diary) == Tally(done=3, crashed=2)
+        assert farm.run(DIAMOND, diary) == RunTally(done=3, crashed=2)
     assert diary.executed == ["a", "b", "c", "e"]
     crashed = Outcome(
         Ending.CRASHED, "ZeroDivisionError: a defect", cause="ZeroDivisionError"
@@ -66,7 +66,7 @@ def test_after_a_signal_the_running_task_is_finished_and_no_other_begun(number):
 
     with SerialFarm(lambda: execute, grace=60.0) as farm:
         arrived = farm.interruption._requested
-        assert farm.run(DIAMOND, diary) == Tally(done=1, interrupted=True)
+        assert farm.run(DIAMOND, diary) == RunTally(done=1, interrupted=True)
     assert list(diary.reported) == ["a"]
     assert signal.getsignal(number) is before
     assert not any(isinstance(thread, threading.Timer) for thread in threading.enumerate())
@@ -75,7 +75,7 @@ def test_after_a_signal_the_running_task_is_finished_and_no_other_begun(number):
 def test_a_signal_that_finds_all_work_done_interrupted_nothing():
     with SerialFarm(lambda: Diary().execute) as farm:
         farm.interruption.request()
-        assert farm.run((), Diary()) == Tally()
+        assert farm.run((), Diary()) == RunTally()
 
 
 def test_a_task_that_outlasts_the_grace_is_left_with_code_99(environment):
@@ -190,7 +190,7 @@ def test_what_would_outlast_the_job_is_left_and_shorter_tasks_are_done():
     known, long = Work("known", cost=1.0), Work("long", ("known",), cost=5000.0)
     short = [Work(f"short {number}", ("known",), cost=1.0) for number in range(10)]
     tally, diary = coordinated(MadeUpRanks(2, seconds=1.0), (known, long, Work("after", ("long",)), *short))
-    assert tally == Tally(done=11, interrupted=True, outlasting=1)
+    assert tally == RunTally(done=11, interrupted=True, outlasting=1)
     assert not {"long", "after"} & set(diary.reported)
 
 
@@ -198,7 +198,7 @@ def test_what_would_outlast_the_job_is_left_and_shorter_tasks_are_done():
 def test_a_task_longer_than_any_job_is_tried_by_a_run_that_has_nothing_else():
     """From the first it is known how long the second takes."""
     tally, _ = coordinated(MadeUpRanks(1, seconds=5000.0), (Work("long", cost=5000.0), Work("longer", cost=6000.0)))
-    assert tally == Tally(done=1, interrupted=True, outlasting=1)
+    assert tally == RunTally(done=1, interrupted=True, outlasting=1)
 
 
 def test_one_process_takes_back_what_would_outlast_the_job(monkeypatch):
@@ -207,7 +207,7 @@ def test_one_process_takes_back_what_would_outlast_the_job(monkeypatch):
     diary = Diary()
     with SerialFarm(lambda: diary.execute) as farm:
         tally = farm.run([Work("first"), *(Work(str(number), ("first",)) for number in range(5))], diary)
-    assert tally == Tally(done=1, interrupted=True, outlasting=5)
+    assert tally == RunTally(done=1, interrupted=True, outlasting=5)
 
 
 @pytest.mark.parametrize("looks", [(5, 1, 9), (math.inf,)], ids=["taken", "taken by nobody"])
@@ -273,7 +273,7 @@ def test_a_signal_to_any_rank_stops_all_and_what_it_has_not_begun_comes_back():
 def test_every_task_is_computed_once_after_its_needs_by_all_processes(tmp_path):
     tasks = [Work(str(number), (str(number - 1),) if 0 < number < 10 else ()) for number in range(40)]
     tally, reported, _ = faults.computed(faults.program(tmp_path), tasks, 2)
-    assert tally == Tally(done=40)
+    assert tally == RunTally(done=40)
     assert set(reported.values()) == {COMPLETED}
     assert len({path.read_text() for path in tmp_path.iterdir()}) == 2
 

@@ -20,10 +20,10 @@ from nanoslip.study.results.store import Store
 from nanoslip.study.run import child as process
 from nanoslip.study.run.campaign import KILLED, blame
 from nanoslip.study.run.child import Agent, BrokenProgramError
-from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.dispatch import RunTally
 from nanoslip.study.run.executor import executor, left
 from nanoslip.study.run.farm import ProcessFarm
-from nanoslip.study.run.journal import BEGUN, LONG, Journal, left_begun
+from nanoslip.study.run.journal import BEGUN, LONG_TASK, Journal, left_begun
 from nanoslip.study.run.launch import Program
 from tests.conftest import SMALL
 from tests.study.results.results import NO_FILES, written
@@ -44,7 +44,7 @@ def test_faults_cost_their_own_tasks(tmp_path):
     tally, reported, failed = computed(faults.program(tmp_path), [*tasks, Work("after", ("exception",))], 2)
     failures = {fault for fault in EVERYDAY if FAULTS[fault].ending is not Ending.COMPLETED}
     assert [fault for fault in EVERYDAY if not FAULTS[fault].matches(reported[fault])] == []
-    assert tally == Tally(done=2 * len(EVERYDAY) - len(failures), crashed=len(failures) + 1)
+    assert tally == RunTally(done=2 * len(EVERYDAY) - len(failures), crashed=len(failures) + 1)
     assert reported["after"].ending is Ending.NEEDS_FAILED
     assert {key for key, _ in failed} == failures
     assert all(done.where.host for _, done in failed)
@@ -129,7 +129,7 @@ def test_a_fault_costs_no_task_that_its_process_has_at_hand(tmp_path, pair):
     sound = [str(number) for number in range(100)]
     tasks = behind(KNOWN, *sound[:50], *pair, *sound[50:])
     tally, reported, failed = computed(faults.program(tmp_path), tasks, 1)
-    assert tally == Tally(done=101, crashed=2)
+    assert tally == RunTally(done=101, crashed=2)
     assert {(key, done.outcome.ending) for key, done in failed} == {(each, FAULTS[each].ending) for each in pair}
     assert [key for key in reported if key in sound] == sound  # each once
 
@@ -139,7 +139,7 @@ def test_tasks_behind_one_that_hangs_go_elsewhere(tmp_path):
     """They are handed out together, as they are short; what waits for long is computed by the other process."""
     tasks = behind(Work("first"), "endless loop", *map(str, range(60)), limit=6.0)
     tally, reported, _ = computed(faults.program(tmp_path), tasks, 2)
-    assert tally == Tally(done=61, crashed=1)
+    assert tally == RunTally(done=61, crashed=1)
     assert list(reported)[-1] == "endless loop"  # all others ended before it was given up
 
 
@@ -167,7 +167,7 @@ def runs(number):
 def test_what_a_task_has_started_ends_with_its_process(tmp_path):
     """It holds all that the process had open: a launcher would wait for it at the end of the run."""
     tally, *_ = computed(Program(__name__, "starting", tmp_path), (Work("starts another", limit=60.0),), 1)
-    assert tally == Tally(crashed=1)
+    assert tally == RunTally(crashed=1)
     started = [path.name for path in tmp_path.iterdir()]
     assert len(started) == 2  # it was tried twice
     end = time.monotonic() + 10.0
@@ -204,7 +204,7 @@ def test_a_child_that_is_killed_before_it_computes_is_replaced(tmp_path, monkeyp
 
     monkeypatch.setattr(process.ChildProcess, "load", doomed)
     tally, _, failed = computed(faults.program(tmp_path), SOUND, 1)
-    assert (tally, failed, len(killed)) == (Tally(done=19), [], 2)
+    assert (tally, failed, len(killed)) == (RunTally(done=19), [], 2)
 
 
 class Unknown(str):
@@ -231,7 +231,7 @@ ENDLESS = (Work("long"), math.inf)
 
 def test_long_tasks_are_noted_and_those_of_which_nothing_is_known_until_a_run_ends_by_itself(tmp_path):
     journal = Journal(tmp_path)
-    journal.begun([(Work("short"), 0.5 * LONG), (Work("unknown"), 2.0 * LONG), ENDLESS])
+    journal.begun([(Work("short"), 0.5 * LONG_TASK), (Work("unknown"), 2.0 * LONG_TASK), ENDLESS])
     assert left_begun(tmp_path) == {"long", "unknown"}
     journal.forget()
     journal.begun([ENDLESS])

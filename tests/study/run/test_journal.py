@@ -12,7 +12,7 @@ from nanoslip.study.origin import here
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import Run
 from nanoslip.study.run import executor, journal as journal_module
-from nanoslip.study.run.dispatch import Tally
+from nanoslip.study.run.dispatch import RunTally
 from nanoslip.study.run.journal import Journal, measured_in
 from tests.study.run.defects import crashing
 from tests.study.run.made_up import Work
@@ -29,7 +29,7 @@ def test_a_run_has_a_line_when_it_begins_and_one_when_it_has_ended(tmp_path):
     journal.begin(2, "ranks")
     (begun,) = runs.read(tmp_path)
     assert (begun.ended, begun.processes, begun.unit, begun.command) == ("", 2, "ranks", "nanoslip run mine.toml")
-    journal.computed(Tally(3, 1, seconds=7.0, hosts={"n2": 1, "n1": 1}))
+    journal.computed(RunTally(3, 1, seconds=7.0, hosts={"n2": 1, "n1": 1}))
     journal.end(3)
     (run,) = runs.read(tmp_path)
     assert (run.run, run.done, run.failed, run.core_seconds, run.exit_code) == (begun.run, 3, 1, 7.0, 3)
@@ -54,7 +54,7 @@ def test_it_notes_what_tasks_with_a_result_took_and_says_so_at_ever_longer_inter
     assert run.ended == ""
     assert run.kinds["record"][0] >= 500
     assert measured_in(tmp_path).factor("record") == 2.0
-    journal.computed(Tally(1000))
+    journal.computed(RunTally(1000))
     journal.end(0)
     assert runs.read(tmp_path)[0].kinds == {"record": [1000, 500.0, 1000.0]}
 

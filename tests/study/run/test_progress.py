@@ -12,7 +12,7 @@ import rich.console
 from nanoslip.solver.outcome import COMPLETED
 from nanoslip.study.plan.kinds import compliance_task, record_task
 from nanoslip.study.run.dispatch import MeasuredTimes
-from nanoslip.study.run.progress import Forecast, Progress, TerminalProgress, duration, makespan, roughly
+from nanoslip.study.run.progress import Progress, TerminalProgress, TimeForecast, duration, makespan, roughly
 from tests.study.plan.running import CASE
 from tests.study.run.made_up import Work
 
@@ -44,7 +44,7 @@ def test_the_time_left_is_right_within_a_factor_of_two_from_a_tenth_on(name, mac
     kinds, estimated, measured = zip(*RECORDED[name], strict=True)
     assert 5.0 * sum(measured) > FACTOR * sum(estimated)
     tasks = [Work(str(number), cost=cost, kind=kinds[number]) for number, cost in enumerate(estimated)]
-    forecast, elapsed, total = Forecast(tasks), 0.0, machine * sum(measured)
+    forecast, elapsed, total = TimeForecast(tasks), 0.0, machine * sum(measured)
     looked, wrong = 0, []
     for task, seconds in zip(tasks, measured, strict=True):
         forecast.learn(task, machine * seconds)
@@ -60,14 +60,14 @@ def test_the_time_left_is_right_within_a_factor_of_two_from_a_tenth_on(name, mac
 
 def test_before_anything_is_known_the_estimate_is_told_and_ranks_share_it():
     tasks = [Work("a", cost=3.0, kind="x"), Work("b", cost=5.0, kind="y")]
-    assert Forecast(tasks).seconds == pytest.approx(8.0)
-    assert Forecast(tasks, 4).seconds == pytest.approx(2.0)
-    assert (Forecast(tasks).share, Forecast([]).share) == (0.0, 1.0)
+    assert TimeForecast(tasks).seconds == pytest.approx(8.0)
+    assert TimeForecast(tasks, 4).seconds == pytest.approx(2.0)
+    assert (TimeForecast(tasks).share, TimeForecast([]).share) == (0.0, 1.0)
 
 
 def test_a_kind_is_scaled_by_its_own_tasks_and_others_by_all_until_they_have_some():
     tasks = tasks_of("xy", 100)
-    forecast = Forecast(tasks)
+    forecast = TimeForecast(tasks)
     learn(forecast, tasks[:50], 10.0)
     assert forecast.seconds == pytest.approx(150.0 * 10.0)
     learn(forecast, tasks[100:150], 1.0)
@@ -79,7 +79,7 @@ def test_a_kind_is_scaled_by_its_own_tasks_and_others_by_all_until_they_have_som
 
 def test_a_run_that_goes_on_begins_with_what_the_earlier_ones_measured():
     tasks = tasks_of("xy", 100)
-    forecast = Forecast(tasks, 1, MeasuredTimes({"x": [10, 10.0, 20.0], "y": [1, 2.0, 1.0]}))
+    forecast = TimeForecast(tasks, 1, MeasuredTimes({"x": [10, 10.0, 20.0], "y": [1, 2.0, 1.0]}))
     assert forecast.seconds == pytest.approx(250.0)
     learn(forecast, tasks[:50], 2.0)
     assert forecast.seconds == pytest.approx(150.0)
@@ -158,7 +158,7 @@ def test_the_bar_never_goes_back():
     """Tasks that take longer and longer raise the estimate of those that are left, and so lower the share of the work done."""
     tasks, screen = tasks_of("xy", 3), io.StringIO()
     console = rich.console.Console(file=screen, width=80, force_terminal=True)
-    shares, estimates = [], Forecast(tasks)
+    shares, estimates = [], TimeForecast(tasks)
     falls = []
     with TerminalProgress(tasks, console) as progress:
         for task, seconds in zip(tasks, (1.0, 1.0, 1.0, 30.0, 60.0, 60.0), strict=True):
