@@ -111,7 +111,7 @@ def _no_slip(result: DynamicsResult, plateau: Plateau, normal_load: float) -> Ou
         return Outcome(Ending.NO_SLIP, message, True, "weak_pull")
     message = (
         f"pulled with F/W = {reached:.3g} the pin slips, but never by more than {result.presliding_length:.3g} L_x, which "
-        "the contact stretches: lower spring_stiffness, or raise stage_velocity"
+        "the contact stretches: it follows the stage in micro slips; raise stage_velocity, or lower spring_stiffness"
     )
     return Outcome(Ending.NO_SLIP, message, cause="short_slips")
 

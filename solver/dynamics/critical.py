@@ -7,12 +7,12 @@ value there may be windows in which the pin does not stick, so the search comes 
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.friction_limit import friction_limit_of
-from nanoslip.solver.dynamics.regime import CriticalPoint, Regime, count_sticks
+from nanoslip.solver.dynamics.regime import CriticalPoint, Regime, Search, count_sticks
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import FrictionRecord
@@ -52,26 +52,35 @@ def critical_point(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Cr
     peak, velocity = float(friction_limit_of(record, plateau, drive.profile).force.max()), drive.stage_velocity
     fastest = peak / math.sqrt(drive.spring_stiffness * lost) if lost else math.inf
     stiffest = (peak / velocity) ** 2 / lost if lost and velocity else math.inf
-    return CriticalPoint(
-        critical_velocity=boundary(lambda value: sticks(stage_velocity=value), fastest, STRIDE),
-        critical_stiffness=boundary(lambda value: sticks(spring_stiffness=value), stiffest, STRIDE**2),
-    )
+    velocity_found = boundary(lambda value: sticks(stage_velocity=value), fastest, STRIDE)
+    return CriticalPoint(*velocity_found, *boundary(lambda value: sticks(spring_stiffness=value), stiffest, STRIDE**2))
 
 
-def boundary(sticks: Callable[[float], bool | None], first: float, factor: float) -> float:
-    """Uppermost value below `first` at which `sticks` turns from True below to False above; NaN without, or if it is unknown.
+class Boundary(NamedTuple):
+    """Value at which a pin begins to stick, and how the search for it ended."""
+
+    value: float
+    """NaN unless found."""
+    search: Search
+
+
+def boundary(sticks: Callable[[float], bool | None], first: float, factor: float) -> Boundary:
+    """Uppermost value below `first` at which `sticks` turns from True below to False above.
 
     factor: from one value that is tried down to the next.
     """
+    if not math.isfinite(first):
+        return Boundary(math.nan, "unknown")
     above = math.nan
-    for value in (first / factor**stride for stride in range(STRIDES + 1)) if math.isfinite(first) else ():
+    for value in (first / factor**stride for stride in range(STRIDES + 1)):
         if (found := sticks(value)) is None:
-            return math.nan
+            return Boundary(math.nan, "unknown")
         if not found:
             above = value
         elif above > value:
-            return _bisected(sticks, value, above)
-    return math.nan
+            between = _bisected(sticks, value, above)
+            return Boundary(between, "found" if math.isfinite(between) else "unknown")
+    return Boundary(math.nan, "always_sticks" if math.isnan(above) else "never_sticks")
 
 
 def _bisected(sticks: Callable[[float], bool | None], low: float, high: float) -> float:

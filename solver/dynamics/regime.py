@@ -32,6 +32,14 @@ REGIMES: Final[Mapping[str, str]] = {
     "velocity, in slips shorter than presliding_length",
 }
 """Regime -> its meaning."""
+Search = Literal["found", "always_sticks", "never_sticks", "unknown"]
+SEARCHES: Final[Mapping[str, str]] = {
+    "found": "the pin sticks below a value, and not above it",
+    "always_sticks": "the pin sticks at all values",
+    "never_sticks": "the pin sticks at no value",
+    "unknown": "a drive fails, or no damper bounds the values",
+}
+"""Result of a search for a critical value -> its meaning."""
 RISING: Final = 0.1
 """Largest rise left by the loading ramp, as a share of the spring force's range in the second half, with a valid amplitude;
 largest velocity of the start's ringing, over the stage's, that does not decide the regime."""
@@ -97,7 +105,12 @@ class CriticalPoint:
         symbol="V_c",
         comment="above it the pin no longer sticks; at the drive's spring, mass and damping ratio, pulled from rest over the "
         "same record, without `memory`; by bisection to 2 %, from where Eq. 17 ends no slip down to a 16,000th; "
-        "below it there may be windows without sticking; NaN if the pin sticks at all of these or at none, or a drive fails",
+        "below it there may be windows without sticking; NaN unless critical_velocity_search is found",
+    )
+    critical_velocity_search: Search = quantity(
+        "result of the search for V_c",
+        comment="; ".join(f"{word}: {meaning}" for word, meaning in SEARCHES.items()),
+        words=tuple(SEARCHES),
     )
     critical_stiffness: float = quantity(
         "critical stiffness of the spring",
@@ -107,6 +120,9 @@ class CriticalPoint:
         ensemble=True,
         symbol="k_c",
         comment="above it the pin no longer sticks; at the drive's velocity, mass and damping ratio; as critical_velocity",
+    )
+    critical_stiffness_search: Search = quantity(
+        "result of the search for k_c", comment="as critical_velocity_search", words=tuple(SEARCHES)
     )
 
 

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,11 @@ FELT = 0.02
 """Slope of the roughness, over a/R at the contact's edge, from which it is felt: plateaus noticed it at 0.07, not at 0.007."""
 
 
+_WIDEN: Final = (
+    "raise scales.slab_width, and n_x with it, of a pin given in units; or lower limits.presliding or displacement"
+)
+
+
 class Flag(Enum):
     """Validity flag: a limit beyond which a contact is doubtful. It has the bit `mask`, a name, meaning and advice.
 
@@ -65,32 +70,32 @@ class Flag(Enum):
     few_nodes = (
         1,
         f"fewer than {FEWEST_NODES} nodes in contact, or {FEWEST_IN_PLANE} of a plane of nodes",
-        "raise n_x; or of a given pin lower scales.slab_width, so that the nodes are closer",
+        "raise n_x; or lower scales.slab_width, of a pin given in units",
     )
     near_ends = (
         2,
         f"contact nearer to an end of the slab than {NEAR:g} of its half-width",
-        "widen the slab: of a given pin raise scales.slab_width; or lower the record's limits",
+        _WIDEN,
     )
     outgrown = (
         4,
         "contact reaches the end of the surface and is cut off there",
-        "widen the slab: of a given pin raise scales.slab_width; or lower the record's limits",
+        _WIDEN,
     )
     whole_slab = (
         8,
         "the pin covers the whole slab: slab width, not load and radius, sets the contact size",
-        "widen the slab: of a given pin raise scales.slab_width",
+        _WIDEN,
     )
     beyond_contact = (
         16,
         "pin moved by more than the contact's half-width, away from where it came down",
-        "lower the record's limits",
+        "lower limits.presliding or displacement",
     )
     large_strain = (
         32,
         f"mean pressure above {LARGEST_PRESSURE:g} G: strains beyond linear elasticity",
-        "lower normal_load or raise radius; where both are given, only finite elements with finite strains are right",
+        "take the numbers as a first estimate; finite elements with finite strains compute such a contact",
     )
     unresolved_slab = (
         128,

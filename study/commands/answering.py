@@ -20,6 +20,7 @@ from nanoslip.study.accuracy.deciding import (
     numbers_of_tasks,
     times,
 )
+from nanoslip.study.dataset.table import case_rows
 from nanoslip.study.dataset.variables import DRIVE_NAME, VALIDITY, by_name, fewer
 from nanoslip.study.figures.points import symbol
 from nanoslip.study.manifest.cases import CampaignCase, expand
@@ -89,8 +90,7 @@ def _defaults(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
     if scales and not {"shear_modulus", YOUNG} & stated.keys():
         sizes.append(f"G = {compact(scales.shear_modulus, 'Pa')}")
     if (drive := _drive_of(case, manifest)) and drive.drive:
-        searched = {"stage_velocity"} if "critical_velocity" in case else set()
-        unnamed = {name: (value,) for name, value in drive.drive.flat.items() if name not in drive.given | searched}
+        unnamed = {name: (value,) for name, value in drive.drive.flat.items() if name not in drive.given}
         sizes += drive_sizes({name: value for name, value in unnamed.items() if value != (None,)})
     if sizes:
         yield f"by default {', '.join(sizes)}"
@@ -110,7 +110,20 @@ def critical_words(case: xr.Dataset) -> str:
         if math.isfinite(value):
             known = f"{compact(value, unit, error)}{fewer(case, name)}"
             return f"no stick-slip above {what} {known} at {compact(float(case[other]), its)}"
-    return "no critical point: the pin sticks at all or at none of the velocities and stiffnesses tried"
+    search = "critical_velocity_search"
+    tally = case_rows(case, search).tallies(search)[0]
+    of = {word: f" in {count} of {sum(tally.values())} starts" * (len(tally) > 1) for word, count in tally.items()}
+    found = ", ".join(f"{_SEARCH[word]}{of[word]}" for word in tally)
+    return f"no critical velocity at {compact(float(case['spring_stiffness']), 'N/m')}: {found}"
+
+
+_SEARCH: Final = {
+    "found": "one",
+    "always_sticks": "the pin sticks at all velocities tried",
+    "never_sticks": "the pin sticks at none of the velocities tried",
+    "unknown": "not known, as a drive fails or has no damper",
+}
+"""Result of a search for a critical velocity, in words."""
 
 
 def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:

@@ -14,7 +14,6 @@ import xarray as xr
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.coefficients import INERTIAL
-from nanoslip.solver.dynamics.regime import CriticalPoint
 from nanoslip.solver.effects import LeftOut
 from nanoslip.solver.load_path import Loops
 from nanoslip.solver.outcome import Ending
@@ -161,7 +160,7 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     """Format a scalar with this number of digits, or rounded beside its ±; NOTHING if unknown."""
     value, error = values[name].item(), f"{name}{UNCERTAINTY}"
     if value in ("", NOTHING) or value != value:  # noqa: PLR0124  NaN is not
-        return NOTHING
+        return _not_found(values, name)
     if error in values:
         return with_error(value, float(values[error])) + (_two_parts(values) if name == "static_friction" else "")
     if isinstance(value, str | bool):
@@ -169,6 +168,15 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
     if name in variables.counts() and value != round(value):
         return formatted(round(value, 0 if abs(value) >= FEW_COUNTED else 1), digits)
     return formatted(value, digits)
+
+
+def _not_found(values: xr.Dataset, name: str) -> str:
+    """Reason why a critical value is missing, as `always sticks`; NOTHING for other numbers, or if it is unknown."""
+    tally = case_rows(values, search).tallies(search)[0] if (search := f"{name}_search") in values else {}
+    parts = [(count, word.replace("_", " ")) for word, count in tally.items()]
+    if len(parts) == 1:
+        return NOTHING if parts[0][1] == "unknown" else parts[0][1]
+    return "; ".join(f"{count} {word}" for count, word in parts) or NOTHING
 
 
 def _inertial(values: xr.Dataset) -> xr.DataArray:
@@ -286,7 +294,7 @@ def main_numbers(dataset: xr.Dataset) -> list[str]:
         named = (*named, "plateau_mean")
     elif "loss_per_cycle" in dataset and not _without_cycles(dataset, "loss_per_cycle"):
         named = (*named, "loss_per_cycle")
-    critical = quantities(CriticalPoint) if "critical_velocity" in dataset else ()
+    critical = ("critical_velocity", "critical_stiffness") if "critical_velocity" in dataset else ()
     return list(dict.fromkeys(filter(None, (*named, *critical))))
 
 

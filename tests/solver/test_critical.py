@@ -11,7 +11,7 @@ import pytest
 import nanoslip
 from nanoslip.solver.dynamics.critical import RESOLUTION, STRIDE, STRIDES, boundary, critical_point
 from nanoslip.solver.dynamics.duration import measured
-from nanoslip.solver.dynamics.regime import count_sticks
+from nanoslip.solver.dynamics.regime import SEARCHES, count_sticks
 from tests.conftest import Main
 
 CASE = nanoslip.Case(radius=50.0, slab=nanoslip.Slab(n_x=65), max_presliding=4.0)
@@ -21,16 +21,23 @@ CASE = nanoslip.Case(radius=50.0, slab=nanoslip.Slab(n_x=65), max_presliding=4.0
 def test_a_boundary_is_the_uppermost_to_its_resolution(first: float) -> None:
     """Whatever lies below it, where the pin may slide in windows, and whatever the first drive is."""
     found = boundary(lambda value: value < 0.1 or 0.3 < value < 1.0 or value == first > 2.0, first, STRIDE)
-    assert 1.0 / RESOLUTION < found < RESOLUTION
+    assert found.search == "found"
+    assert 1.0 / RESOLUTION < found.value < RESOLUTION
 
 
 def test_what_never_changes_or_fails_has_no_boundary() -> None:
+    """A pin that sticks at all velocities is told from one that never sticks, and from one of which nothing is known."""
     asked: list[float] = []
-    assert math.isnan(boundary(lambda value: bool(asked.append(value)), 1.0, STRIDE))
+    found = [boundary(lambda value: bool(asked.append(value)), 1.0, STRIDE)]
     assert (len(asked), min(asked)) == (STRIDES + 1, STRIDE**-STRIDES)
-    assert math.isnan(boundary(lambda value: None if value < 0.5 else False, 1.0, STRIDE))
-    assert math.isnan(boundary(lambda value: True, 1.0, STRIDE))
-    assert math.isnan(boundary(lambda value: value < 1.0, math.inf, STRIDE))  # without a damper
+    found += [
+        boundary(lambda value: None if value < 0.5 else False, 1.0, STRIDE),
+        boundary(lambda value: True, 1.0, STRIDE),
+    ]
+    found.append(boundary(lambda value: value < 1.0, math.inf, STRIDE))  # without a damper
+    found.append(boundary({1.0: False, 0.5: True}.get, 1.0, STRIDE))  # fails between both
+    assert all(math.isnan(each.value) for each in found)
+    assert [each.search for each in found] == ["never_sticks", "unknown", "always_sticks", "unknown", "unknown"]
 
 
 @pytest.mark.everyday(1)
@@ -80,6 +87,8 @@ def test_a_campaign_has_it_on_request_of_each_member_in_si() -> None:
     each = found.nanoslip.tree["drive_ensemble"].critical_velocity.values
     assert found.critical_velocity.item() == pytest.approx(each.mean())
     assert found.critical_velocity_uncertainty.item() > 0.0
+    assert (found.critical_velocity_search.item(), found.critical_velocity_search_found_members.item()) == ("found", 2)
+    assert found.critical_stiffness_search.item() in SEARCHES
     drive = {**CAMPAIGN["drives"][0], "stage_velocity": 1.05 * each.max()}
     faster = nanoslip.run({**CAMPAIGN, "drives": [drive]})
     assert faster.regime.item() == "slides"
