@@ -11,7 +11,7 @@ from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
-from nanoslip.solver.elasticity.compliance import Compliance, stiffness_of
+from nanoslip.solver.elasticity.compliance import Compliance, stiffness_of, stiffness_with, stiffness_without
 from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverError, TooFarApart
 
 # Classical Coulomb friction, residual_shear 1: some nodes slide at |shear| = μ_i·pressure, the others stick.
@@ -69,11 +69,12 @@ class CoulombContact:
     """Steps since the path last made PROGRESS."""
     mark: float = -np.inf
     """Length of the path when it last made PROGRESS."""
-    _set_up: tuple[bytes, NDArray[np.float64]] = (b"", np.empty((0, 0)))
-    """The contact of which the stiffness is, and this."""
+    _set_up: tuple[bytes, NDArray[np.float64], int] = field(init=False)
+    """The contact of which the stiffness is, this, and changes of the contact since it was inverted."""
 
     def __post_init__(self) -> None:
         self.node_slips = np.zeros(len(self.contact), np.int64)
+        self._set_up = np.zeros_like(self.contact).tobytes(), np.empty((0, 0)), len(self.contact)
         self.go_on(0)
 
     def go_on(self, nodes: int) -> None:
@@ -147,28 +148,37 @@ class CoulombContact:
     def _respond(self, nodes: NDArray[np.int64], given: Vector) -> tuple[Vector, Vector]:
         """Answer u, v and -load at the nodes in contact with f_x, f_z and approach, sliding nodes moved along the pin so that
         they are at their limits; and by how much each has moved, (m,)."""
-        m, slide = len(nodes), np.flatnonzero(self.sliding[nodes])
-        slope = self.pin.curvature * self.xi[nodes[slide]]
-        share = (self.sliding * self.node_friction)[nodes[slide], None]
-        beyond = self._stiffness[slide] + share * self._stiffness[m + slide]
+        m, slide, stiffness = len(nodes), np.flatnonzero(self.sliding[nodes]), self._stiffness
+        slope, share = self.pin.curvature * self.xi[nodes[slide]], (self.sliding * self.node_friction)[nodes[slide]]
+        lifted = m + slide
+        beyond = stiffness.take(lifted, 0)
+        beyond *= share[:, None]
+        beyond += stiffness.take(slide, 0)
         try:
-            moved = np.linalg.solve(beyond[:, slide] + beyond[:, m + slide] * slope, -(beyond @ given))
+            moved = np.linalg.solve(beyond.take(slide, 1) + beyond.take(lifted, 1) * slope, -(beyond @ given))
         except np.linalg.LinAlgError as error:
             raise SingularOperator(f"{m} nodes with Coulomb friction: singular; lower μ_i", "coulomb") from error
-        given = given.copy()
+        given, along = given.copy(), np.zeros(m)
         given[slide] += moved
-        given[m + slide] += slope * moved
-        along = np.zeros(m)
+        given[lifted] += slope * moved
         along[slide] = moved
-        return self._stiffness @ given, along
+        return stiffness @ given, along
 
     @property
     def _stiffness(self) -> NDArray[np.float64]:
         """Forces and approach per u, v and -load at the nodes in contact, (2m + 1, 2m + 1)."""
-        key = self.contact.tobytes()
-        if key != self._set_up[0]:
-            self._set_up = key, stiffness_of(self.compliance, np.flatnonzero(self.contact))
-        return self._set_up[1]
+        key, (before, found, changes) = self.contact.tobytes(), self._set_up
+        if key != before:
+            changed = np.flatnonzero(np.frombuffer(before, np.bool_) != self.contact)
+            nodes, changes = np.flatnonzero(self.contact), changes + 1
+            if len(changed) != 1 or changes * changes > len(nodes):  # an inverse costs as much as all these changes
+                changes, found = 0, stiffness_of(self.compliance, nodes)
+            elif self.contact[changed[0]]:
+                found = stiffness_with(self.compliance, found, nodes, int(changed[0]))
+            else:
+                found = stiffness_without(found, int(np.searchsorted(nodes, changed[0])))
+            self._set_up = key, found, changes
+        return found
 
     def release(self, node: int) -> None:
         """Let a node go."""

@@ -210,6 +210,32 @@ def stiffness_of(compliance: Compliance, nodes: Indices) -> Dense:
     return bordered_inverse(system, f"compliance of {len(nodes)} nodes")
 
 
+def stiffness_with(compliance: Compliance, stiffness: Dense, nodes: Indices, node: int) -> Dense:
+    """What `stiffness_of` finds at these nodes, from its answer without one of them (bordered inverse)."""
+    count, place = compliance.slab.nodes, int(np.searchsorted(nodes, node))
+    others, new = np.delete(nodes, place), np.array([node, node + count])
+    held, loaded = np.concatenate((others, others + count)), np.array([[0.0, 1.0]])
+    beside = np.hstack((compliance.entries(new, held), loaded.T))
+    reached = stiffness @ np.vstack((compliance.entries(held, new), loaded))
+    own = np.linalg.inv(compliance.entries(new, new) - beside @ reached)
+    whole = np.arange(len(stiffness) + 2)
+    added = np.array([place, len(nodes) + place])
+    old = np.delete(whole, added)
+    found = np.empty((len(whole), len(whole)))
+    found[np.ix_(old, old)] = stiffness + reached @ (share := own @ (beside @ stiffness))
+    found[np.ix_(old, added)], found[np.ix_(added, old)] = -reached @ own, -share
+    found[np.ix_(added, added)] = own
+    return found
+
+
+def stiffness_without(stiffness: Dense, place: int) -> Dense:
+    """What `stiffness_of` finds without one of its nodes, by its place among them, from its answer with it."""
+    gone = np.array([place, len(stiffness) // 2 + place])
+    old = np.delete(np.arange(len(stiffness)), gone)
+    shared = np.linalg.solve(taken(stiffness, gone, gone), taken(stiffness, gone, old))
+    return taken(stiffness, old, old) - taken(stiffness, old, gone) @ shared
+
+
 def bordered_inverse(system: Dense, name: str, room: Dense | None = None) -> Dense:
     """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one, in the
     place of the system, as large ones fill the memory. room: for as many numbers, overwritten."""

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.case import Case, Effects
-from nanoslip.solver.elasticity.compliance import SurfaceCompliance, conditioning, explained, surface_compliance
+from nanoslip.solver.elasticity.compliance import (
+    SurfaceCompliance,
+    conditioning,
+    explained,
+    stiffness_of,
+    stiffness_with,
+    stiffness_without,
+    surface_compliance,
+)
 from nanoslip.solver.elasticity.grid_scheme import blank, solve_mixed, stiffness
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome, SingularOperator
 from nanoslip.solver.slab import Slab
@@ -163,3 +171,17 @@ def test_a_fully_prescribed_body_needs_no_solve() -> None:
     unknown = np.full(k.grid.nodes, np.nan)
     solved = solve_mixed(k, replace(blank(k), u=0.1 * x, w=0.0 * x, f_x=unknown, f_z=unknown.copy()))
     assert solved.f_x.sum() == pytest.approx(0.0, abs=1e-13)
+
+
+@pytest.mark.parametrize("scheme", ["half_space", "strip", "biquadratic"])
+def test_a_stiffness_with_a_node_more_or_less_is_that_of_its_nodes(scheme: str) -> None:
+    """At either end and in the middle, reciprocal or not."""
+    compliance, nodes = surface_compliance(Slab(17, scheme=scheme)), np.arange(5, 13)
+    whole = stiffness_of(compliance, nodes)
+    for place in (0, 3, 7):
+        less = stiffness_of(compliance, np.delete(nodes, place))
+        for found, expected in (
+            (stiffness_with(compliance, less, nodes, int(nodes[place])), whole),
+            (stiffness_without(whole, place), less),
+        ):
+            np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-11 * np.abs(expected).max())
