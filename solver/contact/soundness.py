@@ -162,17 +162,35 @@ def soundness(
 
 def _steepest(case: Case, contact: NDArray[np.bool_], xi: Vector, outermost: float) -> float:
     """Largest |slope| of the pin under a contact of nodes at ξ, (n,): at each node, and at each height between the outermost two
-    of a row. No node stands on a wall between two nodes, yet the pin drags it over them. Across the drag between neighbours."""
-    pin, rows, spacing = pin_of(case), case.slab.rows, case.slab.spacing
+    of a row. No node stands on a wall between two nodes, yet the pin drags it over them."""
+    pin, rows = pin_of(case), case.slab.rows
     if not pin.rough or not contact.any():  # a smooth pin is steepest at the outermost
         return pin.curvature * outermost
-    touching, face = contact.reshape(-1, rows), pin.face(xi).reshape(-1, rows)
-    largest = [np.abs(pin.slope(xi)[contact]).max()]
-    largest += [(np.abs(np.diff(face)) / spacing)[touching[:, 1:] & touching[:, :-1]].max(initial=0.0)]
+    touching = contact.reshape(-1, rows)
+    largest = [np.abs(pin.slope(xi)[contact]).max(), steepest_across(case, contact, xi)]
     for row in np.flatnonzero(touching.any(axis=0)):
         places = xi[row::rows][touching[:, row]]
         largest.append(pin.steepest(places.min(keepdims=True), places.max(keepdims=True), int(row)))
     return float(max(largest))
+
+
+def steepest_across(case: Case, contact: NDArray[np.bool_], xi: Vector) -> float:
+    """Largest |slope| of the pin across the drag under a contact of nodes at ξ, (n,); 0 in plane strain.
+
+    Between neighbouring rows of nodes, anywhere between the outermost nodes of both: the pin drags each row over its own heights.
+    """
+    pin, rows = pin_of(case), case.slab.rows
+    touching, places = contact.reshape(-1, rows), xi.reshape(-1, rows)
+    first, last = np.where(touching, places, np.inf).min(0), np.where(touching, places, -np.inf).max(0)
+    left, right = np.maximum(first[1:], first[:-1]), np.minimum(last[1:], last[:-1])
+    rises, heights = np.broadcast_to(pin.rises, (rows, len(pin.knots))), np.broadcast_to(pin.across, len(xi))
+    largest = 0.0
+    for row in np.flatnonzero(left <= right):
+        inside = pin.knots[(pin.knots > left[row]) & (pin.knots < right[row])]
+        there = np.concatenate((left[row : row + 1], inside, right[row : row + 1]))
+        one, other = (np.interp(there, pin.knots, rises[each]) + heights[each] for each in (row, row + 1))
+        largest = max(largest, float(np.abs(other - one).max()) / case.slab.spacing)
+    return largest
 
 
 def rounding_share(case: Case, softness: Vector, contact: NDArray[np.bool_], outermost: float) -> float:

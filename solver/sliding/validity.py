@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, Image, image_of
 from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
+from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.pin import expected_half_width, node_friction, pin_of, roughness_slopes, surface_from_pin
-from nanoslip.solver.contact.soundness import STEEP_PIN, energy_created
+from nanoslip.solver.contact.soundness import STEEP_PIN, energy_created, steepest_across
 from nanoslip.solver.contact.state import ContactState, contact_width
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import quantity
@@ -325,10 +326,12 @@ def lawfulness(
         other = "an aspect_ratio nearer 1" if case.slab.scheme.reciprocal else "the scheme galerkin"
         message = f"lateral stiffness K = {stiffness:.3g}: an elastic slab's is above 0; use {other}"
         return Outcome(Ending.SINGULAR_OPERATOR, message, cause="stiffness")
+    xi = surface_from_pin(case, end.first_node) + end.u - end.displacement
+    if steepest_across(case, end.contact, xi) > STEEPEST:
+        return STEEP_PIN
     # Classical sliding has looked at its energy event by event.
     if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end, load_work):
         return COMPLETED
-    xi = surface_from_pin(case, end.first_node) + end.u - end.displacement
     steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case, end.first_node))[end.contact].any()
     return STEEP_PIN if steep else energy_created(case)
 

@@ -16,12 +16,12 @@ from nanoslip.solver.contact.pin import pin_of
 from nanoslip.solver.effects import OF_CASES
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.ensemble import Ensemble, elsewhere
-from nanoslip.solver.outcome import COMPLETED, InvalidInput
+from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding import full_contact
 from nanoslip.solver.sliding.full_contact import compiled_at, slide_full_contact
 from nanoslip.solver.sliding.slide import slide, slide_to_state
-from nanoslip.solver.sliding.validity import Flag, expected_flags
+from nanoslip.solver.sliding.validity import Flag, expected_flags, lawfulness
 from nanoslip.solver.sliding.way import Way, first_of, first_room
 from tests.hard_cases.following import follow
 from tests.physics import assert_contact_laws
@@ -88,6 +88,34 @@ def test_each_row_of_nodes_has_the_profile_at_its_own_y():
     found = pin_of(case).rises / grooves
     rows = np.linspace(-0.5, 0.5, 17) - 0.21 / 16
     np.testing.assert_allclose(found, np.repeat(np.interp(rows, y, [0.0, 1.0, 3.0, 1.0, 5.0])[:, None], 31, axis=1))
+
+
+def ridge(curvature):
+    """A ridge along the drag, of this curvature across it over ξ from -1 to 1, that three rows of nodes bear."""
+    xi, y = np.linspace(-1.0, 1.0, len(curvature)), np.linspace(-0.5, 0.5, 17)
+    case = ball(start=0.0, start_y=0.0, radius=0.7, normal_load=0.12, intrinsic_friction=2.0)
+    return rough(points_of(xi, y, np.multiply.outer(curvature, y**2 / 2)), case)
+
+
+BLUNT, SHARP = ridge(np.full(65, 30.0)), ridge(30.0 + 5.0 * (np.arange(65) % 2))
+"""Slope 0.94 under the nodes of neighbouring rows; 1.1 between them."""
+
+
+def test_a_flank_across_the_drag_between_two_nodes_is_a_steep_pin():
+    compliance = surface_compliance(BLUNT.slab)
+    one, other = (initial_contact(each, compliance) for each in (BLUNT, SHARP))
+    np.testing.assert_array_equal(one.contact, other.contact)
+    assert (one.outcome.ending, other.outcome.ending) == (Ending.COMPLETED, Ending.STEEP_PIN)
+
+
+def test_a_flank_across_the_drag_where_a_record_ends_is_a_steep_pin():
+    start = initial_contact(BLUNT, compliance := surface_compliance(BLUNT.slab))
+    record, end = slide_to_state(BLUNT, compliance, start)
+    assert record.outcome.ok
+    assert [lawfulness(each, start, record, end).ending for each in (BLUNT, SHARP)] == [
+        Ending.COMPLETED,
+        Ending.STEEP_PIN,
+    ]
 
 
 def test_the_order_of_an_images_points_is_of_no_effect():
