@@ -167,18 +167,8 @@ class CoulombContact:
     @property
     def _stiffness(self) -> NDArray[np.float64]:
         """Forces and approach per u, v and -load at the nodes in contact, (2m + 1, 2m + 1)."""
-        key, (before, found, changes) = self.contact.tobytes(), self._set_up
-        if key != before:
-            changed = np.flatnonzero(np.frombuffer(before, np.bool_) != self.contact)
-            nodes, changes = np.flatnonzero(self.contact), changes + 1
-            if len(changed) != 1 or changes * changes > len(nodes):  # an inverse costs as much as all these changes
-                changes, found = 0, stiffness_of(self.compliance, nodes)
-            elif self.contact[changed[0]]:
-                found = stiffness_with(self.compliance, found, nodes, int(changed[0]))
-            else:
-                found = stiffness_without(found, int(np.searchsorted(nodes, changed[0])))
-            self._set_up = key, found, changes
-        return found
+        self._set_up = _set_up_for(self.compliance, self.contact, *self._set_up)
+        return self._set_up[1]
 
     def release(self, node: int) -> None:
         """Let a node go."""
@@ -196,6 +186,21 @@ class CoulombContact:
         """Let a sticking node slide, the way its shear pushes."""
         self.sliding[node] = 1.0 if self.force[0, node] >= 0.0 else -1.0
         self.node_slips[node] += 1
+
+
+def _set_up_for(
+    compliance: Compliance, contact: NDArray[np.bool_], before: bytes, found: NDArray[np.float64], changes: int
+) -> tuple[bytes, NDArray[np.float64], int]:
+    """The stiffness of a contact from that of one before, see `CoulombContact._set_up`."""
+    key, nodes = contact.tobytes(), np.flatnonzero(contact)
+    if key == before:
+        return before, found, changes
+    changed, changes = np.flatnonzero(np.frombuffer(before, np.bool_) != contact), changes + 1
+    if len(changed) != 1 or changes * changes > len(nodes):  # an inverse costs as much as all these changes
+        return key, stiffness_of(compliance, nodes), 0
+    if contact[changed[0]]:
+        return key, stiffness_with(compliance, found, nodes, int(changed[0])), changes
+    return key, stiffness_without(found, int(np.searchsorted(nodes, changed[0]))), changes
 
 
 def _everywhere(compliance: Compliance, nodes: NDArray[np.int64], answer: Vector, middle: float = 0.0) -> Rates:
