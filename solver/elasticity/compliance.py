@@ -211,7 +211,7 @@ def stiffness_of(compliance: Compliance, nodes: Indices) -> Dense:
 
 
 def stiffness_with(compliance: Compliance, stiffness: Dense, nodes: Indices, node: int) -> Dense:
-    """What `stiffness_of` finds at these nodes, from its answer without one of them (bordered inverse)."""
+    """Compute `stiffness_of` these nodes from that without one of them (bordered inverse)."""
     count, place = compliance.slab.nodes, int(np.searchsorted(nodes, node))
     others, new = np.delete(nodes, place), np.array([node, node + count])
     held, loaded = np.concatenate((others, others + count)), np.array([[0.0, 1.0]])
@@ -229,7 +229,7 @@ def stiffness_with(compliance: Compliance, stiffness: Dense, nodes: Indices, nod
 
 
 def stiffness_without(stiffness: Dense, place: int) -> Dense:
-    """What `stiffness_of` finds without one of its nodes, by its place among them, from its answer with it."""
+    """Compute `stiffness_of` all nodes but one, by its place among them, from that with it."""
     gone = np.array([place, len(stiffness) // 2 + place])
     old = np.delete(np.arange(len(stiffness)), gone)
     shared = np.linalg.solve(taken(stiffness, gone, gone), taken(stiffness, gone, old))
