@@ -388,7 +388,8 @@ def profile() -> None:
 
     TEXT_FILE has columns of numbers, among them x and height. The output has height, slope, correlation length, and the n_x that
     resolves the profile on a slab of this width; -o draws it with its spectrum. In a campaign: heterogeneity.roughness =
-    {file = "FILE", x = "nm", z = "nm"}. An image, for planes of nodes, has columns x, y, z, or is a matrix with --pixel.
+    {file = "FILE", x = "nm", z = "nm"}. An image, for planes of nodes, has columns x, y, z, or is a matrix with
+    Gwyddion's header or --pixel.
 
     Example: nanoslip profile afm.csv --x nm --z nm --width "20 um"
     """
