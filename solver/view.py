@@ -93,7 +93,7 @@ class Viewed(Labels):
 
         The title has the outcome of a computation that did not complete.
         """
-        axes, outcome = drawn(self._picture(), axes), self._outcome()
+        axes, outcome = draw_picture(self._picture(), axes), self._outcome()
         if outcome and not outcome.ok:
             axes.set_title(in_words(outcome), fontsize="small", wrap=True)
         return axes
@@ -128,7 +128,7 @@ def as_dataset(numbers: Iterable[Labelled], factors: Mapping[str, float], outcom
     return xr.Dataset(*kinds, attrs=ended)
 
 
-def drawn(picture: Picture, axes: "Axes | None") -> "Axes":
+def draw_picture(picture: Picture, axes: "Axes | None") -> "Axes":
     """Draw a picture on axes, by default those of a new figure; returns the axes."""
     if axes is None:
         from matplotlib import pyplot  # noqa: PLC0415  the solver computes without it

@@ -16,7 +16,7 @@ BINS: Final = 256
 """Stretches of time over which the friction force is averaged."""
 
 
-def sample(meaning: str, name: str, units: str = "1", **more: Any) -> Any:
+def sample_column(meaning: str, name: str, units: str = "1", **more: Any) -> Any:
     """Declare a column over the output times. name: the part after `sample_`."""
     return quantity(meaning, f"sample_{name}", units, along="sample", **more)
 
@@ -39,15 +39,15 @@ class DynamicsResult(OneLine):
         "time since the stage started", "", "s", per="time", along="sample", coordinate=True, symbol="t"
     )
     """(n + 1,) evenly spaced times from 0 to the end of the drive."""
-    position: NDArray[np.float64] = sample("position of the pin", "position", "m", per="length", symbol="x")
+    position: NDArray[np.float64] = sample_column("position of the pin", "position", "m", per="length", symbol="x")
     """(n + 1,) x."""
-    velocity: NDArray[np.float64] = sample("velocity of the pin", "velocity", "m s-1", per="velocity")
+    velocity: NDArray[np.float64] = sample_column("velocity of the pin", "velocity", "m s-1", per="velocity")
     """(n + 1,) dx/dt."""
-    spring_force: NDArray[np.float64] = sample(
+    spring_force: NDArray[np.float64] = sample_column(
         "spring force over load", "spring_force", per="normal_load", symbol="k(Vt - x)/W"
     )
     """(n + 1,) k(Vt - x)."""
-    friction_force: NDArray[np.float64] = sample(
+    friction_force: NDArray[np.float64] = sample_column(
         "friction force over load", "friction", per="normal_load", symbol="F/W", comment="on the pin, Eq. 13"
     )
     """(n + 1,) F of Eq. 13."""
@@ -110,7 +110,7 @@ class DynamicsResult(OneLine):
         yield in_words(self.outcome)
 
     def picture(self, normal_load: float) -> Picture:
-        """Spring force and friction force over time, as shares of the load, for `nanoslip.solver.view.drawn`."""
+        """Spring force and friction force over time, as shares of the load, for `nanoslip.solver.view.draw_picture`."""
         forces = {"friction": self.friction_force, "spring": self.spring_force}
         curves = (Curve(self.time, force / normal_load, name) for name, force in forces.items())
         return Picture("time t, in √(m/(G·L_y))", "force over load", tuple(curves))

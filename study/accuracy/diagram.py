@@ -90,7 +90,7 @@ def as_table(diagram: Diagram) -> Table:
     return Table((*header, "front"), tuple(rows))
 
 
-def as_csv(diagram: Diagram) -> str:
+def diagram_csv(diagram: Diagram) -> str:
     """The table of a diagram."""
     table = as_table(diagram)
     return rows_as_csv((table.header, *table.rows))
@@ -120,7 +120,7 @@ SERIES: Final = {
 """Diagram and series that have an error, not another scene, -> label in the picture."""
 
 
-def draw(diagrams: Sequence[Diagram]) -> bytes:
+def draw_fronts(diagrams: Sequence[Diagram]) -> bytes:
     """The front of each series of all diagrams on the same axes, as PNG; what has no error is at the lower edge."""
     with column(3.9) as figure:
         axes, lines = figure.add_subplot(), dict[str, tuple[Any, Any]]()

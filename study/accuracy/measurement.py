@@ -22,7 +22,7 @@ from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.statistics import event_statistics
-from nanoslip.study.accuracy.diagram import FRONT_MARK, Diagram, Row, as_csv, draw
+from nanoslip.study.accuracy.diagram import FRONT_MARK, Diagram, Row, diagram_csv, draw_fronts
 from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.accuracy.operators import measure_elastic_operator
 from nanoslip.study.accuracy.records import measure_records
@@ -185,10 +185,10 @@ class Measurement:
     """Reason why a value could not be measured; empty if none."""
 
 
-def measure(setup: Setup, effort: Effort) -> Measurement:
+def measure_accuracy(setup: Setup, effort: Effort) -> Measurement:
     """Measure every setting: first all once, for compilation, then with the requested effort."""
     if effort is not QUICK:
-        measure(setup, QUICK)
+        measure_accuracy(setup, QUICK)
     measures, remark = (measure_elastic_operator, measure_slip_numerics, measure_records), ""
     diagrams = [each(setup, effort) for each in measures]
     try:
@@ -202,8 +202,8 @@ def write_measurement(measurement: Measurement, out: Path) -> list[Path]:
     """Write tables and picture to `out`; returns the files. Raises StoreError."""
     contents = {
         out / "accuracy.md": as_markdown(measurement).encode(),
-        out / "accuracy.png": draw(measurement.diagrams),
-        **{out / each.file: as_csv(each).encode() for each in measurement.diagrams},
+        out / "accuracy.png": draw_fronts(measurement.diagrams),
+        **{out / each.file: diagram_csv(each).encode() for each in measurement.diagrams},
     }
     write_files(contents)
     return list(contents)

@@ -24,7 +24,7 @@ from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.study.accuracy.diagram import Diagram, Row
 from nanoslip.study.accuracy.effects import timed
-from nanoslip.study.accuracy.setup import Effort, Setup, contacts, discretized, settings
+from nanoslip.study.accuracy.setup import Effort, Setup, contacts, discretization_of, discretized
 from nanoslip.study.manifest.parameters import Value
 
 DISPLACEMENT: Final = 3e-4
@@ -187,7 +187,7 @@ def _worst(errors: Mapping[str, float]) -> float:
 
 def _words(slab: Slab, doubt: float) -> str:
     """The reference and its doubt."""
-    grid = ", ".join(f"{name} = {value}" for name, value in settings(slab).items() if value is not None)
+    grid = ", ".join(f"{name} = {value}" for name, value in discretization_of(slab).items() if value is not None)
     return f"{grid}; one with a surface half as fine differs from it by {doubt:.1e}"
 
 
@@ -195,5 +195,5 @@ def _knobs(slab: Slab) -> dict[str, Value]:
     """Settings that discretize a slab; numbers that its scheme does not have are NaN, words empty."""
     kinds: tuple[Any, ...] = tuple(SCHEMES.values())
     words = {item.name for kind in kinds for item in fields(kind) if choices_of(item.type)}
-    nothing = {name: "" if name in words else math.nan for name in settings(slab)}
-    return {name: nothing[name] if value is None else value for name, value in settings(slab).items()}
+    nothing = {name: "" if name in words else math.nan for name in discretization_of(slab)}
+    return {name: nothing[name] if value is None else value for name, value in discretization_of(slab).items()}

@@ -34,7 +34,7 @@ Sample = list[tuple[float, float]]
 """Plateau, NaN where there is none, and seconds of each member."""
 
 
-def sample(case: Case, length: float, members: int) -> Sample:
+def plateaus_of_members(case: Case, length: float, members: int) -> Sample:
     """Members of a case whose records have this length in presliding lengths."""
     compliance = surface_compliance(case.slab)
     long = replace(
@@ -52,12 +52,12 @@ def _plateau(case: Case, compliance: Compliance) -> float:
 def measure_records(setup: Setup, effort: Effort) -> Diagram:
     """Members with records of the usual length, lengths with the usual members, and the cylinder beside its ball."""
     most = effort.members[-1]
-    usual = sample(setup.case, USUAL, most)
-    longest = sample(setup.case, effort.lengths[-1], most)
+    usual = plateaus_of_members(setup.case, USUAL, most)
+    longest = plateaus_of_members(setup.case, effort.lengths[-1], most)
     rows = [_row("members", count, usual[:count], longest[:count]) for count in effort.members]
     few = min(most, USUAL_MEMBERS)
     for length in effort.lengths:
-        rows.append(_row("presliding", length, sample(setup.case, length, few), longest[:few]))
+        rows.append(_row("presliding", length, plateaus_of_members(setup.case, length, few), longest[:few]))
     return Diagram(
         title="Records",
         reference=f"records of {effort.lengths[-1]:g} presliding lengths of the same members; of dimension a ball",
@@ -74,8 +74,8 @@ def _dimensions(case: Case, members: int) -> Iterator[Row]:
     if case.heterogeneity.roughness or not case.slab.scheme.continuum or case.slip_rule.residual_shear == 1.0:
         return
     ball = as_ball(case)
-    in_depth = sample(ball, USUAL, members)
-    for value, each in ((2, sample(in_plane_strain(ball), USUAL, members)), (3, in_depth)):
+    in_depth = plateaus_of_members(ball, USUAL, members)
+    for value, each in ((2, plateaus_of_members(in_plane_strain(ball), USUAL, members)), (3, in_depth)):
         yield _row("dimension", value, each, in_depth)
 
 

@@ -116,7 +116,7 @@ def discretized(slab: Slab, discretization: Mapping[str, Any]) -> Slab:
     return Slab.of({**{name: getattr(slab, name) for name in PHYSICS}, **discretization})
 
 
-def settings(slab: Slab) -> dict[str, Any]:
+def discretization_of(slab: Slab) -> dict[str, Any]:
     """The parameters of a slab's discretization by field name; None for the settings of other schemes."""
     return {name: slab.flat[name] for name in parameters.settings()}
 

@@ -18,7 +18,7 @@ from nanoslip.study.commands.words import Refusal, show
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.figures.points import in_text
 from nanoslip.study.figures.shared import format_of, image
-from nanoslip.study.inference.campaign import Ends, Question, question_of, together
+from nanoslip.study.inference.campaign import Ends, Question, joined_plans, question_of
 from nanoslip.study.inference.fit import LEVELS, Fit, Target, filling, sentences
 from nanoslip.study.inference.pictures import bars, contours
 from nanoslip.study.inference.sensitivity import caution, sensitivity
@@ -194,7 +194,7 @@ def read_ranges(given: Sequence[str]) -> dict[str, Ends | None]:
 
 def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
     warn = partial(note, stderr=True)
-    first = together(plans := question.plans(filling(len(question.ranges))[:points]))
+    first = joined_plans(plans := question.plans(filling(len(question.ranges))[:points]))
     if left := first.remaining(Store(out).inventory()):
         measured = measured_in(out)
         known = measured.tasks({task.kind for task in left})  # a time by estimates alone may be off by ten

@@ -12,7 +12,7 @@ from typing import Final
 import click
 
 from nanoslip.study.accuracy.diagram import as_table
-from nanoslip.study.accuracy.measurement import measure, write_measurement
+from nanoslip.study.accuracy.measurement import measure_accuracy, write_measurement
 from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
 from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
@@ -273,7 +273,7 @@ def show_accuracy(campaign: Path | None, out: Path | None, quick: bool) -> None:
     """Measure every numerical setting on a campaign's first case, print the diagrams and write them."""
     setup = setup_of(load_manifest(campaign)) if campaign else default_setup()
     note(f"{setup.title}: measuring, a minute or two unless --quick", stderr=True)
-    measured = measure(setup, QUICK if quick else FULL)
+    measured = measure_accuracy(setup, QUICK if quick else FULL)
     for diagram in measured.diagrams:
         note(f"{diagram.title}; errors against {diagram.reference}")
         print_table(as_table(diagram))

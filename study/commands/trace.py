@@ -19,7 +19,7 @@ from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.table import one_case
 from nanoslip.study.figures import shared
 from nanoslip.study.inference.recording import Trace, TraceOptions, TraceSource, read_trace
-from nanoslip.study.inference.trace import TraceFlag, TraceNumbers, measure
+from nanoslip.study.inference.trace import TraceFlag, TraceNumbers, measure_trace
 from nanoslip.study.manifest.columns import file_text
 from nanoslip.study.manifest.parameters import as_written, plain
 from nanoslip.study.report.console import Table, note, print_sentences, print_table, whole
@@ -107,7 +107,7 @@ class TraceReading(NamedTuple):
         """The trace, its load and its numbers. Raises Refusal."""
         try:
             trace, load, velocity = self.trace(file)
-            return trace, load, measure(trace, load, velocity, self.damping)
+            return trace, load, measure_trace(trace, load, velocity, self.damping)
         except InvalidInput as error:
             raise Refusal(f"{file}: {error}") from None
 

@@ -28,7 +28,7 @@ from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import UNITS, spellings, with_symbol
 from nanoslip.study.origin import Origin
-from nanoslip.study.plan.kinds import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, column, declared
+from nanoslip.study.plan.kinds import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, column_of, declared
 from nanoslip.study.plan.task import PENDING, TaskResult
 
 
@@ -540,8 +540,8 @@ def _run(result: TaskResult, name: str, series: Series) -> NDArray[Any]:
     if series.sample == MEMBER:
         return np.array(_values_of(result, series)[name], series.columns[name].dtype)
     if name in ACROSS and name not in result.arrays:  # plane strain has no y
-        return np.zeros(column(result, next(iter(series.columns)), series.sample).size)
-    return column(result, name, series.sample)
+        return np.zeros(column_of(result, next(iter(series.columns)), series.sample).size)
+    return column_of(result, name, series.sample)
 
 
 def texts(values: Iterable[str]) -> NDArray[Any]:

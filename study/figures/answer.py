@@ -19,7 +19,7 @@ from nanoslip.study.figures.points import (
     points_of,
     symbol,
 )
-from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, roles_of, scattered, together
+from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, roles_of, scattered, zipped_as_one
 from nanoslip.study.figures.shared import View, resized
 from nanoslip.study.figures.sweep import SHORTEST, border_of, draw_scattered, far_below, figure_of, is_crowded
 
@@ -34,17 +34,17 @@ def differs(points: Points) -> bool:
     return bool(np.ptp(values) > ROUNDING * np.abs(values).max())
 
 
-def in_words(found: Sequence[Points]) -> Iterator[str]:
+def words_of_alike(found: Sequence[Points]) -> Iterator[str]:
     """Sentences on numbers that do not differ, one each, and one sentence that names all numbers that no case has."""
     for points in found:
         if points.there.any():
-            yield f"{sentence(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
+            yield f"{capitalized(points.label)}: {_value(points)}{_where(points)}{_care(points)}."
     unknown = [points.label for points in found if not points.there.any()]
     if unknown:
         yield f"Not known of any case: {', '.join(unknown)}."
 
 
-def sentence(text: str) -> str:
+def capitalized(text: str) -> str:
     """A text that begins with a capital letter, or with a symbol as it is."""
     return text[0].upper() + text[1:] if text[0].isascii() else text
 
@@ -100,7 +100,7 @@ def answers(dataset: xr.Dataset) -> Iterator[View | str]:
     """A figure for each number that differs between cases, none of a single case; the others in words."""
     asked = list(_observed(dataset))
     yield from (view_of(points) for points in asked if differs(points))
-    yield from in_words([points for points in asked if not differs(points)])
+    yield from words_of_alike([points for points in asked if not differs(points)])
 
 
 def _observed(dataset: xr.Dataset) -> Iterator[Points]:
@@ -115,7 +115,7 @@ def view_of(points: Points, x: str = "", hue: str = "") -> View:
     """The figure of some points. x, hue: coordinates that the caller chooses. Raises UnknownNameError if all are alike."""
     if not points.axes:
         raise UnknownNameError(f"{points.name}: all cases are alike: there is nothing to draw it against")
-    drawn, kept = together(points, (x, hue))
+    drawn, kept = zipped_as_one(points, (x, hue))
     if scattered(drawn) and not x:
         against, draw = f"against {' and '.join(map(symbol, axis_sizes(drawn)))}", partial(draw_scattered, drawn)
         signs = f"{_without(points)}{_members(points)}{_marks(points)}"
@@ -124,7 +124,7 @@ def view_of(points: Points, x: str = "", hue: str = "") -> View:
         against, draw = _against(roles), partial(figure_of, drawn, roles)
         signs = _seen(held_at(drawn, roles.held), roles)
     with_it = f" {' and '.join(map(symbol, points.zipped))} vary together." if kept else ""
-    caption = f"{sentence(points.label)}, {against}.{with_it}{signs}"
+    caption = f"{capitalized(points.label)}, {against}.{with_it}{signs}"
     return View(points.name.replace("/", "_over_"), caption, draw, points.columns)
 
 

@@ -39,7 +39,7 @@ def axis_sizes(points: Points) -> dict[str, int]:
     return dict(sorted(counts.items(), key=lambda item: (points.axes[item[0]].dtype.kind in "OUb", -item[1])))
 
 
-def together(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
+def zipped_as_one(points: Points, chosen: Collection[str] = ()) -> tuple[Points, str]:
     """Merge zipped coordinates to one, and return its name; unchanged, and "", if no single one distinguishes the cases.
 
     chosen: coordinates of which one is taken before others.

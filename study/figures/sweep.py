@@ -71,7 +71,7 @@ def figure_of(points: Points, roles: Roles, make: Callable[..., Figure] = Figure
         if roles.mapped:
             figure.supylabel(_lines(label(roles.hue)))
             if points.text:
-                _legend_of_tiles(figure, names_of(points))
+                _legend_of_tiles(figure, words_in(points))
             else:
                 figure.colorbar(mesh, ax=found, label=typeset(points.label))
         else:
@@ -112,7 +112,7 @@ def _draw_series(
     color = style["color"]
     order = np.argsort(x, kind="stable")
     x, series = x[order], series.at(order)
-    y, there = _heights(series, names_of(points)), series.there  # a line breaks at what is no number
+    y, there = _heights(series, words_in(points)), series.there  # a line breaks at what is no number
     if series.text or len(set(x[there].tolist())) < there.sum() or not line:
         style = {**style, "linestyle": ""}
     errors, ends = np.nan_to_num(series.errors), far_below(points, series)
@@ -150,7 +150,7 @@ def _heights(points: Points, names: list[str]) -> Floats:
     return np.array([order.get(value, np.nan) for value in points.values.tolist()], dtype=float)
 
 
-def names_of(points: Points) -> list[str]:
+def words_in(points: Points) -> list[str]:
     """The words that occur as values, each once. None of numbers."""
     if not points.text:
         return []
@@ -172,7 +172,7 @@ def _finish(figure: Figure, points: Points, title: str = "") -> None:
     """Scale and label of the y axis, and the legend with its title."""
     for axes in figure.axes:
         if points.text:
-            names = names_of(points)
+            names = words_in(points)
             axes.set_yticks(range(len(names)), [*map(hyphenated, names)])
             axes.set_ylim(-0.5, len(names) - 0.5)
         elif is_logarithmic(points.values):
@@ -202,7 +202,7 @@ def _draw_tiles(axes: Any, points: Points, here: Points, roles: Roles) -> Any:
 
     Crosses are cases without one, dots those to be taken with care. Very many have none.
     """
-    names = names_of(points)
+    names = words_in(points)
     x, y = places_of(points, roles.x, here), places_of(points, roles.hue, here)
     columns, rows = (np.unique(places_of(points, name, points)) for name in (roles.x, roles.hue))
 

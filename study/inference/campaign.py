@@ -74,7 +74,7 @@ class Question:
 
         def simulate(x: Floats) -> ComputedPoint:
             plans = self.plans(x)
-            return ComputedPoint(x, *self._numbers(plans, compute(together(plans))))
+            return ComputedPoint(x, *self._numbers(plans, compute(joined_plans(plans))))
 
         def reasons(x: Floats) -> list[str]:
             found = [why(collect(plan, Store(out))) for plan in self.plans(x)]
@@ -208,7 +208,7 @@ def _word(name: str) -> str:
     return parameters_of_a_case()[name].word or name
 
 
-def together(plans: Sequence[Plan]) -> Plan:
+def joined_plans(plans: Sequence[Plan]) -> Plan:
     """Join the tasks of several plans into one; its cases are those of the first."""
     tasks = {task.key: task for plan in plans for task in plan.distinct}
     return replace(plans[0], distinct=tuple(in_stages(tasks.values())))

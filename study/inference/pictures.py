@@ -62,7 +62,7 @@ def indices_of(found: Sensitivity) -> DrawnColumns:
 _ENDS: Final = ("", "_low", "_high")
 
 
-def view_of(found: Sensitivity) -> View:
+def sensitivity_view(found: Sensitivity) -> View:
     """The bars with their caption."""
     caption = (
         f"Share of the variance of {label(found.of)} that each parameter has alone (first-order Sobol' index), and in all, "
@@ -79,7 +79,7 @@ def _on_page(dataset: xr.Dataset) -> Iterator[View | str]:
     for name in names:
         if name in dataset and len(points_of(dataset, name).axes) >= FEWEST_AXES:
             found = sensitivity(dataset, name, ON_PAGE)
-            yield caution(found) if found.unknown else view_of(found)
+            yield caution(found) if found.unknown else sensitivity_view(found)
 
 
 SENSITIVITY: Final = Sort("sensitivity", "What matters", _on_page)

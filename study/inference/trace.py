@@ -74,7 +74,7 @@ class _Pull(NamedTuple):
     damping: float | None
 
 
-def measure(
+def measure_trace(
     trace: Trace, load: float = math.nan, velocity: float = math.nan, damping: float | None = None
 ) -> TraceNumbers:
     """Friction, period, amplitude and stiffness of a trace.

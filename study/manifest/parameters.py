@@ -15,7 +15,7 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import PHYSICS, SCHEMES, Slab
 from nanoslip.solver.view import with_error
-from nanoslip.study.manifest.units import quantity
+from nanoslip.study.manifest.units import convert
 
 Value = float | int | str
 Name = TypeVar("Name")
@@ -220,11 +220,11 @@ def has_unit(value: Any) -> bool:
 def _converted(number: str, unit: str, into: str, scales: Scales | None) -> Decimal:
     """A quantity in another unit. scales: for a force, which may be given per depth of the slab, as plane strain has it."""
     try:
-        return quantity(number, unit, into)
+        return convert(number, unit, into)
     except TypeError:  # of another dimension
         if scales is None:
             raise
-        return quantity(number, unit, "N/m") * Decimal(str(scales.slab_depth))
+        return convert(number, unit, "N/m") * Decimal(str(scales.slab_depth))
 
 
 def resembles_ball(given: Mapping[str, Any]) -> bool:

@@ -8,7 +8,7 @@ from tokenize import TokenError
 from typing import Any
 
 
-def quantity(number: str, unit: str, into: str) -> Decimal:
+def convert(number: str, unit: str, into: str) -> Decimal:
     """A number with a unit, in another unit. Raises what pint raises: AttributeError, TypeError, ValueError, ArithmeticError."""
     try:
         found: Decimal = registry().Quantity(Decimal(number), _in_symbols(unit)).to(_in_symbols(into)).magnitude
@@ -20,7 +20,7 @@ def quantity(number: str, unit: str, into: str) -> Decimal:
 def factor(unit: str, into: str) -> float:
     """Factor from a unit to another unit, nm to m; NaN if it has another dimension."""
     try:
-        return float(quantity("1", unit, into))
+        return float(convert("1", unit, into))
     except (AttributeError, TypeError, ValueError, ArithmeticError):
         return math.nan
 

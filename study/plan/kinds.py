@@ -143,7 +143,7 @@ def rows_of(sample: str) -> str:
     return f"{sample}_rows"
 
 
-def column(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArray[Any]:
+def column_of(result: TaskResult, name: str, sample: str, member: int = 0) -> NDArray[Any]:
     """A member's column along a dimension."""
     whole, rows = result.arrays[name], result.scalars.get(rows_of(sample))
     if rows is None:
@@ -570,7 +570,7 @@ class Layout(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def layout_of(kind: Kind) -> Layout:
+def array_layout(kind: Kind) -> Layout:
     """Names of scalars and arrays of a kind's results, from its parts."""
     parts = [(part, quantities(part.type, part.prefix)) for part in kind.parts]
     whole = (f"{part.prefix}{item.name}" for part, _ in parts if part.whole for item in fields(part.type))
@@ -586,7 +586,7 @@ def is_whole(result: TaskResult) -> bool:
     """True if a result holds all that its kind declares: names, a number of each member, columns of one length."""
     if result.kind not in KINDS:
         return False
-    layout = layout_of(KINDS[result.kind])
+    layout = array_layout(KINDS[result.kind])
     return (
         result.scalars.keys() | result.arrays.keys() <= layout.names
         and _scalars_fit(layout, result)

@@ -263,19 +263,19 @@ def of_path(case: Case) -> tuple[object, ...]:
 
 
 def deciding_texts(exclusions: tuple[Exclusion, ...]) -> Texts:
-    """Canonical texts of the fields that determine a result, case by case; equal to those of `deciding`.
+    """Canonical texts of the fields that determine a result, case by case; equal to those of `deciding_fields`.
 
     No exclusion depends on a number of the case itself: tests/study/test_canonical.py.
     """
-    return Texts(lambda case: deciding(case, exclusions))
+    return Texts(lambda case: deciding_fields(case, exclusions))
 
 
 _CONTACTS, _RECORDS, _PATHS = map(deciding_texts, (OF_CONTACT, OF_RECORD, OF_PATH))
 
 
-def deciding(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]:
+def deciding_fields(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]:
     """Fields of a case and its parts by dotted name, without the excluded ones. Raises KeyError for unknown exclusions."""
-    found = dict(flattened(case))
+    found = dict(dotted_fields(case))
     apart = {name for each in exclusions if each.where(case) for name in each.names}
     under = {name: [field for field in found if field == name or field.startswith(f"{name}.")] for name in apart}
     if unknown := [name for name, fields in under.items() if not fields]:
@@ -284,14 +284,14 @@ def deciding(case: Case, exclusions: tuple[Exclusion, ...]) -> dict[str, object]
     return {name: value for name, value in found.items() if name not in left_out}
 
 
-def flattened(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:
+def dotted_fields(value: Any, prefix: str = "") -> Iterator[tuple[str, object]]:
     """Dotted name and value of every field of a dataclass and of its nested ones; for a scheme or integrator its name, too."""
     for item in fields(value):
         part = getattr(value, item.name)
         if isinstance(part, Scheme | Integrator):
             yield f"{prefix}{item.name}", part.name
         if is_dataclass(part):
-            yield from flattened(part, f"{prefix}{item.name}.")
+            yield from dotted_fields(part, f"{prefix}{item.name}.")
         else:
             yield f"{prefix}{item.name}", part
 

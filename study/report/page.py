@@ -21,7 +21,7 @@ from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.access import Column
 from nanoslip.study.dataset.compare import values
 from nanoslip.study.dataset.table import scales_of
-from nanoslip.study.figures.answer import sentence
+from nanoslip.study.figures.answer import capitalized
 from nanoslip.study.figures.points import SYMBOL, readable
 from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image
 from nanoslip.study.figures.views import SORTS
@@ -107,7 +107,7 @@ def in_si(dataset: xr.Dataset) -> Iterator[str]:
     given = {name: values(dataset, name) for name in parameters_of_a_case()}
     yield si_line(found, {}, {name: each for name, each in given.items() if each})
     if driven := drive_sizes({name: values(dataset, name) for name in drive_parameters()}):
-        yield sentence(f"drive: {', '.join(driven)}")
+        yield capitalized(f"drive: {', '.join(driven)}")
     for name in ("final_displacement_si", "mean_step_si", "surface_stiffness_si"):
         if name in dataset and bool(dataset[name].notnull().any()):
             ends, unit = (
@@ -115,7 +115,7 @@ def in_si(dataset: xr.Dataset) -> Iterator[str]:
                 readable(dataset[name].attrs["units"]),
             )
             span = " to ".join(dict.fromkeys(compact(end, unit) for end in ends))
-            yield f"{sentence(dataset[name].attrs['long_name'])}: {span}"
+            yield f"{capitalized(dataset[name].attrs['long_name'])}: {span}"
 
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:

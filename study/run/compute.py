@@ -248,7 +248,7 @@ def whole_again(kind: type[PartOfResult], result: TaskResult, member: int = 0, p
     for item in fields(make):
         name = f"{prefix}{item.name}"
         if name in result.arrays:
-            held[name] = kinds.column(result, name, described[name].along if name in described else "", member)
+            held[name] = kinds.column_of(result, name, described[name].along if name in described else "", member)
         elif name in result.scalars:
             held[name] = result.scalars[name][member]
     return make(**{item.name: held[f"{prefix}{item.name}"] for item in fields(make)})  # type: ignore[no-any-return]

@@ -25,7 +25,7 @@ from nanoslip.solver.sliding.slide import slide_to_state
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import need_of
-from nanoslip.study.plan.kinds import column
+from nanoslip.study.plan.kinds import column_of
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.run.compute import compliance_of, run_task
@@ -91,7 +91,7 @@ def check(text: str, folder: Path) -> str:
             compliance = compliance_of(task, results)
             case = task.ensemble.case(task.case, 0)
             record, end = slide_to_state(case, compliance)
-            np.testing.assert_array_equal(record.force_after, column(result, "force_after", "event"))
+            np.testing.assert_array_equal(record.force_after, column_of(result, "force_after", "event"))
             assert np.all(np.diff(record.displacement) > 0.0)
             assert_friction_law(case, record, compliance)
             if case.effects.pin_translation:  # else it is carried along in thought only

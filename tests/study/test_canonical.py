@@ -12,7 +12,7 @@ from nanoslip.solver.case import Case, Heterogeneity
 from nanoslip.solver.slab import Slab
 from nanoslip.study import canonical
 from nanoslip.study.canonical import CanonicalText, Texts, canonical_text, content_hash
-from nanoslip.study.plan.task import OF_CONTACT, OF_RECORD, deciding, deciding_texts, flattened
+from nanoslip.study.plan.task import OF_CONTACT, OF_RECORD, deciding_fields, deciding_texts, dotted_fields
 from tests.study.plan.test_keys import BASES, Greased, changed
 
 
@@ -47,7 +47,7 @@ def test_a_text_that_is_known_stands_for_its_value():
     assert canonical_text(known) == canonical_text({"a": Case(), "b": [None]})
 
 
-OTHERS = [changed(base, path) for base in BASES.values() for path, _ in flattened(base)]
+OTHERS = [changed(base, path) for base in BASES.values() for path, _ in dotted_fields(base)]
 CASES = [*BASES.values(), *filter(None, OTHERS)]
 
 
@@ -61,7 +61,7 @@ def test_texts_of_many_cases_are_those_of_each(content):
 def test_texts_of_what_decides_are_those_of_each_case(exclusions):
     texts = deciding_texts(exclusions)
     for case in (*CASES, Greased(), Greased(film=1e-9), Greased(film=2e-9)):
-        assert texts(case) == canonical_text(deciding(case, exclusions))
+        assert texts(case) == canonical_text(deciding_fields(case, exclusions))
 
 
 def test_what_a_number_decides_beside_itself_has_to_be_said():

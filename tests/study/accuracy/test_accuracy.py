@@ -13,7 +13,7 @@ from nanoslip.solver.contact.pin import expected_half_width
 from nanoslip.solver.effects import in_plane_strain
 from nanoslip.solver.elasticity.schemes import Galerkin
 from nanoslip.study.accuracy.diagram import Diagram
-from nanoslip.study.accuracy.measurement import Measurement, measure
+from nanoslip.study.accuracy.measurement import Measurement, measure_accuracy
 from nanoslip.study.accuracy.operators import (
     lateral_stiffness,
     measure_elastic_operator,
@@ -37,7 +37,7 @@ SMALL = replace(
 @pytest.fixture(scope="module")
 def measurement() -> Measurement:
     """Every knob, a little."""
-    return measure(SMALL, QUICK)
+    return measure_accuracy(SMALL, QUICK)
 
 
 @pytest.mark.parametrize("half_width", [0.05, 0.27, 0.5])
@@ -191,6 +191,6 @@ def test_a_campaign_is_measured_with_its_own_first_case_and_drive(tmp_path: Path
 
 
 def test_a_record_without_a_plateau_drives_no_pin():
-    found = measure(replace(SMALL, case=replace(SMALL.case, max_displacement=1e-6)), QUICK)
+    found = measure_accuracy(replace(SMALL, case=replace(SMALL.case, max_displacement=1e-6)), QUICK)
     assert [diagram.title for diagram in found.diagrams] == ["Elastic operator", "Slip numerics", "Records"]
     assert found.remark.startswith("dynamics: ")

@@ -30,7 +30,7 @@ from nanoslip.study.dataset.variables import (
     scalars,
 )
 from nanoslip.study.origin import Origin, computing, here
-from nanoslip.study.plan.kinds import column
+from nanoslip.study.plan.kinds import column_of
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts
@@ -434,7 +434,7 @@ def test_the_values_of_each_member_are_beside_and_runs_are_the_firsts(four: Four
         result = store.read(plan.case_tasks[case.case_id]["record", ""])
         members, events = (slice(size * number, size * (number + 1)) for size in (4, 200))
         np.testing.assert_array_equal(ensemble["plateau_mean"].values[members], result.scalars["plateau_mean"])
-        first = column(result, "displacement", "event")
+        first = column_of(result, "displacement", "event")
         assert len(result.arrays["displacement"]) == 4 * len(first)
         np.testing.assert_array_equal(records["displacement"].values[events], first)
 

@@ -32,8 +32,8 @@ from nanoslip.study.figures.roles import (
     is_logarithmic,
     roles_of,
     scattered,
-    together,
     values_of,
+    zipped_as_one,
 )
 from nanoslip.study.figures.sweep import FAILED_COLOR, SHORTEST, UNSURE, draw_scattered, figure_of
 from tests.study.figures.cases import listed, product
@@ -241,13 +241,13 @@ def test_axes_that_vary_together_are_one_unless_it_cannot_tell_the_cases_apart()
         return points_of(listed({"radius": radius, "n_x": n_x}, [0.1, 0.2, 0.3], manifest), "plateau_mean")
 
     points = over_list([50.0, 100.0, 200.0], [17, 33, 17])
-    assert (list(together(points)[0].axes), together(points)[1]) == (["radius"], "radius")
+    assert (list(zipped_as_one(points)[0].axes), zipped_as_one(points)[1]) == (["radius"], "radius")
     for chosen in (("n_x",), ("radius", "n_x")):
-        assert together(points, chosen) == (points, "")
+        assert zipped_as_one(points, chosen) == (points, "")
     neither = over_list([50.0, 50.0, 200.0], [17, 33, 17])
-    assert together(neither) == (neither, "")
+    assert zipped_as_one(neither) == (neither, "")
     other = over_list([50.0, 100.0, 200.0], [17, 33, 65], "product")
-    assert together(other) == (other, "")
+    assert zipped_as_one(other) == (other, "")
 
 
 def test_a_design_that_fills_little_of_its_product_is_scattered() -> None:

@@ -12,7 +12,7 @@ import xarray as xr
 import nanoslip
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset.variables import describe
-from nanoslip.study.figures.answer import differs, in_words, view_of
+from nanoslip.study.figures.answer import differs, view_of, words_of_alike
 from nanoslip.study.figures.points import points_of
 from nanoslip.study.figures.shared import View, csv_of, image, spread
 from nanoslip.study.figures.views import SORTS, half_plane, thinned
@@ -58,7 +58,7 @@ def said(values: list[float]) -> tuple[bool, list[str]]:
     table = dict(zip(radii, values, strict=True))
     data = product(lambda radius: np.vectorize(table.get)(radius).astype(float), radius=radii)
     points = points_of(data, "plateau_mean")
-    return differs(points), list(in_words([points]))
+    return differs(points), list(words_of_alike([points]))
 
 
 def test_what_differs_is_drawn() -> None:
@@ -85,7 +85,7 @@ def test_values_to_be_taken_with_care_are_said_to_be() -> None:
         ([1, 1, 0], "; to be taken with care"),
     ):
         data["validity_flags"].values[:] = flags
-        (text,) = in_words([points_of(data, "plateau_mean")])
+        (text,) = words_of_alike([points_of(data, "plateau_mean")])
         assert text.endswith(f", 2 of 3{care}.")
 
 
@@ -94,7 +94,7 @@ def test_what_no_case_has_is_named_together() -> None:
     data["peak_friction"] = data.plateau_mean
     points = [points_of(data, name) for name in ("plateau_mean", "peak_friction", "outcome")]
     assert not any(map(differs, points))
-    same, unknown = in_words(points)
+    same, unknown = words_of_alike(points)
     assert "no_plateau" in same
     assert all(describe(name).meaning in unknown for name in ("plateau_mean", "peak_friction"))
 

@@ -12,7 +12,7 @@ from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.inference.means import REJECTED, VALUE_BATCHES, correlated, independent
 from nanoslip.study.inference.recording import Trace, TraceOptions, limits, outliers, read_trace, two_way
-from nanoslip.study.inference.trace import TraceNumbers, measure
+from nanoslip.study.inference.trace import TraceNumbers, measure_trace
 from nanoslip.study.manifest.columns import decoded, read_columns
 from tests.conftest import Main
 
@@ -47,7 +47,7 @@ def table(*columns: Floats | list[str], header: str = "t_s,F_N", separator: str 
 
 
 def numbers(text: str, given: TraceOptions = TraceOptions()) -> TraceNumbers:  # noqa: B008  frozen
-    return measure(read_trace(LAB, text, given).per_load())
+    return measure_trace(read_trace(LAB, text, given).per_load())
 
 
 HOLES = [
@@ -85,7 +85,7 @@ def test_the_force_is_found_by_names_and_units(kind: str) -> None:
     expected = np.interp(trace.at, TIME, FORCE)
     off = 0.82 if kind == "rounded times" else 0.02  # restored but for half of the 0.02 s, at 40 N/s and twice that
     np.testing.assert_allclose(trace.force[1:70], expected[1:70], atol=off)
-    found = measure(trace).numbers
+    found = measure_trace(trace).numbers
     assert found["static_friction"].value == pytest.approx(STATIC, rel=2e-3)
     assert found["kinetic_friction"].value == pytest.approx(KINETIC, rel=2e-3)
     assert found["stick_slip_period"].value == pytest.approx(PERIOD, rel=1e-3)
@@ -172,7 +172,7 @@ def test_numbers_lie_within_the_measured_forces() -> None:
         "clipped": np.maximum(stick_slip(20.0)[1], 14.0),
     }
     for name, force in shapes.items():
-        found = measure(Trace(time, force + 0.01 * random.standard_normal(2000) * (name != "clipped"), "time"))
+        found = measure_trace(Trace(time, force + 0.01 * random.standard_normal(2000) * (name != "clipped"), "time"))
         for key in ("static_friction", "kinetic_friction", "mean_force"):
             value = found.numbers[key].value if key in found.numbers else force.mean()
             assert force.min() - 0.1 <= value <= force.max() + 0.1, (name, key)
@@ -186,14 +186,14 @@ def test_forces_of_both_signs_are_strokes() -> None:
     time = np.arange(0.0, 50.0, 0.05)
     square = np.clip(np.abs((time + 2.5) % 10.0 - 5.0) * 0.4 - 1.0, -0.3, 0.3)
     force = 0.05 + square + 0.003 * np.random.default_rng(2).standard_normal(len(time))
-    found = measure(Trace(time, force, "time"))
+    found = measure_trace(Trace(time, force, "time"))
     kinetic, offset = found.numbers["kinetic_friction"], found.numbers["force_offset"]
     assert abs(kinetic.value - 0.3) < 4.0 * kinetic.uncertainty < 0.003
     assert abs(offset.value - 0.05) < 4.0 * offset.uncertainty < 0.003
     assert kinetic.of >= 9
     assert found.flagged[0] == "strokes"
     there_and_back = np.concatenate([FORCE, -FORCE, FORCE, -FORCE])
-    slips = measure(Trace(0.01 * np.arange(len(there_and_back)), there_and_back + 1.0, "time")).numbers
+    slips = measure_trace(Trace(0.01 * np.arange(len(there_and_back)), there_and_back + 1.0, "time")).numbers
     assert slips["static_friction"].value == pytest.approx(STATIC, rel=5e-3)
     assert slips["force_offset"].value == pytest.approx(1.0, abs=0.1)
     assert not two_way(FORCE)
@@ -204,7 +204,7 @@ def test_forces_of_both_signs_are_strokes() -> None:
 def test_a_level_that_never_rises_again_is_the_end_of_the_pull(level: float) -> None:
     noise = 0.05 * np.random.default_rng(4).standard_normal(len(FORCE) + 400)
     force = np.concatenate([FORCE, np.full(400, level)]) + noise
-    found = measure(Trace(0.01 * np.arange(len(force)), force, "time"))
+    found = measure_trace(Trace(0.01 * np.arange(len(force)), force, "time"))
     assert "pull_ends" in found.flagged
     assert found.numbers["static_friction"].of >= 10
     assert found.numbers["kinetic_friction"].value == pytest.approx(KINETIC, rel=5e-3)
@@ -213,14 +213,14 @@ def test_a_level_that_never_rises_again_is_the_end_of_the_pull(level: float) -> 
 def test_a_step_between_two_levels_is_no_slip() -> None:
     time = np.arange(0.0, 24.0, 0.02)
     force = np.where(time < 12.0, np.minimum(4.0 * time, 20.0), 10.0)
-    found = measure(Trace(time, force + 0.1 * np.random.default_rng(5).standard_normal(len(time)), "time"))
+    found = measure_trace(Trace(time, force + 0.1 * np.random.default_rng(5).standard_normal(len(time)), "time"))
     assert found.flagged == ("pull_ends", "noise", "no_stick_slip")
     assert found.numbers["kinetic_friction"].value == pytest.approx(20.0, abs=0.05)
     assert "static_friction" not in found.numbers
 
 
 def test_numbers_beyond_a_sensor_s_limit_are_missing() -> None:
-    low, high = (measure(Trace(TIME, np.clip(FORCE, *ends), "time")) for ends in ((14.0, 99.0), (-1.0, 25.0)))
+    low, high = (measure_trace(Trace(TIME, np.clip(FORCE, *ends), "time")) for ends in ((14.0, 99.0), (-1.0, 25.0)))
     assert low.numbers.keys() == {"static_friction", "stick_slip_period"}
     assert FORCE.max() - 0.1 < low.numbers["static_friction"].value <= FORCE.max()
     assert high.numbers.keys() == {"stick_slip_period"}
@@ -232,7 +232,7 @@ def test_a_largest_force_between_samples_has_no_uncertainty() -> None:
     """Five samples a period look as noise does, but for their period."""
     for samples, flag in ((5.0, "undersampled"), (5.3, "undersampled"), (7.0, "few_samples")):
         time, force = stick_slip(40.0, PERIOD / samples)
-        found = measure(Trace(time, force, "time"))
+        found = measure_trace(Trace(time, force, "time"))
         assert flag in found.flagged
         assert "kinetic_friction" not in found.numbers
         if "static_friction" in found.numbers:
@@ -269,7 +269,7 @@ def test_a_trace_whose_friction_wanders_has_a_wider_uncertainty() -> None:
     peaks, ends = 30.0 + 0.3 * wandering(0, 40), np.arange(40) + 0.95
     time = np.arange(0.0, 40.0, 0.02)
     force = np.interp(time, np.sort([*ends, *(ends + 0.05)]), np.ravel([peaks, peaks - 10.0], "F"))
-    found = measure(Trace(time, force, "time"), damping=0.1)
+    found = measure_trace(Trace(time, force, "time"), damping=0.1)
     assert "correlated" in found.flagged
     assert abs(found.numbers["static_friction"].value - peaks.mean()) < 0.3
     assert found.numbers["static_friction"].uncertainty > 1.5 * peaks.std() / math.sqrt(40.0)

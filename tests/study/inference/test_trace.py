@@ -17,7 +17,7 @@ from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.simulate import drive_result, friction_record
 from nanoslip.study.inference.recording import Trace, TraceOptions, read_trace
-from nanoslip.study.inference.trace import TraceNumbers, measure
+from nanoslip.study.inference.trace import TraceNumbers, measure_trace
 from nanoslip.study.manifest.columns import decoded
 from tests.conftest import Main
 
@@ -47,7 +47,7 @@ SLOW = Drive.from_si(Scales(), MASS, spring_stiffness=2e4, stage_velocity=2e-3, 
 
 def test_the_closed_form_is_read_back() -> None:
     time, force = analytic(SLOW, 20_001, 2.0)
-    found = measure(Trace(time, force, "time"), LOAD, velocity=2e-3)
+    found = measure_trace(Trace(time, force, "time"), LOAD, velocity=2e-3)
     truth = {
         "static_friction": STATIC,
         "kinetic_friction": KINETIC,
@@ -70,14 +70,14 @@ def test_noise_offset_and_uneven_times_leave_it_within_its_uncertainty() -> None
     noisy = force[chosen] + 0.01 * LOAD * (STATIC - KINETIC) * random.standard_normal(len(chosen))
     trace = Trace(time[chosen], noisy, "time")
     for name, truth in (("static_friction", STATIC), ("kinetic_friction", KINETIC), ("damping_ratio", ZETA)):
-        within(measure(trace, LOAD), name, truth, 4.0)
-    assert measure(trace, LOAD).numbers["static_friction"].uncertainty < 0.01 * (STATIC - KINETIC)
-    assert not measure(trace, LOAD).flags
+        within(measure_trace(trace, LOAD), name, truth, 4.0)
+    assert measure_trace(trace, LOAD).numbers["static_friction"].uncertainty < 0.01 * (STATIC - KINETIC)
+    assert not measure_trace(trace, LOAD).flags
     shifted = Trace(trace.at, trace.force + 3.0 + 2.0 * (trace.at - trace.at[0]), "time")
-    flags = {flag.name: flag.facts for flag in measure(shifted, LOAD).flags}
+    flags = {flag.name: flag.facts for flag in measure_trace(shifted, LOAD).flags}
     assert flags["offset"]["begins"] == pytest.approx(0.03, abs=0.01)
     assert flags["drift"]["rate"] == pytest.approx(0.02, rel=0.2)
-    within(measure(shifted.without(3.0, 2.0), LOAD), "static_friction", STATIC, 4.0)
+    within(measure_trace(shifted.without(3.0, 2.0), LOAD), "static_friction", STATIC, 4.0)
 
 
 @pytest.mark.slow
@@ -95,12 +95,12 @@ def test_the_uncertainty_holds_as_often_as_it_states() -> None:
         time, force = analytic(drive, count, 2.0)
         truth |= {
             "damping_ratio": zeta,
-            "mean_force": measure(Trace(time, force, "time"), LOAD).numbers["mean_force"].value,
+            "mean_force": measure_trace(Trace(time, force, "time"), LOAD).numbers["mean_force"].value,
         }
         for seed in range(6):
             noise = np.random.default_rng((number, seed)).standard_normal(count)
             trace = Trace(time, force + level * LOAD * (STATIC - KINETIC) * noise, "time")
-            found = measure(trace, LOAD, velocity=2e-3).numbers
+            found = measure_trace(trace, LOAD, velocity=2e-3).numbers
             for name, value in truth.items():
                 held[name].append(abs(found[name].value - value) <= found[name].uncertainty)
     shares = {name: float(np.mean(each)) for name, each in held.items()}
@@ -113,7 +113,7 @@ def test_slips_below_the_noise_of_samples_are_seen_in_means_but_a_drop_of_one_sa
 ) -> None:
     teeth = np.interp(np.arange(3950) % 200, [0, 199, 200], [0.2, 0.3, 0.2])
     force = teeth + 0.1 * noise * np.random.default_rng(1).standard_normal(len(teeth))
-    found = measure(Trace(0.01 * np.arange(len(force)), force, "time"))
+    found = measure_trace(Trace(0.01 * np.arange(len(force)), force, "time"))
     assert found.numbers["stick_slip_period"].value == pytest.approx(2.0, rel=0.02)
     assert "kinetic_friction" not in found.numbers
     assert ("averaged" in found.flagged) == (noise > 1 / 10)
@@ -122,24 +122,24 @@ def test_slips_below_the_noise_of_samples_are_seen_in_means_but_a_drop_of_one_sa
 def test_slips_that_are_not_resolved_give_no_number_that_needs_their_damping() -> None:
     """Six samples a slip: the middle of a slip without damping is 237 of its ± above μ_k, so it takes a given damping."""
     trace = Trace(*analytic(SLOW, 601, 2.0), "time")
-    found = measure(trace, LOAD)
+    found = measure_trace(trace, LOAD)
     assert "kinetic_friction" not in found.numbers
     assert "no_damping" in found.flagged
-    given = measure(trace, LOAD, damping=ZETA).numbers
+    given = measure_trace(trace, LOAD, damping=ZETA).numbers
     assert given["kinetic_friction"].value == pytest.approx(KINETIC, rel=1e-3)
 
 
 def test_displacement_is_time_at_the_velocity_of_the_stage() -> None:
     time, force = analytic(SLOW, 20_001, 2.0)
-    over_time = measure(Trace(time, force, "time"), LOAD, 2e-3)
+    over_time = measure_trace(Trace(time, force, "time"), LOAD, 2e-3)
     along = Trace(2e-3 * time, force, "displacement")
-    again = measure(along.at_velocity(2e-3), LOAD, 2e-3)
-    lengths = measure(along, LOAD)
+    again = measure_trace(along.at_velocity(2e-3), LOAD, 2e-3)
+    lengths = measure_trace(along, LOAD)
     for name, number in over_time.numbers.items():
         assert again.numbers[name].value == pytest.approx(number.value, rel=1e-6), name
     assert lengths.numbers["stick_slip_period"].unit == "m"
     assert lengths.numbers["rising_stiffness"].value == pytest.approx(2e4, rel=1e-3)
-    assert measure(along).numbers["rising_stiffness"].unit == "N m-1"  # no load is needed for that
+    assert measure_trace(along).numbers["rising_stiffness"].unit == "N m-1"  # no load is needed for that
     assert lengths.numbers["static_friction"].value == pytest.approx(STATIC, rel=1e-3)
 
 
@@ -163,7 +163,7 @@ def test_the_solvers_own_drive_is_read_back(noise: float) -> None:
         spring_stiffness=2e4, stage_velocity=4e-4, duration=6.0, samples=20_000
     )
     noisy = trace.force + noise * 1.5 * np.random.default_rng(3).standard_normal(len(trace.at))  # slips fall by 1.5 N
-    found = measure(Trace(trace.at, noisy, "time"), LOAD, 4e-4)
+    found = measure_trace(Trace(trace.at, noisy, "time"), LOAD, 4e-4)
     within(found, "static_friction", static)
     within(found, "mean_force", mean)
     assert mean > 1.004 * plateau  # the damper's work
@@ -174,7 +174,7 @@ def test_the_solvers_own_drive_is_read_back(noise: float) -> None:
 
 def test_a_drive_that_slides_has_the_mean_force_and_its_first_slip() -> None:
     trace, _, _, kinetic, contact = driven()
-    found = measure(trace, LOAD, 2e-3)
+    found = measure_trace(trace, LOAD, 2e-3)
     assert found.numbers["kinetic_friction"].value == pytest.approx(kinetic, rel=1e-4)  # the mean of other stretches
     assert found.numbers["static_friction"].of == 1
     assert "stick_slip_period" not in found.numbers
@@ -186,7 +186,7 @@ def test_steady_sliding_has_a_kinetic_friction_alone() -> None:
     random = np.random.default_rng(5)
     time = np.linspace(0.0, 10.0, 5_001)
     force = np.minimum(20.0 * time, KINETIC * LOAD) + 0.2 * random.standard_normal(len(time))
-    found = measure(Trace(time, force, "time"), LOAD)
+    found = measure_trace(Trace(time, force, "time"), LOAD)
     assert found.numbers.keys() == {"kinetic_friction", "rising_rate"}
     within(found, "kinetic_friction", KINETIC)
     assert found.numbers["rising_rate"].value == pytest.approx(20.0, rel=0.02)
@@ -197,7 +197,7 @@ def test_one_cycle_has_no_uncertainty() -> None:
     time, force = analytic(SLOW, 20_001, 2.0)
     slip = int(np.argmax(np.diff(force) < 0.0))
     shown = time < time[slip] + 0.1
-    found = measure(Trace(time[shown], force[shown], "time"), LOAD)
+    found = measure_trace(Trace(time[shown], force[shown], "time"), LOAD)
     assert math.isnan(found.numbers["static_friction"].uncertainty)
     assert found.numbers["static_friction"].value == pytest.approx(STATIC, rel=2e-3)
     assert "one_cycle" in found.flagged
@@ -206,7 +206,9 @@ def test_one_cycle_has_no_uncertainty() -> None:
 def test_the_period_of_many_cycles_is_that_of_one() -> None:
     time = np.arange(0.0, 100.0, 0.01)
     force = np.interp(time % 1.0, [0.0, 0.95, 1.0], [0.2, 0.3, 0.2])
-    period = measure(Trace(time, force, "time")).numbers["stick_slip_period"]  # of cycles that are chosen from all
+    period = measure_trace(Trace(time, force, "time")).numbers[
+        "stick_slip_period"
+    ]  # of cycles that are chosen from all
     assert period.value == pytest.approx(1.0, rel=1e-3)
 
 
@@ -216,9 +218,9 @@ TEETH = np.interp(np.arange(1000) % 100, [0, 95, 100], [0.2, 0.3, 0.2])
 
 
 def test_steps_of_a_sample_are_no_error() -> None:
-    found = measure(Trace(0.01 * np.arange(len(TEETH)), TEETH + 1e12, "time"))
+    found = measure_trace(Trace(0.01 * np.arange(len(TEETH)), TEETH + 1e12, "time"))
     assert found.numbers["static_friction"].value == pytest.approx(1e12, abs=0.5)
-    assert "static_friction" not in measure(Trace(0.01 * np.arange(len(SPIKE)), SPIKE, "time")).numbers
+    assert "static_friction" not in measure_trace(Trace(0.01 * np.arange(len(SPIKE)), SPIKE, "time")).numbers
 
 
 @pytest.mark.parametrize(
@@ -233,7 +235,7 @@ def test_steps_of_a_sample_are_no_error() -> None:
 )
 def test_sizes_that_no_laboratory_measures_are_one_message(at: float, force: float, load: float, said: str) -> None:
     with pytest.raises(InvalidInput, match=said):
-        measure(Trace(at * np.arange(1000), force * TEETH, "time"), load)
+        measure_trace(Trace(at * np.arange(1000), force * TEETH, "time"), load)
 
 
 def rows(count: int = 40, force: str = "") -> str:

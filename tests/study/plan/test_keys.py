@@ -19,7 +19,7 @@ from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, record_task, states_task
-from nanoslip.study.plan.task import OF_CONTACT, OF_RECORD, Exclusion, deciding, flattened, without_effect
+from nanoslip.study.plan.task import OF_CONTACT, OF_RECORD, Exclusion, deciding_fields, dotted_fields, without_effect
 from tests.study.plan.running import CASE, DRIVE
 
 BASES = {
@@ -99,7 +99,7 @@ def test_every_field_of_a_case_is_in_the_key_or_excluded_with_a_reason(kind):
     assert all(each.reason for each in exclusions)
     seen = set()
     for label, base in BASES.items():
-        for path, _ in flattened(base):
+        for path, _ in dotted_fields(base):
             other = changed(base, path)
             if other is None:
                 continue
@@ -110,18 +110,18 @@ def test_every_field_of_a_case_is_in_the_key_or_excluded_with_a_reason(kind):
             else:
                 assert same == (excluded(base, path, exclusions) and excluded(other, path, exclusions)), (label, path)
     # No field that this walk does not know how to change.
-    assert seen == {path for base in BASES.values() for path, _ in flattened(base)}
+    assert seen == {path for base in BASES.values() for path, _ in dotted_fields(base)}
 
 
 def test_every_field_of_a_drive_is_in_its_key():
     seen = set()
     for base in DRIVES:
-        for path, _ in flattened(base):
+        for path, _ in dotted_fields(base):
             other = changed(base, path)
             if other is not None:
                 seen.add(path)
                 assert drive_task(Case(), other).key != drive_task(Case(), base).key, path
-    assert seen == {path for base in DRIVES for path, _ in flattened(base)}
+    assert seen == {path for base in DRIVES for path, _ in dotted_fields(base)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,8 +139,8 @@ def test_a_field_that_is_new_is_in_every_key():
 
 def test_an_exclusion_of_what_no_case_has_is_refused():
     with pytest.raises(KeyError, match="colour: "):
-        deciding(Case(), (Exclusion(("colour",), "nobody looks"),))
-    assert "heterogeneity.seed" not in deciding(Case(), OF_RECORD)
+        deciding_fields(Case(), (Exclusion(("colour",), "nobody looks"),))
+    assert "heterogeneity.seed" not in deciding_fields(Case(), OF_RECORD)
     assert not math.isfinite(Case().farthest)
 
 
