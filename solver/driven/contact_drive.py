@@ -47,15 +47,13 @@ def _pulled(case: Case, compliance: Compliance, drive: Drive, motion: Motion) ->
     return found.run, found.outcome
 
 
-def driven_contact(
-    case: Case, compliance: Compliance, drive: Drive, motion: Motion, start: ContactState | None = None
-) -> DrivenContact:
-    """Pull the pin from rest at x = 0 over its contact, from `start` (default: initial contact) on.
+def driven_contact(case: Case, compliance: Compliance, drive: Drive, motion: Motion) -> DrivenContact:
+    """Pull the pin from rest at x = 0 over its contact, from initial contact on.
 
     The spring is slack at first, the contact as it is: its friction force may be other than 0.
     """
     refuse_with_memory(case)
-    start = start or initial_contact(case, compliance)
+    start = initial_contact(case, compliance)
     compliance = compliance if case.effects.coupling else compliance.uncoupled()
     found = _followed(case, compliance, drive, motion, start, whole=False)
     if found is None:

@@ -252,9 +252,9 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
     return Slider(validity, statistics, record, float(total.highest.max()) * there, total.lost)
 
 
-def interface(case: Case, compliance: Compliance, places: Ensemble = ALONE) -> Slider:
+def interface(case: Case, compliance: Compliance) -> Slider:
     """All contacts of a case, summed in this process."""
-    return slider(case, (portion(case, compliance, *batch, places) for batch in batches(case.interface.contacts)))
+    return slider(case, (portion(case, compliance, *batch) for batch in batches(case.interface.contacts)))
 
 
 def collective(record: FrictionRecord, plateau: Plateau, bound: float | None = None, lost: int = 0) -> Collective:

@@ -3,7 +3,6 @@
 import json
 import math
 import shlex
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -21,12 +20,11 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.origin import Origins, census, here
 from nanoslip.study.plan.cost import TASK
 from nanoslip.study.plan.plan import KindCount, Plan, kind_counts, make_plan
-from nanoslip.study.plan.task import Task, TaskResult, idle
+from nanoslip.study.plan.task import Task, idle
 from nanoslip.study.report.console import counting, note, whole
 from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.shard import folders
 from nanoslip.study.results.store import Store, StoreError
-from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.dispatch import MeasuredTimes
 from nanoslip.study.run.executor import left
 from nanoslip.study.run.journal import measured_in
@@ -183,21 +181,19 @@ LONGEST: Final = 5.0
 
 def measured_here(plan: Plan) -> MeasuredTimes:
     """Compute of each kind the longest task that is predicted to take a few seconds at most, and what it needs."""
+    from nanoslip.study.accuracy.effects import Done, compute  # noqa: PLC0415  few plans are measured
+
     places = {task.key: place for place, task in enumerate(plan.tasks)}
     chosen: dict[str, list[Task]] = {}
     for task in sorted(plan.tasks, key=lambda task: task.cost):
         chain = [plan.tasks[place] for place in sorted(map(places.__getitem__, plan.with_needs([task.key])))]
         if sum(each.cost for each in chain) <= LONGEST:
             chosen[task.kind] = chain
-    found, results = MeasuredTimes(), dict[str, TaskResult]()
+    tasks = [("", task) for task in {task.key: task for chain in chosen.values() for task in chain}.values()]
+    found, done = MeasuredTimes(), Done()
     with threadpoolctl.threadpool_limits(limits=1):
-        for task in {task.key: task for chain in chosen.values() for task in chain}.values():
-            seconds = []
-            for _ in range(2):  # the first one loads libraries and compiles kernels
-                start = time.perf_counter()
-                results[task.key] = run_task(task, results)
-                seconds.append(TASK + time.perf_counter() - start)
-            found.learn(task, min(seconds))
-            for array in results[task.key].arrays.values():
-                array.setflags(write=False)  # as a store gives it: kernels are compiled for that
+        compute(tasks, {})  # loads libraries and compiles kernels
+        compute(tasks, done)
+    for _, task in tasks:
+        found.learn(task, TASK + done[task.key][1])
     return found

@@ -17,7 +17,7 @@ from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.table import CaseRows, case_rows
-from nanoslip.study.manifest.parameters import HASHED, TABLES, Value, words_of
+from nanoslip.study.manifest.parameters import FILE_KEYS, TABLES, Value, words_of
 from nanoslip.study.origin import Origin
 from nanoslip.study.plan.plan import NOTHING_KNOWN
 from nanoslip.study.toml_text import from_toml, shown
@@ -296,7 +296,7 @@ def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
             yield name, ", ".join(map(_word, found[:6])) + (f", … ({len(found)} values)" if len(found) > 6 else "")
     for key, value in _keys_of_facts(from_toml(str(root.attrs.get("manifest", "")))):
         yield key, shown(value)
-    for name in (f"manifest_{key}" for key in HASHED):
+    for name in (f"manifest_{key}" for key in FILE_KEYS):
         if name in root.attrs:
             yield name, f"a file of hash {content_hash(root.attrs[name], length=12)}"
     for name in (item.name for kind in (Scales, Origin) for item in fields(kind)):

@@ -25,7 +25,7 @@ from nanoslip.study.dataset.compare import (
 )
 from nanoslip.study.dataset.file import flattened, groups_of, loaded
 from nanoslip.study.manifest.cases import CampaignCase
-from nanoslip.study.manifest.parameters import NAMED
+from nanoslip.study.manifest.parameters import FILE_KEYS
 from nanoslip.study.manifest.reader import parse_manifest, sha256_of
 from nanoslip.study.origin import Origin, computing, from_data
 from nanoslip.study.plan.plan import NOTHING_KNOWN, Plan, evenly, make_plan
@@ -58,7 +58,7 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     facts = found.attrs
     if "manifest" not in facts or not {"case_id", variables.OUTCOMES[""][0].name} <= set(found.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
-    beside = {key: str(facts[f"manifest_{key}"]) for key in NAMED if f"manifest_{key}" in facts}
+    beside = {key: str(facts[f"manifest_{key}"]) for key in FILE_KEYS if f"manifest_{key}" in facts}
     if sha256_of(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
         changed = "manifest: not what manifest_sha256 is of, or a file that it names is not"
         raise NotVerifiableError(f"{path}: {changed}: changed after it was written")

@@ -363,9 +363,9 @@ class Manifest:
     text: str
     """Text of the campaign file."""
     files: Mapping[str, str]
-    """Key that names a file, of `NAMED` -> the file's text."""
+    """Key that names a file, of `FILE_KEYS` -> the file's text."""
     sha256: str
-    """SHA-256 of the text of the campaign file and of those of the files in `HASHED`, one after the other."""
+    """SHA-256 of the text of the campaign file and of those of the files in `FILE_KEYS`, one after the other."""
     title: str
     stages: tuple[Stage, ...]
     design: Design

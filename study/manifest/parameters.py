@@ -83,10 +83,9 @@ def in_files() -> dict[str, Parameter]:
     return {stated.word or name: stated for name, stated in parameters_of_a_case().items() if stated.columns}
 
 
-HASHED: Final = ("table", *in_files())
-"""Keys of the files that a campaign consists of: its hash is of their bytes, too."""
-NAMED: Final = HASHED
-"""Keys that name a file; a dataset holds its text as the attribute manifest_<key>."""
+FILE_KEYS: Final = ("table", *in_files())
+"""Keys that name a file, of which a campaign consists: its hash is of their bytes, too, and a dataset holds their texts as the
+attributes manifest_<key>."""
 
 
 def table_of(word: str) -> str:

@@ -54,8 +54,7 @@ from nanoslip.study.manifest.manifest import (
     field_names,
 )
 from nanoslip.study.manifest.parameters import (
-    HASHED,
-    NAMED,
+    FILE_KEYS,
     SMOOTH,
     TABLES,
     YOUNG,
@@ -231,19 +230,19 @@ def parse_manifest(path: Path, text: str, beside: Mapping[str, str]) -> Manifest
     """Parse a manifest from texts, without reading any file. Raises ManifestError with all problems.
 
     path: name of the campaign file for messages. beside: texts of the files that it names, by the keys that name them
-    (nanoslip.study.manifest.parameters.NAMED).
+    (nanoslip.study.manifest.parameters.FILE_KEYS).
     """
     return _Reader(path, beside).manifest(text)
 
 
 def sha256_of(text: str, files: Mapping[str, str]) -> str:
-    """Hash (SHA-256) of the text of a campaign file, followed by the texts of its files in `HASHED`."""
-    return hashlib.sha256("".join([text, *(files[key] for key in HASHED if key in files)]).encode()).hexdigest()
+    """Hash (SHA-256) of the text of a campaign file, followed by the texts of its files in `FILE_KEYS`."""
+    return hashlib.sha256("".join([text, *(files[key] for key in FILE_KEYS if key in files)]).encode()).hexdigest()
 
 
 def files_named_in(campaign: Mapping[str, Any]) -> dict[str, list[str]]:
     """The files that the content of a campaign names, by the keys that name them; of an axis several."""
-    named: dict[str, list[Any]] = {key: [campaign.get(key)] for key in NAMED if key not in in_files()}
+    named: dict[str, list[Any]] = {key: [campaign.get(key)] for key in FILE_KEYS if key not in in_files()}
     for word, stated in in_files().items():
         tables = (campaign.get(table) for table in (stated.table, "axes"))
         given = [table[word] for table in tables if isinstance(table, Mapping) and word in table]

@@ -28,7 +28,7 @@ from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import drive_parameters, drive_sizes
-from nanoslip.study.manifest.parameters import NAMED, compact, si_line
+from nanoslip.study.manifest.parameters import FILE_KEYS, compact, si_line
 from nanoslip.study.report import summary
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import Run
@@ -184,7 +184,7 @@ LONG: Final = 40
 """Letters of an outcome that a line has room for."""
 _THINNED: Final = ("records", "drives")
 """Prefixes of the names of figures whose lines are thinned."""
-_ELSEWHERE: Final = ("title", "manifest", *(f"manifest_{key}" for key in NAMED))
+_ELSEWHERE: Final = ("title", "manifest", *(f"manifest_{key}" for key in FILE_KEYS))
 """Attributes that the page shows above, or that are too long to be shown."""
 
 
