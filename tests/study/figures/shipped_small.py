@@ -64,6 +64,7 @@ SMALLER: Mapping[str, str] = {
     "n_x = [33, 33, 33, 33, 33, 33, 407, 407, 407]\nspread = [0.0, 0.1, 0.3, 0.0, 0.1, 0.3, 0.0, 0.1, 0.3]\n"
     "normal_load = [3.125e-4, 3.125e-4, 3.125e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4]",
     "findings/excess": EXCESS,
+    "findings/ball": "axes.n_x = [17, 33]\nensemble.members = 3",
     "findings/extension": "axes.start = [0.0, 0.25, 0.5, 0.75]\nlimits.spacings = 4",
     "findings/critical": "axes = {scheme = ['galerkin', 'strip'], start = [0.0, 0.5]}\nnumerics.n_x = 65",
     "paths/loss": "axes = {scheme = ['biquadratic', 'half_plane'], n_x = [33, 65]}\nensemble.members = 3",

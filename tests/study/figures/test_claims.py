@@ -59,7 +59,6 @@ def test_other_starts_are_of_the_same_campaign(campaign: str) -> None:
     starts, others = (content.get("axes", {}).get("start") for content in (first, again))
     assert starts is None or set(starts).isdisjoint(others)
     assert again["heterogeneity"]["seed"] == 2
-    radius = (
-        again["axes"]["radius"][0] / 50.0 if "radius" in first.get("axes", {}) else again["constants"]["radius"] / 200.0
-    )
+    before = 50.0 if "radius" in first.get("axes", {}) else first.get("constants", {}).get("radius", 200.0)
+    radius = (again["axes"]["radius"][0] if before == 50.0 else again["constants"]["radius"]) / before
     assert 1.0 < radius < 1.0 + 1e-6
