@@ -273,7 +273,7 @@ def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list
     names = _labels(above[-2], kind, width, values) if len(above) > 1 else []
     stated = [unit for unit in bare if unit not in ("", "1", "-")]
     if any(bare) and (
-        all(map(dimension_of, stated)) or (names and any(map(dimension_of, stated)) and all(map(_is_unit, stated)))
+        all(map(dimension_of, stated)) or (names and any(map(dimension_of, stated)) and all(map(is_unit, stated)))
     ):
         return list(zip(names or [""] * width, bare, strict=True))
     return [_title(label) for label in found]
@@ -303,13 +303,13 @@ def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
 def _title(label: str) -> tuple[str, str]:
     """Name and unit of a label: `time [s]`, `F (mN)`, `t/ms`, `x_um`, `Weg in mm`. Square brackets always hold a unit."""
     found = _IN_BRACKETS.fullmatch(label)
-    if found and (found[2] in ("", "1", "-") or label.endswith("]") or _is_unit(found[2])):
+    if found and (found[2] in ("", "1", "-") or label.endswith("]") or is_unit(found[2])):
         return found[1], found[2]
     found = _UNIT_BEHIND.fullmatch(label)
     return (found[1], found[2]) if found and dimension_of(found[2]) else (label, "")
 
 
-def _is_unit(unit: str) -> bool:
+def is_unit(unit: str) -> bool:
     """True for a unit of any dimension."""
     return math.isfinite(scale_of(unit, unit))
 

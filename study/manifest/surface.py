@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image, image_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, Roughness, check, parameter, require
-from nanoslip.study.manifest.columns import FileColumn, FileColumns, OneWay, one_way, read_columns, scale_of, unit_of
+from nanoslip.study.manifest.columns import (
+    FileColumn,
+    FileColumns,
+    OneWay,
+    is_unit,
+    one_way,
+    read_columns,
+    scale_of,
+    unit_of,
+)
 from nanoslip.study.manifest.parameters import plain
 from nanoslip.study.manifest.units import factor
 
@@ -121,8 +130,7 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
         return _read_image(source, given, stated if matrix else None)
     chosen = [_column(source, _LATERAL, 0), _column(source, _HEIGHT, 1)]
     across, up = (
-        scale_of(unit_of(name, getattr(given, name), source.columns[column], "m"), "m")
-        for name, column in zip("xz", chosen, strict=True)
+        _scale_of(name, getattr(given, name), source.columns[column]) for name, column in zip("xz", chosen, strict=True)
     )
     rows = source.rows(chosen)
     far = np.flatnonzero((np.abs(rows.values) * [[across], [up]] > FARTHEST_POINT).any(axis=0))
@@ -159,9 +167,8 @@ def _read_image(source: FileColumns, given: NamedSurface, stated: Mapping[str, s
 def _matrix(source: FileColumns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
     require("x", given.x, not (given.x or given.y), "no unit of x or y of a matrix")
     values = np.array([each.values for each in source.columns]).T
-    unit = unit_of("z", given.z, FileColumn("heights", stated.get("Value units", ""), values), "m" * bool(given.pixel))
-    require("Value units", unit, scale_of(unit, "m") > 0.0, "a unit of length, as nm")
-    height = values * scale_of(unit, "m")
+    heights = FileColumn("heights", stated.get("Value units", ""), values)
+    height = values * _scale_of("z", given.z, heights, "m" if given.pixel else "")
     x, y = (
         apart * np.arange(float(count))
         for apart, count in zip(_apart(given.pixel, stated, height.shape[::-1]), height.shape[::-1], strict=True)
@@ -187,13 +194,13 @@ def _apart(pixel: str, stated: Mapping[str, str], counts: tuple[int, ...]) -> It
 
 
 def _from_columns(source: FileColumns, given: NamedSurface) -> Image:
-    lengths = [number for number, each in enumerate(source.columns) if each.dimension in ("m", "1")]
+    lengths = [number for number, each in enumerate(source.columns) if _may_be_length(each)]
     named = {source.columns[number].name.casefold(): number for number in lengths}
     chosen = [named[name] for name in "xyz"] if {"x", "y", "z"} <= named.keys() else lengths
     if len(chosen) != 3:
         raise InvalidInput(f"columns {source}: needs three columns, or the names x, y and z above them")
     scales = [
-        scale_of(unit_of(name, getattr(given, name), source.columns[column], "m"), "m")
+        _scale_of(name, getattr(given, name), source.columns[column])
         for name, column in zip("xyz", chosen, strict=True)
     ]
     points = source.rows(chosen).values.T
@@ -201,9 +208,20 @@ def _from_columns(source: FileColumns, given: NamedSurface) -> Image:
     return Image(found.xi * scales[0], found.y * scales[1], found.height * scales[2])
 
 
+def _scale_of(key: str, given: str, column: FileColumn, usual: str = "m") -> float:
+    """Metres of one unit of a column. Raises InvalidInput if its unit is no length and none is given."""
+    unit = unit_of(key, given, column, usual)
+    require(key, unit, scale_of(unit, "m") > 0.0, "a unit of length, as nm")
+    return scale_of(unit, "m")
+
+
+def _may_be_length(column: FileColumn) -> bool:
+    return column.dimension in ("m", "1") or not is_unit(column.unit)
+
+
 def _column(source: FileColumns, names: re.Pattern[str], place: int) -> int:
     """The column of a length that has such a name, or this place of two. Raises InvalidInput with the columns that there are."""
-    lengths = [number for number, each in enumerate(source.columns) if each.dimension in ("m", "1")]
+    lengths = [number for number, each in enumerate(source.columns) if _may_be_length(each)]
     named = [number for number in lengths if names.search(source.columns[number].name)]
     if len(named) == 1:
         return named[0]

@@ -236,8 +236,10 @@ def test_separators_of_thousands_are_refused() -> None:
 def test_heights_in_angstrom_are_read_and_in_unknown_units_refused() -> None:
     text = "x [um]\tz [Å]\n0\t1\n1\t2\n2\t1\n"
     np.testing.assert_allclose(read_surface(AFM, text, NamedSurface("a", detrend="none")).height, [1e-10, 2e-10, 1e-10])
-    with pytest.raises(InvalidInput):
+    with pytest.raises(InvalidInput, match="z = 'nn': needs a unit of length"):
         read_surface(AFM, text.replace("Å", "nn"), NamedSurface("a"))
+    given = read_surface(AFM, text.replace("Å", "digits"), NamedSurface("a", z="pm", detrend="none"))
+    np.testing.assert_allclose(given.height, [1e-12, 2e-12, 1e-12])
 
 
 def test_no_line_of_a_matrix_is_taken_for_a_count_of_points() -> None:
