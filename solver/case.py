@@ -245,8 +245,25 @@ RECORD: Final = LoadPath()
 """No path: a record in one direction at one load."""
 
 
+class _OfParts(type):
+    """Type whose instances name an argument that they do not take, and `Case.of` for one of a part."""
+
+    def __call__(cls, *given: Any, **named: Any) -> Any:
+        try:
+            return super().__call__(*given, **named)
+        except TypeError:
+            own = list(cls.__annotations__)
+            if not (name := next((name for name in named if name not in own), "")):
+                raise
+            of_part = name in parameters_of_a_case()
+            need = (
+                f"Case.of({{{name!r}: …}}), which takes parameters of parts" if of_part else f"one of {', '.join(own)}"
+            )
+            raise InvalidInput(name, named[name], need) from None
+
+
 @dataclass(frozen=True, slots=True)
-class Case:
+class Case(metaclass=_OfParts):
     """One physics point: pin, slab, load, friction, limits (`max_…`: the first ends it). Lengths in L_x, loads in G·L_x·L_y.
 
     intrinsic_friction: μ_i; `inf` is adhesive stick. start: in node spacings, right of the middle. max_presliding: in μ_i·W/K.
@@ -399,7 +416,10 @@ class Case:
 
 
 def _refuse_combinations(case: Case) -> None:
-    """Raise InvalidInput if parameters, each allowed, exclude each other."""
+    """Raise InvalidInput if parameters, each allowed, exclude each other, or a part is of another type."""
+    for name, kind in _TYPES.items():
+        if not isinstance(part := getattr(case, name), kind):
+            raise InvalidInput(name, part, f"a {kind.__name__}; Case.of takes parameters of all parts in one dict")
     scatter, loads = case.heterogeneity, case.interface
     if case.slip_rule.residual_shear == 1.0:
         _refuse_with_classical_sliding(case)
@@ -510,6 +530,7 @@ PARTS: Final[dict[str, type]] = {
     "path": LoadPath,
 }
 """Field of a case -> type of its part, the slab apart: the parameters of these are parameters of the case."""
+_TYPES: Final[dict[str, type]] = {"slab": Slab, **PARTS}
 
 
 def _of(kind: type, parameters: Mapping[str, Any]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from nanoslip.solver.dynamics.integrators import Pulled, disproportion
 from nanoslip.solver.dynamics.result import DynamicsResult
 from nanoslip.solver.elasticity.compliance import Compliance, surface_compliance
 from nanoslip.solver.outcome import Outcome
+from nanoslip.solver.parameter import require
 from nanoslip.solver.sliding.path import Path, follow
 from nanoslip.solver.sliding.plateau import Plateau, plateau_of
 from nanoslip.solver.sliding.record import FrictionRecord
@@ -72,8 +73,14 @@ class DriveResult(Viewed):
         return picture._replace(curves=(*picture.curves, *lines))
 
 
+def _require_case(case: object) -> None:
+    """Raise InvalidInput unless the argument is a case."""
+    require("case", case, isinstance(case, Case), "a Case, as Case(radius=50); nanoslip.run takes a campaign as a dict")
+
+
 def contact_state(case: Case, compliance: Compliance | None = None) -> ContactState:
     """The contact of `case` at initial contact. A compliance at hand is used, else computed from the case's slab."""
+    _require_case(case)
     return initial_contact(case, compliance or surface_compliance(case.slab))
 
 
@@ -84,12 +91,14 @@ def friction_record(case: Case, compliance: Compliance | None = None) -> Frictio
     presliding lengths long instead: `Case(max_events=100_000, max_presliding=8.0)`. Raises SolverError if one of several contacts
     fails: there is no sum then.
     """
+    _require_case(case)
     compliance = compliance or surface_compliance(case.slab)
     return interface(case, compliance).record if case.interface.contacts > 1 else slide(case, compliance)
 
 
 def friction_path(case: Case, compliance: Compliance | None = None) -> Path:
     """The contact of `case` along its path, leg by leg: `Case(path=LoadPath(amplitude=0.5))`."""
+    _require_case(case)
     return follow(case, compliance or surface_compliance(case.slab))
 
 

@@ -14,6 +14,7 @@ import scipy
 import threadpoolctl
 import xarray as xr
 
+from nanoslip.solver.parameter import require
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor, file
 from nanoslip.study.dataset.collect import collect
@@ -225,6 +226,12 @@ def concat(
 
 def manifest_of(campaign: Campaign) -> Manifest:
     """Read a campaign: a file, the name of a shipped one, or a dict. Raises ManifestError."""
+    require(
+        "campaign",
+        campaign,
+        isinstance(campaign, Mapping | str | os.PathLike),
+        "a file, a shipped campaign's name, or a dict",
+    )
     if not isinstance(campaign, Mapping):
         return load_manifest(shipped.campaign_file(Path(campaign)))
     given, frames = dict(campaign), dict[str, str]()

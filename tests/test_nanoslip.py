@@ -98,6 +98,24 @@ def test_a_drive_in_si_is_the_papers_but_for_what_is_given():
         nanoslip.Drive.from_si(stifness=1.0)
 
 
+@pytest.mark.parametrize(
+    ("call", "key"),
+    [
+        (lambda: nanoslip.friction_record({"radius": 50}), "case"),
+        (lambda: nanoslip.friction_path({"radius": 50}), "case"),
+        (lambda: nanoslip.contact_state({"radius": 50}), "case"),
+        (lambda: nanoslip.Case(n_x=65), "n_x"),
+        (lambda: nanoslip.Case(nonsense=65), "nonsense"),
+        (lambda: nanoslip.Case(slab={"n_x": 65}), "slab"),
+        (lambda: nanoslip.run(nanoslip.Case()), "campaign"),
+    ],
+)
+def test_an_argument_of_another_type_is_named(call, key):
+    with pytest.raises(nanoslip.InvalidInput) as error:
+        call()
+    assert error.value.key == key
+
+
 def test_ctrl_c_while_the_commands_are_imported_ends_the_process_by_that_signal_without_a_traceback(
     environment, tmp_path
 ):

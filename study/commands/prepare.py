@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tomllib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,7 +16,7 @@ from nanoslip.study.commands import plans
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import CampaignDrive
-from nanoslip.study.manifest.parameters import by_name, si_line
+from nanoslip.study.manifest.parameters import Value, by_name, has_unit, si_line
 from nanoslip.study.manifest.problems import ManifestError, Problem
 from nanoslip.study.manifest.reader import effects
 from nanoslip.study.plan.expectations import (
@@ -35,6 +35,7 @@ from nanoslip.study.results.store import write_files
 from nanoslip.study.run.batch import Job, SiteError, array_script, load_site, merge_script, script
 from nanoslip.study.run.launch import cores
 from nanoslip.study.run.progress import duration, makespan, roughly, to_one_digit
+from nanoslip.study.toml_text import from_toml
 
 
 def list_campaigns(as_json: bool) -> None:
@@ -118,11 +119,20 @@ FEW: Final = 8
 
 
 def _axes(plan: Plan) -> Iterator[str]:
-    """The values of each axis, as they were read: `[0,5]` is 0 and 5."""
+    """The values of each axis, as they were read: `[0,5]` is 0 and 5; and as they were written, if in units."""
+    text = from_toml(plan.manifest.text)
+    written = {**text.get("axes", {}), **text.get("drive_axes", {})}
     for name, values in {**plan.manifest.axes, **plan.manifest.drive_axes}.items():
-        said = [short(value) for value in values]
-        few = said if len(said) <= FEW else [*said[: FEW // 2], "…", *said[-2:], f"({len(said)} values)"]
-        yield f"{by_name().get(name, name)}: {', '.join(few)}"
+        word = by_name().get(name, name)
+        given = written.get(word, [])
+        read = ", ".join(_few(values))
+        in_units = isinstance(given, list) and any(map(has_unit, given))
+        yield f"{word}: {', '.join(_few(given))} (read as {read})" if in_units else f"{word}: {read}"
+
+
+def _few(values: Sequence[Value]) -> list[str]:
+    said = [short(value) for value in values]
+    return said if len(said) <= FEW else [*said[: FEW // 2], "…", *said[-2:], f"({len(said)} values)"]
 
 
 # `nanoslip plan`: tasks, time, disk, effects and expected flags of a campaign, before anything is computed.

@@ -13,7 +13,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.dataset.variables import OUTCOMES, counts_of, in_si_too, parameters
 from nanoslip.study.manifest.cases import value_of
-from nanoslip.study.manifest.parameters import names_by_word
+from nanoslip.study.manifest.parameters import as_typed, names_by_word
 from nanoslip.study.toml_text import from_toml
 
 Selection = Mapping[str, Any]
@@ -104,7 +104,10 @@ def selected(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
             values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
         hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, _nearest(coordinate.values, values)))
         if not hits.any():
-            given, there = ",".join(map(str, np.ravel(wanted))), some(along.coords[key].values.ravel().tolist())
+            given, there = (
+                ",".join(map(str, np.ravel(wanted))),
+                some(map(as_typed, along.coords[key].values.ravel().tolist())),
+            )
             raise KeyError(f"{key} = {given}: no such case; there are {there}")
         chosen = chosen & hits
     found = case_rows(root, name).at(chosen.transpose(*along.dims).values.ravel())
@@ -167,13 +170,8 @@ def _choices(part: xr.Dataset, dims: Iterable[str]) -> list[str]:
         name: part[name].to_series().dropna().unique().tolist() for name in along if name != CASE or len(along) == 1
     }
     return [
-        some((f"{name}={_typed(each)}" for each in found), " or ") for name, found in values.items() if len(found) > 1
+        some((f"{name}={as_typed(each)}" for each in found), " or ") for name, found in values.items() if len(found) > 1
     ]
-
-
-def _typed(value: Any) -> str:
-    """A value of a coordinate for a command line; its ten digits find it, which has more: 0.014899999999999998."""
-    return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
 def listed(root: xr.Dataset) -> list[str]:

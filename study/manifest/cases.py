@@ -3,6 +3,7 @@
 Or a case into the campaign of it alone."""
 
 import itertools
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
@@ -29,6 +30,8 @@ from nanoslip.study.manifest.parameters import (
     YOUNG,
     Alike,
     Value,
+    as_typed,
+    by_name,
     in_words,
     names_by_word,
     plain,
@@ -99,7 +102,15 @@ def labels_of(manifest: Manifest) -> PointLabels:
 
 
 def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[Problem]:
-    """A problem for each case that is one before it."""
+    """A problem for each axis with repeated values, else for each case that is one before it."""
+    repeated = {name: values for name, values in manifest.axes.items() if len({*values}) < len(values)}
+    if manifest.design == "product" and repeated:
+        for name, values in repeated.items():
+            twice = [as_typed(value) for value, count in Counter(values).items() if count > 1]
+            yield Problem(
+                Place(str(manifest.path), "axes"), by_name().get(name, name), remark=f"repeats {', '.join(twice)}"
+            )
+        return
     numbers: dict[str, int] = {}
     for number, case in enumerate(cases, 1):
         first = numbers.setdefault(case.case_id, number)

@@ -23,7 +23,7 @@ from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, check, declared, parameter, require
-from nanoslip.study.manifest.parameters import YOUNG, Value, as_written, span
+from nanoslip.study.manifest.parameters import OTHER_TABLES, YOUNG, Value, as_written, span
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 # Who made a campaign and how others may use it: the table [about], for attributes of the dataset. It decides no result.
@@ -425,3 +425,14 @@ def _increasing(value: Any) -> bool:
 def field_names(kind: type) -> tuple[str, ...]:
     """The names of a dataclass's fields, in their order."""
     return tuple(item.name for item in fields(kind))
+
+
+OTHER_TABLES.update(
+    {
+        "[[drives]] or [drive_axes]": drive_parameters(),
+        "[scales]": (*field_names(Scales), YOUNG),
+        "[ensemble]": field_names(EnsembleTable),
+        "[target]": field_names(TargetTable),
+        "[outputs]": field_names(Outputs),
+    }
+)

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields
 from decimal import Decimal
 from typing import Any, Final, TypeVar
@@ -88,6 +88,10 @@ FILE_KEYS: Final = ("table", *in_files())
 attributes manifest_<key>."""
 
 
+OTHER_TABLES: Final[dict[str, Collection[str]]] = {}
+"""Table without parameters of a case, as messages name it -> its keys. Each is entered where its keys are declared."""
+
+
 def table_of(word: str) -> str:
     """The name of the table that takes a word; empty if none does."""
     return next((table for table in TABLES if word in words_of(table)), "")
@@ -100,7 +104,12 @@ def by_name() -> Mapping[str, str]:
 
 def in_words(parameters: Mapping[str, object]) -> str:
     """Parameters and their values in the words of a manifest: `radius = 200.0, events = 5`."""
-    return ", ".join(f"{by_name().get(name, name)} = {value}" for name, value in parameters.items())
+    return ", ".join(f"{by_name().get(name, name)} = {as_typed(value)}" for name, value in parameters.items())
+
+
+def as_typed(value: object) -> str:
+    """A value as people type it: ten digits of a number, which a division leaves as 0.014899999999999998."""
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
 def settings() -> tuple[str, ...]:

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from nanoslip.solver.case import parameters_of_a_case
-from nanoslip.solver.drive import Scales, parameters_of_a_drive
+from nanoslip.solver.drive import parameters_of_a_drive
 from nanoslip.solver.outcome import ABSENT, SHOWN, InvalidInput, NanoslipError
-from nanoslip.solver.parameter import declared
-from nanoslip.study.manifest.parameters import YOUNG, axes, of_symbol, table_of
+from nanoslip.study.manifest.parameters import OTHER_TABLES, axes, of_symbol, table_of
 from nanoslip.study.manifest.vocabulary import beyond, key_meant
 from nanoslip.study.toml_text import shown
 
@@ -130,6 +129,4 @@ def _home(word: str) -> str:
     """Table in which a known word belongs, as a remark; empty for any other."""
     if table := table_of(word):
         return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
-    if word in parameters_of_a_drive():
-        return "belongs in [[drives]] or [drive_axes]"
-    return "belongs in [scales]" if word in (*declared(Scales), YOUNG) else ""
+    return next((f"belongs in {table}" for table, keys in OTHER_TABLES.items() if word in keys), "")

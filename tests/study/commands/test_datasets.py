@@ -323,7 +323,7 @@ def test_cases_are_chosen_by_their_values_and_a_picture_has_the_size_and_style_t
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("{} --y plateau radius=70", "radius = 70: no such case; there are 50.0, 100.0, 200.0"),
+        ("{} --y plateau radius=70", "radius = 70: no such case; there are 50, 100, 200"),
         ("{} --y plateau radius=50 mu_i=0.5", "plateau_mean: all cases are alike: there is nothing to draw it against"),
         ("{} --y plateau --size 3", "Option '--size' requires 2 arguments"),
         ("{} --y plateau --size 3 60", "60.0 is not in the range 0.5<=x<=50.0"),
@@ -349,7 +349,7 @@ def test_frames_are_of_the_case_that_is_singled_out(main, campaign, tmp_path):
     words = ("intrinsic_friction=0.5", "radius=50", "--events", "0,20", "-o", tmp_path / "strip.svg")
     code, out, err = main("frames", campaign, *words)
     assert (code, err) == (0, "")
-    assert f"written: {tmp_path / 'strip.svg'} (intrinsic_friction = 0.5, radius = 50.0, " in out
+    assert f"written: {tmp_path / 'strip.svg'} (intrinsic_friction = 0.5, radius = 50, " in out
     assert "2 moments to event 20)" in out
     assert "<svg" in (tmp_path / "strip.svg").read_text()
 

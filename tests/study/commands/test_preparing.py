@@ -108,8 +108,8 @@ def test_all_problems_of_all_files_are_shown_and_the_others_are_valid_and_nothin
     code, said, errors = main("check", wrong, campaign, again, missing)
     assert (code, said.splitlines()[0]) == (2, f"{campaign}: valid: 4 cases, each with 2 drives, 13 tasks")
     lines = errors.splitlines()
-    assert [sum(str(path) in line for line in lines) for path in (wrong, again, missing)] == [2, 2, 1]
-    for said in (f"{wrong}: axes.radius[0] = -50.0: needs ", "did you mean n_x?", "cases 1 and 2: are the same"):
+    assert [sum(str(path) in line for line in lines) for path in (wrong, again, missing)] == [2, 1, 1]
+    for said in (f"{wrong}: axes.radius[0] = -50.0: needs ", "did you mean n_x?", "axes.radius: repeats 50"):
         assert sum(said in line for line in lines) == 1
     assert set(campaign.parent.iterdir()) == {campaign, wrong, again}
 

@@ -35,10 +35,16 @@ def test_no_axes_are_one_case(tmp_path):
 
 
 def test_cases_that_are_the_same_are_named_by_the_words_of_the_manifest(tmp_path):
-    manifest = read(tmp_path, "axes.events = [5, 5]\naxes.radius = [50]")
-    with pytest.raises(ManifestError, match=r"cases 1 and 2: .*radius = 50\.0, .*, events = 5$") as error:
+    manifest = read(tmp_path, 'design = "zip"\naxes.events = [5, 5]\naxes.radius = [50, 50]')
+    with pytest.raises(ManifestError, match=r"cases 1 and 2: .*radius = 50, .*, events = 5$") as error:
         expand(manifest)
     assert str(error.value).startswith(f"{tmp_path}/mine.toml: cases")
+
+
+def test_repeated_values_of_an_axis_are_one_problem(tmp_path):
+    with pytest.raises(ManifestError) as error:
+        expand(read(tmp_path, "axes.radius = [50, 60, 50, 70, 70]\naxes.events = [5, 6]"))
+    assert [(each.place.part, each.key) for each in error.value.problems] == [("axes", "radius")]
 
 
 def test_labels_are_the_standard_four_and_the_axes(tmp_path):

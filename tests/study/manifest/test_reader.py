@@ -140,6 +140,8 @@ WRONG = {
     'title = "a\\nb"': ": needs to be one line without control characters",
     'title = "\\u202e\\u009b31m"': 'title = "\\u202e\\x9b31m": needs to be one line without control characters',
     "stage = 1": ": unknown; did you mean stages?",
+    "numerics.members = 4": ": belongs in [ensemble]",
+    "numerics.pin_mass = 4": ": belongs in [[drives]] or [drive_axes]",
     "n_x = 33": ": belongs in [numerics] or [axes]",
     "constants = 1": ": needs a table [constants]",
     "axes = [,": "…not TOML: …line 2…",
