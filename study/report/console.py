@@ -65,7 +65,8 @@ class Table:
     """A header and rows of text, most important columns first; the last one holds an outcome or a sentence, and alone is wrapped.
 
     Too wide: titles are folded, then columns left out from the right and named below, but none that identifies a row or was asked
-    for, then cells are folded. Then each sentence stands below its row; at last every cell has a line.
+    for, then cells are folded. Then each sentence stands below its row, or requested columns are in several tables; at last every
+    cell has a line.
     """
 
     header: tuple[str, ...]
@@ -95,7 +96,28 @@ class Table:
             if sum(widths) + GAP * len(widths) <= width:
                 yield from self._above_sentences(widths, console, options)
                 return
-        yield from self._cards(width)
+        parts = list(self._parts(width, folded))
+        yield from parts if parts and len(self.rows) > 1 else self._cards(width)
+
+    def _parts(self, width: int, folded: Sequence[int]) -> "Iterator[Table]":
+        """Tables with the labels and as many requested columns as fit, the last with the sentences; none if one does not fit."""
+        labels, last = range(self.labels), len(self.header) - 1
+        room, groups = width - sum(folded[: self.labels]) - GAP * self.labels, list[list[int]]()
+        free = -1
+        for place in range(self.labels, min(self.labels + self.asked, last)):
+            if folded[place] + GAP > room:
+                return
+            if folded[place] + GAP > free:
+                groups.append([])
+                free = room
+            groups[-1].append(place)
+            free -= folded[place] + GAP
+        for number, group in enumerate(groups if len(groups) > 1 else ()):
+            header, *rows = (
+                (*(row[place] for place in (*labels, *group)), row[last] if number == len(groups) - 1 else "")
+                for row in (self.header, *self.rows)
+            )
+            yield replace(self, header=header, rows=tuple(rows), asked=len(group))
 
     def _above_sentences(self, widths: Sequence[int], console: Console, options: ConsoleOptions) -> RenderResult:
         """The first columns side by side, and below each row its sentence."""

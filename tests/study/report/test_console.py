@@ -184,6 +184,17 @@ def test_a_terminal_sees_a_row_that_failed_in_colour(monkeypatch: pytest.MonkeyP
     assert lines.count(red[0]) == 1
 
 
+def test_requested_columns_that_are_too_wide_together_are_tables_below_each_other() -> None:
+    """Of 32 rows with four numbers every cell had a line: 349 lines."""
+    numbers = tuple(f"0.{place}2345 ± 0.00012" for place in range(4))
+    rows = tuple((f"{number}.25", "slow", *numbers, "completed") for number in range(32))
+    table = Table(("μ_i", "drive", "μ_s", "μ_k", "V_c", "k_c", "outcome"), rows, 2, asked=4)
+    lines = texts(table, 60)
+    assert len(lines) < 4 * len(rows)
+    assert all(sum(number in line for line in lines) == len(rows) for number in numbers)
+    assert sum("completed" in line for line in lines) == len(rows)
+
+
 def test_a_title_folds_between_its_words_no_narrower_than_its_numbers_and_never_inside_a_name() -> None:
     """n_x is one word; what fits above numbers as wide stays on one line."""
     row = ("65", "0.2739 ± 0.0003", "0.0025", "ok")
