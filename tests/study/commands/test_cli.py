@@ -140,7 +140,7 @@ def test_a_name_that_the_file_system_refuses_is_one_line(main, words):
 
 WRONG = {
     "an unknown key": ("n_x = 17", "n_y = 17", "numerics.n_y = 17", "did you mean n_x"),
-    "a case twice": ("radius = [50.0, 100.0]", "radius = [50.0, 50]", "cases 1 and 2: are the same", "radius = 50.0"),
+    "a case twice": ("radius = [50.0, 100.0]", "radius = [50.0, 50]", "axes.radius: repeats 50", "small.toml"),
     "no TOML": ("[axes]", "[axes", "small.toml", ""),
 }
 COMMANDS = pytest.mark.parametrize("command", ["plan", "run --serial", "status", "collect"])
