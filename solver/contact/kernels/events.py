@@ -405,7 +405,8 @@ def _change_contact(state: KernelState, constants: KernelConstants, kind: EventK
 @compiled(entry=True)
 def resolve_violations(state: KernelState, constants: KernelConstants) -> Stop:
     """The cascade that begins with the worst violation, for Python: to look at the type of a kind takes longer than this."""
-    return resolve(state, constants, EventKind.NOTHING, -1)
+    # A literal -1 is a type of its own, for which all of the cascade would be compiled once more.
+    return resolve(state, constants, EventKind.NOTHING, np.int64(-1))  # type: ignore[arg-type]
 
 
 @compiled()
