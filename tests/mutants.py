@@ -101,7 +101,10 @@ def nearest_first(file: Path) -> list[list[str]]:
 
 
 def first_failure(tree: Path, tests: list[str], seconds: float) -> str:
-    """The first everyday test that fails; empty if none does, or none is there (exit code 5). Raises TimeoutExpired."""
+    """The first everyday test that fails; empty if none does, or none is there (exit code 5). Raises TimeoutExpired.
+
+    conftest.py where nothing can be imported (exit code 4); an end of pytest itself decides nothing.
+    """
     words = [sys.executable, "-m", "pytest", "-xq", "--tb=no", "-rfE", "-p", "no:cacheprovider", "-m", "not slow"]
     words += ["-n2", "--dist=loadfile", "--no-loadscope-reorder"]
     words += ["-o", f"faulthandler_timeout={HANGS}", "-o", "faulthandler_exit_on_timeout=true"]
@@ -110,7 +113,10 @@ def first_failure(tree: Path, tests: list[str], seconds: float) -> str:
         done = subprocess.run([*words, *tests], cwd=tree, stdout=out, stderr=out, env=here, timeout=seconds)  # noqa: PLW1510
         out.seek(0)
         found = re.search(r"^(?:FAILED|ERROR) (.*?)(?: - .*)?$", out.read(), re.MULTILINE)
-    return "" if done.returncode in {0, 5} else found[1] if found else "tests/conftest.py"
+    if done.returncode in {0, 5}:
+        return ""
+    unknown = "tests/conftest.py" if done.returncode == 4 else f"undecided: exit code {done.returncode}"
+    return found[1] if found else unknown
 
 
 def judged(mutant: Mutant, tree: Path, tests: list[list[str]], seconds: float) -> str:
@@ -124,7 +130,8 @@ def judged(mutant: Mutant, tree: Path, tests: list[list[str]], seconds: float) -
         return f"undecided after {seconds:g} s"
     finally:
         path.write_text(source)
-    return f"undecided: fails anyway: {killer}" if killer and first_failure(tree, [killer], seconds) else killer
+    anyway = killer and not killer.startswith("undecided") and first_failure(tree, [killer], seconds)
+    return f"undecided: fails anyway: {killer}" if anyway else killer
 
 
 def main() -> None:
