@@ -194,6 +194,6 @@ def test_what_is_said_of_a_campaign_is_said_in_its_words(
     assert {"tired=0.5", "tired=1"} <= {word for task in plan.tasks for word in task.label.split()}
     code, out, _ = main("plan", path)
     assert code == 0
-    assert ", tired = 1.0: tired = 1.0 with residual_shear = 0.5: needs 0" in out
+    assert ", tired = 1: tired = 1.0 with residual_shear = 0.5: needs 0" in out
     assert re.search("expected: .*, first .*tired = 0.5", out)
     assert "tiredness" not in out

@@ -172,8 +172,8 @@ def test_a_wrong_case_is_one_clear_message(main, finished, tmp_path):
     (tmp_path / "bad.nc").write_bytes(b"no netCDF")
     for words, said in (
         ((finished, "radius=50"), "needs to be one case: give also intrinsic_friction=0.25 or intrinsic_friction=0.5"),
-        ((finished, "radius=51"), "radius = 51: no such case; there are 50.0, 100.0"),
-        ((finished, "radius=small"), "radius = small: no such case; there are 50.0, 100.0"),
+        ((finished, "radius=51"), "radius = 51: no such case; there are 50, 100"),
+        ((finished, "radius=small"), "radius = small: no such case; there are 50, 100"),
         ((finished, "radius=50 N"), "radius = '50 N': needs a number, or one with a unit as \"50 m\""),
         ((finished, "raduis=50"), "raduis: no coordinate of these cases; did you mean radius?"),
         ((finished, *ONE, "events=61"), "max_events = 61: no such case"),
