@@ -245,25 +245,8 @@ RECORD: Final = LoadPath()
 """No path: a record in one direction at one load."""
 
 
-class _OfParts(type):
-    """Type whose instances name an argument that they do not take, and `Case.of` for one of a part."""
-
-    def __call__(cls, *given: Any, **named: Any) -> Any:
-        try:
-            return super().__call__(*given, **named)
-        except TypeError:
-            own = list(cls.__annotations__)
-            if not (name := next((name for name in named if name not in own), "")):
-                raise
-            of_part = name in parameters_of_a_case()
-            need = (
-                f"Case.of({{{name!r}: …}}), which takes parameters of parts" if of_part else f"one of {', '.join(own)}"
-            )
-            raise InvalidInput(name, named[name], need) from None
-
-
 @dataclass(frozen=True, slots=True)
-class Case(metaclass=_OfParts):
+class Case:
     """One physics point: pin, slab, load, friction, limits (`max_…`: the first ends it). Lengths in L_x, loads in G·L_x·L_y.
 
     intrinsic_friction: μ_i; `inf` is adhesive stick. start: in node spacings, right of the middle. max_presliding: in μ_i·W/K.

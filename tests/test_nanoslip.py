@@ -104,8 +104,6 @@ def test_a_drive_in_si_is_the_papers_but_for_what_is_given():
         (lambda: nanoslip.friction_record({"radius": 50}), "case"),
         (lambda: nanoslip.friction_path({"radius": 50}), "case"),
         (lambda: nanoslip.contact_state({"radius": 50}), "case"),
-        (lambda: nanoslip.Case(n_x=65), "n_x"),
-        (lambda: nanoslip.Case(nonsense=65), "nonsense"),
         (lambda: nanoslip.Case(slab={"n_x": 65}), "slab"),
         (lambda: nanoslip.run(nanoslip.Case()), "campaign"),
     ],
