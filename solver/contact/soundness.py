@@ -22,7 +22,8 @@ from nanoslip.solver.outcome import COMPLETED, ROUNDED, Ending, Outcome
 STEEP_PIN = Outcome(
     Ending.STEEP_PIN,
     "the pin is too steep where it touches, either above 45° (between nodes too) or so steep against intrinsic_friction that an "
-    "event creates energy: raise radius or intrinsic_friction, lower normal_load, or use a smoother heterogeneity.roughness",
+    "event creates energy: raise radius or intrinsic_friction, lower normal_load, or use a smoother heterogeneity.roughness; "
+    "effects.pin_translation = false keeps pressures constant, and computes pins below 45°",
 )
 """Down a flank of slope s the pressure does the work s·N per distance, which only a shear above s·N can make a loss."""
 NOT_FINITE = Outcome(

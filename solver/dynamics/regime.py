@@ -104,8 +104,9 @@ class CriticalPoint:
         ensemble=True,
         symbol="V_c",
         comment="above it the pin no longer sticks; at the drive's spring, mass and damping ratio, pulled from rest over the "
-        "same record, without `memory`; by bisection to 2 %, from where Eq. 17 ends no slip down to a 16,000th; "
-        "below it there may be windows without sticking; NaN unless critical_velocity_search is found",
+        "same record, without `memory`; a longer record has higher peaks, and a higher V_c; by bisection to 2 %, from where "
+        "Eq. 17 ends no slip down to a 16,000th; below it there may be windows without sticking; NaN unless "
+        "critical_velocity_search is found",
     )
     critical_velocity_search: Search = quantity(
         "result of the search for V_c",

@@ -57,7 +57,7 @@ FELT = 0.02
 
 
 _WIDEN: Final = (
-    "raise scales.slab_width, and n_x with it, of a pin given in units; or lower limits.presliding or displacement"
+    "if the pin is given in units, raise scales.slab_width, and n_x with it; or lower limits.presliding or displacement"
 )
 
 
@@ -71,7 +71,7 @@ class Flag(Enum):
     few_nodes = (
         1,
         f"fewer than {FEWEST_NODES} nodes in contact, or {FEWEST_IN_PLANE} of a plane of nodes",
-        "raise n_x; or lower scales.slab_width, of a pin given in units",
+        "raise n_x; or, if the pin is given in units, lower scales.slab_width",
     )
     near_ends = (
         2,

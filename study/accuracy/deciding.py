@@ -221,7 +221,7 @@ def missing_words(spacing: Spacing) -> str:
 
 
 _WHY: Final = {
-    Ending.NO_SLIP.value: "the pin does not slip",
+    Ending.NO_SLIP.value: "the pin sticks, or follows in micro slips",
     Ending.NO_PLATEAU.value: "friction does not become steady",
     Ending.COMPLETED.value: "not known",
 }

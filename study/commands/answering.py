@@ -175,6 +175,8 @@ def ranking(
     name, value = found.variable, float(case[found.variable])
     errors = [*summary.errors_of(case, name, cost), *_beside(case, found, value)]
     rows = [(each.source, f"{each.share:.1%}", each.cure) for each in sorted(errors, key=lambda each: -each.share)]
+    if name == "critical_velocity":  # the highest peaks decide, and a longer record has higher ones
+        rows.append((f"the {summary.SHARED}", NOT_MEASURED, summary.longer_record(case)))
     if not found.computed:
         rows.append((_SPACING, NOT_MEASURED, "; ".join(map(missing_words, found.spacings))))
     assert of.case is not None

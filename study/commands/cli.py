@@ -170,7 +170,7 @@ def campaigns() -> None:
 def new() -> None:
     """Write a commented campaign to start from.
 
-    STARTER is its name; without a name the starters are listed. TEXT_FILE [default: STARTER.toml] must not exist. Files that the
+    STARTER is its name; without a name the starters are listed. FILE [default: STARTER.toml] must not exist. Files that the
     campaign needs are written beside it.
 
     Example: nanoslip new sweep campaigns/mine.toml
@@ -208,10 +208,9 @@ def plan() -> None:
 def explain() -> None:
     """Explain the cost and the errors of one case of CAMPAIGN.
 
-    KEY=VALUE select the case, and a drive, as those of `show`. The output has the estimated time, the measured error of
-    the grid, and the cost of half that error. For a computed case it ranks what decides its number: starts, grid, node spacing,
-    the stress that a slip drops, the length of the record; each with what it takes to know better. --effects adds the output of
-    `nanoslip effects` for this case.
+    KEY=VALUE select the case, and a drive, as those of `show`. The output has the estimated time of its computation. For a
+    computed case it ranks what decides its number: starts, length of the record, node spacing, the stress that a slip drops;
+    each with what it takes to know better. --effects adds the output of `nanoslip effects` for this case.
 
     Example: nanoslip explain campaigns/mine.toml intrinsic_friction=0.5 --effects
     """

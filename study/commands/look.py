@@ -189,7 +189,7 @@ def _share(uncertainty: float, digits: str = ".1g") -> str:
     return f"{uncertainty:{digits}}" if math.isfinite(uncertainty) else "?"
 
 
-# `nanoslip explain`: one case before it is computed: its estimated time, the error of its grid, and what half of that costs.
+# `nanoslip explain`: the estimated time of a case, and what decides its main number once it is computed.
 
 
 def explain_case(
@@ -206,13 +206,7 @@ def explain_case(
     seconds = sum(map(measured_in(into, *folders(into)).seconds, plan_of(manifest, [case]).tasks))
     label = summary.label_text(case.parameters, manifest.stated_scales)
     rough = _of_roughness(case.case, "slip" in manifest.stages)
-    print_sentences(
-        [
-            f"case {label}",
-            f"estimated time, roughly: {roughly(seconds)}",
-            rough,
-        ]
-    )
+    print_sentences([f"case {label}", f"estimated time of its computation: {roughly(seconds)}", rough])
     scenes = scenes_of(manifest, [case], SHOWN)
     _explain(into / file.FILE, manifest, parameters, case, roughly(4.0 * seconds), math.inf if show_grid else SECONDS)
     if show_effects:

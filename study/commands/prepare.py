@@ -94,7 +94,8 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
         try:
             plan = plans.planned(campaign)
             note(_counted(campaign, plan))
-            advice = [*_axes(plan), *plans.idle_lines(plan), *plans.ball_lines(plan), *duration_lines(plan)]
+            scaled = [_in_si(plan)] if plan.manifest.stated_scales else []
+            advice = [*_axes(plan), *scaled, *plans.idle_lines(plan), *plans.ball_lines(plan), *duration_lines(plan)]
             expected = (f"expected: {line}" for line in expected_lines(plan, outlook_of(plan)))
             print_sentences([*advice, *expected, *(f"refused: {line}" for line in _refused(plan))])
         except ManifestError as error:

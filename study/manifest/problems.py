@@ -49,7 +49,9 @@ class Problem:
     def __str__(self) -> str:
         missing = self.value is None
         given = not missing and self.value is not ABSENT
-        where = self.place.of(self.key) + (f" = {shown(self.value)}" if given else "")
+        # A division by a unit leaves 1.4899999999999998.
+        value = float(f"{self.value:.10g}") if isinstance(self.value, float) else self.value
+        where = self.place.of(self.key) + (f" = {shown(value)}" if given else "")
         parts = (where, "missing" if missing else "", self.remark, self.need and f"needs {self.need}")
         return printable(": ".join(filter(None, parts)))
 

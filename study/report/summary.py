@@ -120,6 +120,8 @@ def ending_lines(case: xr.Dataset, completed: bool = True) -> Iterator[str]:
     ):
         if ending.name in case and not case[ending.name].dims:
             ended, why = str(case[ending.name].item()), str(case[message.name].item())
+            if label == "drive" and ended == COMPLETED and "critical_velocity" in case:
+                continue  # its message is about numbers of this one drive, which were not asked for
             if completed or why or ended != COMPLETED:
                 yield ": ".join(filter(None, (label, ended, why)))
     if "advice" in case and (advice := str(case["advice"].item())):
@@ -586,14 +588,21 @@ def _parts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
     if f"{name}{UNCERTAINTY}" in dataset:
         shared = dataset.get(f"{name}{SHARED_ERROR}", xr.DataArray(0.0)).fillna(0.0)
         own = (dataset[f"{name}{UNCERTAINTY}"] ** 2 - shared**2).clip(min=0.0) ** 0.5
-        found["starts"], found[_SHARED] = own / value.where(value > 0.0), shared / value.where(value > 0.0)
+        found["starts"], found[SHARED] = own / value.where(value > 0.0), shared / value.where(value > 0.0)
     if _LEFT_OUT_ERROR.name in dataset:
         found[_LEFT_OUT.name] = dataset[_LEFT_OUT_ERROR.name].where(dataset[_LEFT_OUT.name] != "nothing")
     return found
 
 
-_SHARED: Final = "length of the record"
+SHARED: Final = "length of the record"
 """Part of ± that all starts share."""
+
+
+def longer_record(case: xr.Dataset) -> str:
+    """Advice to compute a case with a longer record, and the length that it has."""
+    spans = float(case.get("record_spacings", math.nan))
+    twice = f" (limits.spacings = {2.0 * spans:.2g})" if math.isfinite(spans) else ""
+    return f"a longer record: it spans {spans:.2g} of the node spacings with which the surface repeats{twice}"
 
 
 def errors_of(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
@@ -601,8 +610,7 @@ def errors_of(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
     members = case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan))
     cures = {
         "starts": f"{4 * float(members):g} members halve this part{cost and f': {cost}'}",
-        _SHARED: f"a longer record: it spans {float(case.get('record_spacings', math.nan)):.2g} of the node spacings with "
-        "which the surface repeats (limits.spacings = 2)",
+        SHARED: longer_record(case),
         _LEFT_OUT.name: "half of target.within halves it",
     }
     left_out = f"{str(case[_LEFT_OUT.name].item()).replace('_', ' ')} left out" if _LEFT_OUT.name in case else ""
