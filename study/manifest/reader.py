@@ -631,14 +631,10 @@ def effects(manifest: Manifest) -> dict[str, str]:
     found["roughness of the pin"] = _word(bool(rough))
     for name in _OF_DRIVES if manifest.drives else ():
         found[name] = _joint([_drive_setting(each.drive, name) for each in manifest.drives if each.drive])
-    for name in field_names(Outputs):
-        if name not in _OUTPUTS_OF_DRIVES or manifest.drives:
-            found[f"outputs.{name}"] = _word(bool(getattr(manifest.outputs, name)))
     return found
 
 
 _OF_DRIVES: Final = ("surface_compliance", "reverse_motion", "damping", "sawtooth")
-_OUTPUTS_OF_DRIVES: Final = ("trajectory", "phases", "fit")
 
 
 def _setting(manifest: Manifest, name: str) -> str:

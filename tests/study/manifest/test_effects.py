@@ -101,7 +101,7 @@ def test_combinations_that_mean_nothing_are_refused(tmp_path):
 
 
 def test_the_effects_of_a_campaign_are_listed(tmp_path):
-    text = "axes.coupling = [true, false]\nheterogeneity.spread = 0.2\noutputs.records = false\n"
+    text = "axes.coupling = [true, false]\nheterogeneity.spread = 0.2\n"
     drives = DRIVES + 'profile = "mean"\n[[drives]]\nname = "b"\ndamping_ratio = 0\n'
     found = effects(planned(tmp_path, text + drives).manifest)
     assert found["coupling"] == "on, off"
@@ -109,8 +109,6 @@ def test_the_effects_of_a_campaign_are_listed(tmp_path):
     assert found["spread of μ_i"] == "0.2"
     assert found["sawtooth"] == "off: mean, on"
     assert found["damping"] == "on, off"
-    assert found["outputs.records"] == "off"
-    assert found["outputs.phases"] == "on"
     without = effects(planned(tmp_path, "").manifest)
     assert without["dynamics"] == "off"
     assert "damping" not in without
