@@ -113,7 +113,8 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
         with api.run(source, out / figures[0].campaign, progress=True) as dataset:
             for figure in figures:
                 note(figure.title)
-                print_table(Table(figure.header, tuple(figure.claims(dataset)), 3))
+                head, *rows = shared.filled(figure.claims(dataset), figure.header)
+                print_table(Table(head, tuple(rows), len(head) - 1))
                 write(files_of(figure, dataset, into, formats))
 
 

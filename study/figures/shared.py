@@ -46,11 +46,16 @@ class Claim(NamedTuple):
 HEADER: Final = ("", "paper", "found", "remark")
 
 
-def table(claims: Iterable[Claim], header: Sequence[str] = HEADER) -> str:
-    """Claims as a Markdown table, without columns that are empty."""
+def filled(claims: Iterable[Claim], header: Sequence[str] = HEADER) -> list[tuple[str, ...]]:
+    """The header and the rows of claims, without columns that are empty."""
     columns = zip(header, *claims, strict=True)
     kept = (column for number, column in enumerate(columns) if number == 0 or any(column[1:]))
-    head, *body = zip(*kept, strict=True)
+    return list(zip(*kept, strict=True))
+
+
+def table(claims: Iterable[Claim], header: Sequence[str] = HEADER) -> str:
+    """Claims as a Markdown table, without columns that are empty."""
+    head, *body = filled(claims, header)
     lines = [head, ("---",) * len(head), *body]
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
 

@@ -24,6 +24,7 @@ from nanoslip.study.figures.shared import (
     Claim,
     column,
     edges,
+    filled,
     format_of,
     image,
     over_starts,
@@ -159,3 +160,8 @@ def test_a_table_is_markdown_whose_bars_are_escaped() -> None:
     lines = table([Claim("|F|", "1 (§1)", "2")]).splitlines()
     assert lines[0] == "|  | paper | found |"  # without the column of remarks, as there is none
     assert lines[2] == "| \\|F\\| | 1 (§1) | 2 |"
+
+
+def test_what_no_claim_has_is_no_column() -> None:
+    """A table that ends at a terminal has none of its width for it."""
+    assert filled([Claim("a", "", "2")], ("", "", "found", "")) == [("", "found"), ("a", "2")]
