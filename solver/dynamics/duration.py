@@ -93,10 +93,10 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     rings = -math.log(RISING) / decay if decay else 0.0  # without a damper it may still stick later
     forgets = arrives + limit.period / drive.stage_velocity + rings
     duration = 2.0 * forgets - arrives
-    if not declared(Drive)["duration"].holds(duration):
-        return True
     edges = np.concatenate(([0.0], ramp + limit.edges[first:] - limit.edges[first]))
-    slope = np.concatenate(([mean / ramp], limit.slope[first:]))
+    slope = np.concatenate(([RISING**2 * drive.spring_stiffness], limit.slope[first:]))
+    if not np.all(np.diff(edges) > 0.0) or not declared(Drive)["duration"].holds(duration):
+        return True  # a pin without friction meets no ramp; one that is too long drowns the teeth
     there = FrictionLimit(edges, np.concatenate(([0.0], limit.force[first:])), slope, 1)
     trial = replace(drive, duration=duration, integrator="exact", samples=1, max_slips=None, step_limit=FORGETTING)
     motion = integrate(there, trial, surface_stiffness)
