@@ -360,6 +360,15 @@ def test_no_regime_near_the_border_of_stick_slip_changes_within_two_hundred_peri
     assert {"stick_slip", "slides"} < set(found)
 
 
+def test_a_pin_over_a_limit_that_falls_to_zero_slides():
+    """A node that drops all of its shear leaves no friction after any event, through which `linear` interpolates."""
+    bare = replace(RECORD, force_after=np.zeros_like(RECORD.force_after))
+    drive = Drive(25.0, 0.1, 8e-4, profile="linear")
+    motion, found = measured(bare, plateau_of(bare), drive)
+    assert found.kinetic_friction == 0.0
+    assert count_sticks(motion, drive).regime == "slides"
+
+
 def test_what_repeats_is_not_told_without_a_whole_cycle_in_the_second_half():
     for slips, ends in (([], []), ([10.0], [30.0]), ([10.0, 60.0], [30.0, 70.0]), ([60.0], [math.nan])):
         found = counted(slips, ends)
