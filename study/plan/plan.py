@@ -29,8 +29,11 @@ CaseTasks = Mapping[tuple[str, str], str]
 
 
 def longest_chain_first(tasks: Iterable[Task]) -> tuple[Task, ...]:
-    """Order by the cost of a task plus the longest chain that depends on it, so inputs precede their dependents."""
-    ordered = list(in_stages(tasks))
+    """Order by the cost of a task plus the longest chain that depends on it, so inputs precede their dependents.
+
+    Of equal ones those that need the same follow each other: the solver keeps what it computes of a slab.
+    """
+    ordered = list(in_stages(sorted(tasks, key=lambda task: task.needs)))
     after: dict[str, float] = {}  # work of the longest chain that hangs on a task, of those that are needed
     # One pass from the last stage back sees every chain whole.
     for task in reversed(ordered):
