@@ -35,8 +35,10 @@ def canonical_text(value: object) -> str:
         return value if isinstance(value, CanonicalText) else encode_basestring_ascii(value)
     if isinstance(value, float):
         return _NUMBER % value.hex()
-    if value is None or isinstance(value, bool | int):
+    if value is None or isinstance(value, bool):
         return json.dumps(value)
+    if isinstance(value, int):
+        return int.__repr__(value)
     if is_dataclass(value):
         kind = {"type": type(value).__name__}  # two types without fields differ
         return _of_mapping(kind | {item.name: getattr(value, item.name) for item in fields(value)})
@@ -88,17 +90,19 @@ class Texts:
         """
         self._content, self._others = content, others
         self._fields: dict[type, _Fields] = {}
-        self._patterns: dict[Hashable, _Pattern] = {}
+        self._patterns: dict[tuple[Hashable, ...], tuple[_Pattern, Any]] = {}
 
     def __call__(self, value: Any) -> CanonicalText:
         """The text of what is to be written of a value."""
         its = self._fields.get(type(value)) or self._fields.setdefault(type(value), _fields_of(type(value)))
-        alike = self._others(value), its.rest(value)
-        found = self._patterns.get(alike)
+        rest = its.rest(value)
+        alike = (self._others(value), *map(id, rest))  # parts are shared, and hashed more slowly than all else is done
+        found, _ = self._patterns.get(alike, (None, None))
         if found is None:
             if len(self._patterns) >= MOST_PATTERNS:
                 self._patterns.clear()
-            found = self._patterns[alike] = _pattern(self._content(value), its.names)
+            found = _pattern(self._content(value), its.names)
+            self._patterns[alike] = found, rest  # while they are kept no other part has their place
         numbers = its.numbers(value)
         return CanonicalText(found.text % tuple([numbers[place].hex() for place in found.places]))
 

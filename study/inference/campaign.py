@@ -211,7 +211,8 @@ def _word(name: str) -> str:
 def joined_plans(plans: Sequence[Plan]) -> Plan:
     """Join the tasks of several plans into one; its cases are those of the first."""
     tasks = {task.key: task for plan in plans for task in plan.distinct}
-    return replace(plans[0], distinct=tuple(in_stages(tasks.values())))
+    firsts = {key: first for plan in plans for key, first in plan.firsts.items()}
+    return replace(plans[0], distinct=tuple(in_stages(tasks.values())), firsts=firsts)
 
 
 def _number(value: Any) -> bool:

@@ -402,7 +402,7 @@ class Manifest:
     @property
     def paths(self) -> bool:
         """True if its cases follow a path of pin and load."""
-        return any(name in self.axes or name in self.tables.get("path", {}) for name in declared(LoadPath))
+        return not declared(LoadPath).keys().isdisjoint((*self.axes, *self.tables.get("path", ())))
 
     @property
     def stated_scales(self) -> Scales | None:

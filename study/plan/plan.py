@@ -16,7 +16,7 @@ from nanoslip.study.origin import Origins, foreign_among
 from nanoslip.study.plan.cost import (
     estimate,
 )
-from nanoslip.study.plan.kinds import KINDS, Wanted, in_stages
+from nanoslip.study.plan.kinds import KINDS, in_stages
 from nanoslip.study.plan.task import PENDING, Label, Task
 
 Some = TypeVar("Some")
@@ -62,9 +62,11 @@ class Plan:
     manifest: Manifest
     cases: tuple[CampaignCase, ...]
     distinct: tuple[Task, ...]
-    """Each distinct task once, needs first, not estimated."""
+    """Each distinct task once, needs first, neither labelled nor estimated."""
     case_tasks: Mapping[str, CaseTasks]
     """case_id -> its tasks."""
+    firsts: Mapping[str, tuple[CampaignCase, str]]
+    """Key of a task -> the first case, and its drive, that it is computed for."""
 
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
@@ -89,7 +91,7 @@ class Plan:
             cost, memory, disk = estimate(task)
             limit = self.manifest.task_seconds
             limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
-            found = self._estimates[task.key] = task.planned((task.names, task.values), cost, memory, disk, limit)
+            found = self._estimates[task.key] = task.planned(_label(task, *self.firsts[task.key]), cost, memory, disk, limit)
         return found
 
     def _left(self, finished: Collection[str]) -> list[Task]:
@@ -167,26 +169,26 @@ def make_plan(manifest: Manifest, heard: Heard = lambda _: None) -> Plan:
 def plan_of(manifest: Manifest, cases: Sequence[CampaignCase], heard: Heard = lambda _: None) -> Plan:
     """The plan of some cases of a manifest."""
     kinds = [kind for kind in KINDS.values() if kind.needed(manifest)]
-    tasks, case_tasks = dict[str, Task](), dict[str, CaseTasks]()
+    tasks, case_tasks, firsts = dict[str, Task](), dict[str, CaseTasks](), dict[str, tuple[CampaignCase, str]]()
     for number, case in enumerate(cases, 1):
         wanted = [each for kind in kinds for each in kind.tasks(case.case, manifest)] if case.case else []
         for each in wanted:
             if each.task.key not in tasks:
-                tasks[each.task.key] = each.task.planned(_label(each, case))
+                tasks[each.task.key], firsts[each.task.key] = each.task, (case, each.drive)
         case_tasks[case.case_id] = {(each.task.kind, each.drive): each.task.key for each in wanted if not each.part}
         heard(number)
-    return Plan(manifest, tuple(cases), tuple(in_stages(tasks.values())), case_tasks)
+    return Plan(manifest, tuple(cases), tuple(in_stages(tasks.values())), case_tasks, firsts)
 
 
-def _label(wanted: Wanted, campaign_case: CampaignCase) -> Label:
+def _label(task: Task, campaign_case: CampaignCase, drive: str) -> Label:
     names, values = campaign_case.labels.names, campaign_case.values
-    if wanted.drive:
-        return (*names, "drive"), (*values, wanted.drive)
-    if wanted.task.case is not None:
+    if drive:
+        return (*names, "drive"), (*values, drive)
+    if task.case is not None:
         return names, values
-    of_slab = wanted.task.slab.flat
+    of_slab = task.slab.flat
     given = dict(zip(names, values, strict=True))
-    found = {"n_x": wanted.task.slab.n_x, **{name: given[name] for name in names if of_slab.get(name) is not None}}
+    found = {"n_x": task.slab.n_x, **{name: given[name] for name in names if of_slab.get(name) is not None}}
     return tuple(found), tuple(found.values())
 
 
