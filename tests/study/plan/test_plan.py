@@ -217,7 +217,7 @@ def chain(task: Task, tasks: list[Task]) -> float:
 
 def test_the_longest_chain_is_first_and_needs_are_before_what_needs_them():
     tasks = made_up()
-    wanted = sorted(tasks, key=lambda task: (-chain(task, tasks), list(KINDS).index(task.kind)))
+    wanted = sorted(tasks, key=lambda task: (-chain(task, tasks), list(KINDS).index(task.kind), task.needs))
     found = longest_chain_first(tasks)
     assert [task.key for task in found] == [task.key for task in wanted]
     places = {task.key: place for place, task in enumerate(found)}
