@@ -386,17 +386,22 @@ def slip_constants(case: Case) -> SlipConstants:
 
 
 def _constants(case: Case, window: Window, state: KernelState, pin_rate: float | None) -> KernelConstants:
-    pin, nodes, outer = pin_of(case), case.slab.nodes, outer_nodes(case, window, state.contact, pin_rate)
+    pin, outer = pin_of(case), outer_nodes(case, window, state.contact, pin_rate)
     ends = np.flatnonzero(outer) if case.slab.rows > 1 else np.array([0, len(window) - 1])
     return KernelConstants(
         slip=slip_constants(case),
         pin=KernelPin(pin.curvature, Rise(pin.knots, pin.rises, window % len(pin.rises)) if pin.rough else None),
-        half_width=np.broadcast_to(pin.half_width, nodes)[window],
-        across=np.broadcast_to(pin.across, nodes)[window],
+        half_width=_under(pin.half_width, window),
+        across=_under(pin.across, window),
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         outer=outer,
         window_until=good_until(case, state, ends),
     )
+
+
+def _under(of_pin: float | Vector, window: Window) -> Vector:
+    """A number of the pin, or one over each surface node, over the nodes of a window."""
+    return of_pin[window] if isinstance(of_pin, np.ndarray) else np.full(len(window), of_pin)
 
 
 def state_of(compiled: CompiledContact, outcome: Outcome) -> ContactState:

@@ -47,7 +47,9 @@ class Pin:
 
     def face(self, xi: Vector) -> Vector:
         """Height of the pin as if it had no edges."""
-        rise = self._by_rows(xi, lambda places, rises: np.interp(places, self.knots, rises))
+        rise = self.rises[0, 0]
+        if self.rises.size > 1:  # a smooth pin's is one number
+            rise = self._by_rows(xi, lambda places, rises: np.interp(places, self.knots, rises))
         return np.asarray(self.curvature * xi**2 / 2 + rise + self.across)
 
     def lowest_within(self, xi: Vector, distance: float) -> Vector:

@@ -181,6 +181,8 @@ def steepest_across(case: Case, contact: NDArray[np.bool_], xi: Vector) -> float
     Between neighbouring rows of nodes, anywhere between the outermost nodes of both: the pin drags each row over its own heights.
     """
     pin, rows = pin_of(case), case.slab.rows
+    if rows == 1:
+        return 0.0
     touching, places = contact.reshape(-1, rows), xi.reshape(-1, rows)
     first, last = np.where(touching, places, np.inf).min(0), np.where(touching, places, -np.inf).max(0)
     left, right = np.maximum(first[1:], first[:-1]), np.minimum(last[1:], last[:-1])

@@ -341,10 +341,11 @@ def _creates_energy(
 ) -> bool:
     """True if events created more energy than the rounding error of load times displacement in each event."""
     created, lost = -np.minimum(record.dissipated, 0.0).sum(), np.maximum(record.dissipated, 0.0).sum()
-    steps = np.abs(np.diff(record.displacement, prepend=start.displacement))
+    moved = np.concatenate(([start.displacement], record.displacement))
+    steps = np.abs(moved[1:] - moved[:-1])
     before = np.concatenate(([record.initial_force], record.force_after))[:-1]
     work = float(np.abs(before + record.force_before) @ steps) / 2.0
     farthest = float(np.abs(end.u[end.contact]).max(initial=0.0))
-    moved = case.normal_load + abs(end.approach) + abs(end.displacement) + farthest
-    rounding = sys.float_info.epsilon * case.normal_load * moved * len(record.dissipated)
+    heights = case.normal_load + abs(end.approach) + abs(end.displacement) + farthest
+    rounding = sys.float_info.epsilon * case.normal_load * heights * len(record.dissipated)
     return bool(created > CREATED * (lost + work + abs(load_work)) + rounding)

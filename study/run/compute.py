@@ -153,7 +153,10 @@ def numbers(
     kind: kinds.Kind, members: Sequence[Member], *, scalars_only: bool = False
 ) -> tuple[dict[str, list[float | int]], dict[str, NDArray[Any]]]:
     """Scalars of all members, NaN where one has none, and arrays (see `Kind.all_members`) of the values of a kind's parts."""
-    scalars, arrays = _scalars(kind, members), _arrays(kind, members[0]) if members else {}
+    scalars = _scalars(kind, members)
+    if scalars_only and len(members) < 2:
+        return scalars, {}
+    arrays = _arrays(kind, members[0]) if members else {}
     if kind.all_members and len(members) > 1:
         each = [arrays, *(_arrays(kind, member) for member in members[1:])]
         for sample in dict.fromkeys(item.sample for item in kind.ragged):
@@ -169,39 +172,51 @@ def numbers(
 
 def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
     found: dict[str, list[float | int]] = {}
-    for place, part in enumerate(kind.parts):
+    for place, held in enumerate(_held_by(kind)):
         values = [member.values[place] if member.values[place:] else None for member in members]
         one = next((value for value in values if value is not None), None)
-        for name, key, words in _held(part) if one is not None else ():
-            if not isinstance(getattr(one, name), np.ndarray | Outcome):
+        for name, key, words in held if one is not None else ():
+            if not isinstance(getattr(one, name), _NO_SCALARS):
                 found[key] = [math.nan if value is None else _coded(getattr(value, name), words) for value in values]
     for number, member in enumerate(members):
         if member.only is not None:
             kept = {key for key, each in kinds.declared(kind).items() if each.name in member.only}
             for key in found.keys() - kept:
                 found[key][number] = math.nan
-    for key, each in kinds.declared(kind).items():
-        if each.shared and key in found:
+    for key, each in _sharing(kind):
+        if key in found:
             found[f"{key}{SHARED_ERROR}"] = [_shared(each, members, found[key])] * len(members)
     return found
+
+
+_NO_SCALARS: Final = (np.ndarray, Outcome)
+"""Types of values that are no scalars of a result."""
+
+
+@lru_cache(maxsize=64)
+def _sharing(kind: kinds.Kind) -> list[tuple[str, Quantity]]:
+    """Quantities of a kind whose means have an error that all members share."""
+    return [(key, each) for key, each in kinds.declared(kind).items() if each.shared]
 
 
 def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:
     """The error of a mean that all members share; NaN where fewer than two have a value."""
     having = [(member, value) for member, value in zip(members, values, strict=True) if math.isfinite(value)]
+    if len(having) < 2:
+        return math.nan
     if quantity.shared == "nodes":
-        step = math.fsum(member.node for member, _ in having) / max(len(having), 1)
+        step = math.fsum(member.node for member, _ in having) / len(having)
         return shared_by_nodes(np.array([value for _, value in having]), step)
     plateaus = [member.plateau for member, _ in having if member.plateau]
     if quantity.shared == "events":
-        return shared_by_events(plateaus) * abs(math.fsum(value for _, value in having)) / max(len(having), 1)
+        return shared_by_events(plateaus) * abs(math.fsum(value for _, value in having)) / len(having)
     return shared_error(plateaus)
 
 
 def _arrays(kind: kinds.Kind, member: Member) -> dict[str, NDArray[Any]]:
     found: dict[str, NDArray[Any]] = {}
-    for part, value in zip(kind.parts, member.values, strict=False):
-        for name, key, _ in _held(part) if value is not None else ():
+    for held, value in zip(_held_by(kind), member.values, strict=False):
+        for name, key, _ in held if value is not None else ():
             if isinstance(one := getattr(value, name), np.ndarray):
                 found[key] = one
     return found
@@ -227,6 +242,11 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
 
 
 @lru_cache(maxsize=64)
+def _held_by(kind: kinds.Kind) -> list[tuple[tuple[str, str, tuple[str, ...]], ...]]:
+    """`_held` of each part of a kind."""
+    return [*map(_held, kind.parts)]
+
+
 def _held(part: kinds.Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     """List the numbers of a part that results hold: field, name in results, and the words that it encodes."""
     described = quantities(part.type, part.prefix)
