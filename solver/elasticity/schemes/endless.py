@@ -75,6 +75,7 @@ class Convolution(SurfaceConvolution):
     """[[u per f_x, u per f_z], [w per f_x, w per f_z]] at -(n-1) … n-1 nodes to the right of the force, (2, 2, 2n-1)."""
     _symbol: Vector = field(init=False)
     _inverse: Vector = field(init=False)
+    _across: NDArray[np.complex128] = field(init=False)
 
     def __post_init__(self) -> None:
         # On a circle of 2(n-1) nodes the way round the back is never shorter, and the even w meets itself at n-1.
@@ -86,6 +87,9 @@ class Convolution(SurfaceConvolution):
         object.__setattr__(self, "by_distance", np.array([[x, across], [-across, z]]))
         object.__setattr__(self, "_symbol", symbol)
         object.__setattr__(self, "_inverse", inverse)
+        # The odd u has another sign round the back, which begins behind n-1.
+        room = np.zeros(scipy.fft.next_fast_len(len(across), real=True) - len(across))
+        object.__setattr__(self, "_across", scipy.fft.rfft(np.concatenate((self.across, room, -self.across[:0:-1]))))
 
     @property
     def under_itself(self) -> float:
@@ -99,7 +103,8 @@ class Convolution(SurfaceConvolution):
         return self._on_the_circle(self._symbol, forces)
 
     def u(self, forces: Vector) -> Vector:
-        return np.asarray(scipy.linalg.matmul_toeplitz((self.across, -self.across), forces))
+        around = scipy.fft.next_fast_len(2 * len(self.across) - 1, real=True)
+        return np.asarray(scipy.fft.irfft(self._across * scipy.fft.rfft(forces, around), around)[: len(forces)])
 
     def window(self, nodes: Indices) -> Dense:
         n, k = len(self.along_x), len(nodes)
