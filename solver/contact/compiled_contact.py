@@ -193,17 +193,13 @@ def tableau(compliance: Entries, contact: Nodes, into: NDArray[np.float64]) -> N
     normal = (kept >= n).astype(float)
     stiffness = bordered_inverse(bordered(compliance, pivoted, n), f"compliance of {count} nodes", into)
     from_kept = np.column_stack((compliance(kept, pivoted), normal)) @ stiffness
-    across = np.empty((len(pivoted) + 1, len(kept)))  # of thousands of nodes it is a tenth of a GB
-    for rows in portions(len(pivoted)):
-        across[:-1][rows] = compliance(pivoted[rows], kept)
-    across[-1], pivoted = normal, np.append(pivoted, 2 * n)
-    rest = compliance(kept, kept) - from_kept @ across
-    into[np.ix_(pivoted, kept)] = from_kept.T
-    del from_kept
-    answer = stiffness @ across
-    into[np.ix_(kept, kept)] = rest.T
-    into[np.ix_(kept, pivoted)] = np.negative(answer, out=answer).T
-    into[np.ix_(pivoted, pivoted)] = stiffness.T
+    with_load = np.append(pivoted, 2 * n)
+    into[np.ix_(with_load, with_load)] = stiffness.T
+    into[np.ix_(with_load, kept)] = from_kept.T
+    for some in portions(len(kept)):  # of thousands of nodes all at once are a tenth of a GB
+        back = np.vstack((-compliance(pivoted, kept[some]), -normal[some]))
+        into[np.ix_(kept[some], with_load)] = (stiffness @ back).T
+        into[np.ix_(kept[some], kept)] = (compliance(kept, kept[some]) + from_kept @ back).T
     into[:, len(into) :] = 0.0  # where the inverse had its room
 
 
