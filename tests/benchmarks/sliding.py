@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotri
 
 from nanoslip import Case, ContactState, Slab, SurfaceCompliance, contact_state, friction_record, surface_compliance
 from nanoslip.solver.contact.kernels.events import pivot
 from nanoslip.solver.contact.kernels.state import KernelState
 from nanoslip.solver.sliding.full_contact import compiled_at
 from nanoslip.solver.sliding.slide import slide, slide_to_state
-from tests.benchmarks.table import Row, best, seconds, verdict, versus
+from tests.benchmarks.table import Row, at_most, best, seconds, verdict, versus
 from tests.benchmarks.tamaas_peer import beside_tamaas
 
 Vector = NDArray[np.float64]
@@ -90,7 +91,7 @@ def rows() -> list[Row]:
     compliance = surface_compliance(fine.slab)
     large = slip_cost(fine, compliance, _steady(fine, compliance), events=500)
     table += _slip_rows(large, 1025, 4.0)
-    return [*table, *(_normal_contact_row(n, most) for n, most in ((129, 2.0), (1025, 5.0)))]
+    return [*table, *(_normal_contact_row(n, most) for n, most in ((129, 2.0), (1025, 5.0))), _ball_row()]
 
 
 def _steady(case: Case, compliance: SurfaceCompliance) -> ContactState:
@@ -113,3 +114,16 @@ def _normal_contact_row(n_x: int, most: float) -> Row:
     case = Case(intrinsic_friction=math.inf, slab=Slab(n_x=n_x), initial_contact="frictionless", max_events=1)
     compliance = surface_compliance(case.slab)
     return beside_tamaas(f"normal contact, n_x = {n_x}", best(lambda: contact_state(case, compliance)), case, most)
+
+
+def _ball_row() -> Row:
+    """Contact of a ball whose nodes stick and slip, which takes the inverse of their compliance, beside that inverse."""
+    case = Case(intrinsic_friction=0.5, normal_load=3.125e-4, slab=Slab(65, scheme="half_space"), start=0.3)
+    compliance = surface_compliance(case.slab)
+    state = contact_state(case, compliance)
+    nodes = np.flatnonzero(state.contact)
+    both = np.concatenate((nodes, nodes + case.slab.nodes))
+    block = compliance.entries(both, both)
+    ours, inverse = best(lambda: contact_state(case, compliance)), best(lambda: dpotri(dpotrf(block)[0]))
+    what = f"initial contact of a ball, {len(nodes)} nodes, {state.slips} slips"
+    return versus(what, ours, inverse, "inverse of their compliance by LAPACK", at_most(ours, 0.1))
