@@ -587,9 +587,10 @@ def _single(columns: dict[str, tuple[Value, ...]]) -> dict[str, Value]:
 
 
 def _with_depth(top: Mapping[str, Any], scales: dict[str, Any]) -> dict[str, Any]:
-    """Scales with the depth of a plane of nodes, which is a square, where none is given."""
-    scheme = top.get("numerics", {}).get("scheme")
-    planar = isinstance(scheme, str) and scheme in SCHEMES and SCHEMES[scheme].planar
+    """Scales with the depth of planes of nodes, which are squares, where none is given and no row of nodes has it, too."""
+    scheme = top.get("numerics", {}).get("scheme", top.get("axes", {}).get("scheme"))
+    schemes = scheme if isinstance(scheme, list) else [scheme]
+    planar = all(isinstance(each, str) and each in SCHEMES and SCHEMES[each].planar for each in schemes)
     return {"slab_depth": scales.get("slab_width", Scales().slab_width), **scales} if planar else scales
 
 

@@ -28,12 +28,13 @@ def test_keys_that_resemble_a_ball(given, expected):
     assert resembles_ball(given) is expected
 
 
+@pytest.mark.parametrize("schemes", ['numerics.scheme = "half_space"', 'axes.scheme = ["half_space", "layer"]'])
 @pytest.mark.parametrize(
     ("scales", "depth"), [('slab_width = "2 mm"', 2e-3), ("", 1e-3), ('slab_depth = "1 mm"', 1e-3)]
 )
-def test_a_plane_of_nodes_is_as_deep_as_wide_unless_given(tmp_path, scales, depth):
+def test_a_plane_of_nodes_is_as_deep_as_wide_unless_given(tmp_path, scales, depth, schemes):
     path = tmp_path / "ball.toml"
-    path.write_text(f'title = "x"\nnumerics = {{scheme = "half_space", n_x = 9}}\n[scales]\n{scales}\n')
+    path.write_text(f'title = "x"\n{schemes}\nnumerics.n_x = 9\n[scales]\n{scales}\n')
     assert load_manifest(path).scales.slab_depth == depth
 
 

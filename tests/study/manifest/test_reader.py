@@ -356,6 +356,16 @@ def test_the_first_campaign_that_a_reader_meets_works(tmp_path, page):
     assert len(read(tmp_path, text).axes["normal_load"]) == 4
 
 
+def test_every_campaign_on_a_page_is_a_good_one(tmp_path):
+    """Blocks with a title; others are parts of one."""
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    texts = [text.split("```")[0] for page in pages for text in page.read_text("utf-8").split("```toml\n")[1:]]
+    whole = [text for text in texts if text.startswith("title = ")]
+    assert len(whole) >= 3
+    for text in whole:
+        assert read(tmp_path, text).title
+
+
 def test_a_manifest_is_the_same_from_its_texts_alone_and_no_file_is_read(tmp_path):
     beside = {
         "table": "radius\n50\n100\n",
