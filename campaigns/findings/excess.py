@@ -136,8 +136,8 @@ NUMBERS: Final[Mapping[str, Any]] = {
 EXCESS: Final = CampaignFigure(
     "excess",
     "Static excess of many contacts, in plane strain and under a ball",
-    "Highest force over plateau, less 1, of a rigid slider with N contacts: means over 16 sliders and their ±. Solid: μ_i = 0.05, "
-    "dashed: 0.5. Dotted: average of independent contacts.",
+    "Highest force over plateau, less 1, of a rigid slider with N contacts: means over 16 sliders and their ±. Solid: μ_i = "
+    "0.05, dashed: 0.5. Dotted: average of independent contacts.",
     draw,
     claims,
     ("", "one contact", "many", "exponent"),
