@@ -59,15 +59,17 @@ def test_entries_are_flamants_integral_over_a_hat(poisson: float, depth: float) 
 
 
 def test_far_entries_are_those_of_a_force_at_a_point_but_for_what_a_hat_adds() -> None:
-    """The mean of ln(k + s) under a hat, whose s² has the mean 1/6, is ln k - 1/(12k²) and less than 1/(50k⁴) from there (k ≥ 2).
+    """The mean of ln(k + s) under a hat, whose s² and s⁴ have the means 1/6 and 1/15, is below ln k - 1/(12k²) by 1/(60k⁴) and
+    more, and less than 1/(50k⁴) (k ≥ 2).
 
     To some roundings of a logarithm, also where k² ln k has lost them all.
     """
     slab = Slab(n_x=1_000_001, poisson=0.0, scheme="half_plane")
     k = np.arange(2.0, slab.n_x)
     mean = -np.pi * (surface_compliance(slab).convolution.along_z[2:] + 1 / (2 * np.pi)) - np.log(slab.spacing)
-    astray = np.abs(mean - np.log(k) + 1 / (12 * k**2))
-    assert (astray <= 1 / (50 * k**4) + 1e-14).all()
+    below = np.log(k) - 1 / (12 * k**2) - mean
+    assert (below <= 1 / (50 * k**4) + 1e-14).all()
+    assert (below >= 1 / (60 * k**4) - 1e-14).all()
 
 
 @pytest.mark.parametrize("poisson", [0.0, 1 / 3, 0.4999])
