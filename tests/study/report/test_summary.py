@@ -333,6 +333,7 @@ def test_what_has_ended_is_in_a_table_before_what_has_not_and_the_rest_is_counte
     table = scalar_table(data, most=4)
     assert [row[-1] for row in table.rows] == ["pending", "pending", "completed", "invalid", "6 more"]
     assert table.failed == {3}
+    assert {len(row) for row in table.rows} == {len(table.header)}
     assert len(scalar_table(data, most=10).rows) == 10
 
 
