@@ -74,7 +74,7 @@ def first_room(most: int) -> Events:
 
 def first_of(events: Events, count: int) -> Events:
     """Room for the first `count` events."""
-    return Events(**{name: column[:count] for name, column in events._asdict().items()})
+    return events if count == len(events.load) else Events._make([column[:count] for column in events])
 
 
 def grown(events: Events) -> Events:
