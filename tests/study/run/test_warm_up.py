@@ -15,6 +15,7 @@ from nanoslip.solver.parameter import check, choices_of, declared, parameter
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.kinds import record_task
 from nanoslip.study.plan.plan import make_plan
+from nanoslip.study.run import warm_up
 from nanoslip.study.run.compute import run_task
 from nanoslip.study.run.warm_up import WarmUp, made_up, miniatures
 from tests.conftest import ROOT, SMALL
@@ -47,6 +48,15 @@ def test_each_miniature_of_the_campaigns_in_the_repository_completes(campaign):
             assert not task.drive or outcome.ending is not Ending.NO_PLATEAU  # nothing integrated
         assert {each.kind for each in results.values()} == {task.kind for task in tasks}
     assert WarmUp(()).limit < 3600.0
+
+
+def test_a_warm_up_runs_every_miniature(monkeypatch):
+    """Else each process of the run compiles what is missing."""
+    ran = []
+    monkeypatch.setattr(warm_up, "run_task", lambda task, needs: ran.append(task) or run_task(task, needs))
+    tasks = miniatures(planned("smoke"))
+    assert WarmUp(tasks).run().ok
+    assert sorted(task.key for task in ran) == sorted(task.key for task in tasks)
 
 
 @dataclass(frozen=True, slots=True)
