@@ -16,6 +16,7 @@ from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.simulate import drive_result, friction_record
+from nanoslip.study.inference.means import steady_mean
 from nanoslip.study.inference.recording import Trace, TraceOptions, read_trace
 from nanoslip.study.inference.trace import TraceNumbers, measure_trace
 from nanoslip.study.manifest.columns import decoded
@@ -43,6 +44,15 @@ def analytic(drive: Drive, samples: int, duration: float) -> tuple[NDArray[np.fl
 
 
 SLOW = Drive.from_si(Scales(), MASS, spring_stiffness=2e4, stage_velocity=2e-3, damping_ratio=ZETA, duration=4.0)
+
+
+def test_a_force_that_is_steady_counts_from_its_first_sample_to_its_last() -> None:
+    at = np.linspace(2.0, 12.0, 4001)
+    force = 3.0 + 0.1 * np.random.default_rng(1).standard_normal(len(at))
+    mean, start, change = steady_mean(at, force, "N")
+    assert start == at[0]
+    assert mean.value == pytest.approx((force.sum() - (force[0] + force[-1]) / 2) / 4000, rel=1e-12)
+    assert math.isnan(change)
 
 
 def test_the_closed_form_is_read_back() -> None:
