@@ -285,6 +285,11 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path, text, line):
     assert said(found, text, line), found
 
 
+def test_a_million_cases_are_not_too_many():
+    text = f'title = "Many"\n[axes]\n{many("radius", 1000)}{many("aspect_ratio", 1000)}'
+    assert parse_manifest(Path("mine.toml"), text, {}).case_count == 10**6
+
+
 def test_every_problem_is_told_at_once(tmp_path):
     text = 'stages = [1]\naxes.radius = [-1, 5, "a"]\nnumerics.n_x = 6\ndrive_axes.spring_stiffness = [3, 0, -1]\n'
     text += "[[drives]]\npin_mass = -1\nduration = 0\n"
