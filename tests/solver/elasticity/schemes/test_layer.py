@@ -78,3 +78,5 @@ def test_a_support_without_friction_or_a_film_thinner_than_its_nodes_are_apart_i
         with pytest.raises(InvalidInput) as refused:
             Slab(9, scheme="layer", **wrong)
         assert refused.value.key == key
+    film = Slab(n_x=9, aspect_ratio=0.125, scheme="layer")
+    assert film.aspect_ratio == film.spacing
