@@ -21,11 +21,17 @@ from nanoslip.solver.outcome import COMPLETED, ROUNDED, Ending, Outcome
 
 STEEP_PIN = Outcome(
     Ending.STEEP_PIN,
-    "the pin is too steep where it touches, either above 45° (between nodes too) or so steep against intrinsic_friction that an "
-    "event creates energy: raise radius or intrinsic_friction, lower normal_load, or use a smoother heterogeneity.roughness; "
-    "effects.pin_translation = false keeps pressures constant, and computes pins below 45°",
+    "the pin is steeper than 45° where it touches (between nodes too), or, at residual_shear = 1, than intrinsic_friction: "
+    "raise radius, lower normal_load, or use a smoother heterogeneity.roughness",
 )
-"""Down a flank of slope s the pressure does the work s·N per distance, which only a shear above s·N can make a loss."""
+DOWNHILL = Outcome(
+    Ending.STEEP_PIN,
+    "the pin is steeper than half of intrinsic_friction where it touches, so that events create energy: use "
+    "effects.pin_translation = false, which keeps pressures constant (not with changing loads or memory); or raise radius or "
+    "intrinsic_friction, or lower normal_load",
+)
+"""Down a flank of slope s the pressure does the work s·N per distance, which only a shear above s·N can make a loss. A slip's
+mean shear is half of μ_i·N if it drops all."""
 NOT_FINITE = Outcome(
     Ending.ROUNDING,
     "a force or displacement is no longer a number: use a load, a radius and an event_floor nearer those of the paper",
@@ -72,7 +78,8 @@ OUTCOME_OF_STOP = {
         "the smallest step pushed nodes beyond μ_i·pressure by more than 1e-4 of μ_i·W: lower slip.event_floor, or, where it "
         "is small, the radius or the record's limits",
     ),
-    Stop.STEEP: STEEP_PIN,
+    Stop.DOWNHILL: DOWNHILL,
+    Stop.STEEP: STEEP_PIN,  # the last of its ending, which stands for it in OUTCOME_OF_ENDING
     Stop.NOT_FINITE: NOT_FINITE,
     Stop.NO_EVENT: Outcome(
         Ending.NO_EVENT,

@@ -20,7 +20,7 @@ from nanoslip.solver.case import Case, Image, image_of
 from nanoslip.solver.contact.closed_forms import film_half_width, film_radius
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.pin import expected_half_width, node_friction, pin_of, roughness_slopes, surface_from_pin
-from nanoslip.solver.contact.soundness import STEEP_PIN, energy_created, steepest_across
+from nanoslip.solver.contact.soundness import DOWNHILL, STEEP_PIN, energy_created, steepest_across
 from nanoslip.solver.contact.state import ContactState, contact_width
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import quantity
@@ -333,7 +333,7 @@ def lawfulness(
     if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end, load_work):
         return COMPLETED
     steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case, end.first_node))[end.contact].any()
-    return STEEP_PIN if steep else energy_created(case)
+    return DOWNHILL if steep else energy_created(case)
 
 
 def _creates_energy(

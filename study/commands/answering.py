@@ -58,16 +58,16 @@ def answer_of(
 
     given: parameters that its author gave. out: see `deciding`.
     """
-    answer, names, found = summary.answer(case), list(summary.answered(case)), decided(case, manifest, of, out)
+    answer, names, found = summary.numbers(case), list(summary.answered(case)), decided(case, manifest, of, out)
     if found is None:
-        return answer
+        return summary.answer(case)
     named = "" if names == [found.variable] else f"{name_of(found.variable)} "
     if "critical_velocity" in case:
         answer, names = f"{critical_words(case)}; {answer}", ["critical_velocity", *names]
     known = (float(case.get(f"{name}_uncertainty", 0.0)) for name in names)
     by = " (± by starts alone)" if any(0.0 < each < math.inf for each in known) else ""
     flags = ", ".join(flag.name for flag in flags_in(int(case.get(VALIDITY.name, 0))))
-    cautions = [f"flagged {flags}"] if flags else []
+    cautions = [*summary.failures_of(case), *([f"flagged {flags}"] if flags else [])]
     return "; ".join([f"{answer}{by}", *cautions, *deciding_words(found, named), *_defaults(case, manifest, of, given)])
 
 

@@ -295,7 +295,7 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
     scales = scales_of(dataset.attrs)
     in_si = [f"in SI: {si_line(scales, values, {})}"] if scales else []
     driven = drive_sizes({name: (values[name],) for name in drive_parameters().keys() & values.keys()})
-    endings = summary.ending_lines(case, completed=not names)
+    endings = summary.ending_lines(case, brief=bool(names))
     print_sentences(
         [f"case {_label(case, dataset)}", *in_si, *([f"drive: {', '.join(driven)}"] if driven else []), *endings]
     )

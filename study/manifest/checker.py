@@ -185,12 +185,11 @@ ONE_LOAD: Final = "one normal_load in [constants], or loads over normal_load"
 
 
 def loads_over(given: Any, unit: float) -> Any:
-    """A list of loads over normal_load from numbers and texts as "50 N"; another value as it is. Raises InvalidInput.
+    """A list of loads over normal_load from numbers and texts as "50 N". Raises InvalidInput.
 
     unit: normal_load in N.
     """
-    if not isinstance(given, list):
-        return given
+    require("load", given, isinstance(given, list), "a list of loads along a path; the load on the pin is normal_load")
     found = [plain("load", each, Parameter("load", unit="N")) for each in given]
     for each, load in zip(given, found, strict=True):
         require("load", each, each is load or math.isfinite(unit), ONE_LOAD)

@@ -116,7 +116,7 @@ def unknown(word: str, allowed: Collection[str]) -> str:
 def meant_by(word: str, allowed: Collection[str]) -> str:
     """Remark on a misplaced or misspelt word, or one of physics beyond the model; empty for any other text."""
     if place := _home(word):
-        return place
+        return "; or did you mean ".join(filter(None, (place, key_meant(word))))
     symbol = of_symbol(word, {**parameters_of_a_case(), **parameters_of_a_drive()})
     near = difflib.get_close_matches(word[:SHOWN], allowed, 1)
     meant = symbol if symbol != word else key_meant(word) or ("" if beyond(word) else "".join(near))

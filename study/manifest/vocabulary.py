@@ -10,7 +10,7 @@ MEANT: Final[Mapping[str, str]] = {
     "slab_width": "width slab_length length l_x lx",
     "slab_depth": "depth l_y ly line_length",
     "radius": "pin_radius ball_radius tip_radius ball tip curvature diameter",
-    "normal_load": "force normal_force weight line_load w f_n fn",
+    "normal_load": "load force normal_force weight line_load w f_n fn",
     "intrinsic_friction": "mu friction_coefficient coefficient_of_friction cof local_friction",
     "poisson": "poissons_ratio poisson_ratio poisson_s_ratio nu",
     "n_x": "nodes n nodes_x mesh elements resolution",
@@ -21,6 +21,7 @@ MEANT: Final[Mapping[str, str]] = {
     "stage_travel": "distance sliding_distance travel",
     "duration": "time t_end sliding_time",
     "roughness": "rms surface_roughness asperities",
+    "scheme": "dimension dimensions sphere geometry body",
     "members": "repeats repetitions replicas starts",
 }
 """Key -> other words for it."""

@@ -110,35 +110,50 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
     }
 
 
-def ending_lines(case: xr.Dataset, completed: bool = True) -> Iterator[str]:
+def ending_lines(case: xr.Dataset, brief: bool = False) -> Iterator[str]:
     """Outcomes of a case and its drive with messages, advice for validity flags, and the meaning of means and ±.
 
-    completed: with outcomes that are `completed` and have no message.
+    brief: without outcomes that are `completed` and have no message, or are in the answer.
     """
-    for label, (ending, message) in zip(
-        ("outcome", "drive"), (variables.OUTCOMES[""], variables.OUTCOMES["drive"]), strict=True
-    ):
-        if ending.name in case and not case[ending.name].dims:
-            ended, why = str(case[ending.name].item()), str(case[message.name].item())
-            if label == "drive" and ended == COMPLETED and "critical_velocity" in case:
-                continue  # its message is about numbers of this one drive, which were not asked for
-            if completed or why or ended != COMPLETED:
-                yield ": ".join(filter(None, (label, ended, why)))
+    for label, (ended, why) in _endings(case).items():
+        if label == "drive" and ended == COMPLETED and "critical_velocity" in case:
+            continue  # its message is about numbers of this one drive, which were not asked for
+        if not brief or (why and ended not in _unanswered(case)):
+            yield ": ".join(filter(None, (label, ended, why)))
     if "advice" in case and (advice := str(case["advice"].item())):
         yield f"advice: {advice}"
     yield from filter(None, [variables.means_of(case)])
 
 
 def answer(case: xr.Dataset) -> str:
-    """Friction, regime and plateau of one case in a line, of a contact its half-width; and how it ended unless completed.
+    """Numbers that answer for one case in a line, and why it failed, if so.
 
     A drive without a slip is named by its regime. Numbers with a size in SI begin with it.
     """
-    endings = (case[each.name] for each, _ in variables.OUTCOMES.values() if each.name in case)
-    there = answered(case)
-    good = {COMPLETED, *([Ending.NO_SLIP.value] if "regime" in there else [])}
-    failed = dict.fromkeys(str(each.item()) for each in endings if not each.dims and each.item() not in good)
-    return ", ".join([*(f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in there.items()), *failed])
+    return "; ".join(filter(None, (numbers(case), *failures_of(case))))
+
+
+def numbers(case: xr.Dataset) -> str:
+    """Friction, regime and plateau of one case in a line, of a contact its half-width."""
+    return ", ".join(f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in answered(case).items())
+
+
+def failures_of(case: xr.Dataset) -> Iterator[str]:
+    """Outcomes that leave a case without its answer, with what to do."""
+    return (": ".join(filter(None, each)) for each in _unanswered(case).items())
+
+
+def _endings(case: xr.Dataset) -> dict[str, tuple[str, str]]:
+    """Outcome and message of a case, and of its drive if it has one: `outcome` and `drive` -> both."""
+    pairs = {"outcome": variables.OUTCOMES[""], "drive": variables.OUTCOMES["drive"]}
+    there = {label: pair for label, pair in pairs.items() if pair[0].name in case and not case[pair[0].name].dims}
+    return {label: (str(case[a.name].item()), str(case[b.name].item())) for label, (a, b) in there.items()}
+
+
+def _unanswered(case: xr.Dataset) -> dict[str, str]:
+    """Outcomes that leave a case without its answer, with their messages."""
+    good = {COMPLETED, *([Ending.NO_SLIP.value] if "regime" in answered(case) else [])}
+    return {ended: why for ended, why in reversed(_endings(case).values()) if ended not in good}
 
 
 def _size(case: xr.Dataset, name: str) -> str:

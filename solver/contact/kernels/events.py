@@ -318,7 +318,7 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         if abs(xi + along) > constants.half_width[node]:
             return Stop.DONE, EventKind.RELEASE, node
         if _refreshed_downhill(state, constants):
-            return Stop.STEEP, EventKind.NOTHING, -1
+            return Stop.DOWNHILL, EventKind.NOTHING, -1
         node = -1
 
 
@@ -369,7 +369,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
         if left >= 0:
             return Stop.DONE, EventKind.RELEASE, left
         if _refreshed_downhill(state, constants):
-            return Stop.STEEP, EventKind.NOTHING, -1
+            return Stop.DOWNHILL, EventKind.NOTHING, -1
 
 
 @compiled()

@@ -241,4 +241,4 @@ def answer_event(state: KernelState, constants: KernelConstants, kind: EventKind
     approach = state.response[last]
     status = resolve(state, constants, kind, node)
     state.scalars.load_work -= state.inputs[last] * (state.response[last] - approach)
-    return Stop.STEEP if status == Stop.DONE and driven_downhill(state, constants) else status
+    return Stop.DOWNHILL if status == Stop.DONE and driven_downhill(state, constants) else status

@@ -60,7 +60,9 @@ class Stop(IntEnum):
     NOT_FINITE = 11
     """A force or displacement is not a number."""
     STEEP = 12
-    """A node in contact is on too steep a flank of the pin."""
+    """A node in contact is on a flank of the pin above 45°."""
+    DOWNHILL = 13
+    """Slips have created energy on a flank of the pin that is steep against friction."""
 
 
 Floats = NDArray[np.float64]

@@ -194,7 +194,7 @@ def test_what_failed_is_said_and_its_numbers_are_named_as_missing():
     table, missing = case_table(case)
     assert table.rows == ()
     assert {"plateau_mean", "static_friction"} <= set(missing["not known here"])
-    assert answer(case) == "contact_lost"
+    assert answer(case) == "contact_lost: do < this > instead"
 
 
 def test_a_mean_has_its_uncertainty_and_how_many_members_have_the_number() -> None:
@@ -212,8 +212,9 @@ def test_an_answer_begins_with_its_size_in_si_and_a_drive_without_slip_is_named_
     case = xr.Dataset(loss, attrs=asdict(scales)).set_coords("normal_load")
     assert answer(case).endswith(" 2.00 ± 0.10 mJ, loss/(W·L_x) 0.50 ± 0.03")
     assert label_text({"normal_load": 0.0625, "radius": 1.25, "n_x": 9}, scales) == "W = 1 N, R = 5 mm, n_x = 9"
-    stuck = xr.Dataset({"outcome": "completed", "drive_outcome": "no_slip"})
-    assert (answer(stuck), answer(stuck.assign(regime="micro_slip"))) == ("no_slip", "regime micro-slip")
+    endings = {"outcome": "completed", "message": "", "drive_outcome": "no_slip", "drive_message": "pull harder"}
+    stuck = xr.Dataset(endings)
+    assert (answer(stuck), answer(stuck.assign(regime="micro_slip"))) == ("no_slip: pull harder", "regime micro-slip")
 
 
 def test_the_cost_is_that_of_all_runs_or_unknown() -> None:
