@@ -311,7 +311,8 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
 
 def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:
     """Parameters that distinguish a case from the dataset's others; the standard ones always."""
-    names = [str(name) for name, each in case.coords.items() if not each.dims and name not in _NAMES]
+    apart = {*_NAMES, *(each.name for each in variables.in_si_too().values())}  # sizes in SI have a line of their own
+    names = [str(name) for name, each in case.coords.items() if not each.dims and name not in apart]
     told = [name for name in names if name in STANDARD or len(set(dataset[name].values.ravel().tolist())) > 1]
     if "pin" in case and case["pin"].item() == "flat_punch":  # which has no radius
         told = ["half_width" if name == "radius" else name for name in told if name not in ("pin", "half_width")]

@@ -15,6 +15,7 @@ from nanoslip.study.figures.points import (
     axis_named,
     hyphenated,
     in_symbols,
+    over_si,
     points_named,
     points_of,
     symbol,
@@ -205,5 +206,5 @@ def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any
 
 def view_named(dataset: xr.Dataset, y: str, x: str, hue: str, where: Mapping[str, Any]) -> View:
     """The view of a number over axes, by the words that people have for them. Raises UnknownNameError, ValueError."""
-    points = points_named(dataset, y, where)
+    points = over_si(points_named(dataset, y, where), dataset, (x, hue))
     return view_of(points, *(axis_named(points, dataset, word) if word else "" for word in (x, hue)))

@@ -3,7 +3,7 @@
 import difflib
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, Final
@@ -338,6 +338,17 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
     raise unknown
 
 
+def over_si(points: Points, dataset: xr.Dataset, words: Collection[str]) -> Points:
+    """Points over coordinates in SI, of those whose names are among these words, in place of the scaled ones."""
+    twins = {name: twin.name for name, twin in variables.in_si_too().items() if twin.name in words and twin.name in dataset}
+    axes = {}
+    for name, values in points.axes.items():
+        twin = twins.get(name, name)
+        sizes = dict(zip(dataset[name].values.ravel().tolist(), dataset[twin].values.ravel().tolist(), strict=True))
+        axes[twin] = np.array([sizes.get(each, each) for each in values.tolist()], values.dtype) if name in twins else values
+    return replace(points, axes=axes, zipped=tuple(twins.get(name, name) for name in points.zipped))
+
+
 def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
     if len(found := variables.called(list(points.axes), word)) == 1:
@@ -347,7 +358,9 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
         "cases do not differ in it",
         "cases do not differ in what is called so",
     )[min(len(variables.called([str(name) for name in dataset.variables], word)), 2)]
-    known = (f"{name} ({sign})" if (sign := description_of(name).symbol) else name for name in points.axes)
+    own = {name: twin.name for name, twin in variables.in_si_too().items() if twin.name in dataset}
+    names = (each for name in points.axes for each in (name, own.get(name)) if each)
+    known = (f"{name} ({short(name)})" if description_of(name).symbol else name for name in names)
     raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")
 
 

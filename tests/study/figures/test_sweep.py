@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 import nanoslip
 from nanoslip.study.dataset.variables import describe
 from nanoslip.study.figures.answer import view_of
+from nanoslip.study.figures.answer import view_named
 from nanoslip.study.figures.points import (
     Points,
     UnknownNameError,
@@ -83,6 +84,15 @@ def test_unknown_words_are_answered_with_what_there_is() -> None:
         match=r"^outcome: .* intrinsic_friction \(μ_i\), radius \(R/L_x\)$",
     ):
         axis_named(points_of(DATA, "plateau_mean"), DATA, "outcome")
+
+
+def test_an_axis_may_be_drawn_in_si() -> None:
+    data = DATA.assign_coords(radius_si=("radius", [0.05, 0.2]))
+    view = view_named(data, "plateau", "radius_si", "", {})
+    assert sorted({*view.columns()["radius_si"].tolist()}) == [0.05, 0.2]
+    assert "radius" not in view.columns()
+    with pytest.raises(UnknownNameError, match=r"^R in mm: .* radius_si \(R \(m\)\)$"):
+        view_named(data, "plateau", "R in mm", "", {})
 
 
 def test_an_axis_has_its_symbol_before_any_other_variable() -> None:
