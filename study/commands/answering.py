@@ -20,8 +20,10 @@ from nanoslip.study.accuracy.deciding import (
     numbers_of_tasks,
     times,
 )
+from nanoslip.study.dataset.access import run_of
+from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.table import case_rows
-from nanoslip.study.dataset.variables import DRIVE_NAME, VALIDITY, by_name, fewer
+from nanoslip.study.dataset.variables import DRIVE_NAME, VALIDITY, by_name, fewer, without_error
 from nanoslip.study.figures.points import symbol
 from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest, drive_sizes
@@ -65,7 +67,9 @@ def answer_of(
     if "critical_velocity" in case:
         answer, names = f"{critical_words(case)}; {answer}", ["critical_velocity", *names]
     known = (float(case.get(f"{name}_uncertainty", 0.0)) for name in names)
-    by = " (± by starts alone)" if any(0.0 < each < math.inf for each in known) else ""
+    remarks = ["± by starts alone"] if any(0.0 < each < math.inf for each in known) else []
+    remarks += filter(None, [without_error(case, names)])
+    by = f" ({'; '.join(remarks)})" if remarks else ""
     flags = ", ".join(flag.name for flag in flags_in(int(case.get(VALIDITY.name, 0))))
     cautions = [*summary.failures_of(case), *([f"flagged {flags}"] if flags else [])]
     return "; ".join([f"{answer}{by}", *cautions, *deciding_words(found, named), *_defaults(case, manifest, of, given)])
@@ -108,13 +112,22 @@ def critical_words(case: xr.Dataset) -> str:
     ):
         value, error = (float(case.get(each, math.nan)) for each in (name, f"{name}_uncertainty"))
         if math.isfinite(value):
-            known = f"{compact(value, unit, error)}{fewer(case, name)}"
+            known = f"{compact(value, unit, error)}{fewer(case, name)}{_range_of_starts(case, name, unit)}"
             return f"no stick-slip above {what} {known} at {compact(float(case[other]), its)}"
     search = "critical_velocity_search"
     tally = case_rows(case, search).tallies(search)[0]
     of = {word: f" in {count} of {sum(tally.values())} starts" * (len(tally) > 1) for word, count in tally.items()}
     found = ", ".join(f"{_SEARCH[word]}{of[word]}" for word in tally)
     return f"no critical velocity at {compact(float(case['spring_stiffness']), 'N/m')}: {found}"
+
+
+def _range_of_starts(case: xr.Dataset, name: str, unit: str) -> str:
+    """Least and largest value of single starts of a drive, which is what one machine shows: ` (starts: 1 m/s to 2 m/s)`."""
+    group = "drive_ensemble"
+    if group not in groups_of(case):
+        return ""
+    values = run_of(case, group, {})[0][name].values
+    return f" (single starts: {compact(np.nanmin(values), unit)} to {compact(np.nanmax(values), unit)})"
 
 
 _SEARCH: Final = {

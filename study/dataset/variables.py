@@ -354,7 +354,6 @@ def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Descr
 
 # Number of members that a mean is over: not all members of an ensemble have each number.
 
-UNKNOWN: Final = "± ?: unknown (a single start, identical starts, or starts without a value)"
 EXPLAINED: Final = "(k of n): mean over the k members that have a value"
 
 
@@ -405,22 +404,35 @@ def are_means(dataset: xr.Dataset) -> bool:
     return MEMBERS.name in dataset and bool((dataset[MEMBERS.name] > 1.0).any())
 
 
+def without_error(dataset: xr.Dataset, names: Iterable[str]) -> str:
+    """Reasons why numbers among these variables have no ±, as `± ?: a single start`; empty if all have one."""
+    whole, found = dataset.variables, dict[str, None]()
+    for name in names:
+        error = whole.get(f"{name}_uncertainty")
+        if error is None or not bool((lacking := whole[name].notnull() & ~(error > ROUNDING * abs(whole[name]))).any()):
+            continue
+        having, used = members_of(dataset, name) or (1, 1)
+        reasons = {
+            "a single start": lacking & (used == 1),
+            "starts without a value": lacking & (having < used),
+            "identical starts": lacking & (used != 1) & ~(having < used),
+        }
+        found |= dict.fromkeys(reason for reason, there in reasons.items() if bool(there.any()))
+    return f"± ?: {', '.join(found)}" if found else ""
+
+
 def means_of(dataset: xr.Dataset) -> str:
     """Explain means over members, ±, and the remarks for missing members or an unknown ±."""
     names = list(map(str, dataset.data_vars))
     counts = filter(None, (members_of(dataset, name) for name in names))
     # Variables, not arrays: nothing here needs the coordinates, which take ten times as long to compare.
-    whole = dataset.variables
-    stated = {name: whole[f"{name}_uncertainty"] for name in names if f"{name}_uncertainty" in dataset}
     parts = []
     if are_means(dataset):
         members = ends_of(dataset[MEMBERS.name])
         driven = ends_of(dataset[DRIVE_MEMBERS.name]) if DRIVE_MEMBERS.name in dataset else members
         of_drives = "" if driven == members else f" (of drives over {driven})"
         parts.append(f"numbers are means over {members} members{of_drives}, ± their 68 % interval")
-    known = (whole[name].isnull() | (error > ROUNDING * abs(whole[name])) for name, error in stated.items())
-    if not all(bool(each.all()) for each in known):
-        parts.append(UNKNOWN)
+    parts += filter(None, [without_error(dataset, names)])
     if any(bool(((having > 0) & (having < used)).any()) for having, used in counts):
         parts.append(EXPLAINED)
     return "; ".join(parts)

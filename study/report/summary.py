@@ -663,7 +663,7 @@ def _line(case: xr.Dataset, name: str, where: str, errors: list[Error]) -> str:
     if math.isnan(value):
         return f"{name}{where}: not known"
     if not errors:
-        return f"{name} {value:.3g}{where} {variables.UNKNOWN}"
+        return f"{name} {value:.3g}{where} {variables.without_error(case, [name])}"
     first, *others = errors
     beside = "".join(f"; {each.source} {each.share:.1%}" for each in others)
     verb = "dominate" if first.plural else "dominates"

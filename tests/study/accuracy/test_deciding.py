@@ -12,6 +12,7 @@ from nanoslip.solver.view import with_error
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import MAIN, Deciding, Spacing, deciding, deciding_words
 from nanoslip.study.manifest.cases import expand
+from nanoslip.study.manifest.parameters import compact
 from tests.conftest import Main
 
 CASE: dict[str, Any] = {
@@ -123,6 +124,16 @@ def test_a_try_begins_and_ends_with_its_answer_and_what_decides_it(main: Main) -
     assert 5 <= len(rows) <= 8
     assert text.count("┤") == 12
     assert main("try", "n_x=17", "presliding=3", "radius=50", "members=3", "--all")[1].count("\n") > 2 * len(rows) + 25
+
+
+@pytest.mark.slow
+def test_a_critical_velocity_has_the_range_of_its_starts(main: Main) -> None:
+    """A machine is one start, and the mean over starts hides how far they lie apart."""
+    given = ("n_x=17", "presliding=3", "radius=50", "intrinsic_friction=0.25", "spring_stiffness=2e6", "stage_velocity=0.02")
+    text = main("try", "--critical", *given, "members=3")[1]
+    starts = api.run(CRITICAL, progress=False).nanoslip.tree["drive_ensemble"]["critical_velocity"].values
+    assert f"starts: {compact(min(starts), 'm/s')} to {compact(max(starts), 'm/s')})" in text
+    assert "± ?: a single start" in main("try", "--critical", *given, "members=1")[1].splitlines()[0]
 
 
 def test_explain_ranks_what_decides_and_a_page_begins_with_its_middle_case(main: Main, tmp_path: Path) -> None:

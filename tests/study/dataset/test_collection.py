@@ -22,12 +22,12 @@ from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.table import case_rows
 from nanoslip.study.dataset.variables import (
     EXPLAINED,
-    UNKNOWN,
     all_groups,
     fewer,
     means_of,
     members_of,
     scalars,
+    without_error,
 )
 from nanoslip.study.origin import Origin, computing, here
 from nanoslip.study.plan.kinds import column_of
@@ -444,7 +444,7 @@ def test_one_member_has_no_error_and_no_group_of_its_own(small) -> None:
     assert np.isnan(found["plateau_mean_uncertainty"]).all()
     assert said(found["members"]) == {1.0}
     assert not {"ensemble", "drive_ensemble"} & set(groups_of(found))
-    assert means_of(found) == UNKNOWN
+    assert means_of(found) == without_error(found, ["plateau_mean"]) == "± ?: a single start"
 
 
 def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Path) -> None:
@@ -464,7 +464,9 @@ def test_members_without_a_value_and_words_are_counted(four: Four, tmp_path: Pat
     assert fast["regime"].item() == "slides"
     assert case_rows(fast, "regime").tallies("regime") == [{"slides": 2, "sticks": 1}]
     assert case_rows(fast, "outcome").tallies("outcome") == [{"completed": 1}]  # members are not counted
-    assert means_of(case).endswith(f"over 4 members, ± their 68 % interval; {UNKNOWN}; {EXPLAINED}")
+    assert means_of(case).endswith(f"over 4 members, ± their 68 % interval; {without_error(case, case)}; {EXPLAINED}")
+    assert without_error(case, ["plateau_mean"]) == "± ?: starts without a value"
+    assert without_error(case, ["surface_stiffness", "events"]) == ""
 
 
 @pytest.mark.parametrize(
