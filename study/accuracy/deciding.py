@@ -5,7 +5,7 @@ pressure, and F is μ_i·W: that needs no computation.
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -38,6 +38,8 @@ SECONDS: Final = 5.0
 """Core seconds that a reader waits for what decides, for each of both spacings, unless asked for."""
 
 
+Announce = Callable[[int, float], None]
+"""Called before a grid is computed, with its n_x and the estimated core seconds."""
 FACTORS: Final = {"finer": (0.5, 2 / 3, 0.8), "coarser": (2.0, 1.5, 1.25)}
 """Side -> node spacings over the case's own, in order of preference: the first of each side that has the number counts."""
 
@@ -86,6 +88,7 @@ def deciding(
     most: float = SECONDS,
     out: Path | None = None,
     drive: NamedDrive | None = None,
+    announce: Announce | None = None,
 ) -> Deciding:
     """Compute a number of a case on finer and coarser nodes.
 
@@ -95,7 +98,7 @@ def deciding(
     assert case.case is not None
     if drive is None and variable in names_of(KINDS[DRIVE]):
         drive = next(each.drive for each in manifest.drives if each.drive)
-    search = _Search(manifest, case, variable, most, drive, Store(out / FOLDER) if out else None)
+    search = _Search(manifest, case, variable, most, drive, Store(out / FOLDER) if out else None, announce)
     coarser = search.best(FACTORS["coarser"])  # the cheap one tells what the other takes
     spacings = (search.best(FACTORS["finer"]), coarser)
     rule = case.case.slip_rule
@@ -120,6 +123,7 @@ class _Search:
     drive: NamedDrive | None
     kept: Store | None
     """Results of before."""
+    announce: Announce | None
     rate: float = 0.0
     """Core seconds over estimated ones, of the first spacing that was computed."""
 
@@ -155,6 +159,8 @@ class _Search:
             expected = sum(estimate(task)[0] for _, task in tasks)
             if (seconds := (self.rate or 1.0) * expected) > self.most:
                 return replace(found, seconds=seconds)
+            if self.announce:
+                self.announce(found.n_x, seconds)
             if not self.rate:  # loads libraries and compiles kernels
                 compute(self._tasks(other, Ensemble()), {})
             done: Done = {}

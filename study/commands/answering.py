@@ -29,7 +29,8 @@ from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest, drive_sizes
 from nanoslip.study.manifest.parameters import YOUNG, compact
 from nanoslip.study.report import summary
-from nanoslip.study.report.console import Table
+from nanoslip.study.report.console import Table, note
+from nanoslip.study.run.progress import roughly
 from nanoslip.study.toml_text import from_toml
 
 
@@ -41,8 +42,14 @@ def decided(
     for main in names if of.case is not None else ():
         if main in case and main in numbers_of_tasks() and not case[main].dims and math.isfinite(float(case[main])):
             drive = _drive_of(case, manifest)
-            return deciding(manifest, of, main, most, out, drive.drive if drive else None)
+            return deciding(manifest, of, main, most, out, drive.drive if drive else None, _announced)
     return None
+
+
+def _announced(n_x: int, seconds: float) -> None:
+    """Report a grid that is computed for what decides, and its time, unless that is short."""
+    if seconds >= 1.0:
+        note(f"computing n_x = {n_x}, {roughly(seconds)}", stderr=True)
 
 
 def _drive_of(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:

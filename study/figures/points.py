@@ -340,12 +340,16 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
 
 def over_si(points: Points, dataset: xr.Dataset, words: Collection[str]) -> Points:
     """Points over coordinates in SI, of those whose names are among these words, in place of the scaled ones."""
-    twins = {name: twin.name for name, twin in variables.in_si_too().items() if twin.name in words and twin.name in dataset}
+    twins = {
+        name: twin.name for name, twin in variables.in_si_too().items() if twin.name in words and twin.name in dataset
+    }
     axes = {}
     for name, values in points.axes.items():
         twin = twins.get(name, name)
         sizes = dict(zip(dataset[name].values.ravel().tolist(), dataset[twin].values.ravel().tolist(), strict=True))
-        axes[twin] = np.array([sizes.get(each, each) for each in values.tolist()], values.dtype) if name in twins else values
+        axes[twin] = (
+            np.array([sizes.get(each, each) for each in values.tolist()], values.dtype) if name in twins else values
+        )
     return replace(points, axes=axes, zipped=tuple(twins.get(name, name) for name in points.zipped))
 
 

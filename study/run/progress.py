@@ -99,7 +99,8 @@ class Progress:
 
     def __enter__(self) -> Self:
         self._start = self._last = time.monotonic()
-        self._print(f"{self._tasks} to do")
+        seconds = self._forecast.seconds
+        self._print(f"{self._tasks} to do{f', {roughly(seconds)}' if seconds >= SILENCE else ''}")
         return self
 
     def __exit__(
@@ -111,7 +112,7 @@ class Progress:
         self._done += 1
         self._forecast.learn(task, seconds)
         now = time.monotonic()
-        if now - self._last >= SILENCE:
+        if now - self._last >= SILENCE and self._done < self._count:
             self._last = now
             rate, left = self._pace()
             self._print(f"{self._done} of {self._count} tasks, {rate:.2g} per s, about {left} left")

@@ -10,7 +10,7 @@ import pytest
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.view import with_error
 from nanoslip.study import api
-from nanoslip.study.accuracy.deciding import MAIN, Deciding, Spacing, deciding, deciding_words
+from nanoslip.study.accuracy.deciding import MAIN, Announce, Deciding, Spacing, deciding, deciding_words
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.parameters import compact
 from tests.conftest import Main
@@ -37,10 +37,16 @@ CRITICAL = {
 STROKE = {**CASE, "limits": {}, "path": {"amplitude": 0.5, "cycles": 2}}
 
 
-def found_in(campaign: dict[str, Any], most: float = math.inf, variable: str = "", out: Path | None = None) -> Deciding:
+def found_in(
+    campaign: dict[str, Any],
+    most: float = math.inf,
+    variable: str = "",
+    out: Path | None = None,
+    announce: Announce | None = None,
+) -> Deciding:
     manifest = api.manifest_of(campaign)
     variable = variable or MAIN["slip" in manifest.stages]
-    return deciding(manifest, expand(manifest)[0], variable, most, out)
+    return deciding(manifest, expand(manifest)[0], variable, most, out, announce=announce)
 
 
 @pytest.mark.parametrize(
@@ -72,7 +78,7 @@ def test_slips_that_drop_no_stress_leave_the_intrinsic_friction() -> None:
 
 
 def test_a_spacing_that_takes_too_long_is_left_out_with_its_time_and_one_that_is_refused_is_not_there() -> None:
-    found = found_in(CASE, 0.0)
+    found = found_in(CASE, 0.0, announce=lambda *_: pytest.fail("nothing is computed"))
     assert (found.computed, [each.seconds > 0.0 for each in found.spacings]) == ([], [True, True])
     few = found_in({**CASE, "numerics": {"n_x": 17, "bottom_row": 17}})
     assert [each.factor for each in few.spacings] == [0.5]
@@ -129,7 +135,14 @@ def test_a_try_begins_and_ends_with_its_answer_and_what_decides_it(main: Main) -
 @pytest.mark.slow
 def test_a_critical_velocity_has_the_range_of_its_starts(main: Main) -> None:
     """A machine is one start, and the mean over starts hides how far they lie apart."""
-    given = ("n_x=17", "presliding=3", "radius=50", "intrinsic_friction=0.25", "spring_stiffness=2e6", "stage_velocity=0.02")
+    given = (
+        "n_x=17",
+        "presliding=3",
+        "radius=50",
+        "intrinsic_friction=0.25",
+        "spring_stiffness=2e6",
+        "stage_velocity=0.02",
+    )
     text = main("try", "--critical", *given, "members=3")[1]
     starts = api.run(CRITICAL, progress=False).nanoslip.tree["drive_ensemble"]["critical_velocity"].values
     assert f"starts: {compact(min(starts), 'm/s')} to {compact(max(starts), 'm/s')})" in text
@@ -159,7 +172,9 @@ def test_explain_ranks_what_decides_and_a_page_begins_with_its_middle_case(main:
 def test_what_decides_is_computed_once_in_a_folder_that_can_be_written(tmp_path: Path) -> None:
     kept = tmp_path / "spacings"
     kept.write_text("no folder")
-    found = [found_in(CASE, out=tmp_path)]
+    announced: list[tuple[int, float]] = []
+    found = [found_in(CASE, out=tmp_path, announce=lambda *grid: announced.append(grid))]
+    assert [(n_x, seconds > 0.0) for n_x, seconds in announced] == [(9, True), (33, True)]
     kept.unlink()
     found.append(found_in(CASE, out=tmp_path))
     with pytest.MonkeyPatch.context() as patch:

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 
 import nanoslip
 from nanoslip.study.dataset.variables import describe
-from nanoslip.study.figures.answer import view_of
-from nanoslip.study.figures.answer import view_named
+from nanoslip.study.figures.answer import view_named, view_of
 from nanoslip.study.figures.points import (
     Points,
     UnknownNameError,

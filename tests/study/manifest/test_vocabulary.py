@@ -43,7 +43,9 @@ def test_a_word_of_the_field_leads_to_one_key(main: Main, word: str, key: str) -
 def test_a_load_that_is_no_list_leads_to_the_load_on_the_pin(main: Main, tmp_path: Path) -> None:
     assert "normal_load" in main("try", "load=1 N")[2]
     (tmp_path / "load.toml").write_text('title = "a load"\n[constants]\nload = 1.0\n')
-    assert re.search(r"constants\.load = 1\.0: belongs in \[path\].* normal_load", main("check", tmp_path / "load.toml")[2])
+    assert re.search(
+        r"constants\.load = 1\.0: belongs in \[path\].* normal_load", main("check", tmp_path / "load.toml")[2]
+    )
 
 
 @pytest.mark.parametrize("word", ["rate", "ageing", "adhesion", "wear", "viscosity"])
