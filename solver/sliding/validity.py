@@ -185,7 +185,7 @@ def expected_flags(case: Case, displacement: float = 0.0) -> Flags:
 
     displacement: δ_p that its record is expected to reach, in L_x; 0 is initial contact alone. A guess: see above.
     """
-    half_width = min(_guess(case), 0.5)
+    half_width = min(guessed_half_width(case), 0.5)
     rounding = 0.499 if case.pin == "flat_punch" else 1e-9
     most = min(2 * math.floor(half_width / case.slab.spacing + rounding) + 1, case.slab.n_x)
     if case.slab.scheme.planar:
@@ -217,7 +217,7 @@ def contact_flags(case: Case, state: ContactState) -> Flags:
     size = int(state.contact.sum())
     margin = _margin(case, state.contact.nonzero()[0])
     seen = _Seen(size, size, contact_half_width(state), margin, 0.0)
-    return _judged(case, seen, _guess(case))
+    return _judged(case, seen, guessed_half_width(case))
 
 
 def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: ContactState) -> Flags:
@@ -238,10 +238,12 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
     same = not (record.touches.any() or record.releases.any()) and record.spacing < math.inf
     short = same and RUN_IN < record.presliding_lengths < math.inf
-    return _judged(case, seen, _guess(case)) or (Flag.short_record,) * short  # the others doubt more than its length
+    return (
+        _judged(case, seen, guessed_half_width(case)) or (Flag.short_record,) * short
+    )  # the others doubt more than its length
 
 
-def _guess(case: Case) -> float:
+def guessed_half_width(case: Case) -> float:
     """Half-width of the contact before anything is computed: Hertz's, narrower on a film, a punch's own."""
     slab, expected = case.slab, expected_half_width(case)
     if case.pin == "flat_punch" or slab.scheme.bottomless:

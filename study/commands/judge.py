@@ -112,7 +112,9 @@ def compare_datasets(first: Path, second: Path) -> None:
         kinds = [kind for kind in compare.ROW_KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
         if facts := compare.differing(pair):
-            print_table(Table(("differs", "A", "B"), tuple((name, *both) for name, both in facts.items()), labels=2))
+            print_table(
+                Table(("differs", "A", "B", ""), tuple((name, *both, "") for name, both in facts.items()), labels=3)
+            )
         else:
             note("same parameters, campaign and software")
         found = {kind: compare.matched(pair, kind) for kind in kinds}
@@ -150,7 +152,7 @@ def _print_worst(seen: Sequence[compare.Observed]) -> None:
     worst = sorted(apart, key=lambda each: (_SEVERITY.index(each.verdict), -each.apart))[:WORST]
     if worst:
         header = ("observable", "A", "B", "verdict", "apart/σ", "case")
-        print_table(Table(header, tuple(map(_row, worst)), labels=4))
+        print_table(Table(header, tuple(map(_row, worst)), labels=5))
         note("apart/σ: the difference of A and B over the ± of both combined")
     if len(apart) > len(worst):
         note(f"and {len(apart) - len(worst)} smaller differences")

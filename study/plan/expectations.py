@@ -12,9 +12,9 @@ import numpy as np
 from nanoslip.solver.case import Case
 from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.validity import FLAGS, expected_flags, mask_of
+from nanoslip.solver.sliding.validity import FLAGS, expected_flags, guessed_half_width, mask_of
 from nanoslip.study.manifest.manifest import CampaignDrive, NamedDrive
-from nanoslip.study.manifest.parameters import in_words
+from nanoslip.study.manifest.parameters import in_si, in_words, span
 from nanoslip.study.plan.cost import (
     drive_duration,
     drive_steps,
@@ -85,14 +85,25 @@ def flag_lines(masks: Sequence[int], words: Callable[[int], str]) -> dict[str, s
 
 def expected_lines(plan: Plan, outlook: Outlook) -> list[str]:
     """Expected flags of a plan's cases before a run, refused cases excluded."""
-    return [*flag_lines(outlook.masks, partial(_words, plan)).values(), *out_of_reach(plan).values()]
+    lines = list(flag_lines(outlook.masks, partial(_words, plan)).values())
+    widths = [
+        guessed_half_width(each.case)
+        for each, mask in zip(plan.cases, outlook.masks, strict=True)
+        if mask and each.case
+    ]
+    if lines:
+        ends, scales = dict.fromkeys(f"{end:.2g}" for end in (min(widths), max(widths))), plan.manifest.stated_scales
+        si = f" ({span([each * scales.slab_width for each in widths], 'm')})" if scales else ""
+        lines.append(f"contacts of these cases have half-widths of about {' to '.join(ends)} L_x{si}")
+    return [*lines, *out_of_reach(plan).values()]
 
 
 def _words(plan: Plan, number: int) -> str:
     """Number of a case -> the parameters in which it differs from the others."""
     point = plan.cases[number].parameters
     varying = (name for name, values in plan.manifest.axes.items() if len(values) > 1 and name in point)
-    return in_words({name: short(point[name]) for name in varying})
+    scales = plan.manifest.stated_scales
+    return in_words({name: (scales and in_si(scales, name, point[name])) or short(point[name]) for name in varying})
 
 
 def out_of_reach(plan: Plan) -> dict[str, str]:

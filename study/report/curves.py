@@ -74,8 +74,6 @@ WIDTH, HEIGHT = 60, 12
 """Letters across and down that the line may take."""
 MARGIN: Final = 13
 """Letters that the ends of the upward axis take at most."""
-NOTHING: Final = 1e-12
-"""Share of the largest number below which an end of an axis is written as 0: it is rounding."""
 _BLANK: Final = 0x2800
 _DOTS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 """Bit of each dot of a braille letter: rows from the top, columns from the left."""
@@ -91,7 +89,7 @@ def text_plot(x: ArrayLike, y: ArrayLike, labels: tuple[str, str], width: int = 
     across, up = points[:, np.isfinite(points).all(axis=0)]
     if len(across) < 2 or np.ptp(across) == 0.0:
         return ""
-    none = NOTHING * float(np.abs(up).max())
+    none = float(np.ptp(up)) / (8 * height)  # half a dot: what is drawn at 0 is written as 0
     ends = [f"{value if abs(value) > none else 0.0:.4g}" for value in (up.max(), up.min())]
     margin = max(map(len, ends))
     rows = _letters(_dots(across, up, 2 * width, 4 * height))

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import shutil
 from contextlib import nullcontext
 
@@ -106,9 +107,14 @@ def three(tmp_path_factory):
     return compute(tmp_path_factory.mktemp("three"), THREE)
 
 
-def test_a_finer_surface_differs_and_the_largest_differences_come_first(main, three, tmp_path):
+def test_a_finer_surface_differs_and_the_largest_differences_come_first(main, three, tmp_path, monkeypatch):
     finer = THREE.replace("n_x = 17", "n_x = 33").replace("[50.0, 100.0]", "[50.0, 200.0]")
     code, said, _ = main("compare", three, compute(tmp_path, finer))
+    monkeypatch.setenv("COLUMNS", "80")
+    narrow = main("compare", three, tmp_path)[1]
+    assert max(map(len, narrow.splitlines())) <= 80
+    assert re.search(r"^differs: n_x\n +A: \d+\n +B: \d+$|^n_x +\d+ +\d+ *$", narrow, re.M)
+    assert re.search(r"^observable .* apart/σ", narrow, re.M)
     lines = [line.split() for line in said.splitlines()]
     assert ["n_x", "17", "33"] in lines
     assert ["radius", "50.0,", "100.0", "50.0,", "200.0"] in lines

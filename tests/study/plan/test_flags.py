@@ -47,7 +47,8 @@ FOUND = [["few_nodes", "", "whole_slab large_strain"], ["few_nodes", "whole_slab
 
 
 def expected(plan: Plan) -> list[str]:
-    return expected_lines(plan, outlook_of(plan))
+    """All that is expected but the width of contacts."""
+    return [line for line in expected_lines(plan, outlook_of(plan)) if not line.startswith("contacts of")]
 
 
 def computed(folder: Path, text: str) -> xr.Dataset:
@@ -93,6 +94,16 @@ def test_the_dataset_holds_flags_as_cf_has_them_and_the_advice(mapped):
 def test_contact_alone_and_scalars_alone_have_the_same_flags(collected):
     assert names(collected(MAP.replace('["contact", "slip"]', '["contact"]'))) == FOUND
     assert names(collected(MAP + "[outputs]\nrecords = false\n")) == FOUND
+
+
+def test_expected_flags_have_the_contacts_width_beside_them_and_cases_in_si(tmp_path):
+    """Hertz's half-widths under a ball of 5 mm, 8 MPa, ν = 0.5: (3WR/(4E*))^(1/3) = 0.520 and 0.777 mm; the larger is cut off."""
+    text = 'stages = ["contact"]\naxes.normal_load = ["0.4 N", "1.333 N"]\nconstants.radius = "5 mm"\n'
+    text += 'constants.poisson = 0.5\nscales.slab_width = "1.2 mm"\nscales.young_modulus = "8 MPa"\n'
+    plan = planned(tmp_path, text + 'numerics.scheme = "half_space"\nnumerics.n_x = 33\n')
+    *flags, width = expected_lines(plan, outlook_of(plan))
+    assert any(line.startswith("outgrown: 1 of 2 cases, first normal_load = 1.333 N") for line in flags)
+    assert "0.43 to 0.65 L_x (520.0 μm to 776.7 μm)" in width.replace("520 μm", "520.0 μm")
 
 
 def test_what_is_not_computed_has_no_flags(tmp_path):

@@ -32,9 +32,11 @@ def test_a_plot_has_the_size_that_is_asked_for_and_the_ends_of_its_axes():
     assert lines[-1].split() == ["0", "place", "2.5"]
 
 
-@pytest.mark.parametrize(("end", "written"), [(-3.066e-16, "0"), (-0.0, "0"), (-2e-12, "-2e-12")])
-def test_an_end_that_is_rounding_of_the_other_is_written_as_zero(end: float, written: str) -> None:
-    """Doubles resolve 2e-16 of 1; sums of a hundred such roundings stay below 1e-12."""
+@pytest.mark.parametrize(
+    ("end", "written"), [(-3.066e-16, "0"), (-0.0, "0"), (-2e-6, "0"), (0.01, "0"), (0.011, "0.011")]
+)
+def test_an_end_nearer_to_zero_than_half_a_dot_is_written_as_zero(end: float, written: str) -> None:
+    """48 dots stand for the range of the numbers."""
     lines = text_plot([0.0, 1.0], [end, 1.0], LABELS).splitlines()
     assert lines[HEIGHT].split()[0] == written
 

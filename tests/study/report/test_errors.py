@@ -41,7 +41,7 @@ def test_starts_are_named_with_the_members_that_halve_their_part() -> None:
 def test_one_start_has_none_and_a_contact_that_of_its_starts() -> None:
     alone = {**SMALL, "ensemble": {"members": 1}}
     data = one_case(api.run(alone, progress=False), {})
-    assert "± ?: unknown (a single start" in next(error_lines(data))
+    assert "± ?: a single start" in next(error_lines(data))
     contact = {"title": "x", "stages": ["contact"], "numerics": {"n_x": 65}, "ensemble": {"members": 3}}
     data = one_case(api.run(contact, progress=False), {})
     assert [each.source for each in errors_of(data, "contact_half_width")] == ["starts"]
