@@ -106,6 +106,10 @@ def test_a_drive_in_si_is_the_papers_but_for_what_is_given():
         (lambda: nanoslip.contact_state({"radius": 50}), "case"),
         (lambda: nanoslip.Case(slab={"n_x": 65}), "slab"),
         (lambda: nanoslip.run(nanoslip.Case()), "campaign"),
+        (lambda: nanoslip.plateau_of(nanoslip.Case()), "record"),
+        (lambda: nanoslip.event_statistics(nanoslip.Case()), "record"),
+        (lambda: nanoslip.event_sizes(nanoslip.Case()), "record"),
+        (lambda: nanoslip.loops_of(nanoslip.Case()), "path"),
     ],
 )
 def test_an_argument_of_another_type_is_named(call, key):

@@ -16,7 +16,7 @@ from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.load_path import Loops, PathLine, Point, Turns
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import as_field, quantities
+from nanoslip.solver.parameter import as_field, quantities, require
 from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.slide import followed
@@ -196,6 +196,7 @@ _NO_LOOPS: Final = Loops(**dict.fromkeys((item.name for item in fields(Loops)), 
 
 def loops_of(path: Path) -> Loops:
     """The numbers of the cycles with which a path ends."""
+    require("path", path, isinstance(path, Path), "a Path, as friction_path(case) returns it")
     if not path.cycles:
         return replace(_NO_LOOPS, path_stiffness=path.stiffness)
     legs = path.legs[-2 * path.cycles :]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import Quantity, quantity
-from nanoslip.solver.sliding.record import RUN_IN, SPACINGS, FrictionRecord
+from nanoslip.solver.sliding.record import RUN_IN, SPACINGS, FrictionRecord, require_record
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 FEWEST_EVENTS: Final = 8
@@ -128,6 +128,7 @@ def teeth(record: FrictionRecord) -> Teeth:
 
 def plateau_of(record: FrictionRecord) -> Plateau:
     """The steady part of `record`; the outcome is `NO_PLATEAU`, with advice, where there is none."""
+    require_record(record)
     events, whole = len(record.displacement), 0
     begins = RUN_IN * record.presliding_length
     if not begins < record.final_displacement:

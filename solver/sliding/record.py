@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import Quantity, quantities, quantity
+from nanoslip.solver.parameter import Quantity, quantities, quantity, require
 from nanoslip.solver.slab import surface_y
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
@@ -195,6 +195,13 @@ def farthest(case: Case, stiffness: float) -> float:
     if case.max_presliding is None or not length:  # without friction nothing preslides
         return case.farthest
     return min(case.farthest, case.max_presliding * length)
+
+
+def require_record(record: object) -> None:
+    """Raise InvalidInput unless the argument is a friction record."""
+    require(
+        "record", record, isinstance(record, FrictionRecord), "a FrictionRecord, as friction_record(case) returns it"
+    )
 
 
 SPACINGS: Final = 2

@@ -23,7 +23,7 @@ from nanoslip.solver.sliding.power_law import (
     logarithmic_histogram,
     sorted_sizes,
 )
-from nanoslip.solver.sliding.record import FrictionRecord, event
+from nanoslip.solver.sliding.record import FrictionRecord, event, require_record
 from nanoslip.solver.view import Curve, OneLine, Picture, Viewed, with_error
 
 # Sizes of the events of a friction record, and how successive events depend on each other.
@@ -84,6 +84,7 @@ DISCRETE = {"slips": True, "extent": True, "drop": False, "energy": False, "step
 
 def event_sizes(record: FrictionRecord, beyond: float = -math.inf) -> EventSizes:
     """The sizes of a record's events whose displacement is at least `beyond`."""
+    require_record(record)
     load = record.normal_load
     drop = (record.force_before - record.force_after) / load
     return sizes_of_columns(

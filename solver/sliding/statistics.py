@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.kernels.cycle import cycle
-from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord, drops
+from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord, drops, require_record
 from nanoslip.solver.view import Labels
 
 LONGEST_CYCLE: Final = 6000
@@ -86,6 +86,7 @@ class EventStatistics(Labels):
 
 def event_statistics(record: FrictionRecord) -> EventStatistics:
     """Count and average the events of a record."""
+    require_record(record)
     events = len(record.displacement)
     slips, releases, touches = np.bincount(record.kind, minlength=len(EVENT_KINDS)).tolist()
     per_event = 1.0 / events if events else float("nan")

@@ -155,7 +155,9 @@ def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str], scala
         for name in (each.name for each in fields(Scales)):
             if root.attrs.get(name) != first.attrs.get(name):
                 said = f"{source}: {name} = {root.attrs.get(name)}: needs that of {sources[0]}, {first.attrs.get(name)}"
-                raise NotJoinableError(f"{said}: the same [scales] in all campaigns, given or by default")
+                raise NotJoinableError(
+                    f"{said}: the same [scales] in all campaigns, given or by default; or join the tables of nanoslip export"
+                )
         held = () if scalars else ((root.data_vars, first.data_vars), (groups_of(root), groups_of(first)))
         for mine, theirs in held:
             if odd := sorted(map(str, mine.keys() ^ theirs.keys())):
