@@ -415,7 +415,8 @@ def without_error(dataset: xr.Dataset, names: Iterable[str]) -> str:
         reasons = {
             "a single start": lacking & (used == 1),
             "starts without a value": lacking & (having < used),
-            "identical starts": lacking & (used != 1) & ~(having < used),
+            "identical starts": lacking & (used != 1) & error.notnull(),
+            "records too short for it": lacking & (used != 1) & ~(having < used) & error.isnull(),
         }
         found |= dict.fromkeys(reason for reason, there in reasons.items() if bool(there.any()))
     return f"± ?: {', '.join(found)}" if found else ""
