@@ -199,27 +199,6 @@ def test_only_kernels_that_count_references_are_handed_new_arrays():
         assert kernel.allocates or not (used or name in makers), name
 
 
-TWICE = """
-import gc
-from nanoslip import Case, Slab, friction_record
-from nanoslip.solver.compiled import Kernel
-friction_record(Case(radius=50.0, slab=Slab(n_x=17), max_events=20))
-known = [each for each in gc.get_objects() if isinstance(each, Kernel) and "dispatcher" in vars(each)]
-print(len([each for each in known if each.dispatcher.overloads]))
-print(*(each.py_func.__name__ for each in known if any("Literal" in str(types) for types in each.dispatcher.overloads)))
-"""
-
-
-@pytest.mark.slow
-def test_nothing_is_compiled_again_for_a_number_that_is_written_out(environment, tmp_path):
-    """A literal argument is a type of its own: the cascade, with all that it calls, took a fifth of a first call so."""
-    known = environment | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    done = subprocess.run([sys.executable, "-c", TWICE], env=known, capture_output=True, text=True, check=True)
-    compiled, again = done.stdout.splitlines()
-    assert int(compiled) > 10
-    assert not again
-
-
 def test_python_calls_what_is_declared_for_it():
     with pytest.raises(TypeError, match=r"first_root: .*entry=True"):
         first_root(1.0, -2.0, 1.0)
