@@ -262,6 +262,8 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     why: behind an outcome its message, too. scales: to have lengths and loads of the axes in SI beside them.
     """
     asked = [name for name in (*main_numbers(dataset), "regime") if name in dataset]
+    if "static_friction" in asked and "plateau_mean" in dataset and bool(dataset["static_friction"].isnull().any()):
+        asked = list(dict.fromkeys((*asked, "plateau_mean")))  # the friction of a pin that never slips
     there = (name for name in (*asked, *SHOWN) if name in dataset and not _without_cycles(dataset, name))
     columns = {name: SHOWN.get(name, symbol(name)) for name in there}
     numbers = {

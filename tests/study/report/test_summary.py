@@ -114,6 +114,8 @@ def test_a_pin_that_follows_in_micro_slips_is_an_answer_and_a_number_of_the_targ
     data["static_friction"] = data["static_friction"] * np.nan
     data["drive_outcome"][:] = "no_slip"
     data["drive_message"][:] = "its slips are too short"
+    plain = scalar_table(data.assign(plateau_mean=data["static_friction"].fillna(0.3)))
+    assert "plateau F/W" in plain.header[: plain.labels + plain.asked]  # its friction
     for word, red in (("micro_slip", False), ("sticks", True)):
         data["regime"][:] = word
         assert bool(scalar_table(data).failed) == red
