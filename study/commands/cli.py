@@ -124,6 +124,8 @@ class NewFile(click.Path):
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if not path.parent.is_dir():
             raise Refusal(f"{path}: cannot be written: there is no folder {path.parent}")
+        if str(path) != "-" and not os.access(path.parent, os.W_OK):  # before what goes into it is computed
+            raise Refusal(f"{path}: cannot be written: {os.strerror(errno.EACCES)}")
         return path
 
 

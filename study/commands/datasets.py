@@ -1,5 +1,6 @@
 """Datasets for commands: a campaign's own, written and printed; a named dataset; one case of a dataset."""
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields
@@ -69,8 +70,10 @@ def _pending(dataset: xr.Dataset) -> int:
 def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
     """List the values of an existing dataset that its replacement would lack; empty if it lacks none.
 
-    One that cannot be read is no loss, unless another nanoslip reads it.
+    One that cannot be read is no loss, unless another nanoslip or another user reads it.
     """
+    if path.exists() and not os.access(path, os.R_OK):
+        yield "contents that this user may not read"
     try:
         yield from _fewer(path, collected)
     except file.OtherFormatError:

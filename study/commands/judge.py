@@ -33,7 +33,7 @@ from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, label_text
 from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.shard import folders
-from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, write_files
+from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, try_writing, write_files
 from nanoslip.study.run.dispatch import Watch
 from nanoslip.study.run.executor import drop_intermediates, left
 from nanoslip.study.run.farm import open_farm
@@ -274,6 +274,7 @@ def describe_variables(name: str | None, as_json: bool) -> None:
 def show_accuracy(campaign: Path | None, out: Path | None, quick: bool) -> None:
     """Measure every numerical setting on a campaign's first case, print the diagrams and write them."""
     setup = setup_of(load_manifest(campaign)) if campaign else default_setup()
+    try_writing(into := folder_of(campaign or Path("accuracy"), out))
     note(f"{setup.title}: measuring, a minute or two unless --quick", stderr=True)
     measured = measure_accuracy(setup, QUICK if quick else FULL)
     for diagram in measured.diagrams:
@@ -281,5 +282,5 @@ def show_accuracy(campaign: Path | None, out: Path | None, quick: bool) -> None:
         print_table(as_table(diagram))
     if measured.remark:
         note(f"not measured: {measured.remark}")
-    for path in write_measurement(measured, folder_of(campaign or Path("accuracy"), out)):
+    for path in write_measurement(measured, into):
         note(whole(f"written: {path}"))

@@ -26,7 +26,7 @@ from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, as_data, from_data
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results.files import NO_FILE, RANDOM, free_name, is_no_file, opened, sync, write
+from nanoslip.study.results.files import NO_FILE, RANDOM, free_name, is_no_file, listed, opened, sync, write
 
 
 class CorruptResultError(Exception):
@@ -362,7 +362,7 @@ def is_name(name: str) -> bool:
 
 def logs_in(folder: Path) -> list[Path]:
     """Files named like logs, in order of creation."""
-    return sorted(path for path in folder.glob(f"*{LOGS}") if is_name(path.name))
+    return [path for path in listed(folder, f"*{LOGS}") if is_name(path.name)]
 
 
 class Place(NamedTuple):

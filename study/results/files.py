@@ -4,6 +4,7 @@ A file appears whole or not at all, or several processes add lines to it.
 """
 
 import errno
+import fnmatch
 import itertools
 import os
 import re
@@ -40,6 +41,13 @@ def is_no_file(path: Path) -> bool:
     with suppress(OSError):
         return not stat.S_ISREG(os.lstat(path).st_mode)
     return False
+
+
+def listed(folder: Path, pattern: str) -> list[Path]:
+    """Paths in a folder whose names match, in order; none where no folder is. Raises OSError for one that may not be read."""
+    with suppress(FileNotFoundError, NotADirectoryError):
+        return sorted(folder / name for name in fnmatch.filter(os.listdir(folder), pattern))
+    return []
 
 
 def content(path: Path) -> bytes:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Self
 
+from nanoslip.study.results.files import listed
+
 FOLDER: Final = "shards"
 MOST_SHARDS: Final = 999_999
 """Parts of a campaign."""
@@ -37,4 +39,4 @@ class Shard:
 
 def folders(out: Path) -> list[Path]:
     """The folders of all shards that have something, of a campaign's folder."""
-    return sorted(path for path in (out / FOLDER).glob("*-of-*") if path.is_dir())
+    return [path for path in listed(out / FOLDER, "*-of-*") if path.is_dir()]

@@ -94,11 +94,10 @@ class Store:
         if os.fsencode(self._out).decode("utf-8", "ignore") != str(self._out):
             shown = printable(str(self._out), LONGEST_MESSAGE)
             raise StoreError(f"{shown}: needs a name in UTF-8, as netCDF files have")
+        try_writing(self.folder)
         with failing(f"{self.folder}: cannot write results there"):
-            self.folder.mkdir(parents=True, exist_ok=True)
             clear_away(self.folder)
             clear_away(self.folder.parent)  # the dataset is written there
-            scratch_beside(self.folder / "probe").unlink()
             self._logs.mend()
             self._notice(attempts.lost(self._out))
 
@@ -131,7 +130,7 @@ class Store:
     def _own_heads(self) -> dict[str, Head]:
         """Heads of the results that are files of their own. Raises OtherFormatError."""
         found = {}
-        for path in sorted(self.folder.glob(f"*{entry.ENDING}")):
+        for path in files.listed(self.folder, f"*{entry.ENDING}"):
             if not _KEY.fullmatch(path.stem):
                 continue  # somebody else's
             try:
@@ -476,6 +475,13 @@ def _place(path: Path, results: Path) -> Path:
         return later(results, path.name)
     place = results / path.name
     return free_name(place) if path.suffix != entry.ENDING and os.path.lexists(place) else place
+
+
+def try_writing(folder: Path) -> None:
+    """Create a folder and a file in it, before what it takes is computed. Raises StoreError."""
+    with failing(f"{folder}: cannot write results there"):
+        folder.mkdir(parents=True, exist_ok=True)
+        scratch_beside(folder / "probe").unlink()
 
 
 def write_files(contents: Mapping[Path, bytes]) -> None:

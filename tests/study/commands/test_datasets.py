@@ -2,9 +2,11 @@
 
 import csv
 import json
+import os
 import re
 import shutil
 from contextlib import nullcontext
+from pathlib import Path
 
 import netCDF4
 import pytest
@@ -81,6 +83,33 @@ def test_what_cannot_be_verified_is_one_clear_message(main, campaign):
     one_line(main("verify", campaign), f"{campaign}: no dataset")
     one_line(main("verify", campaign.parent / "none.nc"), "none.nc: no dataset (No such file")
     assert main("verify", campaign, "--sample", 0)[0] == 2
+
+
+# What cannot be written is known before it is computed; what may not be read is not replaced.
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_it_is_computed(main, campaign, finished, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)
+    one_line(
+        main("show", campaign, "--out", finished, "-o", finished / "x.png"), "x.png: cannot be written: Permission"
+    )
+    assert main("export", campaign, "--out", finished, "-o", "-")[0] == 0
+    code, said, errors = main("accuracy", campaign, "--quick", "--out", campaign / "in")
+    assert (code, said, errors.count("\n"), str(campaign / "in") in errors) == (2, "", 1, True)
+
+
+def test_a_dataset_that_may_not_be_read_is_not_replaced(ask, finished, monkeypatch):
+    before = (finished / "results.nc").read_bytes()
+    (finished / "results" / "dataset.json").unlink()
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "access", lambda path, mode: Path(path).suffix != ".nc")
+        code, _, errors = ask("collect")
+    assert (code, "may not read" in " ".join(errors.split()), (finished / "results.nc").read_bytes() == before) == (
+        2,
+        True,
+        True,
+    )
+    assert ask("collect", "--replace")[0] == 0
 
 
 # Compared, case by case: exit code 0 within uncertainties, 1 beyond, 2 where there is nothing to compare.

@@ -7,6 +7,8 @@ import subprocess
 import time
 import zlib
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -45,6 +47,20 @@ def written(out: Path) -> Counter[str]:
     found = [each for path in (out / FOLDER).glob(f"*{own.LOGS}") for each in own.scan(path)]
     kept = [each.head.key for each in found if isinstance(each, own.Place)]
     return Counter(kept + [path.stem for path in (out / FOLDER).glob(f"*{own.ENDING}")])
+
+
+@contextmanager
+def forbidden(folder: Path) -> Iterator[None]:
+    """Have this process unable to read a folder, even where it is root. Those above need to be open to all."""
+    user = os.geteuid()
+    folder.chmod(0)
+    if user == 0:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        os.seteuid(user)
+        folder.chmod(0o755)
 
 
 def until_written(out: Path, results: int, running: "subprocess.Popen[str]") -> None:

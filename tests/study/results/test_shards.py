@@ -1,6 +1,8 @@
 """A shard is a number of so many; what shards have finished is moved, with failures and journals, and nothing is lost."""
 
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -10,7 +12,7 @@ from nanoslip.study.results import attempts
 from nanoslip.study.results.attempts import RUNS_FILE, Attempt, Run
 from nanoslip.study.results.shard import Shard, folders
 from nanoslip.study.results.store import Lease, Store, merge_shards
-from tests.study.results.results import REFUSED
+from tests.study.results.results import REFUSED, forbidden
 
 ONE, TWO, THREE = (letter * 19 + number for letter, number in ("a1", "b2", "f3"))
 RUN = Run("a", "2026-01-01T00:00:00+00:00", 1)
@@ -37,6 +39,14 @@ def test_shards_of_a_folder_are_found_in_order(tmp_path):
         path.mkdir(parents=True)
     (tmp_path / "shards" / "1-of-1").write_text("")
     assert folders(tmp_path) == wanted
+
+
+def test_shards_that_may_not_be_read_are_not_none():
+    with TemporaryDirectory() as out:
+        Path(out).chmod(0o755)
+        Shard(1, 2).folder(Path(out)).mkdir(parents=True)
+        with forbidden(Path(out) / "shards"), pytest.raises(PermissionError):
+            folders(Path(out))
 
 
 @pytest.fixture

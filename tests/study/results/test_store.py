@@ -5,13 +5,15 @@ import subprocess
 import sys
 from contextlib import ExitStack
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
 from nanoslip.study.results import attempts, entry as own, files
 from nanoslip.study.results.entry import CorruptResultError, Meta, packed
 from nanoslip.study.results.store import Store, StoreError
-from tests.study.results.results import ALL, COMPLIANCE, OTHER, RECORD, flip, same
+from tests.study.results.results import ALL, COMPLIANCE, OTHER, RECORD, flip, forbidden, same
 
 EACH_PLACE = pytest.mark.parametrize("shared", [True, False], ids=["file", "log"])
 
@@ -40,6 +42,19 @@ def test_what_is_written_is_read_and_counts_as_finished(store, shared):
     assert store.finished() == {result.key for result in ALL}
     assert store.outcomes() == {result.key: result.outcome for result in ALL}
     assert len(list(store.folder.iterdir())) == (len(ALL) if shared else 1)
+
+
+@EACH_PLACE
+def test_results_that_may_not_be_read_are_not_none(shared):
+    """Else they are pending, and the dataset is collected without them."""
+    with TemporaryDirectory() as out:
+        Path(out).chmod(0o755)
+        store = Store(Path(out))
+        store.prepare()
+        store.write(RECORD, shared)
+        with forbidden(store.folder), pytest.raises(PermissionError):
+            again(store).finished()
+        assert again(store).finished() == {RECORD.key}
 
 
 @EACH_PLACE
