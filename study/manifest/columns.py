@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -44,15 +45,15 @@ DIMENSIONS: Final = ("s", "m", "N")
 """Units of the dimensions by which columns are chosen."""
 
 
-_FORMULA: Final = re.compile(r"[=@\t\r]|[-+](?![\d.]+([eE][-+]?\d+)?$|inf$)")
+_FORMULA: Final = re.compile(r"[=@\t\r]|[-+](?!\.?\d[\d.]*([eE][-+]?\d+)?$|inf$)")
 """Beginning of a cell that spreadsheets compute: no number."""
 
 
 def rows_as_csv(rows: Iterable[Iterable[object]]) -> str:
     """The rows as CSV, the header first; a text that a spreadsheet would take for a formula begins with an apostrophe."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(map(_inert, row) for row in rows)
-    return text.getvalue()
+    lines: list[str] = []  # a writer that ends them by two letters quotes cells that have one of these
+    csv.writer(SimpleNamespace(write=lines.append), lineterminator="\r\n").writerows(map(_inert, row) for row in rows)
+    return "".join(f"{line[:-2]}\n" for line in lines)
 
 
 def _inert(cell: object) -> object:

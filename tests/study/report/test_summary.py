@@ -377,6 +377,15 @@ def test_csv_has_units_in_its_names_and_is_read_by_pandas() -> None:
         np.testing.assert_array_equal(found[name], each.values)
 
 
+def test_texts_with_separators_and_ends_of_lines_are_read_back_as_they_were() -> None:
+    texts = ["a,b", 'a "b"', "a;b", "a\nb", "a\rb", "a\r\nb", " a ", "", "#a", "'a", "μ\u2028"]
+    text = as_csv([Column("a,b", "m\r", "", texts), Column("b\rc", "", "", [0.1] * len(texts))])
+    header, *rows = csv.reader(io.StringIO(text, newline=""), strict=True)
+    assert (header, [row[0] for row in rows]) == (["a,b [m\r]", "b\rc"], texts)
+    found = pd.read_csv(io.BytesIO(text.encode()), keep_default_na=False)
+    assert (list(found), found["a,b [m\r]"].tolist(), set(found["b\rc"])) == (header, texts, {0.1})
+
+
 def test_no_cell_of_csv_is_a_formula_and_numbers_stay_numbers() -> None:
     cells = ["=1+1", "@now", "+cmd", "-x", "-1.5e-3", "-inf", "a=b", ""]
     rows = [row[0] if row else "" for row in csv.reader(io.StringIO(as_csv([Column("text", "", "", cells)])))]
