@@ -138,8 +138,7 @@ def verdicts(number: int) -> Iterator[Verdict]:
     try:
         compliance = surface_compliance(case.slab)
         known = [read(ensemble.case(case, member), compliance) for member in range(MEMBERS)]
-        events = max(member.plateau.last_event / member.spacings for member in known)
-        if not LEAST * events < MOST:
+        if not all(LEAST * member.plateau.last_event < MOST * member.spacings for member in known):
             return
         truth = [read(ensemble.case(long, MEMBERS + member), compliance) for member in range(others)]
     except SolverError:
