@@ -106,6 +106,17 @@ def test_expected_flags_have_the_contacts_width_beside_them_and_cases_in_si(tmp_
     assert "0.43 to 0.65 L_x (520.0 μm to 776.7 μm)" in width.replace("520 μm", "520.0 μm")
 
 
+def test_a_pin_too_steep_for_its_friction_is_expected_and_ends_so(collected, tmp_path):
+    """Hertz's half-width of 0.065 over a radius of 1 exceeds half of 0.1, and not half of 0.5."""
+    text = MAP.replace("[1e-4, 1e-2, 0.3]", "[1e-2]").replace("[20.0, 200.0]", "[1.0]")
+    text = text.replace("events = 30", "events = 300").replace("[axes]", "[axes]\nintrinsic_friction = [0.1, 0.5]")
+    steep = [line for line in expected(planned(tmp_path, text)) if "steep_pin" in line]
+    assert [line.split(":")[:2] for line in steep] == [["steep_pin", " 1 of 2 cases, first intrinsic_friction = 0.1"]]
+    assert set(collected(text)["outcome"].values.ravel()[:1]) == {"steep_pin"}
+    constant = planned(tmp_path, text + "[effects]\npin_translation = false\n")
+    assert not any("steep_pin" in line for line in expected(constant))
+
+
 def test_what_is_not_computed_has_no_flags(tmp_path):
     found = collect(planned(tmp_path, MAP), Store(tmp_path))
     assert not found["validity_flags"].values.any()
