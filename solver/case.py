@@ -281,7 +281,7 @@ class Case:
         symbol="W/(G·L_x·L_y)",
         least=1e-30,
         most=1.0,
-        note=" (at 1 the mean stress is G; a load in N needs a larger slab_width)",
+        note=" (1: a mean stress of G; or widen slab_width)",
         scale="force",
         measure="G·L_x·L_y",
     )
