@@ -115,8 +115,15 @@ NUMBERS: Final[Mapping[str, Any]] = {
     "ball, unequal nodes: exponent": partial(
         chosen, which=lambda kind: kind.ball and kind.spread > 0.0, number=lambda excess: excess.exponent
     ),
+    "ball, few equal nodes: left": partial(
+        chosen,
+        which=lambda kind: kind.ball and kind.across < 10 and not kind.spread,
+        number=lambda excess: excess.last,
+    ),
     "ball, equal nodes: left": partial(
-        chosen, which=lambda kind: kind.ball and not kind.spread, number=lambda excess: excess.last
+        chosen,
+        which=lambda kind: kind.ball and kind.across > 10 and not kind.spread,
+        number=lambda excess: excess.last,
     ),
     "cylinder, unequal nodes: exponent": partial(
         chosen, which=lambda kind: not kind.ball and kind.spread > 0.0, number=lambda excess: excess.exponent
