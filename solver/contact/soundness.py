@@ -26,12 +26,12 @@ STEEP_PIN = Outcome(
 )
 DOWNHILL = Outcome(
     Ending.STEEP_PIN,
-    "the pin is steeper than half of intrinsic_friction where it touches, so that events create energy: use "
+    "the pin is steeper where it touches than (1 + residual_shear)/2 of intrinsic_friction, so that events create energy: use "
     "effects.pin_translation = false, which keeps pressures constant (not with changing loads or memory); or raise radius or "
     "intrinsic_friction, or lower normal_load",
 )
-"""Down a flank of slope s the pressure does the work s·N per distance, which only a shear above s·N can make a loss. A slip's
-mean shear is half of μ_i·N if it drops all."""
+"""Down a flank of slope s the pressure does the work s·N per distance, which only a shear above s·N can make a loss. The mean
+shear of a slip is (1 + r)/2 of μ_i·N, r = residual_shear."""
 NOT_FINITE = Outcome(
     Ending.ROUNDING,
     "a force or displacement is no longer a number: use a load, a radius and an event_floor nearer those of the paper",

@@ -238,9 +238,8 @@ def record_flags(case: Case, start: ContactState, record: FrictionRecord, end: C
     seen = _Seen(fewest, most, half_width, _margin(case, nodes), travel)
     same = not (record.touches.any() or record.releases.any()) and record.spacing < math.inf
     short = same and RUN_IN < record.presliding_lengths < math.inf
-    return (
-        _judged(case, seen, guessed_half_width(case)) or (Flag.short_record,) * short
-    )  # the others doubt more than its length
+    doubts = _judged(case, seen, guessed_half_width(case))
+    return doubts or (Flag.short_record,) * short  # the others doubt more than its length
 
 
 def guessed_half_width(case: Case) -> float:

@@ -129,7 +129,7 @@ def critical_words(case: xr.Dataset) -> str:
 
 
 def _range_of_starts(case: xr.Dataset, name: str, unit: str) -> str:
-    """Least and largest value of single starts of a drive, which is what one machine shows: ` (starts: 1 m/s to 2 m/s)`."""
+    """Least and largest value of single starts of a drive, which is what one machine shows."""
     group = "drive_ensemble"
     if group not in groups_of(case):
         return ""
