@@ -1,8 +1,11 @@
 """Shipped campaigns of figures made small: the same question on a coarser surface, from fewer starts."""
 
+import fcntl
+import hashlib
 import tomllib
 from collections.abc import Mapping
 from functools import cache
+from pathlib import Path
 
 import xarray as xr
 
@@ -79,6 +82,12 @@ SMALLER: Mapping[str, str] = {
 """Campaign -> keys that are given other values."""
 
 
+class Shared:
+    """Where the processes of one test run keep results that several of them need; set by the conftest beside this file."""
+
+    folder: Path
+
+
 @cache
 def small(campaign: str, form: str = "") -> xr.Dataset:
     """The dataset of a shipped campaign with the values of a form; those of `SMALLER` without one."""
@@ -91,4 +100,7 @@ def small(campaign: str, form: str = "") -> xr.Dataset:
         content[table] = {**content.get(table, {}), **changes} if isinstance(changes, Mapping) else changes
     if not content.get("table", "as it is"):
         del content["table"]
-    return nanoslip.run(content)
+    out = Shared.folder / hashlib.sha256(f"{campaign} {form}".encode()).hexdigest()[:20]
+    with out.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # the first computes, the others find it done
+        return nanoslip.run(content, out).load()
