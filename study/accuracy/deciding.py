@@ -5,7 +5,7 @@ pressure, and F is μ_i·W: that needs no computation.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,11 +14,12 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.ensemble import FEWEST, Ensemble, mean_of
+from nanoslip.solver.ensemble import FEWEST, Ensemble
 from nanoslip.solver.outcome import Ending, InvalidInput
+from nanoslip.solver.parameter import Quantity
 from nanoslip.solver.view import with_error
 from nanoslip.study.accuracy.effects import Done, compute, key_of, tasks_of
-from nanoslip.study.dataset.variables import DRIVE, by_name, factors
+from nanoslip.study.dataset.variables import DRIVE, alike_starts, by_name, factors, mean_in_dataset
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.parameters import as_written, compact, make_case
@@ -155,7 +156,9 @@ class _Search:
         found = Spacing(self._spaces / (other.slab.n_x - 1), other.slab.n_x)
         tasks = self._tasks(other, Ensemble(FEWEST, places=self.manifest.ensemble.places))
         last = next(task for _, task in reversed(tasks) if self.variable in names_of(KINDS[task.kind]))
-        if not (result := self.kept.find(last.key) if self.kept else None):
+        wanted = [task for _, task in tasks if task is last or task.kind == "record"]
+        results = [result for task in wanted if self.kept and (result := self.kept.find(task.key))]
+        if len(results) < len(wanted):
             expected = sum(estimate(task)[0] for _, task in tasks)
             if (seconds := (self.rate or 1.0) * expected) > self.most:
                 return replace(found, seconds=seconds)
@@ -166,32 +169,43 @@ class _Search:
             done: Done = {}
             compute(tasks, done)
             self.rate = sum(seconds for _, seconds in done.values()) / expected
-            result = done[last.key][0]
-            _keep(result, self.kept)
-        mean, unit = (
-            mean_of(np.array(result.scalars.get(key_of(self.variable, result), [math.nan]), float)),
-            self._unit(result),
+            results = [done[task.key][0] for task in wanted]
+            _keep(results, self.kept)
+        return self._with_value(found, results)
+
+    def _with_value(self, found: Spacing, results: Sequence[TaskResult]) -> Spacing:
+        """With the mean and its ± as a dataset would have them. results: of the record, if any, and last of the number's task."""
+        *_, scalars = each = [
+            {name: np.array([values], float) for name, values in one.scalars.items()} for one in results
+        ]
+        result = results[-1]
+        number = declared(KINDS[result.kind])[key := key_of(self.variable, result)]
+        if key not in scalars:
+            return replace(found, ending=result.outcome.ending.value)
+        known, unit = mean_in_dataset(scalars, key, number), self._unit(number)
+        one_start = any(
+            bool(alike_starts(of)[0]) for of, one in zip(each, results, strict=True) if one.kind == "record"
         )
-        value, error = float(mean.mean) * unit, float(mean.uncertainty) * unit
-        return replace(found, value=value, error=error, ending=result.outcome.ending.value)
+        error = math.nan if one_start else float(known.uncertainty[0]) * unit
+        return replace(found, value=float(known.mean[0]) * unit, error=error, ending=result.outcome.ending.value)
 
     def _tasks(self, other: Case, ensemble: Ensemble) -> list[tuple[str, Task]]:
         drives = {"": self.drive.dimensionless(self.manifest.scales)} if self.drive else {}
         return tasks_of(self.manifest, other, drives, ensemble, (self.variable,))
 
-    def _unit(self, result: TaskResult) -> float:
+    def _unit(self, number: Quantity) -> float:
         """Factor from the solver's unit of the number to that of the dataset."""
         assert self.case.case is not None
-        number = declared(KINDS[result.kind])[key_of(self.variable, result)]
         return factors(self.case.case, self.manifest.scales, self.drive)[number.per]
 
 
-def _keep(result: TaskResult, kept: Store | None) -> None:
-    """Keep a result for the next time, unless the folder can only be read."""
+def _keep(results: Sequence[TaskResult], kept: Store | None) -> None:
+    """Keep results for the next time, unless the folder can only be read."""
     if kept:
         with suppress(StoreError):
             kept.prepare()
-            kept.write(result, shared=True)
+            for each in results:
+                kept.write(each, shared=True)
 
 
 def deciding_words(found: Deciding, title: str = "") -> Iterator[str]:

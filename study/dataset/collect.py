@@ -24,11 +24,10 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
-from nanoslip.solver.ensemble import mean_of, needed
+from nanoslip.solver.ensemble import needed
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import SHARED_ERROR, Quantity, attributes
+from nanoslip.solver.parameter import Quantity, attributes
 from nanoslip.solver.sliding.validity import advice_on, expected_flags, flags_in, mask_of
-from nanoslip.solver.view import ROUNDING
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset.file import FORMAT, MIXED, VERSION, carrying, seal_of
 from nanoslip.study.dataset.variables import (
@@ -46,9 +45,11 @@ from nanoslip.study.dataset.variables import (
     Group,
     Runs,
     Series,
+    alike_starts,
     all_groups,
     factors,
     in_si_too,
+    mean_in_dataset,
     parameters,
     scalars,
     texts,
@@ -339,32 +340,21 @@ class CaseVariables:
         found = dict(zip(rows[0].scalars, numbers, strict=True))
         places = np.array([row.place for row in rows])
         if kind == "record":
-            # Not the grid, which may have followed the pin.
-            stated = np.array([found[name] for name, _ in scalars(kind) if name in found])
-            counts = np.where(stated == np.floor(stated), stated, np.nan)
-            differ = np.fmax.reduce(counts, axis=2) > np.fmin.reduce(counts, axis=2)
-            self._as_one[places] = ~differ.any(axis=0)
+            self._as_one[places] = alike_starts(found)
         for name, quantity in scalars(kind):
             if quantity.name == VALIDITY.name or name not in found or quantity.name not in self._values:
                 continue
             if quantity.words:
                 self._enter_words(quantity, places, found[name])
                 continue
-            shared = found[f"{name}{SHARED_ERROR}"][:, 0] if f"{name}{SHARED_ERROR}" in found else np.zeros(len(rows))
-            mean, uncertainty, members = mean_of(found[name], shared)
-            if quantity.uncertainty in found:  # of all members together: the result holds its ±
-                uncertainty, members = found[quantity.uncertainty][:, 0], found[quantity.members][:, 0].astype(int)
-            if quantity.alike:
-                same = (found[quantity.alike] == found[quantity.alike][:, :1]).all(axis=1)
-                mean, uncertainty = np.where(same & (members == found[name].shape[1]), (mean, uncertainty), np.nan)
+            known = mean_in_dataset(found, name, quantity)
             unit = np.array([row.factors[quantity.per] for row in rows])
-            self._values[quantity.name][places] = mean * unit
+            self._values[quantity.name][places] = known.mean * unit
             if quantity.ensemble:
-                unknown = ~(uncertainty > ROUNDING * np.abs(mean))  # members do not differ
-                self._values[quantity.uncertainty][places] = np.where(unknown, np.nan, uncertainty) * np.abs(unit)
+                self._values[quantity.uncertainty][places] = known.uncertainty * np.abs(unit)
                 if quantity.shared:
-                    self._values[quantity.shared_error][places] = np.where(unknown, np.nan, shared) * np.abs(unit)
-                self._values[quantity.members][places] = members
+                    self._values[quantity.shared_error][places] = known.shared * np.abs(unit)
+                self._values[quantity.members][places] = known.members
 
     def _enter_words(self, quantity: Quantity, places: NDArray[np.intp], numbers: NDArray[np.float64]) -> None:
         """Set the word of most members, empty if too few have one, and how many have each. numbers: (results, members)."""

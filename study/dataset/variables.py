@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import IO, Any, Final
+from typing import IO, Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,8 +19,9 @@ from numpy.typing import DTypeLike, NDArray
 from nanoslip.solver.case import Case, parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.dynamics.regime import REGIMES
+from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import Quantity, attributes, in_measure, quantities
+from nanoslip.solver.parameter import SHARED_ERROR, Quantity, attributes, in_measure, quantities
 from nanoslip.solver.sliding.sizes import EventSizes
 from nanoslip.solver.sliding.validity import FLAGS, Validity
 from nanoslip.solver.view import ROUNDING
@@ -352,9 +353,41 @@ def _of(group: str, dims: str, quantities: Iterable[Quantity]) -> Iterator[Descr
         yield Described(each.name, group, dims, units, *facts)
 
 
-# Number of members that a mean is over: not all members of an ensemble have each number.
+# Means over members, and how many they are over: not all members of an ensemble have each number.
 
 EXPLAINED: Final = "(k of n): mean over the k members that have a value"
+
+
+class Known(NamedTuple):
+    """Mean of a number over the members of each result, (results,), its ± and the part of it that members share, and how many
+    members have it."""
+
+    mean: NDArray[np.float64]
+    uncertainty: NDArray[np.float64]
+    shared: NDArray[np.float64]
+    members: NDArray[np.int64]
+
+
+def mean_in_dataset(found: Mapping[str, NDArray[np.float64]], name: str, quantity: Quantity) -> Known:
+    """Mean of a scalar with its ±, as datasets have it. found: scalars of results of one kind, (results, members) each."""
+    values = found[name]
+    shared = found.get(f"{name}{SHARED_ERROR}", np.zeros_like(values))[:, 0]
+    mean, uncertainty, members = mean_of(values, shared)
+    if quantity.uncertainty in found:  # of all members together: the result holds its ±
+        uncertainty, members = found[quantity.uncertainty][:, 0], found[quantity.members][:, 0].astype(int)
+    if quantity.alike:
+        same = (found[quantity.alike] == found[quantity.alike][:, :1]).all(axis=1)
+        mean, uncertainty = np.where(same & (members == values.shape[1]), (mean, uncertainty), np.nan)
+    unknown = ~(uncertainty > ROUNDING * np.abs(mean))  # members do not differ
+    return Known(mean, np.where(unknown, np.nan, uncertainty), np.where(unknown, np.nan, shared), members)
+
+
+def alike_starts(found: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+    """True for records of which all members have the same events: one start, of which no mean has a ±. found: as above."""
+    stated = np.array([found[name] for name, _ in scalars("record") if name in found])
+    counts = np.where(stated == np.floor(stated), stated, np.nan)  # not the grid, which may have followed the pin
+    differ: NDArray[np.bool_] = (np.fmax.reduce(counts, axis=2) > np.fmin.reduce(counts, axis=2)).any(axis=0)
+    return ~differ
 
 
 def members_of(dataset: xr.Dataset, name: str) -> tuple[xr.Variable, ...]:
