@@ -35,6 +35,8 @@ MAIN: Final = ("contact_half_width", "plateau_mean")
 """Main number of a case that does not slide, and of one that does."""
 OF_FRICTION: Final = ("plateau_mean", "static_friction", "kinetic_friction")
 """Numbers that are μ_i if slips drop no stress, but for what inertia and damper add."""
+_WITHOUT_DROP: Final = {"critical_velocity": 0.0}
+"""Other numbers if slips drop no stress: a constant friction force does not let a pin stick again."""
 SECONDS: Final = 5.0
 """Core seconds that a reader waits for what decides, for each of both spacings, unless asked for."""
 
@@ -74,7 +76,7 @@ class Deciding(NamedTuple):
     spacings: tuple[Spacing, ...]
     """The finer one, then the coarser one; a side without a grid that the scheme takes is not there."""
     without_drop: float
-    """F/W if slips drop no stress; NaN for another number, and where that is the case itself."""
+    """The number if slips drop no stress, 0 of a critical velocity; NaN of others, and where that is the case itself."""
 
     @property
     def computed(self) -> list[Spacing]:
@@ -102,9 +104,12 @@ def deciding(
     search = _Search(manifest, case, variable, most, drive, Store(out / FOLDER) if out else None, announce)
     coarser = search.best(FACTORS["coarser"])  # the cheap one tells what the other takes
     spacings = (search.best(FACTORS["finer"]), coarser)
-    rule = case.case.slip_rule
-    drops = variable in OF_FRICTION and rule.residual_shear < 1.0 and math.isfinite(case.case.intrinsic_friction)
-    without_drop = case.case.intrinsic_friction if drops else math.nan
+    if case.case.slip_rule.residual_shear == 1.0 or math.isinf(case.case.intrinsic_friction):
+        without_drop = math.nan
+    else:
+        without_drop = (
+            case.case.intrinsic_friction if variable in OF_FRICTION else _WITHOUT_DROP.get(variable, math.nan)
+        )
     return Deciding(variable, tuple(each for each in spacings if each), without_drop)
 
 
@@ -222,7 +227,8 @@ def deciding_words(found: Deciding, title: str = "") -> Iterator[str]:
         yield f"{title}{', '.join(values)} the node spacing"
     yield from map(missing_words, (each for each in found.spacings if not each.has_value))
     if math.isfinite(found.without_drop):
-        yield f"{found.without_drop:.3g} if slips drop no stress"
+        value = f"{found.without_drop:.3g}" if found.variable in OF_FRICTION else "no stick-slip"
+        yield f"{value} if slips drop no stress"
 
 
 def times(spacing: Spacing) -> str:

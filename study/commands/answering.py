@@ -20,14 +20,12 @@ from nanoslip.study.accuracy.deciding import (
     numbers_of_tasks,
     times,
 )
-from nanoslip.study.dataset.access import run_of
-from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.table import case_rows
 from nanoslip.study.dataset.variables import DRIVE_NAME, VALIDITY, by_name, fewer, without_error
 from nanoslip.study.figures.points import symbol
 from nanoslip.study.manifest.cases import CampaignCase, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest, drive_sizes
-from nanoslip.study.manifest.parameters import YOUNG, compact
+from nanoslip.study.manifest.parameters import YOUNG, as_written, compact
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import Table, note
 from nanoslip.study.run.progress import roughly
@@ -112,14 +110,12 @@ def critical_words(case: xr.Dataset) -> str:
 
     Both together would contradict each other where stick-slip is a band of velocities.
     """
-    velocity, stiffness = ("stage_velocity", "stage velocity", "m/s"), ("spring_stiffness", "stiffness", "N/m")
-    for name, (_, what, unit), (other, _, its) in (
-        ("critical_velocity", velocity, stiffness),
-        ("critical_stiffness", stiffness, velocity),
-    ):
+    for name, what in (("critical_velocity", "stage velocity"), ("critical_stiffness", "stiffness")):
         value, error = (float(case.get(each, math.nan)) for each in (name, f"{name}_uncertainty"))
         if math.isfinite(value):
-            known = f"{compact(value, unit, error)}{fewer(case, name)}{_range_of_starts(case, name, unit)}"
+            other, its = summary.OF_CRITICAL[name]
+            beside = "; ".join((*summary.starts_of(case, name), _BELOW))
+            known = f"{compact(value, as_written(by_name()[name].units), error)}{fewer(case, name)} ({beside})"
             return f"no stick-slip above {what} {known} at {compact(float(case[other]), its)}"
     search = "critical_velocity_search"
     tally = case_rows(case, search).tallies(search)[0]
@@ -128,15 +124,8 @@ def critical_words(case: xr.Dataset) -> str:
     return f"no critical velocity at {compact(float(case['spring_stiffness']), 'N/m')}: {found}"
 
 
-def _range_of_starts(case: xr.Dataset, name: str, unit: str) -> str:
-    """Least and largest value of single starts of a drive, which is what one machine shows."""
-    group = "drive_ensemble"
-    if group not in groups_of(case):
-        return ""
-    values = run_of(case, group, {})[0][name].values
-    return f" (single starts: {compact(np.nanmin(values), unit)} to {compact(np.nanmax(values), unit)})"
-
-
+_BELOW: Final = "below, windows of sliding or micro-slip are possible"
+"""Meaning of a critical value, which is found from above."""
 _SEARCH: Final = {
     "found": "one",
     "always_sticks": "the pin sticks at all velocities tried",

@@ -21,11 +21,13 @@ from nanoslip.solver.parameter import SHARED_ERROR, quantities
 from nanoslip.solver.sliding.validity import advice_on, flags_in
 from nanoslip.solver.view import with_error
 from nanoslip.study.dataset import variables
+from nanoslip.study.dataset.access import run_of
+from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, scales_of
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.figures.points import hyphenated, in_text, in_unit, readable, symbol, unit_of, worded
 from nanoslip.study.manifest.manifest import Stage, TargetTable
-from nanoslip.study.manifest.parameters import Value, compact, in_si
+from nanoslip.study.manifest.parameters import Value, as_written, compact, in_si
 from nanoslip.study.plan.expectations import flag_lines
 from nanoslip.study.plan.task import PENDING
 from nanoslip.study.report.console import Table
@@ -103,7 +105,8 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
             others["0 here"].append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
-            meaning += f" ({si})" if (si := _in_si(case, name, unit)) else ""
+            beside = [_in_si(case, name, unit), *(_of_critical(case, name) if name in OF_CRITICAL else ())]
+            meaning += f" ({known})" if (known := "; ".join(filter(None, beside))) else ""
             rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
     return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), {
         why: found for why, found in others.items() if found
@@ -189,11 +192,46 @@ def _text(values: xr.Dataset, name: str, digits: int) -> str:
 
 def _not_found(values: xr.Dataset, name: str) -> str:
     """Reason why a critical value is missing, as `always sticks`; NOTHING for other numbers, or if it is unknown."""
-    tally = case_rows(values, search).tallies(search)[0] if (search := f"{name}_search") in values else {}
-    parts = [(count, word.replace("_", " ")) for word, count in tally.items()]
+    parts = [*_searches(values, name)]
     if len(parts) == 1:
-        return NOTHING if parts[0][1] == "unknown" else parts[0][1]
-    return "; ".join(f"{count} {word}" for count, word in parts) or NOTHING
+        return NOTHING if parts[0][0] == "unknown" else parts[0][0]
+    return "; ".join(f"{count} {word}" for word, count in parts) or NOTHING
+
+
+def _searches(values: xr.Dataset, name: str) -> Iterator[tuple[str, int]]:
+    """Results of the search for a critical value, in words, and how many starts have each; none of other numbers."""
+    if (search := f"{name}_search") in values:
+        yield from (
+            (word.replace("_", " "), count) for word, count in case_rows(values, search).tallies(search)[0].items()
+        )
+
+
+OF_CRITICAL: Final = {"critical_velocity": ("spring_stiffness", "N/m"), "critical_stiffness": ("stage_velocity", "m/s")}
+"""Critical value -> the parameter of the drive that it holds for, and its unit in SI."""
+
+
+def _of_critical(case: xr.Dataset, name: str) -> Iterator[str]:
+    """Condition and starts of a critical value."""
+    other, unit = OF_CRITICAL[name]
+    if other in case.coords:
+        yield f"at {compact(float(case[other]), unit)}"
+    yield from starts_of(case, name)
+
+
+def starts_of(case: xr.Dataset, name: str) -> Iterator[str]:
+    """Range of a critical value over single starts, which is what one machine shows, and why others have none."""
+    found = Counter({word: count for word, count in _searches(case, name) if word != "found"})
+    if "drive_ensemble" in groups_of(case):
+        starts = run_of(case, "drive_ensemble", {})[0]
+        values, failed = starts[name].values, np.isnan(starts["time_stuck"].values)
+        found.update(list(Ending)[code].value for code in starts["member_outcome"].values[np.isnan(values) & failed])
+        if np.isfinite(values).any():
+            low, high = (
+                compact(extreme(values), as_written(variables.by_name()[name].units))
+                for extreme in (np.nanmin, np.nanmax)
+            )
+            yield f"single starts: {low} to {high}"
+    yield from (f"{count} {word}" for word, count in found.items())
 
 
 def _inertial(values: xr.Dataset) -> xr.DataArray:

@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import xarray as xr
 
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.view import with_error
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import MAIN, Announce, Deciding, Spacing, deciding, deciding_words
+from nanoslip.study.commands.answering import critical_words
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.parameters import compact
 from tests.conftest import Main
@@ -148,8 +150,30 @@ def test_a_critical_velocity_has_the_range_of_its_starts(main: Main) -> None:
     )
     text = main("try", "--critical", *given, "members=3")[1]
     starts = api.run(CRITICAL, progress=False).nanoslip.tree["drive_ensemble"]["critical_velocity"].values
-    assert f"starts: {compact(min(starts), 'm/s')} to {compact(max(starts), 'm/s')})" in text
+    assert f"starts: {compact(min(starts), 'm/s')} to {compact(max(starts), 'm/s')}; " in text
+    assert "(at 2 MN/m; " in next(line for line in text.splitlines() if line.startswith("critical_velocity "))
+    assert "stick-slip if slips drop no stress" in text
     assert "± ?: a single start" in main("try", "--critical", *given, "members=1")[1].splitlines()[0]
+
+
+def test_a_critical_velocity_that_starts_lack_names_what_they_do_instead() -> None:
+    words = {f"critical_velocity_search_{word}_members": count for word, count in (("found", 6), ("never_sticks", 1))}
+    known = {"critical_velocity": 1.2e-3, "critical_velocity_members": 6.0, "drive_members": 8.0}
+    starts = xr.Dataset(
+        {
+            "critical_velocity": ("member", [1e-3] * 6 + [math.nan] * 2),
+            "time_stuck": ("member", [0.5] * 7 + [math.nan]),
+            "member_outcome": (
+                "member",
+                [0] * 6 + [list(Ending).index(each) for each in (Ending.NO_SLIP, Ending.REVERSED)],
+            ),
+        }
+    )
+    case = xr.Dataset({**known, **words, "critical_velocity_search": "found"}, {"spring_stiffness": 1e5})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("nanoslip.study.report.summary.groups_of", lambda _: {"drive_ensemble": starts})
+        patch.setattr("nanoslip.study.report.summary.run_of", lambda *_: (starts, case))
+        assert "(6 of 8) (single starts: 1 mm/s to 1 mm/s; 1 never sticks; 1 reversed; " in critical_words(case)
 
 
 def test_explain_ranks_what_decides_and_a_page_begins_with_its_middle_case(main: Main, tmp_path: Path) -> None:
