@@ -105,7 +105,7 @@ def print_summary(dataset: xr.Dataset) -> None:
     table, alike = summary.factored(summary.scalar_table(dataset, why=False, most=summary.MOST_LINES, scales=scales))
     print_table(table)
     print_sentences([*alike, means_of(dataset), *summary.drive_summary(dataset)])
-    print_sentences(summary.failure_summary(dataset), FAILED)
+    print_sentences(summary.failure_summary(dataset).values(), FAILED)
     print_sentences(summary.cautions(dataset))
 
 

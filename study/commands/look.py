@@ -306,7 +306,7 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
     if "drive_outcome" in case and case["drive_outcome"].dims:
         note("several drives; drive=NAME, or values of their parameters, shows one:")
         print_table(summary.scalar_table(case, why=False))
-        print_sentences(summary.failure_summary(case), FAILED)
+        print_sentences(summary.failure_summary(case).values(), FAILED)
 
 
 def _label(case: xr.Dataset, dataset: xr.Dataset) -> str:

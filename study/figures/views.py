@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nanoslip.solver.contact.closed_forms import MindlinLoops, flat_punch_pressure, hertz, hertz_radius
+from nanoslip.solver.contact.closed_forms import HertzContact, MindlinLoops, hertz, hertz_radius
 from nanoslip.solver.slab import SCHEMES
 from nanoslip.solver.sliding.power_law import LEAST_TAIL, SIGNIFICANT, density
 from nanoslip.solver.view import with_error
@@ -191,25 +191,21 @@ def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
 
 
 def half_plane(case: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Pressure at x (n,) in W/(L_x·L_y) that a pin of this shape has on a half-plane without friction."""
-    if "scheme" in case and SCHEMES[str(case["scheme"].item())].planar:
-        return _half_space(case, np.hypot(x, float(case["y"].values[0])))
-    if str(case["pin"].item()) == "flat_punch":
-        half_width = float(case["half_width"])
-        inside = np.abs(x) < half_width * (1.0 - 1e-9)
-        return np.where(inside, flat_punch_pressure(np.where(inside, x, 0.0), half_width, 1.0), 0.0)
-    load = float(case["normal_load"])
-    return hertz(load, float(case["radius"]), float(case["poisson"])).pressure(x) / load
+    """Pressure at x (n,) in W/(L_x·L_y) of a pin of this shape on a half-plane (half-space) without friction.
 
-
-def _half_space(case: xr.Dataset, r: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Pressure under a ball (Hertz) or disc (Boussinesq) on a half-space, at the distance r (n,) from its axis."""
+    Under a punch it is infinite at the edge (Boussinesq), where it is cut off.
+    """
+    planar = "scheme" in case and SCHEMES[str(case["scheme"].item())].planar
+    r = np.hypot(x, float(case["y"].values[0])) if planar else x
     if str(case["pin"].item()) == "flat_punch":
         a = float(case["half_width"])
-        squared = 1.0 - (r / a) ** 2
-        return np.where(squared > 1e-9, 1.0 / np.sqrt(np.maximum(squared, 1e-9)), 0.0) / (2.0 * np.pi * a**2)
-    a = hertz_radius(float(case["normal_load"]), float(case["radius"]), float(case["poisson"]))
-    return np.asarray(1.5 / (np.pi * a**2) * np.sqrt(np.maximum(1.0 - (r / a) ** 2, 0.0)))
+        root = np.sqrt(np.maximum(1.0 - (r / a) ** 2, 0.0))
+        return np.divide(1.0 / (2.0 * np.pi * a**2 if planar else np.pi * a), root, np.zeros(len(r)), where=root > 1e-4)
+    load, *shape = (float(case[name]) for name in ("normal_load", "radius", "poisson"))
+    if not planar:
+        return hertz(load, *shape).pressure(r) / load
+    a = hertz_radius(load, *shape)
+    return HertzContact(a, 1.5 / (np.pi * a**2)).pressure(r)
 
 
 def draw_contacts(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:

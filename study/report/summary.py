@@ -93,24 +93,22 @@ def case_table(case: xr.Dataset, names: Collection[str] = ()) -> tuple[Table, di
     case: of nanoslip.study.dataset.access; what lies along a dimension is left out. names: only these; () all.
     """
     rows: list[tuple[str, ...]] = []
-    others: dict[str, list[str]] = {"0 here": [], "not known here": []}
+    others: dict[str, list[str]] = {}
     for name in sorted(map(str, case.data_vars), key=lambda name: (*SHOWN, name).index(name)):
         if (names and name not in names) or case[name].dims or name in _SAID_APART:
             continue
         if name.endswith((UNCERTAINTY, "members", "_si")):
             continue  # ±, count of members and size in SI are shown with their variable
         if (value := _text(case, name, 6)) == NOTHING:
-            others["not known here"].append(name)
+            others.setdefault("not known here", []).append(name)
         elif value in ("0", "0 ± ?"):
-            others["0 here"].append(name)
+            others.setdefault("0 here", []).append(name)
         else:
             meaning, unit = _meaning_and_unit(case[name])
             beside = [_in_si(case, name, unit), *(_of_critical(case, name) if name in OF_CRITICAL else ())]
             meaning += f" ({known})" if (known := "; ".join(filter(None, beside))) else ""
             rows.append((name, f"{value} {unit}".rstrip() + variables.fewer(case, name), meaning))
-    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), {
-        why: found for why, found in others.items() if found
-    }
+    return Table(("quantity", "value", "meaning"), tuple(rows), labels=2), others
 
 
 def ending_lines(case: xr.Dataset, brief: bool = False) -> Iterator[str]:
@@ -318,9 +316,8 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
     all_rows = case_rows(dataset)
     varying = _varying(all_rows)
     labels = [in_unit(_name(name), name) for name in varying]
-    titles = [
-        f"{title} of contact" if title in labels else title for title in columns.values()
-    ]  # a punch is given its own
+    # A punch is given its own half-width.
+    titles = [f"{title} of contact" if title in labels else title for title in columns.values()]
     masks = dataset[variables.VALIDITY.name].values if variables.VALIDITY.name in dataset else np.zeros(1, np.int32)
     flagged = bool((masks != masks.flat[0]).any()) or (masks.size == 1 and bool(masks.any()))  # in all rows: said below
     header = (*labels, *titles, "outcome [flag]" if flagged else "outcome")
@@ -331,7 +328,8 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
         if ending not in _UNHURT and bool(_missed(case)) and not _answered(case).item():
             failed.add(len(rows))
         told = f"{ending}{flags if flagged else ''}{message if why else ''}"
-        rows.append((*(_label(case, name, scales) for name in varying), *(_cell(case, name) for name in columns), told))
+        cells = (_text(case, name, 5) + variables.fewer(case, name) for name in columns)
+        rows.append((*(_label(case, name, scales) for name in varying), *cells, told))
     if more := len(all_rows) - len(rows):
         rows.append((*("…" for _ in header[1:]), f"{more} more"))
     return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
@@ -375,12 +373,8 @@ def _answered(dataset: xr.Dataset) -> xr.DataArray:
     return (dataset["regime"] == "micro_slip") | (dataset["regime"] == "sticks") & known
 
 
-def flag_summary(dataset: xr.Dataset) -> list[str]:
-    """One line for each validity flag: how many cases have it, the first of them, and the advice."""
-    return list(_flags(dataset).values())
-
-
-def _flags(dataset: xr.Dataset) -> dict[str, str]:
+def flag_summary(dataset: xr.Dataset) -> dict[str, str]:
+    """Validity flag -> a line: how many cases have it, the first of them, and the advice."""
     if variables.VALIDITY.name not in dataset:
         return {}
     masks = dataset[variables.VALIDITY.name]
@@ -484,19 +478,15 @@ def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
 
 def cautions(dataset: xr.Dataset) -> list[str]:
     """Cautions: effects left out, missed targets, validity flags."""
-    others = failure_summary(dataset, asked=False)
-    return [*left_out_summary(dataset), *short_summary(dataset), *others, *flag_summary(dataset)]
+    others = failure_summary(dataset, asked=False).values()
+    return [*left_out_summary(dataset), *short_summary(dataset), *others, *flag_summary(dataset).values()]
 
 
-def failure_summary(dataset: xr.Dataset, asked: bool = True) -> list[str]:
-    """One line for each way in which cases, then drives failed: how many, the first of them, why and what to do.
+def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, str]:
+    """Cause -> a line for each way in which cases, then drives failed: how many, the first of them, why and what to do.
 
     asked: for cases that miss a requested number, else for the others.
     """
-    return list(_failures(dataset, asked).values())
-
-
-def _failures(dataset: xr.Dataset, asked: bool) -> dict[Hashable, str]:
     lines, missed = dict[Hashable, str](), _missed(dataset) & ~_answered(dataset)
     for what, outcomes, messages, groups in _reasons(dataset):
         failed = missed if set(missed.dims) <= set(outcomes.dims) else xr.DataArray(True)
@@ -515,7 +505,7 @@ def _failures(dataset: xr.Dataset, asked: bool) -> dict[Hashable, str]:
 
 def holes(dataset: xr.Dataset) -> dict[Hashable, str]:
     """Reasons for cases without a number, or with a flag, and remedies, by cause."""
-    return _failures(dataset, asked=True) | {**_flags(dataset)}
+    return failure_summary(dataset) | {**flag_summary(dataset)}
 
 
 def _where(rows: CaseRows, numbers: Sequence[int], what: str = "cases") -> str:
@@ -608,17 +598,10 @@ def _label(values: xr.Dataset, name: str, scales: Scales | None) -> str:
     return f"{in_text(value)} ({si})" if si else in_text(value)
 
 
-def _cell(values: xr.Dataset, name: str) -> str:
-    return _text(values, name, 5) + variables.fewer(values, name)
-
-
 def _ending(values: xr.Dataset) -> tuple[str, str, str]:
     """Outcome of a case and its drive: the first bad outcome, the case's flags in brackets, advice on that outcome."""
-    ending, message = COMPLETED, ""
-    for found, why in (("outcome", "message"), ("drive_outcome", "drive_message")):
-        if found in values and (values[found] != COMPLETED or values[why] != ""):
-            ending, message = (str(values[each].item()) for each in (found, why))
-            break
+    good = (COMPLETED, "")
+    ending, message = next((both for both in _endings(values).values() if both != good), good)
     flags = flags_in(int(values[variables.VALIDITY.name])) if variables.VALIDITY.name in values else ()
     named = f" [{', '.join(flag.name for flag in flags)}]" if flags else ""
     return ending, named, f": {message}" if message else ""
@@ -676,22 +659,18 @@ def errors_of(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
     return sorted((each for each in found if each.share > 0.0), key=lambda each: -each.share)
 
 
-def _main_numbers_in(dataset: xr.Dataset) -> list[str]:
-    asked = main_numbers(dataset) or ["contact_half_width"]
-    return [name for name in asked if name in dataset and dataset[name].dtype.kind == "f"]
-
-
 def error_lines(dataset: xr.Dataset, cost: str = "", most: int = 1, apart: Collection[str] = ()) -> Iterator[str]:
     """Report, for each requested number of some cases or drives, its value and the main source of its error.
 
     cost: see `errors_of`. apart: numbers that are reported elsewhere.
     """
-    rows, asked = case_rows(dataset), [name for name in _main_numbers_in(dataset) if name not in apart]
+    rows, asked = case_rows(dataset), (main_numbers(dataset) or ["contact_half_width"])
+    shown = [name for name in asked if name in dataset and dataset[name].dtype.kind == "f" and name not in apart]
     if len(rows) > most > 1:
         yield f"{most} of {len(rows)} drives, the first to the last:"
     for case in each_case(rows, most):
         place = label_text({dim: case[dim].item() for dim, size in rows.sizes.items() if size > 1})
-        for name in asked:
+        for name in shown:
             yield _line(case, name, f" ({place})" if place else "", errors_of(case, name, cost))
     mask = int(dataset[variables.VALIDITY.name].values.flat[0]) if variables.VALIDITY.name in dataset else 0
     if unresolved := [flag for flag in flags_in(mask) if flag.unresolved]:
