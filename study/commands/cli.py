@@ -143,6 +143,7 @@ ANY_PATH: Final = click.Path(path_type=Path)
 CAMPAIGN_PATH: Final = CampaignPath(path_type=Path)
 NEW_FILE: Final = NewFile(path_type=Path)
 POSITIVE: Final = click.IntRange(min=1)
+SHARD_COUNT: Final = click.IntRange(1, MOST_SHARDS)
 DETREND: Final = click.Choice(("none", "mean", "line", "parabola"))
 
 CAMPAIGN = click.argument("campaign", type=CAMPAIGN_PATH)
@@ -150,9 +151,7 @@ PARAMETERS = click.argument("parameters", nargs=-1, metavar="[KEY=VALUE]...")
 JSON = flag("--json", "as_json", help="Print JSON for scripts (keys: docs/commands.md).")
 OUT = click.option("--out", type=ResultsFolder(), help="Folder of the results [default: results/<campaign>]")
 TEXT_FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
-PICTURE = click.option(
-    "-o", "--picture", type=NEW_FILE, help="Draw a picture into this file (.png, .pdf, .svg) instead."
-)
+PICTURE = click.option("-o", "--picture", type=NEW_FILE, help="Draw into this file (.png, .pdf, .svg) instead.")
 
 
 # Before a campaign is computed: prepare.py.
@@ -247,12 +246,7 @@ def _shard(_context: click.Context, _option: click.Parameter, text: str | None) 
 @command("run:run_campaign", CAMPAIGN, OUT)
 @flag("--serial", help="Compute in this process alone, without MPI; no time limit ends a task.")
 @click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
-@defaulted(
-    "--grace",
-    type=FiniteNumber(min=0.0),
-    default=GRACE,
-    help="Seconds that running tasks get to finish after a signal.",
-)
+@defaulted("--grace", type=FiniteNumber(min=0.0), default=GRACE, help="Seconds for running tasks after a signal.")
 @flag("--recompute-foreign", help="Compute results of other software again (`nanoslip status` lists it).")
 @flag("--retry", help="Try failed tasks again (`nanoslip status` counts them).")
 @click.option(
@@ -299,15 +293,9 @@ def merge() -> None:
 
 @command("prepare:submit_campaign", CAMPAIGN, OUT)
 @click.option(
-    "--site",
-    type=ANY_PATH,
-    help="Settings of the cluster: a changed copy of site.toml [default: the one that comes with nanoslip]",
+    "--site", type=ANY_PATH, help="Settings of the cluster: a changed copy of site.toml [default: nanoslip's]"
 )
-@click.option(
-    "--shards",
-    type=click.IntRange(1, MOST_SHARDS),
-    help="Number of small jobs in an array; one job more merges their results.",
-)
+@click.option("--shards", type=SHARD_COUNT, help="Number of small jobs in an array; one job more merges their results.")
 @flag("--submit", help="Submit the scripts by sbatch.")
 def submit() -> None:
     """Write batch scripts that run CAMPAIGN as a job, or an array."""
@@ -315,9 +303,8 @@ def submit() -> None:
 
 # Showing results: look.py and draw.py.
 
-PICTURE_FORMATS: Final = ("pdf", "svg", "png")
-"""Formats of pictures; nanoslip.study.figures.shared writes them."""
-RESULTS: Final = Path("results")
+FORMAT: Final = click.Choice(("pdf", "svg", "png"))
+"""Format of pictures; nanoslip.study.figures.shared writes them."""
 
 
 @command("draw:write_report", CAMPAIGN, OUT)
@@ -329,35 +316,22 @@ def report() -> None:
 @click.argument("names", nargs=-1, metavar="[CAMPAIGN [KEY=VALUE]... | NAME...]")
 @flag("--all", "everything", help="Draw every shipped figure.")
 @click.option(
-    "--format",
-    "formats",
-    multiple=True,
-    type=click.Choice(PICTURE_FORMATS),
-    default=PICTURE_FORMATS,
-    help="Formats of shipped figures [default: all]",
+    "--format", "formats", multiple=True, type=FORMAT, default=FORMAT.choices, help="Of shipped figures [default: all]"
 )
 @defaulted(
-    "--into",
-    type=ANY_PATH,
-    default=RESULTS,
-    help="Folder of shipped figures, with a folder for each group of campaigns (figures, maps, ...).",
+    "--into", type=ANY_PATH, default="results", help="Folder of shipped figures; each group of campaigns has its own."
 )
 @click.option(
     "--out",
     type=ANY_PATH,
-    help="Folder of CAMPAIGN's results; for shipped figures the folder above those of all campaigns "
-    f"[default: results/<campaign>; {RESULTS}]",
+    help="Folder of CAMPAIGN's results [default: results/<campaign>]; of shipped figures the one above.",
 )
 @click.option("--y", default="", metavar="NUMBER", help="Variable of CAMPAIGN to draw, or a ratio of two.")
 @click.option("--x", default="", metavar="AXIS", help="Axis of CAMPAIGN along x [default: the one with most values]")
-@click.option(
-    "--hue", default="", metavar="AXIS", help="Axis of CAMPAIGN with a colour for each value [default: the next one]"
-)
+@click.option("--hue", default="", metavar="AXIS", help="Axis with a colour for each value [default: the next one]")
 @click.option("-o", "--output", type=NEW_FILE, help="File of that figure: .pdf, .svg or .png.")
 @flag("--csv", "table", help="Write the numbers that are drawn to a file beside it.")
-@click.option(
-    "--size", nargs=2, type=FiniteNumber(0.5, 50.0), help="Width and height of that figure in inches, as 3.3 2.4."
-)
+@click.option("--size", nargs=2, type=FiniteNumber(0.5, 50.0), help="Its width and height in inches, as 3.3 2.4.")
 @click.option("--style", "sheet", default="", metavar="SHEET", help="Style sheet of matplotlib: a file or a name.")
 def figure() -> None:
     """Draw a number of CAMPAIGN over its axes, or shipped figures.
@@ -396,35 +370,27 @@ def profile() -> None:
     """
 
 
-def traced(described: Declared) -> Declared:
-    """Add the options for reading a measured trace."""
-    options = (
-        click.option("--time", metavar="UNIT", help="Unit of time [default: the header's, or s]"),
-        click.option(
-            "--displacement", metavar="UNIT", help="Take displacement of the stage instead, in this unit, as um."
-        ),
-        click.option(
-            "--force", metavar="UNIT", help="Unit of force; 1 for a coefficient [default: the header's, or N]"
-        ),
-        click.option("--load", metavar="FORCE", help='Normal load, as "100 N": numbers become coefficients.'),
-        click.option("--velocity", metavar="VELOCITY", help='Of the stage, as "10 um/s".'),
-        click.option("--columns", nargs=2, metavar="A B", help="Time or displacement, and force: names, or from 1 on."),
-        click.option("--from", "start", metavar="PLACE", help='Leave out the trace before this place, as "2 s".'),
-        click.option("--to", "end", metavar="PLACE", help="Leave out the trace after this place."),
-        click.option("--offset", metavar="FORCE", help="Reading of the force cell without a pull; subtracted."),
-        click.option("--drift", metavar="RATE", help='Drift of the force cell, as "1 mN/s" or in N/m; subtracted.'),
-        click.option("--damping", type=FiniteNumber(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
-    )
-    for each in reversed(options):
-        described = each(described)
-    return described
+READING = (
+    click.option("--time", metavar="UNIT", help="Unit of time [default: the header's, or s]"),
+    click.option("--displacement", metavar="UNIT", help="Take displacement of the stage instead, in this unit, as um."),
+    click.option("--force", metavar="UNIT", help="Unit of force; 1 for a coefficient [default: the header's, or N]"),
+    click.option("--load", metavar="FORCE", help='Normal load, as "100 N": numbers become coefficients.'),
+    click.option("--velocity", metavar="VELOCITY", help='Of the stage, as "10 um/s".'),
+    click.option("--columns", nargs=2, metavar="A B", help="Time or displacement, and force: names, or from 1 on."),
+    click.option("--from", "start", metavar="PLACE", help='Leave out the trace before this place, as "2 s".'),
+    click.option("--to", "end", metavar="PLACE", help="Leave out the trace after this place."),
+    click.option("--offset", metavar="FORCE", help="Reading of the force cell without a pull; subtracted."),
+    click.option("--drift", metavar="RATE", help='Drift of the force cell, as "1 mN/s" or in N/m; subtracted.'),
+    click.option("--damping", type=FiniteNumber(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
+)
+"""Options for reading a measured trace."""
 
 
 @command(
     "trace:show_trace",
     TEXT_FILE,
     PARAMETERS,
-    traced,
+    *READING,
     click.option("--over", type=CAMPAIGN_PATH, help="Lay it over the drive of this CAMPAIGN, and compare numbers."),
     click.option("-o", "--picture", type=NEW_FILE, help="Draw it into this file (.png, .pdf, .svg), too."),
     JSON,
@@ -474,23 +440,15 @@ def try_case() -> None:
 
 
 @command("draw:draw_frames", CAMPAIGN, PARAMETERS)
-@click.option(
-    "--events",
-    help="Events, or turns of a path, after which the contact is shown, as first:last:step or 0,5,12; 0 is initial contact. "
-    "[default: 0:200:40, or the first turns]",
-)
+@click.option("--events", help="Numbers, as first:last:step or 0,5,12 [default: 0:200:40, or the first turns]")
 @defaulted(
-    "-o",
-    "--output",
-    type=NEW_FILE,
-    default=Path("frames.png"),
-    help="File to write: a strip (.png, .pdf, .svg) or a film (.gif, .mp4).",
+    "-o", "--output", type=NEW_FILE, default="frames.png", help="A strip (.png, .pdf, .svg) or film (.gif, .mp4)."
 )
 def frames() -> None:
     """Draw the contact of one case of CAMPAIGN, event by event.
 
     Pressure, shear, slip and F/W are computed from the campaign file; no results are needed. KEY=VALUE select the case by values
-    on the campaign's axes.
+    on its axes. An event is a slip, release or touch of a node; of a path its turns are numbered. 0 is initial contact.
 
     Example: nanoslip frames smoke intrinsic_friction=0.5 --events 0:200:10 -o pin.gif
     """
@@ -514,19 +472,12 @@ def sensitivity() -> None:
 
 @command("infer:fit_campaign", CAMPAIGN)
 @click.argument("numbers", nargs=-1, metavar="NUMBER=VALUE±ERROR... [KEY=VALUE]...")
-@click.option(
-    "--trace", type=ANY_PATH, help="Take μ_s and μ_k, with their ±, from the output of `nanoslip trace --json`."
-)
-@click.option(
-    "--vary",
-    multiple=True,
-    metavar="KEY[=FROM:TO],...",
-    help="Parameters to find, with their ranges [default: the campaign's axes]",
-)
+@click.option("--trace", type=ANY_PATH, help="Take μ_s and μ_k, with their ±, from `nanoslip trace --json`.")
+@click.option("--vary", multiple=True, metavar="KEY[=FROM:TO],...", help="Parameters to find [default: the axes]")
 @defaulted("--points", type=click.IntRange(min=16), default=256, help="Most points that are computed.")
 @click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
 @OUT
-@defaulted("-o", "--picture", type=NEW_FILE, default=Path("fit.png"), help="File of the figure: .png, .pdf or .svg.")
+@defaulted("-o", "--picture", type=NEW_FILE, default="fit.png", help="File of the figure: .png, .pdf or .svg.")
 @JSON
 def fit() -> None:
     """Find parameters that agree with measured numbers.

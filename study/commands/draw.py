@@ -74,11 +74,9 @@ def draw_figure(
             where = assignments(names[1:])
             with refusals(ValueError), dataset_of(shipped.campaign_file(Path(names[0])), out) as dataset:
                 view = view_named(dataset, y, x, hue, where)
-                write(_files_of(view, output, table, size))
-            note(
-                view.caption
-                + (f" Of {', '.join(f'{key} = {value}' for key, value in where.items())}." if where else "")
-            )
+                write(_files_of(view, output, table, size or ()))
+            of = ", ".join(f"{key} = {value}" for key, value in where.items())
+            note(f"{view.caption} Of {of}." if of else view.caption)
         elif x or hue or output or table or size:
             raise Refusal("--x, --hue, --output, --csv and --size: need --y, the number that is drawn")
         elif names or everything:
@@ -88,12 +86,10 @@ def draw_figure(
             note(f"{whole('nanoslip figure NAME')} draws one, {whole('nanoslip figure --all')} all of them")
 
 
-def _files_of(
-    view: shared.View, output: Path | None, table: bool, size: tuple[float, float] | None
-) -> dict[Path, bytes]:
+def _files_of(view: shared.View, output: Path | None, table: bool, size: Sequence[float]) -> dict[Path, bytes]:
     """A figure, and perhaps its numbers beside it."""
     target = output or Path(f"{view.name}.{shared.FORMATS[0]}")
-    files = {target: shared.image(shared.resized(view.draw(), size or ()), shared.format_of(target))}
+    files = {target: shared.image(shared.resized(view.draw(), size), shared.format_of(target))}
     return files | ({target.with_suffix(".csv"): shared.csv_of(view.columns()).encode()} if table else {})
 
 
@@ -104,9 +100,8 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
     for name in known if everything else names:
         of_file = figures_of(Path(name)) if Path(name).suffix == ".toml" else ()
         if name not in known and not of_file:
-            there = ", ".join(known)
             own = f"a campaign of your own needs --y, or a script {Path(name).stem}.py beside it"
-            raise Refusal(f"{name}: no figure; there are {there}; {own}")
+            raise Refusal(f"{name}: no figure; there are {', '.join(known)}; {own}")
         for figure in of_file or (known[name],):
             chosen.setdefault(Path(name) if of_file else shipped.campaigns()[figure.campaign], []).append(figure)
     for source, figures in chosen.items():
@@ -156,16 +151,13 @@ def _surface_lines(found: Surface, slab_width: float) -> list[str]:
         resolved = f"{slab} n_x = {nodes} resolves it, with nodes {compact(slab_width / (nodes - 1), 'm')} apart"
         if length < slab_width:
             resolved += f"; one as wide as the profile needs {nodes_for(found.image(length))}"
-    read = (
-        []
-        if found.source is None or found.rows is None
-        else [separation(found.source), *lines_left_out(found.source, found.rows, found.holes)]
-    )
+    read = [separation(found.source)] if found.source else []
     points, slopes = f"{count} points over {compact(length, 'm')}, {apart} apart", f"slope {slope:.3g}"
     if len(found.y) > 1:
         wide, slopes = float(found.y[-1] - found.y[0]), f"slopes {slope:.3g} along x and {across:.3g} along y"
         points = f"{count} by {len(found.y)} points over {compact(length, 'm')} by {compact(wide, 'm')}, {apart} apart"
-        read = [separation(found.source)] if found.source else []
+    elif found.source and found.rows:
+        read += lines_left_out(found.source, found.rows, found.holes)
     return [
         "; ".join((points, *read)),
         f"root mean square height {compact(found.rms_height, 'm')}, {slopes}; correlation length {longer}",
@@ -203,17 +195,14 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None,
         case = chosen(plan.manifest, plan.cases, assignments(parameters))
         if case.case is None:
             raise ManifestError.of(case.point, remark=case.outcome.message)
-        wanted = wanted or events_of(usual_events(case.case))
+        wanted = wanted or usual_events(case.case)
         shown = frames(case.case, wanted, output, plan.manifest.stated_scales)
     if len(shown.moments) < len(wanted):
         ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
-        note(
-            f"no {shown.counted} {wanted[len(shown.moments)]}: the record ends before ({in_words(ended)})", stderr=True
-        )
-    last = shown.moments[-1].event
-    note(
-        f"{whole(f'written: {output}')} ({case.point}; {counted(len(shown.moments), 'moment')} to {shown.counted} {last})"
-    )
+        missing = wanted[len(shown.moments)]
+        note(f"no {shown.counted} {missing}: the record ends before ({in_words(ended)})", stderr=True)
+    until = f"{counted(len(shown.moments), 'moment')} to {shown.counted} {shown.moments[-1].event}"
+    note(f"{whole(f'written: {output}')} ({case.point}; {until})")
 
 
 # Pictures of single cases, and what is written.

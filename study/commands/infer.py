@@ -47,23 +47,17 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     with refusals(ValueError), dataset_of(dataset, out) as opened:
         found = sensitivity(opened, of)
         why = [*holes(opened).values()] if found.holes else []
+    shares = dict(zip(found.axes, zip(found.first.tolist(), found.total.tolist(), strict=True), strict=True))
     if as_json:
-        parts = {"first": found.first, "total": found.total}
-        rows = {
-            axis: {part: values[place].tolist() for part, values in parts.items()}
-            for place, axis in enumerate(found.axes)
-        }
+        axes = {axis: {"first": first, "total": total} for axis, (first, total) in shares.items()}
         print_json(
-            {"of": found.of, "axes": rows, "noise": found.noise, "scatter": found.scatter, "note": caution(found)}
+            {"of": found.of, "axes": axes, "noise": found.noise, "scatter": found.scatter, "note": caution(found)}
         )
         return
     if not found.unknown:
-        order = found.total[:, 0].argsort()[::-1].tolist()
-        rows_of_text = [
-            (found.axes[place], *_shares(found.first[place]), *_shares(found.total[place])) for place in order
-        ]
-        header = ("parameter", "alone", "95 %", "in all", "95 %", "")
-        print_table(Table(header, tuple((*row, "") for row in rows_of_text)))
+        largest = sorted(shares.items(), key=lambda each: -each[1][1][0])
+        rows = tuple((axis, *_shares(first), *_shares(total), "") for axis, (first, total) in largest)
+        print_table(Table(("parameter", "alone", "95 %", "in all", "95 %", ""), rows))
     print_sentences([caution(found), *why])
     if picture and not found.unknown:
         write_files({picture: image(bars(found), form)})
@@ -211,8 +205,9 @@ def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
         return open_progress(tasks, console(stderr=True), processes, measured)
 
     with Lease(out, farm.interruption.request) as lease:
+        journal = Journal(out)
         return question.answer(
-            lambda plan: compute(farm, plan, Journal(out), lease, progress, warn).store, out, points, holes
+            lambda plan: compute(farm, plan, journal, lease, progress, warn).store, out, points, holes
         )
 
 
@@ -225,13 +220,8 @@ def _print(found: Fit, scales: Scales) -> None:
             best = f"{in_text(value)} ({si})" if si else in_text(value)
             ends = [_interval([*found.intervals(axis, level), None][place]) for level in LEVELS]
             rows.append((each.name, best, *ends, f"{in_text(each.low)} to {in_text(each.high)}"))
-    header = (
-        "parameter",
-        "best" if found.reached else "nearest",
-        *(f"{100 * level:.0f} %" for level in LEVELS),
-        "looked at",
-    )
-    print_table(Table(header, tuple(rows), asked=3))
+    best, levels = "best" if found.reached else "nearest", (f"{100 * level:.0f} %" for level in LEVELS)
+    print_table(Table(("parameter", best, *levels, "looked at"), tuple(rows), asked=3))
 
 
 def _as_json(found: Fit) -> dict[str, Any]:
@@ -248,8 +238,8 @@ def _as_json(found: Fit) -> dict[str, Any]:
         target.name: {"value": target.value, "uncertainty": target.error, "best": mean}
         for target, mean in zip(found.targets, means, strict=True)
     }
-    points = {"points": len(found.computed.x)}
-    return {"reached": found.reached, "parameters": parameters, "numbers": numbers, **points}
+    points = len(found.computed.x)
+    return {"reached": found.reached, "parameters": parameters, "numbers": numbers, "points": points}
 
 
 def _interval(ends: tuple[float, float] | None) -> str:

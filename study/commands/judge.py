@@ -112,9 +112,8 @@ def compare_datasets(first: Path, second: Path) -> None:
         kinds = [kind for kind in compare.ROW_KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
         if facts := compare.differing(pair):
-            print_table(
-                Table(("differs", "A", "B", ""), tuple((name, *both, "") for name, both in facts.items()), labels=3)
-            )
+            rows_of_facts = tuple((name, *both, "") for name, both in facts.items())
+            print_table(Table(("differs", "A", "B", ""), rows_of_facts, labels=3))
         else:
             note("same parameters, campaign and software")
         found = {kind: compare.matched(pair, kind) for kind in kinds}
@@ -139,11 +138,9 @@ def _print_rows(what: str, found: compare.Matched, others: tuple[Sequence[str], 
             note(f"{what} in {name} alone: {len(only)}, first {label_text(only[0])}")
     differ, same = others
     if differ:
-        more = ", …" if len(differ) > WORST else ""
-        note(
-            f"not judged, as they state no uncertainty: {len(differ)} of {len(differ) + len(same)} other numbers differ "
-            f"({', '.join(differ[:WORST])}{more})"
-        )
+        count = f"{len(differ)} of {len(differ) + len(same)}"
+        named = ", ".join(differ[:WORST]) + (", …" if len(differ) > WORST else "")
+        note(f"not judged, as they state no uncertainty: {count} other numbers differ ({named})")
 
 
 def _print_worst(seen: Sequence[compare.Observed]) -> None:
@@ -201,10 +198,9 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
             else:
                 print_sentences([other])
                 _print_findings([shared, *findings])
-                parts = [
-                    f"{count} {_SAID.get(sort, sort)}" for sort, count in counts.items() if count or sort not in _SAID
-                ]
-                note(f"{dataset}: cases: {', '.join(parts)}; {shared.label}: {shared.verdict}")
+                shown = (sort for sort, count in counts.items() if count or sort not in _SAID)
+                parts = ", ".join(f"{counts[sort]} {_SAID.get(sort, sort)}" for sort in shown)
+                note(f"{dataset}: cases: {parts}; {shared.label}: {shared.verdict}")
             code = CRASHED if any(each.verdict is Verdict.DIFFERENT for each in (shared, *findings)) else 0
     sys.exit(code)
 

@@ -39,7 +39,9 @@ def print_json(value: Any) -> None:
 
 
 def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
+    if isinstance(value, KindCount):
+        value = asdict(value)
+    if isinstance(value, Mapping):
         return {str(key): _finite(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
         return [_finite(each) for each in value]
@@ -143,11 +145,6 @@ def standing(
         {key: meta.outcome for key, meta in metas.items()}, {key: each.outcome for key, each in failures.items()}
     )
     return Standing(campaign, into, plan, stores, kinds, work.tasks, work.given_up, foreign, measured, outcomes)
-
-
-def kinds_as_data(kinds: Mapping[str, KindCount]) -> dict[str, Any]:
-    """The counts for scripts."""
-    return {kind: asdict(count) for kind, count in kinds.items()}
 
 
 def advised(command: str, campaign: Path, into: Path, *options: str) -> str:

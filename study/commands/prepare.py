@@ -72,16 +72,14 @@ def new_campaign(starter: str | None, file: Path | None) -> None:
         raise Refusal(f"{starter}: no starter; there are {', '.join(found)}")
     target = file or Path(f"{starter}.toml")
     source = found[starter]
-    copies = {source: target} | {
-        path: target.with_name(path.name) for path in source.parent.glob(f"{source.stem}.*") if path != source
-    }  # the files that a starter names are those of its name
+    # The files that a starter names are those of its name.
+    beside = [path for path in source.parent.glob(f"{source.stem}.*") if path != source]
+    copies = {source: target} | {path: target.with_name(path.name) for path in beside}
     if taken := [str(copy) for copy in copies.values() if copy.exists()]:
         raise Refusal(f"{', '.join(taken)}: there already, and is not overwritten: needs another name")
     write_files({copy: path.read_bytes() for path, copy in copies.items()})
-    note(
-        f"{whole(f'written: {target}')}; change it, then: "
-        f"{whole(f'nanoslip check {target}')}; {whole(f'nanoslip run {target}')}"
-    )
+    then = "; ".join(whole(f"nanoslip {each} {target}") for each in ("check", "run"))
+    note(f"{whole(f'written: {target}')}; change it, then: {then}")
 
 
 # `nanoslip check`: every problem of campaign files, or what each would compute in a line.
@@ -154,14 +152,15 @@ def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool
 
 def _print(found: plans.Standing, ranks: int) -> None:
     plan, outlook = found.plan, outlook_of(found.plan)
-    print_sentences(
-        [plan.manifest.title, *_cases(plan), *_axes(plan), _in_si(plan), *plans.idle_lines(plan), *duration_lines(plan)]
-    )
+    print_sentences([plan.manifest.title, *_cases(plan), *_axes(plan), _in_si(plan)])
+    print_sentences([*plans.idle_lines(plan), *duration_lines(plan)])
     not_on = {name: each for name, each in effects(plan.manifest).items() if each != "on"}
     off = (name if each == "off" else f"{name} ({each})" for name, each in not_on.items())
     note(f"effects that are off or vary: {', '.join(off) or 'none'}")
     print_table(_kinds(found, _CELLS))
-    print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), _disk(plan), span_line(outlook)])
+    results, dataset = map(_mega, disk_of_plan(plan))
+    disk = f"disk: about {results} MB of results, {dataset} MB of dataset"
+    print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), disk, span_line(outlook)])
     for what, lines in (
         ("expected", expected_lines(plan, outlook)),
         ("refused", _refused(plan)),
@@ -217,9 +216,7 @@ def _time(found: plans.Standing, ranks: int) -> str:
     """Remaining time on one rank and on several, and its uncertainty."""
     tasks = found.remaining
     if not tasks:
-        return "time left: none, " + (
-            "all tasks are finished" if found.plan.distinct else "there is nothing to compute"
-        )
+        return f"time left: none, {'all tasks are finished' if found.plan.distinct else 'there is nothing to compute'}"
     count, ensemble = found.measured.tasks({task.kind for task in tasks}), found.plan.manifest.ensemble
     guess = 1.0 if count else GUESS
     most = guess if ensemble.within is None else guess * ensemble.members / ensemble.likely
@@ -249,11 +246,6 @@ def _ensembles(found: plans.Standing) -> Iterator[str]:
         )
 
 
-def _disk(plan: Plan) -> str:
-    results, dataset = disk_of_plan(plan)
-    return f"disk: about {_mega(results)} MB of results, {_mega(dataset)} MB of dataset"
-
-
 def _refused(plan: Plan) -> Iterator[str]:
     """One line for each reason of a refusal: the first case or drive that has it, and how many more."""
     refused: list[CampaignCase | CampaignDrive] = [case for case in plan.cases if case.case is None]
@@ -281,9 +273,9 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
             for each in plan.manifest.drives
         ],
         "effects": effects(plan.manifest),
-        "tasks": plans.kinds_as_data(found.kinds),
+        "tasks": found.kinds,
         "seconds_left": {
-            str(number): makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})
+            number: makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})
         },
         "measured": {kind: found.measured.factor(kind) for kind in found.measured.as_data()},
         "disk_bytes": {"results": results, "dataset": dataset},
@@ -309,10 +301,8 @@ def show_status(campaign: Path, out: Path | None, as_json: bool) -> None:
         note(found.plan.manifest.title)
         print_table(*_tables(found))
         if found.given_up:
-            again, tasks = (
-                plans.advised("run", campaign, found.into, "--retry"),
-                plans.counted(len(found.given_up), "task"),
-            )
+            again = plans.advised("run", campaign, found.into, "--retry")
+            tasks = plans.counted(len(found.given_up), "task")
             note(f"{tasks} are not tried any more: failed, or need one that has; {again} tries again")
         if len(found.stores) > 1:
             merge, shards = plans.advised("merge", campaign, found.into), plans.counted(len(found.stores) - 1, "shard")
@@ -337,9 +327,9 @@ def _status_data(found: plans.Standing) -> dict[str, Any]:
     return {
         "title": found.plan.manifest.title,
         "finished": not found.remaining and not found.given_up,
-        "tasks": plans.kinds_as_data(found.kinds),
-        "cases": dict(cases),
-        "drives": dict(drives),
+        "tasks": found.kinds,
+        "cases": cases,
+        "drives": drives,
         "given_up": len(found.given_up),
         "foreign_results": len(found.foreign),
     }
@@ -366,9 +356,8 @@ def submit_campaign(campaign: Path, out: Path | None, site: Path | None, shards:
         else:
             array = array_script(job, shards, settings, template)
             texts = {into / "array.sh": array, into / "merge.sh": merge_script(job, settings, template)}
-        write_files(
-            {path: os.fsencode(text) for path, text in texts.items()}
-        )  # logs are opened there before anything runs
+        # Logs are opened in their folder before anything runs.
+        write_files({path: os.fsencode(text) for path, text in texts.items()})
     print_sentences(_idle(found, settings.tasks * (shards or 1)), stderr=True)
     if site is None:
         note(f"settings: {whole(used)}; copy the file, change it and give it by --site")
@@ -400,9 +389,8 @@ def _submit(scripts: list[Path]) -> int:
     before: list[str] = []
     for path in scripts:
         try:
-            done = subprocess.run(
-                ["sbatch", "--parsable", *before, str(path)], check=False, stdout=subprocess.PIPE, text=True
-            )
+            typed = ["sbatch", "--parsable", *before, str(path)]
+            done = subprocess.run(typed, check=False, stdout=subprocess.PIPE, text=True)
         except FileNotFoundError:
             raise Refusal("sbatch: not found; is this a machine of the cluster?") from None
         if done.returncode:

@@ -2,7 +2,7 @@
 
 import itertools
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -108,9 +108,9 @@ class Moments:
         return "event" if isinstance(self.record, FrictionRecord) else "turn"
 
 
-def usual_events(case: Case) -> str:
+def usual_events(case: Case) -> tuple[int, ...]:
     """Events that are drawn if none are given; of a path its first turns."""
-    return f"0:{min(length_of(case.path, 1.0)[0], MOST_IN_STRIP - 1)}" if case.path else "0:200:40"
+    return tuple(range(min(length_of(case.path, 1.0)[0] + 1, MOST_IN_STRIP)) if case.path else range(0, 201, 40))
 
 
 def events_of(text: str) -> tuple[int, ...]:
@@ -164,25 +164,17 @@ def _in_si(shown: Sequence[Moment], normal_load: float, scales: Scales) -> Units
     width, load = scales.slab_width, normal_load * scales.force
     traction = load / (width * scales.slab_depth)
 
-    def unit(name: str, symbol: str, scale: float, each: Callable[[Moment], Any]) -> Unit:
-        factor, prefixed = axis_unit(scale * max(float(np.nanmax(np.abs(each(moment)))) for moment in shown), symbol)
-        return Unit(scale * factor, f"{name} ({prefixed})")
+    def units(scale: float, symbol: str, values: Iterable[Any], *names: str) -> list[Unit]:
+        """The unit of these axes, whose largest numbers are those of `values`."""
+        factor, prefixed = axis_unit(scale * max(float(np.nanmax(np.abs(each))) for each in values), symbol)
+        return [Unit(scale * factor, f"{name} ({prefixed})") for name in names]
 
-    def places(moment: Moment) -> Any:
-        return moment.x[moment.pressure > 0.0]
-
-    pressure, shear, stress = (
-        unit(name, "Pa", traction, lambda moment: moment.pressure) for name in ("pressure p", "shear q", "traction")
-    )
     return Units(
-        unit("x", "m", width, places),
-        unit("y", "m", width, places),
-        unit("pin displacement δ_p", "m", width, lambda moment: moment.displacement),
-        unit("friction force F", "N", load, lambda moment: moment.friction),
-        pressure,
-        shear,
-        stress,
-        unit("slip s", "m", width, lambda moment: moment.slip),
+        *units(width, "m", [each.x[each.pressure > 0.0] for each in shown], "x", "y"),
+        *units(width, "m", [each.displacement for each in shown], "pin displacement δ_p"),
+        *units(load, "N", [each.friction for each in shown], "friction force F"),
+        *units(traction, "Pa", [each.pressure for each in shown], "pressure p", "shear q", "traction"),
+        *units(width, "m", [each.slip for each in shown], "slip s"),
     )
 
 
@@ -297,14 +289,9 @@ def _draw_contact(upper: Any, lower: Any, shown: Moments, moment: Moment) -> Non
         axes.plot(x[slipped], values[slipped], "v", **mark)
         axes.set_xlim(_span(shown))
     upper.set(title=f"{shown.counted} {moment.event}", ylabel=typeset(units.traction.label), xticklabels=[])
-    upper.set_ylim(
-        _range(part for each in shown.moments for part in (each.pressure, each.shear, each.limit, -each.limit))
-    )
-    lower.set(
-        xlabel=typeset(units.x.label),
-        ylabel=typeset(units.slip.label),
-        ylim=_range(each.slip for each in shown.moments),
-    )
+    upper.set_ylim(_range(part for at in shown.moments for part in (at.pressure, at.shear, at.limit, -at.limit)))
+    lower.set_ylim(_range(at.slip for at in shown.moments))
+    lower.set(xlabel=typeset(units.x.label), ylabel=typeset(units.slip.label))
     lower.ticklabel_format(axis="y", scilimits=(-2, 4))
 
 
@@ -381,9 +368,7 @@ def _suffix(path: Path, count: int) -> str:
     if suffix in FILMS and not FILMS[suffix].isAvailable():
         raise InvalidInput(f"{path}: needs the program ffmpeg, which is not found here; install it, or take .gif")
     if suffix in FORMATS and count > MOST_IN_STRIP:
-        raise InvalidInput(
-            f"{path}: {count} events: a strip holds at most {MOST_IN_STRIP}; ask for fewer, or for a .gif or .mp4"
-        )
+        raise InvalidInput(f"{path}: {count} events: a strip holds at most {MOST_IN_STRIP}; a .gif or .mp4 holds more")
     return suffix
 
 

@@ -195,9 +195,8 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     Raises KeyError without such a variable, or where no case is like that.
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
-    widest = max(
-        (each for each in (name, over, variables.OUTCOMES[""][0].name) if each), key=lambda each: dataset[each].ndim
-    )
+    names = filter(None, (name, over, variables.OUTCOMES[""][0].name))
+    widest = max(names, key=lambda each: dataset[each].ndim)
     rows = selected(dataset, widest, where)
     value, error, stated = _ratio(rows, name, over) if over else _number(rows, name)
     none = np.full(len(rows), -1)
@@ -324,9 +323,7 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
     for above, below in splits:
         try:
             if above != word and not (above and below):
-                raise UnknownNameError(
-                    f"{word}: needs a variable, or a ratio of two as plateau/mu_i; nanoslip describe lists them"
-                )
+                raise UnknownNameError(f"{word}: needs a variable, or a ratio as plateau/mu_i; see nanoslip describe")
             names = variable_of(dataset, above), variable_of(dataset, below) if below else ""
             return points_of(dataset, *names, selection)
         except AmbiguousNameError:

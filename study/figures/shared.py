@@ -4,7 +4,7 @@ import io
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
@@ -168,12 +168,13 @@ def column(height: float = 2.4, width: float = COLUMN, make: Callable[..., Figur
 @contextmanager
 def styled(sheet: str = "") -> Iterator[None]:
     """Settings of a style sheet, a file or one of matplotlib's by its name. Raises InvalidInput if there is none."""
-    with ExitStack() as stack:
+    with mpl.rc_context():
         try:
-            stack.enter_context(style.context(sheet or {}))
+            style.use(sheet or {})
         except OSError:
-            names = ", ".join(style.available)
-            raise InvalidInput(f"{sheet}: no style sheet: needs a file, or one of {names}") from None
+            raise InvalidInput(
+                f"{sheet}: no style sheet: needs a file, or one of {', '.join(style.available)}"
+            ) from None
         yield
 
 

@@ -496,11 +496,9 @@ def _draw_losses(table: DrawnColumns, make: Callable[..., Figure] = Figure) -> F
         for number, name in enumerate(names):
             color, here = COLORS[number % len(COLORS)], np.flatnonzero(table["case"] == name)
             here = here[np.argsort(table["amplitude"][here])]
-            x, loss, error, form = (
-                table[each][here] for each in ("amplitude", "loss", "loss_uncertainty", "mindlin_loss")
-            )
-            axes.errorbar(x, loss, np.nan_to_num(error), fmt="o-", markersize=3, linewidth=0.6, color=color, label=name)
-            axes.plot(x, form, "--", linewidth=0.8, color=color)
+            x, error = table["amplitude"][here], np.nan_to_num(table["loss_uncertainty"][here])
+            axes.errorbar(x, table["loss"][here], error, fmt="o-", markersize=3, linewidth=0.6, color=color, label=name)
+            axes.plot(x, table["mindlin_loss"][here], "--", linewidth=0.8, color=color)
         axes.set(xscale="log", yscale="log", xlabel=AMPLITUDE, ylabel=typeset("loss per cycle in W·L_x"))
         if len(names) > 1:
             figure.set_size_inches(WIDTH, HEIGHT + LEGEND_LINE * math.ceil(len(names) / 2))

@@ -101,21 +101,18 @@ def _time(seconds: float) -> str:
 
 def in_si(dataset: xr.Dataset) -> Iterator[str]:
     """The sizes of cases and of what they give in SI, a line each; none if a dataset does not state its scales."""
-    found = scales_of(dataset.attrs)
-    if found is None:
+    scales = scales_of(dataset.attrs)
+    if scales is None:
         return
     given = {name: values(dataset, name) for name in parameters_of_a_case()}
-    yield si_line(found, {}, {name: each for name, each in given.items() if each})
+    yield si_line(scales, {}, {name: each for name, each in given.items() if each})
     if driven := drive_sizes({name: values(dataset, name) for name in drive_parameters()}):
         yield capitalized(f"drive: {', '.join(driven)}")
     for name in ("final_displacement_si", "mean_step_si", "surface_stiffness_si"):
         if name in dataset and bool(dataset[name].notnull().any()):
-            ends, unit = (
-                (float(dataset[name].min()), float(dataset[name].max())),
-                readable(dataset[name].attrs["units"]),
-            )
-            span = " to ".join(dict.fromkeys(compact(end, unit) for end in ends))
-            yield f"{capitalized(dataset[name].attrs['long_name'])}: {span}"
+            found = dataset[name]
+            ends = (compact(float(end), readable(found.attrs["units"])) for end in (found.min(), found.max()))
+            yield f"{capitalized(found.attrs['long_name'])}: {' to '.join(dict.fromkeys(ends))}"
 
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:
@@ -160,10 +157,8 @@ def picture(view: View) -> Picture:
 
 def themed(svg: str) -> str:
     """An SVG whose lines, text and background follow `prefers-color-scheme`."""
-    names = [
-        *_INK,
-        *((light, f"c{number}", dark) for number, (light, dark) in enumerate(zip(COLORS, DARK, strict=True))),
-    ]
+    lines = ((light, f"c{number}", dark) for number, (light, dark) in enumerate(zip(COLORS, DARK, strict=True)))
+    names = [*_INK, *lines]
     for light, name, _ in names:
         svg = re.sub(rf"((?:fill|stroke): ?){light}", rf"\1var(--{name})", svg)
     lights = "".join(f"--{name}:{light};" for light, name, _ in names)

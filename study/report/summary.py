@@ -287,9 +287,8 @@ def each_case(rows: CaseRows, most: int) -> list[xr.Dataset]:
     endings = (ending.name for ending, _ in variables.OUTCOMES.values() if ending.name in rows.root)
     waiting = np.any([rows.values(name) == PENDING for name in endings], axis=0)
     shown = np.sort(np.argsort(waiting, kind="stable")[:most])
-    return list(
-        replace(rows, root=rows.root[[name for name in rows.root.data_vars if rows.has(str(name))]].load()).at(shown)
-    )
+    own = [name for name in rows.root.data_vars if rows.has(str(name))]
+    return list(replace(rows, root=rows.root[own].load()).at(shown))
 
 
 def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, scales: Scales | None = None) -> Table:
@@ -395,13 +394,12 @@ def _target(dataset: xr.Dataset) -> tuple[float, tuple[str, ...]]:
 def short_summary(dataset: xr.Dataset) -> list[str]:
     """A line for each number that misses its target, or has no mean, in some complete cases."""
     enough, names = _target(dataset)
-    lines = []
+    lines = list[str]()
 
     def line(found: xr.DataArray, end: str) -> None:
         if len(short := np.flatnonzero(found.values)):
-            lines.append(
-                f"{name} is not known within {enough:.2g}: {_where(case_rows(dataset, name), short.tolist())}; {end}"
-            )
+            where = _where(case_rows(dataset, name), short.tolist())
+            lines.append(f"{name} is not known within {enough:.2g}: {where}; {end}")
 
     for name in names:
         if {name, f"{name}_uncertainty"} <= set(dataset.data_vars):
@@ -490,9 +488,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
     lines, missed = dict[Hashable, str](), _missed(dataset) & ~_answered(dataset)
     for what, outcomes, messages, groups in _reasons(dataset):
         failed = missed if set(missed.dims) <= set(outcomes.dims) else xr.DataArray(True)
-        hurt = np.broadcast_to(
-            xr.broadcast(failed, outcomes)[0].transpose(*outcomes.dims).values, outcomes.shape
-        ).ravel()
+        hurt = xr.broadcast(failed, outcomes)[0].transpose(*outcomes.dims).values.ravel()
         for (ending, kind), found in groups.items():
             numbers = [number for number in found if (hurt[number] or ending in _UNHURT) == asked]
             if numbers and ending and kind is not None and (kind or ending not in _UNHURT):

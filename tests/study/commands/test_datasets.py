@@ -298,7 +298,7 @@ def test_a_report_of_a_campaign_that_has_changed_since_is_refused(ask, campaign,
 
 
 def test_the_command_knows_the_formats_that_can_be_drawn():
-    assert set(cli.PICTURE_FORMATS) == set(shared.FORMATS)
+    assert set(cli.FORMAT.choices) == set(shared.FORMATS)
 
 
 def test_without_a_name_every_figure_is_listed(main, tmp_path, monkeypatch):
