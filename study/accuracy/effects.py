@@ -115,9 +115,8 @@ def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, mem
         need = "a case and a drive that are possible; nanoslip plan says why none is"
         raise ManifestError.in_file(manifest.path, need)
     own = manifest.ensemble
-    ensemble = Ensemble(
-        members or (min(own.members, USUAL_MEMBERS) if own.members > 1 else USUAL_MEMBERS), places=own.places
-    )
+    usual_members = min(own.members, USUAL_MEMBERS) if own.members > 1 else USUAL_MEMBERS
+    ensemble = Ensemble(members or usual_members, places=own.places)
     usual = TargetTable(within=0.5).variables(manifest.stages[-1])
     variables = own.of or (OF_LOOPS if manifest.paths and not drives else usual)
     return Scenes(manifest, tuple(evenly(possible, count)), dict(evenly(drives, count)), ensemble, variables)
@@ -133,10 +132,8 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
     Also returns cases that failed with all effects on: their changes are unknown.
     """
     failed: dict[str, None] = {}
-    changes, seconds = (
-        defaultdict[tuple[str, str], list[Change]](list),
-        defaultdict[str, list[tuple[float, float]]](list),
-    )
+    changes = defaultdict[tuple[str, str], list[Change]](list)
+    seconds = defaultdict[str, list[tuple[float, float]]](list)
     done: Done = {}
     named = {each.label: each for each in scenes.manifest.drives}
     for number, campaign_case in enumerate(scenes.cases, start=1):
@@ -171,10 +168,9 @@ def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, s
                 yield of_case.name, case, scenes.drives, str(error)
     for effect in scenes.of_drives:
         if any(map(effect.there, scenes.drives.values())):
-            drives = {
-                label: effect.without(each) if effect.there(each) else each for label, each in scenes.drives.items()
-            }
-            yield effect.name, case, drives, ""
+            has = {label: each for label, each in scenes.drives.items() if effect.there(each)}
+            without_it = {label: effect.without(each) for label, each in has.items()}
+            yield effect.name, case, {**scenes.drives, **without_it}, ""
 
 
 def tasks_of(
@@ -200,10 +196,8 @@ def _after_compliance(
         yield "", record
     for label, drive in drives.items():
         critical = manifest.outputs.critical and bool({*names} & quantities(CriticalPoint).keys())
-        yield (
-            label,
-            drive_task(case, drive, ensemble, scalars_only=True, fitted=manifest.outputs.fit, critical=critical),
-        )
+        fitted = manifest.outputs.fit
+        yield label, drive_task(case, drive, ensemble, scalars_only=True, fitted=fitted, critical=critical)
 
 
 def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> ComputedScene:

@@ -88,11 +88,8 @@ def _over_starts(case: Case, setup: Setup, effort: Effort) -> tuple[float, Readi
 def _turned(case: Case, effort: Effort) -> dict[str, list[tuple[float, Case]]]:
     """Knob -> its values and their cases, the reference last."""
     sizes = [(float(size), on(case, n_x=size, scheme=case.slab.scheme.name)) for size in effort.record_sizes]
-    floors = [
-        (floor, replace(case, slip_rule=replace(case.slip_rule, event_floor=floor)))
-        for floor in sorted(effort.event_floors, reverse=True)
-    ]
-    return {"n_x": sizes, "event_floor": floors}
+    rules = [replace(case.slip_rule, event_floor=each) for each in sorted(effort.event_floors, reverse=True)]
+    return {"n_x": sizes, "event_floor": [(rule.event_floor, replace(case, slip_rule=rule)) for rule in rules]}
 
 
 def observables_of(record: FrictionRecord, setup: Setup) -> dict[str, float]:

@@ -53,10 +53,9 @@ def discretizations(slab: Slab, size: int) -> Iterator[Slab]:
     if slab.scheme.endless:
         yield replace(slab, n_x=size)
         return
-    ways: list[dict[str, Any]] = [
-        {"scheme": name} for name, kind in SCHEMES.items() if kind.continuum and not kind.endless
-    ]
-    for way in ways + [{"scheme": "galerkin", **grading} for grading in GRADINGS]:
+    names = [name for name, kind in SCHEMES.items() if kind.continuum and not kind.endless]
+    ways: list[dict[str, Any]] = [{"scheme": "galerkin", **grading} for grading in GRADINGS]
+    for way in [*({"scheme": name} for name in names), *ways]:
         with suppress(InvalidInput):  # rows finer than the surface
             yield discretized(slab, {"n_x": size, **way})
 
@@ -73,22 +72,12 @@ def measure_elastic_operator(setup: Setup, effort: Effort) -> Diagram:
     """Errors and times of every discretization; errors are the largest of contacts about as wide as the setup's own."""
     slab = setup.case.slab
     truth, doubt = _reference(slab, effort, contacts(setup.case, effort))
-    grids = dict.fromkeys(
-        each for size in effort.sizes for each in discretizations(slab, size)
-    )  # words may mean the same
+    # Different words may mean the same grid.
+    grids = dict.fromkeys(each for size in effort.sizes for each in discretizations(slab, size))
     rows = tuple(row for grid in grids for row in _measured(setup, grid, effort, truth))
     fine = reference_slab(slab, effort.reference_size)
-    shown = (
-        "n_x",
-        "scheme",
-        "rows_per_level",
-        "coarsest_row",
-        "seconds",
-        "record_seconds",
-        "error",
-        *OF_OPERATORS,
-        COUPLING,
-    )
+    settings, seconds = ("n_x", "scheme", "rows_per_level", "coarsest_row"), ("seconds", "record_seconds")
+    shown = (*settings, *seconds, "error", *OF_OPERATORS, COUPLING)
     return Diagram("Elastic operator", _words(fine, doubt), "scheme", shown, "error", rivals=True, rows=rows)
 
 
@@ -141,9 +130,8 @@ def _contact(compliance: Compliance, half_width: float) -> dict[str, float]:
     """Frictionless contact of a parabola, and the lateral stiffness of its stuck nodes."""
     slab, normal_load = compliance.slab, 1e-3
     radius = np.pi * half_width**2 / (2.0 * normal_load * (1.0 - slab.poisson))
-    state = initial_contact(
-        Case(radius=radius, normal_load=normal_load, slab=slab, initial_contact="frictionless"), compliance
-    )
+    case = Case(radius=radius, normal_load=normal_load, slab=slab, initial_contact="frictionless")
+    state = initial_contact(case, compliance)
     if not state.outcome.ok:
         return dict.fromkeys(("stiffness", "approach", "half_width", "pressure"), math.nan)
     normal = -state.nodal_force[1] / normal_load

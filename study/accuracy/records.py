@@ -37,9 +37,8 @@ Sample = list[tuple[float, float]]
 def plateaus_of_members(case: Case, length: float, members: int) -> Sample:
     """Members of a case whose records have this length in presliding lengths."""
     compliance = surface_compliance(case.slab)
-    long = replace(
-        case, max_events=int(LIMITS["max_events"]), max_displacement=None, max_spacings=None, max_presliding=length
-    )
+    most = int(LIMITS["max_events"])
+    long = replace(case, max_events=most, max_displacement=None, max_spacings=None, max_presliding=length)
     ensemble = Ensemble(members)
     return [timed(partial(_plateau, ensemble.case(long, number), compliance)) for number in range(members)]
 
@@ -92,16 +91,9 @@ def _row(knob: str, value: float, found: Sample, truth: Sample) -> Row:
     """Error of a mean: its own ±, unless it is the reference's, and its distance from the reference."""
     (values, seconds), (others, _) = (np.array(each).T for each in (found, truth))
     mean, reference = mean_of(values), mean_of(others)
-    off = (
-        0.0
-        if knob == "dimension" and np.array_equal(values, others)
-        else float(np.hypot(mean.uncertainty, mean.mean - reference.mean))
-    )
-    return {
-        "knob": knob,
-        "value": value,
-        "seconds": float(seconds.sum()),
-        "plateau": float(mean.mean),
-        "plateau_uncertainty": float(mean.uncertainty),
-        "error": off / abs(float(reference.mean)),
-    }
+    off = float(np.hypot(mean.uncertainty, mean.mean - reference.mean))
+    if knob == "dimension" and np.array_equal(values, others):
+        off = 0.0
+    plateau = {"plateau": float(mean.mean), "plateau_uncertainty": float(mean.uncertainty)}
+    error = off / abs(float(reference.mean))
+    return {"knob": knob, "value": value, "seconds": float(seconds.sum()), **plateau, "error": error}

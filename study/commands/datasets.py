@@ -75,21 +75,17 @@ def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
     if path.exists() and not os.access(path, os.R_OK):
         yield "contents that this user may not read"
     try:
-        yield from _fewer(path, collected)
+        with file.reading(path) as found:
+            for kind, (ending, _) in OUTCOMES.items():
+                if ending.name in found and ending.name in collected:
+                    had, has = (int((each[ending.name] != PENDING).sum()) for each in (found, collected))
+                    if has < min(had, collected[ending.name].size):
+                        what = counted(had, f"finished {kind or 'case'}")
+                        yield f"{what}, collected now {has} of {collected[ending.name].size}"
     except file.OtherFormatError:
         yield "another format"
     except StoreError:
         return
-
-
-def _fewer(path: Path, collected: xr.Dataset) -> Iterator[str]:
-    with file.reading(path) as found:
-        for kind, (ending, _) in OUTCOMES.items():
-            if ending.name in found and ending.name in collected:
-                had, has = (int((each[ending.name] != PENDING).sum()) for each in (found, collected))
-                if has < min(had, collected[ending.name].size):
-                    what = counted(had, f"finished {kind or 'case'}")
-                    yield f"{what}, collected now {has} of {collected[ending.name].size}"
 
 
 def _print(dataset: xr.Dataset, path: Path) -> None:

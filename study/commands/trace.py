@@ -204,9 +204,8 @@ def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
         )
         for name, number in found.numbers.items()
     )
-    return Table(
-        ("number", "symbol", "value ±", "unit", "mean of", *([] if computed is None else ["computed ±"])), rows
-    )
+    beside = ["computed ±"] if computed is not None else []
+    return Table(("number", "symbol", "value ±", "unit", "mean of", *beside), rows)
 
 
 def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr.Dataset | None = None) -> bytes:
@@ -217,22 +216,20 @@ def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr
     with shared.column(4.4 if middle else 2.4, shared.PAGE) as figure:
         panels = figure.subplots(2 if middle else 1, squeeze=False)[:, 0]
         if computed is not None:
-            shift = _first_slip(found) - _first_drop(computed) if trace.over == "time" else 0.0
-            force = computed["sample_spring_force"]
-            panels[0].plot(
-                computed["time"] + shift, force, color=shared.COLORS[2], label=f"computed, {shift:+.3g} s", zorder=3
-            )
+            first = found.cycles[0].start if found.cycles else 0.0
+            shift = first - _first_drop(computed) if trace.over == "time" else 0.0
+            look: dict[str, Any] = {"color": shared.COLORS[2], "label": f"computed, {shift:+.3g} s", "zorder": 3}
+            panels[0].plot(computed["time"] + shift, computed["sample_spring_force"], **look)
         for axes, marker in zip(panels, (",", "."), strict=False):
-            look: dict[str, Any] = {"marker": marker, "markersize": 2.0, "linewidth": 0.5, "color": shared.COLORS[5]}
+            look = {"marker": marker, "markersize": 2.0, "linewidth": 0.5, "color": shared.COLORS[5]}
             axes.plot(trace.at, trace.force / per, label="measured", **look)
             for number, cycle in enumerate(found.cycles):
                 name = "Eq. 16-19" if not number else None
                 axes.plot(cycle.at, cycle.fit, color=shared.COLORS[1], linewidth=1.0, label=name)
             for style, name in (("--", "static_friction"), (":", "kinetic_friction")):
-                if name in found.numbers:
-                    axes.axhline(
-                        found.numbers[name].value, color=shared.COLORS[0], linestyle=style, label=TRACE_SYMBOLS[name]
-                    )
+                if known := found.numbers.get(name):
+                    look = {"color": shared.COLORS[0], "linestyle": style, "label": TRACE_SYMBOLS[name]}
+                    axes.axhline(known.value, **look)
             axes.set_ylabel(label)
         if middle:
             shown = (trace.at >= middle.at[0]) & (trace.at <= middle.at[-1])
@@ -242,10 +239,6 @@ def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr
         panels[-1].set_xlabel("time (s)" if trace.over == "time" else "displacement (m)")
         shared.legend(figure)
         return shared.image(figure, form)
-
-
-def _first_slip(found: TraceNumbers) -> float:
-    return found.cycles[0].start if found.cycles else 0.0
 
 
 def _first_drop(computed: xr.Dataset) -> float:

@@ -73,21 +73,17 @@ def fitted_cycles(
 
     def fit(zeta: float | None) -> dict[int, Cycle]:
         found = {number: _cycle(at, force, slips, number, rates[number], zeta) for number in chosen}
-        return {
-            number: cycle for number, cycle in found.items() if _inside(averages, slips[number], rates[number], cycle)
-        }
+        inside = {number: _inside(averages, slips[number], rates[number], cycle) for number, cycle in found.items()}
+        return {number: cycle for number, cycle in found.items() if inside[number]}
 
     free = fit(None) if damping is None else {}
-    resolved = [
-        number for number, cycle in free.items() if cycle.period >= 2.0 * RESOLVED * float(np.median(np.diff(at)))
-    ]
-    own = {number: free[number] for number in resolved} if 2 * len(resolved) >= len(chosen) else {}
-    known = (
-        mean_with_error([cycle.damping for cycle in own.values()], "1")
-        if damping is None
-        else Measured(damping, math.nan, 0)
-    )
-    known = known._replace(value=max(known.value, 0.0)) if known.of else known
+    resolved = 2.0 * RESOLVED * float(np.median(np.diff(at)))
+    own = {number: cycle for number, cycle in free.items() if cycle.period >= resolved}
+    own = own if 2 * len(own) >= len(chosen) else {}
+    known = Measured(math.nan if damping is None else damping, math.nan, 0)
+    if own:
+        known = mean_with_error([cycle.damping for cycle in own.values()], "1")
+        known = known._replace(value=max(known.value, 0.0))
     found = fit(known.value if math.isfinite(known.value) else 0.0)
     kept = [number for number in found if number in own or not own]
     if 2 * len(kept) < len(chosen):  # the model is not that of this force
@@ -141,9 +137,8 @@ def _cycle(
     def misfit(unknown: Floats) -> Floats:
         return (motion(unknown).force - values) / drop
 
-    best = scipy.optimize.least_squares(
-        misfit, first, bounds=(-ends, ends), diff_step=np.full(count, 1e-6), max_nfev=60
-    )
+    steps = np.full(count, 1e-6)
+    best = scipy.optimize.least_squares(misfit, first, bounds=(-ends, ends), diff_step=steps, max_nfev=60)
     fit = motion(best.x)
     pin = fit.pin
     omega, static = math.sqrt(pin.spring_stiffness), float(best.x[1] * drop)

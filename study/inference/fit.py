@@ -141,13 +141,9 @@ class Fit:
         there = np.isfinite(self.computed.values + self.computed.starts)
         values, starts = (np.where(there, each, 0.0) for each in (self.computed.values, self.computed.starts))
         shares = np.linalg.norm(starts, axis=0) / np.maximum(np.linalg.norm(values, axis=0), 1e-300)
-        known = zip(self.targets, self.surrogates, shares.tolist(), strict=True)
-        return np.array(
-            [
-                math.hypot(target.error, surrogate.scatter, target.one_start * share * target.value)
-                for target, surrogate, share in known
-            ]
-        )
+        starts_of = shares * [target.one_start * target.value for target in self.targets]
+        scatter = [surrogate.scatter for surrogate in self.surrogates]
+        return np.asarray(np.hypot(np.hypot([target.error for target in self.targets], scatter), starts_of))
 
     def limit(self, level: float) -> float:
         """The misfit up to which points agree at this level."""
@@ -188,12 +184,11 @@ class Fit:
         cloud, misfit = self.cloud
         start = cloud[misfit.argmin()]
         minimize: Any = scipy.optimize.minimize
-        found = minimize(
-            lambda x: float(self.misfit(x[None], self.reached)[0]),
-            start,
-            method="Nelder-Mead",
-            bounds=[(0.0, 1.0)] * len(start),
-        )
+
+        def misfit_at(x: Floats) -> float:
+            return float(self.misfit(x[None], self.reached)[0])
+
+        found = minimize(misfit_at, start, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(start))
         return np.asarray(found.x if found.fun < misfit.min() else start)
 
     def agreeing(self, level: float) -> Floats:
@@ -311,9 +306,7 @@ def sentences(found: Fit) -> Iterator[str]:
         )
     yield f"{len(found.computed.x)} points are computed."
     if missing := int((~np.isfinite(found.computed.values).all(axis=1)).sum()):
-        yield (
-            f"Without a number, or with a validity flag: {missing} of them. Around these nothing counts as agreeing."
-        )
+        yield f"Without a number, or with a validity flag: {missing} of them; around these nothing agrees."
         yield from found.why
 
 

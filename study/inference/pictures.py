@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from nanoslip.study.figures.points import DrawnColumns, label, points_of, short, typeset
 from nanoslip.study.figures.roles import set_few_ticks
 from nanoslip.study.figures.shared import COLORS, PAGE, WIDTH, Sort, View, column, legend
-from nanoslip.study.inference.fit import LEVELS, Fit
+from nanoslip.study.inference.fit import LEVELS, Fit, Range
 from nanoslip.study.inference.sensitivity import Sensitivity, caution, sensitivity
 from nanoslip.study.manifest.parameters import names_by_word
 
@@ -115,9 +115,8 @@ def _draw_pair(axes: Any, found: Fit, first: int, second: int) -> None:
     grid = np.linspace(0.0, 1.0, FINE)
     u, v = (each.ravel() for each in np.meshgrid(grid, grid))
     others = found.agreeing(LEVELS[-1]) if found.reached else found.best[None]
-    tried = others[
-        np.linspace(0, len(others) - 1, min(len(others), BEHIND if len(found.ranges) > 2 else 1)).astype(int)
-    ]
+    count = min(len(others), BEHIND if len(found.ranges) > 2 else 1)
+    tried = others[np.linspace(0, len(others) - 1, count).astype(int)]
     places = np.repeat(tried[:, None, :], len(u), axis=1)
     places[:, :, first], places[:, :, second] = u, v
     least = found.misfit(places.reshape(-1, len(found.ranges))).reshape(len(tried), -1).min(axis=0)
@@ -132,8 +131,8 @@ def _draw_pair(axes: Any, found: Fit, first: int, second: int) -> None:
     best = [each.at(found.best[axis : axis + 1]) for each, axis in zip(ranges, (first, second), strict=True)]
     axes.plot(*best, "*", markersize=7.0, color=COLORS[1], label="best" if found.reached else "nearest")
     for name, own in zip("xy", ranges, strict=True):
-        named = {"label": typeset(label(_name(own.name))), "scale": "log" if own.logarithmic else "linear"}
-        axes.set(**{f"{name}{key}": value for key, value in named.items()}, **{f"{name}lim": (own.low, own.high)})
+        look = {"label": _label(own), "scale": "log" if own.logarithmic else "linear", "lim": (own.low, own.high)}
+        axes.set(**{f"{name}{key}": value for key, value in look.items()})
         if own.logarithmic:
             set_few_ticks(getattr(axes, f"{name}axis"))
 
@@ -151,26 +150,18 @@ def _along(found: Fit) -> Figure:
                 for ends in filter(None, found.intervals(0, level)):
                     axes.axvspan(*ends, color=shade, alpha=0.35, label=label_of, linewidth=0.0)
                     label_of = ""
-            axes.axhspan(
-                target.value - target.error, target.value + target.error, color=COLORS[3], alpha=0.3, label="measured"
-            )
+            low, high = target.value - target.error, target.value + target.error
+            axes.axhspan(low, high, color=COLORS[3], alpha=0.3, label="measured")
             mean, error = means[:, number], errors[:, number]
             axes.plot(x, mean, color=COLORS[0])
             axes.fill_between(x, mean - 2.0 * error, mean + 2.0 * error, color=COLORS[0], alpha=0.2, linewidth=0.0)
-            values = found.computed.values[:, number]
-            axes.plot(
-                found.ranges[0].at(found.computed.x[:, 0]),
-                values,
-                ".",
-                markersize=2.5,
-                color="#555555",
-                label="computed",
-            )
+            places, values = found.ranges[0].at(found.computed.x[:, 0]), found.computed.values[:, number]
+            axes.plot(places, values, ".", markersize=2.5, color="#555555", label="computed")
             axes.set(ylabel=target.name, xscale="log" if found.ranges[0].logarithmic else "linear")
-        panels[-1].set_xlabel(typeset(label(_name(found.ranges[0].name))))
+        panels[-1].set_xlabel(_label(found.ranges[0]))
         legend(figure)
     return figure
 
 
-def _name(word: str) -> str:
-    return names_by_word().get(word, word)
+def _label(own: Range) -> str:
+    return typeset(label(names_by_word().get(own.name, own.name)))

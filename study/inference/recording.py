@@ -105,9 +105,8 @@ class Trace:
         """The samples from `start` to `end` (s or m, as in the file; NaN for no limit). Raises InvalidInput of too few."""
         kept = ~((self.at < start) | (self.at > end))
         require("number of points", int(kept.sum()), kept.sum() >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
-        return replace(
-            self, at=self.at[kept], force=self.force[kept], load=None if self.load is None else self.load[kept]
-        )
+        load = None if self.load is None else self.load[kept]
+        return replace(self, at=self.at[kept], force=self.force[kept], load=load)
 
     def per_load(self) -> "Trace":
         """Friction coefficients, if the file has a load column; samples with less than half of its median are left out."""
@@ -148,9 +147,8 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     found = one_way(rows, over, goes, turns=over == "displacement")
     spikes = outliers(found.others[0])
     found_at, values = found.at[~spikes], found.others[:, ~spikes]
-    sign = (
-        1.0 if two_way(values[0]) else math.copysign(1.0, float(values[0].mean()))
-    )  # of a cell that counts the other way
+    # Some cells count the other way.
+    sign = 1.0 if two_way(values[0]) else math.copysign(1.0, float(values[0].mean()))
     loads = values[1] * scale_of(unit_of("load", "", load[0], "N"), "N") if load else None
     taken = tuple(each.name for each in (at, force, *load))
     facts = TraceSource(source, taken, found, rows.holes, int(spikes.sum()))

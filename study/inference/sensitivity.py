@@ -258,11 +258,11 @@ def caution(found: Sensitivity) -> str:
     points = f"{found.known} of {found.known + found.holes} points" if found.holes else f"all {found.known} points"
     if found.unknown:
         return f"What {found.of} depends on is not known from {points}: {found.unknown}."
-    told = [
-        f"From {points}, a complete table" if found.complete else f"From {points} by a Gaussian process, which predicts"
-    ]
+    how = "a complete table"
     if not found.complete:
-        told[0] += f" {100.0 * found.predictivity:.3g} % of the variance of cases left out, beyond their ±"
+        share = f"{100.0 * found.predictivity:.3g} %"
+        how = f"by a Gaussian process, which predicts {share} of the variance of cases left out, beyond their ±"
+    told = [f"From {points}, {how}"]
     if np.isfinite(found.noise):
         told.append(f"{100.0 * found.noise:.2g} % of the variance is that of the ±, and in no index")
     else:

@@ -34,9 +34,8 @@ def _averaged_over(trace: Trace, width: int) -> Averaged:
     force = trace.force
     noise = noise_of(force)
     drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
-    return Averaged(
-        width, trace, noise, drop, [slip for slip in _slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
-    )
+    slips = [slip for slip in _slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
+    return Averaged(width, trace, noise, drop, slips)
 
 
 def averaged(trace: Trace) -> Averaged:

@@ -95,20 +95,14 @@ def _of_strokes(trace: Trace, pull: _Pull) -> TraceNumbers:
     strokes = strokes_of(trace.force, middle, (high - low) / 2.0)
     found = [_of_pull(trace.part(stroke.first, stroke.last, stroke.sign, middle), pull) for stroke in strokes]
     names = {name: each.unit for one in found for name, each in one.numbers.items()}
-    numbers = {
-        name: mean_with_error([one.numbers[name].value for one in found if name in one.numbers], names[name])
-        for name in names
-    }
+    values = {name: [one.numbers[name].value for one in found if name in one.numbers] for name in names}
+    numbers = {name: mean_with_error(values[name], unit) for name, unit in names.items()}
     level = "mean_force" if "mean_force" in names else "kinetic_friction"
-    ways = [
-        [
-            one.numbers[level].value
-            for one, stroke in zip(found, strokes, strict=True)
-            if level in one.numbers and stroke.sign == sign
-        ]
-        for sign in (1.0, -1.0)
-    ]
-    halves = [middle + (there - back) / 2.0 for there, back in zip(*ways, strict=False)]
+    ways: dict[float, list[float]] = {1.0: [], -1.0: []}
+    for one, stroke in zip(found, strokes, strict=True):
+        if level in one.numbers:
+            ways[stroke.sign].append(one.numbers[level].value)
+    halves = [middle + (there - back) / 2.0 for there, back in zip(*ways.values(), strict=False)]
     numbers |= {"force_offset": mean_with_error(halves, pull.unit)} if halves else {}
     flags = {flag.name: flag for one in found for flag in one.flags if flag.name not in OF_PLACES}
     return TraceNumbers(numbers, (), (TraceFlag("strokes", {"strokes": len(found)}), *flags.values()))
@@ -145,9 +139,8 @@ def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
         numbers = _of_samples(at, force, [slips[number] for number in whole], pull.unit, trace.over)
     flags += _of_fit(averages, fitted, pull)
     if slides and not backward:
-        numbers |= (
-            {} if not slips else {"static_friction": Measured(float(force[slips[0].peak]), math.nan, 1, pull.unit)}
-        )
+        if slips:
+            numbers["static_friction"] = Measured(float(force[slips[0].peak]), math.nan, 1, pull.unit)
         numbers |= _sliding(at, force, slips[-1].peak if slips else 0, pull, trace, flags)
         rates = rates[:1] or ramp(at, force)
     if rates:

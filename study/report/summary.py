@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Final, NamedTuple, TypeAlias
+from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -427,27 +427,19 @@ def left_out_summary(dataset: xr.Dataset) -> list[str]:
     ]
 
 
-Alike: TypeAlias = dict[tuple[str, str | None], list[int]]
+def _alike(rows: CaseRows, run: str) -> list[tuple[str, str, list[int]]]:
+    """Outcome, cause and positions of cases, or drives, that ended alike by themselves; the most frequent first.
 
-
-def _reasons(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, list[str], Alike]]:
-    """`case`, then `drive`: their outcomes, messages, and those that ended alike: positions by outcome and cause.
-
-    Messages of one cause are one; that of a drive is None if its case has it. The most frequent come first.
+    Messages of one cause are one. Drives that ended as their case did are left out.
     """
-    for run, (outcome, message) in variables.OUTCOMES.items():
-        if outcome.name in dataset:
-            rows = case_rows(dataset, outcome.name)
-            endings, texts = (rows.values(each.name).tolist() for each in (outcome, message))
-            both = (_kinds(rows, run), _kinds(rows, ""))
-            ended_before = rows.values(variables.OUTCOMES[""][0].name).tolist()
-            groups: Alike = {}
-            for number, (ending, ended, kind, before) in enumerate(zip(endings, ended_before, *both, strict=True)):
-                same = kind != "" and kind == before
-                inherited = bool(run) and (same or (ending == ended and ended not in _UNHURT))
-                groups.setdefault((ending, None if inherited else kind), []).append(number)
-            ordered = dict(sorted(groups.items(), key=lambda item: -len(item[1])))
-            yield run or "case", dataset[outcome.name], texts, ordered
+    endings, before = (rows.values(variables.OUTCOMES[each][0].name).tolist() for each in (run, ""))
+    groups: dict[tuple[str, str], list[int]] = {}
+    both = zip(endings, before, _kinds(rows, run), _kinds(rows, ""), strict=True)
+    for number, (ending, ended, kind, cause) in enumerate(both):
+        same = kind != "" and kind == cause
+        if not run or not (same or (ending == ended and ended not in _UNHURT)):
+            groups.setdefault((ending, kind), []).append(number)
+    return sorted(((*key, found) for key, found in groups.items()), key=lambda each: -len(each[2]))
 
 
 def _kinds(rows: CaseRows, run: str) -> list[str]:
@@ -486,16 +478,19 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
     asked: for cases that miss a requested number, else for the others.
     """
     lines, missed = dict[Hashable, str](), _missed(dataset) & ~_answered(dataset)
-    for what, outcomes, messages, groups in _reasons(dataset):
+    for run, (outcome, message) in variables.OUTCOMES.items():
+        if outcome.name not in dataset:
+            continue
+        outcomes, rows = dataset[outcome.name], case_rows(dataset, outcome.name)
         failed = missed if set(missed.dims) <= set(outcomes.dims) else xr.DataArray(True)
         hurt = xr.broadcast(failed, outcomes)[0].transpose(*outcomes.dims).values.ravel()
-        for (ending, kind), found in groups.items():
+        messages = rows.values(message.name).tolist()
+        for ending, kind, found in _alike(rows, run):
             numbers = [number for number in found if (hurt[number] or ending in _UNHURT) == asked]
-            if numbers and ending and kind is not None and (kind or ending not in _UNHURT):
+            if numbers and ending and (kind or ending not in _UNHURT):
                 others = "" if len({messages[number] for number in numbers}) == 1 else "; the others differ in numbers"
-                where = _where(case_rows(dataset, str(outcomes.name)), numbers, f"{what}s")
-                why = messages[numbers[0]] + others
-                lines[what, ending, kind] = ": ".join(filter(None, (ending, where, why)))
+                where = _where(rows, numbers, f"{run or 'case'}s")
+                lines[run, ending, kind] = ": ".join(filter(None, (ending, where, messages[numbers[0]] + others)))
     return lines
 
 
