@@ -24,17 +24,7 @@ from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import OF_CONTACTS, USUAL_MEMBERS, Manifest, TargetTable
 from nanoslip.study.manifest.problems import ManifestError, refused
 from nanoslip.study.manifest.reader import refuse_with_stages
-from nanoslip.study.plan.kinds import (
-    KINDS,
-    all_batches,
-    compliance_task,
-    contact_task,
-    declared,
-    drive_task,
-    names_of,
-    path_task,
-    record_task,
-)
+from nanoslip.study.plan import kinds
 from nanoslip.study.plan.plan import evenly, key_of_duration
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
@@ -177,27 +167,20 @@ def tasks_of(
     manifest: Manifest, case: Case, drives: Drives, ensemble: Ensemble, names: Sequence[str]
 ) -> list[tuple[str, Task]]:
     """The label of a drive or nothing, and a task; needed ones first. names: the requested variables."""
-    tasks, compliance = list(_after_compliance(manifest, case, drives, ensemble, names)), compliance_task(case.slab)
+    slides, of_case = "slip" in manifest.stages, list[Task]()
+    if not slides or {*names} & {*OF_CONTACTS}:
+        of_case.append(kinds.contact_task(case, ensemble, scalars_only=True))
+    if case.path:
+        of_case.append(kinds.path_task(case, ensemble, scalars_only=True))
+    if slides and (drives or not case.path):
+        record = kinds.record_task(case, ensemble)
+        of_case += [*kinds.all_batches(case, record.ensemble), record]
+    critical = manifest.outputs.critical and bool({*names} & quantities(CriticalPoint).keys())
+    asked = {"scalars_only": True, "fitted": manifest.outputs.fit, "critical": critical}
+    of_drives = ((label, kinds.drive_task(case, drive, ensemble, **asked)) for label, drive in drives.items())
+    tasks, compliance = [*(("", task) for task in of_case), *of_drives], kinds.compliance_task(case.slab)
     needed = any(compliance.key in task.needs for _, task in tasks)
     return [("", compliance), *tasks] if needed else tasks
-
-
-def _after_compliance(
-    manifest: Manifest, case: Case, drives: Drives, ensemble: Ensemble, names: Sequence[str]
-) -> Iterator[tuple[str, Task]]:
-    slides = "slip" in manifest.stages
-    if not slides or {*names} & {*OF_CONTACTS}:
-        yield "", contact_task(case, ensemble, scalars_only=True)
-    if case.path:
-        yield "", path_task(case, ensemble, scalars_only=True)
-    if slides and (drives or not case.path):
-        record = record_task(case, ensemble)
-        yield from (("", batch) for batch in all_batches(case, record.ensemble))
-        yield "", record
-    for label, drive in drives.items():
-        critical = manifest.outputs.critical and bool({*names} & quantities(CriticalPoint).keys())
-        fitted = manifest.outputs.fit
-        yield label, drive_task(case, drive, ensemble, scalars_only=True, fitted=fitted, critical=critical)
 
 
 def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> ComputedScene:
@@ -209,7 +192,7 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> Compute
         (variable, label): done[task.key][0]
         for label, task in tasks
         for variable in scenes.variables
-        if variable in names_of(KINDS[task.kind])
+        if variable in kinds.names_of(kinds.KINDS[task.kind])
     }
     return ComputedScene(found, sum(done[task.key][1] for _, task in tasks if task.kind != "compliance"))
 
@@ -225,7 +208,7 @@ def compute(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
 
 def key_of(variable: str, result: TaskResult) -> str:
     """Name in a result of the scalar that is a variable of the dataset."""
-    return next(key for key, each in declared(KINDS[result.kind]).items() if each.name == variable)
+    return next(key for key, each in kinds.declared(kinds.KINDS[result.kind]).items() if each.name == variable)
 
 
 def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -> Change:

@@ -19,14 +19,7 @@ from nanoslip.study.manifest.manifest import CampaignDrive
 from nanoslip.study.manifest.parameters import Value, by_name, has_unit, si_line
 from nanoslip.study.manifest.problems import ManifestError, Problem
 from nanoslip.study.manifest.reader import effects
-from nanoslip.study.plan.expectations import (
-    disk_of_plan,
-    duration_lines,
-    expected_lines,
-    outlook_of,
-    shortages,
-    span_line,
-)
+from nanoslip.study.plan import expectations
 from nanoslip.study.plan.plan import KindCount, Plan, ended
 from nanoslip.study.plan.task import PENDING, short
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
@@ -93,8 +86,16 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
             plan = plans.planned(campaign)
             note(_counted(campaign, plan))
             scaled = [_in_si(plan)] if plan.manifest.stated_scales else []
-            advice = [*_axes(plan), *scaled, *plans.idle_lines(plan), *plans.ball_lines(plan), *duration_lines(plan)]
-            expected = (f"expected: {line}" for line in expected_lines(plan, outlook_of(plan)))
+            advice = [
+                *_axes(plan),
+                *scaled,
+                *plans.idle_lines(plan),
+                *plans.ball_lines(plan),
+                *expectations.duration_lines(plan),
+            ]
+            expected = (
+                f"expected: {line}" for line in expectations.expected_lines(plan, expectations.outlook_of(plan))
+            )
             print_sentences([*advice, *expected, *(f"refused: {line}" for line in _refused(plan))])
         except ManifestError as error:
             problems += error.problems
@@ -104,13 +105,14 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
 
 def _counted(campaign: Path, plan: Plan) -> str:
     """Report the number of cases, drives of each case and tasks of a campaign."""
-    cases = len(plan.cases), "case", sum(not case.outcome.ok for case in plan.cases)
-    drives = len(plan.manifest.drives), "drive", sum(drive.drive is None for drive in plan.manifest.drives)
-    said = []
-    for number, what, refused in (cases, *([drives] if drives[0] else []), (len(plan.distinct), "task", 0)):
-        why = f" ({refused} of them refused)" if refused else ""
-        said.append(f"{'each with ' * (what == 'drive')}{plans.counted(number, what)}{why}")
-    return f"{whole(campaign)}: valid: {', '.join(said)}"
+    drives = f", each with {_with_refused(plan.manifest.drives, 'drive')}" if plan.manifest.drives else ""
+    tasks = plans.counted(len(plan.distinct), "task")
+    return f"{whole(campaign)}: valid: {_with_refused(plan.cases, 'case')}{drives}, {tasks}"
+
+
+def _with_refused(found: Sequence[CampaignCase | CampaignDrive], what: str, members: str = "") -> str:
+    refused = sum(not each.outcome.ok for each in found)
+    return f"{plans.counted(len(found), what)}{members}" + (f" ({refused} of them refused)" if refused else "")
 
 
 FEW: Final = 8
@@ -151,20 +153,20 @@ def show_plan(campaign: Path, out: Path | None, ranks: int | None, measure: bool
 
 
 def _print(found: plans.Standing, ranks: int) -> None:
-    plan, outlook = found.plan, outlook_of(found.plan)
+    plan, outlook = found.plan, expectations.outlook_of(found.plan)
     print_sentences([plan.manifest.title, *_cases(plan), *_axes(plan), _in_si(plan)])
-    print_sentences([*plans.idle_lines(plan), *duration_lines(plan)])
+    print_sentences([*plans.idle_lines(plan), *expectations.duration_lines(plan)])
     not_on = {name: each for name, each in effects(plan.manifest).items() if each != "on"}
     off = (name if each == "off" else f"{name} ({each})" for name, each in not_on.items())
     note(f"effects that are off or vary: {', '.join(off) or 'none'}")
     print_table(_kinds(found, _CELLS))
-    results, dataset = map(_mega, disk_of_plan(plan))
+    results, dataset = map(_mega, expectations.disk_of_plan(plan))
     disk = f"disk: about {results} MB of results, {dataset} MB of dataset"
-    print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), disk, span_line(outlook)])
+    print_sentences([*_factors(found), _time(found, ranks), *_ensembles(found), disk, expectations.span_line(outlook)])
     for what, lines in (
-        ("expected", expected_lines(plan, outlook)),
+        ("expected", expectations.expected_lines(plan, outlook)),
         ("refused", _refused(plan)),
-        ("does not fit here", shortages(plan, found.remaining)),
+        ("does not fit here", expectations.shortages(plan, found.remaining)),
     ):
         print_sentences(f"{what}: {line}" for line in lines)
     plans.print_foreign(found.foreign, found.campaign, found.into)
@@ -178,12 +180,9 @@ def _cases(plan: Plan) -> Iterator[str]:
     """Report the number of cases and drives, and how many of them are refused."""
     manifest, ensemble = plan.manifest, plan.manifest.ensemble
     likely = str(ensemble.members) if ensemble.within is None else f"{ensemble.likely} to {ensemble.members}"
-    of_members = f" of {likely} members" if ensemble.members > 1 else ""
-    refused = sum(case.case is None for case in plan.cases)
-    yield f"{plans.counted(len(plan.cases), 'case')}{of_members}, {refused} of them refused"
+    yield _with_refused(plan.cases, "case", f" of {likely} members" if ensemble.members > 1 else "")
     if manifest.drive_axes and manifest.drives:
-        impossible = sum(drive.drive is None for drive in manifest.drives)
-        yield f"{len(manifest.drives)} drives of each case, {impossible} of them refused"
+        yield f"each case with {_with_refused(manifest.drives, 'drive')}"
     if left_out := manifest.drives_left_out:
         yield f'drives left out, as stages leave out "dynamics": {", ".join(left_out)}'
 
@@ -248,8 +247,8 @@ def _ensembles(found: plans.Standing) -> Iterator[str]:
 
 def _refused(plan: Plan) -> Iterator[str]:
     """One line for each reason of a refusal: the first case or drive that has it, and how many more."""
-    refused: list[CampaignCase | CampaignDrive] = [case for case in plan.cases if case.case is None]
-    refused += [drive for drive in plan.manifest.drives if drive.drive is None]
+    every: tuple[CampaignCase | CampaignDrive, ...] = (*plan.cases, *plan.manifest.drives)
+    refused = [each for each in every if not each.outcome.ok]
     first = {each.outcome.message: each for each in reversed(refused)}
     for message, count in Counter(each.outcome.message for each in refused).items():
         each = first[message]
@@ -260,7 +259,7 @@ def _refused(plan: Plan) -> Iterator[str]:
 def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
     """The plan for scripts."""
     plan = found.plan
-    results, dataset = disk_of_plan(plan)
+    results, dataset = expectations.disk_of_plan(plan)
     return {
         "title": plan.manifest.title,
         "cases": len(plan.cases),
@@ -279,8 +278,8 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
         },
         "measured": {kind: found.measured.factor(kind) for kind in found.measured.as_data()},
         "disk_bytes": {"results": results, "dataset": dataset},
-        "expected": expected_lines(plan, outlook_of(plan)),
-        "does_not_fit": list(shortages(plan, found.remaining)),
+        "expected": expectations.expected_lines(plan, expectations.outlook_of(plan)),
+        "does_not_fit": list(expectations.shortages(plan, found.remaining)),
         "foreign_results": len(found.foreign),
     }
 
