@@ -40,20 +40,14 @@ class Diagram:
         return f"{self.title.lower().replace(' ', '_')}.csv"
 
     @property
-    def groups(self) -> list[NDArray[np.bool_]]:
-        """Masks of the rows that are rivals."""
-        if self.rivals:
-            return [np.ones(len(self.rows), dtype=np.bool_)]
-        series = self.column(self.series)
-        return [series == name for name in dict.fromkeys(series.tolist())]
-
-    @property
     def on_front(self) -> NDArray[np.bool_]:
         """Mask of the rows that no rival beats in time and error."""
+        time, error, series = (self.column(name) for name in ("seconds", self.error, self.series))
+        if self.rivals:
+            return pareto_front(time, error)
         marked = np.zeros(len(self.rows), dtype=np.bool_)
-        time, error = self.column("seconds"), self.column(self.error)
-        for group in self.groups:
-            marked[group] = pareto_front(time[group], error[group])
+        for name in dict.fromkeys(series.tolist()):
+            marked[series == name] = pareto_front(time[series == name], error[series == name])
         return marked
 
     def column(self, name: str) -> NDArray[np.generic]:
@@ -67,12 +61,11 @@ def pareto_front(time: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
     time, error: shape (points,). Of equal points only the first is marked. A point without time or error (NaN) is not.
     """
     times, errors = np.asarray(time, float), np.asarray(error, float)
+    known = np.where(np.isnan(times + errors), np.inf, errors)
+    order = np.lexsort((known, times))
+    best = np.minimum.accumulate(np.append(np.inf, known[order]))
     on_front = np.zeros(times.shape, dtype=np.bool_)
-    best = math.inf
-    for index in np.lexsort((errors, times)):
-        if errors[index] < best and not math.isnan(times[index]):
-            best = float(errors[index])
-            on_front[index] = True
+    on_front[order] = best[1:] < best[:-1]
     return on_front
 
 

@@ -145,6 +145,8 @@ class Points:
     """True if numbers of this sort have an uncertainty, known or not."""
     critical: Mapping[str, Floats]
     """Coordinate of a drive -> its value above which the pin no longer sticks, NaN if unknown; of regimes only."""
+    closed_form: Floats
+    """A closed form to compare with; NaN without one."""
 
     @property
     def text(self) -> bool:
@@ -182,10 +184,11 @@ class Points:
         errors = {} if self.text else {f"{self.name} uncertainty": self.errors}
         members = {"members": self.members} if (self.members >= 0).any() else {}
         shares = {"share of members": self.shares} if self.differing else {}
-        return {**self.axes, self.name: self.values, **errors, **members, **shares, "flagged": self.flagged}
+        beside = {"closed form": self.closed_form} if np.isfinite(self.closed_form).any() else {}
+        return {**self.axes, self.name: self.values, **errors, **members, **shares, **beside, "flagged": self.flagged}
 
 
-_ARRAYS: Final = ("values", "errors", "shared", "flagged", "doubtful", "members", "shares", "lacking")
+_ARRAYS: Final = ("values", "errors", "shared", "flagged", "doubtful", "members", "shares", "lacking", "closed_form")
 """Fields of points that have an entry for each of them."""
 
 
@@ -220,6 +223,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
         tuple(each for each in zipped(dataset) if each in axes),
         stated,
         {axis: rows.values(at).astype(float) for axis, at in CRITICAL_OF.items() if name == "regime" and at in dataset},
+        np.full(len(rows), np.nan),
     )
 
 

@@ -121,6 +121,8 @@ def _draw_series(
     bars = axes.errorbar(x, y, (lower, errors), markersize=2.8, capsize=1.6, label=name or None, **style)
     for bar in bars[2]:
         bar.set_linestyle("-")
+    if np.isfinite(series.closed_form).any():
+        axes.plot(x, series.closed_form, ":", linewidth=1.2, color=color)
     care = series.flagged & there
     axes.plot(x[care], y[care], style["marker"], markersize=2.0, color="white", zorder=5)
     beside = offset_copy(axes.transData, axes.figure, 3.5, 3.5, "points")

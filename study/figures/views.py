@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any, Final
 
@@ -19,8 +19,9 @@ from nanoslip.study.dataset.access import Accessor, id_of
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.table import case_rows, scales_of
 from nanoslip.study.dataset.variables import are_means
-from nanoslip.study.figures.answer import answers
+from nanoslip.study.figures.answer import answers, view_of
 from nanoslip.study.figures.points import DrawnColumns, axes_of, in_symbols, label, points_of, typeset
+from nanoslip.study.figures.roles import roles_of, scattered
 from nanoslip.study.figures.shared import COLORS, WIDTH, Sort, View, column, fitted, legend, spread
 
 # Runs of a dataset (records, trajectories, contacts) as views: of many a few, spread over all axes.
@@ -448,72 +449,36 @@ CYCLE_VIEWS: Final = RunFamily(
 )
 
 
-def losses(dataset: xr.Dataset) -> Iterator[View]:
-    """Loss per cycle over amplitude, with Mindlin's closed form; none without two amplitudes."""
-    if "loss_per_cycle" not in dataset:
-        return
-    found = points_of(dataset, "loss_per_cycle")
-    amplitude = points_of(dataset, "cycle_amplitude").values
-    shaken = points_of(dataset, "shaken_down").values == 1.0
-    there = found.there & (found.values > 0.0) & (amplitude > 0.0) & ~shaken
-    if len(np.unique(amplitude[there])) < 2:
-        return
-    others = [name for name in found.axes if name not in ("amplitude", "stroke")]
-    labels = [in_symbols({name: found.axes[name].tolist()[place] for name in others}) for place in range(len(there))]
-    columns = {
-        "case": np.array(labels, dtype=object),
-        "amplitude": amplitude,
-        "loss": found.values,
-        "loss_uncertainty": found.errors,
-        "mindlin_loss": _mindlin(dataset, amplitude),
-    }
-    kept = {name: values[there] for name, values in columns.items()}
-    caption = (
-        "Energy lost in a cycle against the amplitude of the cycles; dashed: Mindlin's closed form for Coulomb friction on a "
-        "half-plane without coupling, with the stiffness K of each case."
-    )
-    caption += f" {shaken.sum()} shaken down, which lose nothing, not drawn." * bool(shaken.any())
-    yield View("loss", caption, partial(_draw_losses, kept), lambda: kept)
+def beside_closed_forms(dataset: xr.Dataset) -> Iterator[View | str]:
+    """The answers of a campaign; loss per cycle over amplitude has its closed form beside it."""
+    for each in answers(dataset):
+        loss = isinstance(each, View) and each.name == "loss_per_cycle"
+        yield (loss and _losses(dataset)) or each
 
 
-def _mindlin(dataset: xr.Dataset, amplitude: NDArray[np.float64]) -> NDArray[np.float64]:
+def _losses(dataset: xr.Dataset) -> View | None:
+    """Loss per cycle over amplitude, with Mindlin's closed form; None if cases are not lines over amplitude."""
+    found = replace(points_of(dataset, "loss_per_cycle"), closed_form=_mindlin(dataset))
+    lossless = points_of(dataset, "shaken_down").values == 1.0
+    found = found.at(~lossless)
+    along = [name for name in ("amplitude", "stroke") if len(set(found.axes.get(name, ()))) > 1]
+    if not along or scattered(found) or roles_of(found, along[0]).mapped:
+        return None
+    form = "Mindlin's closed form (Coulomb friction, half-plane without coupling), with the stiffness K of each case"
+    shaken = f" {lossless.sum()} shaken down, which lose nothing, not drawn." * bool(lossless.any())
+    view = view_of(found, along[0])
+    return replace(view, caption=f"{view.caption} Dotted lines without marks: {form}.{shaken}")
+
+
+def _mindlin(dataset: xr.Dataset) -> NDArray[np.float64]:
     """Closed form of the loss of each case, in W·L_x."""
     rows = case_rows(dataset, "loss_per_cycle")
-    names = ("path_stiffness", "poisson", "intrinsic_friction", "normal_load")
-    cases = zip(amplitude, *(rows.values(name).tolist() for name in names), strict=True)
+    names = ("cycle_amplitude", "path_stiffness", "poisson", "intrinsic_friction", "normal_load")
     found = []
-    for share, stiffness, poisson, friction, load in cases:
+    for share, stiffness, poisson, friction, load in zip(*(rows.values(name).tolist() for name in names), strict=True):
         form = MindlinLoops(stiffness, poisson if poisson == poisson else 0.0, friction * load)  # noqa: PLR0124  a chain has none
         found.append(float(form.loss(share * form.bearing / stiffness)) / load if stiffness > 0.0 else math.nan)
     return np.array(found)
-
-
-def _draw_losses(table: DrawnColumns, make: Callable[..., Figure] = Figure) -> Figure:
-    """Points with ± of each series of cases, and their closed form as a dashed line."""
-    names = list(dict.fromkeys(table["case"].tolist()))
-    with column(HEIGHT, WIDTH, make) as figure:
-        axes = figure.add_subplot()
-        for number, name in enumerate(names):
-            color, here = COLORS[number % len(COLORS)], np.flatnonzero(table["case"] == name)
-            here = here[np.argsort(table["amplitude"][here])]
-            x, error = table["amplitude"][here], np.nan_to_num(table["loss_uncertainty"][here])
-            axes.errorbar(x, table["loss"][here], error, fmt="o-", markersize=3, linewidth=0.6, color=color, label=name)
-            axes.plot(x, table["mindlin_loss"][here], "--", linewidth=0.8, color=color)
-        axes.set(xscale="log", yscale="log", xlabel=AMPLITUDE, ylabel=typeset("loss per cycle in W·L_x"))
-        if len(names) > 1:
-            figure.set_size_inches(WIDTH, HEIGHT + LEGEND_LINE * math.ceil(len(names) / 2))
-            legend(figure, ncols=2)
-    return figure
-
-
-AMPLITUDE: Final = "amplitude, in presliding lengths"
-
-
-def beside_closed_forms(dataset: xr.Dataset) -> Iterator[View | str]:
-    """The answers of a campaign; loss over amplitude with its closed form in place of loss alone."""
-    beside = list(losses(dataset))
-    yield from beside
-    yield from (each for each in answers(dataset) if not (beside and getattr(each, "name", "") == "loss_per_cycle"))
 
 
 SORTS: Final = {

@@ -171,10 +171,10 @@ def question_of(
             raise ManifestError.of(f"{name} = {value:g} ± {error:g}", need=need)
     stated = {**parameters_of_a_case(), **drive_parameters()}
     given = from_toml(manifest.text)
-    axes = {_word(name): values for name, values in manifest.axes.items()} | dict(manifest.drive_axes)
+    axes = {stated[name].word or name: values for name, values in manifest.axes.items()} | dict(manifest.drive_axes)
     fixed = _by_word(fixed, stated)
-    usual = [word for word, values in axes.items() if len(set(values)) > 1 and word not in fixed and _number(values[0])]
-    asked = _by_word(vary, stated) or dict.fromkeys(usual)
+    several = [word for word, values in axes.items() if len(set(values)) > 1 and word not in fixed]
+    asked = _by_word(vary, stated) or dict.fromkeys(word for word in several if isinstance(axes[word][0], float))
     if not asked:
         raise ManifestError.in_file(manifest.path, "--vary, as --vary mu_i=0.1:0.8", "no axis of several numbers")
     document = {key: value for key, value in given.items() if key not in _DESIGN}
@@ -204,19 +204,11 @@ def _by_word(given: Mapping[str, Any], stated: Mapping[str, Parameter]) -> dict[
     return found
 
 
-def _word(name: str) -> str:
-    return parameters_of_a_case()[name].word or name
-
-
 def joined_plans(plans: Sequence[Plan]) -> Plan:
     """Join the tasks of several plans into one; its cases are those of the first."""
     tasks = {task.key: task for plan in plans for task in plan.distinct}
     firsts = {key: first for plan in plans for key, first in plan.firsts.items()}
     return replace(plans[0], distinct=tuple(in_stages(tasks.values())), firsts=firsts)
-
-
-def _number(value: Any) -> bool:
-    return isinstance(value, float)
 
 
 def _fix(document: dict[str, Any], word: str, value: Any) -> None:
@@ -239,7 +231,7 @@ def _range(
 ) -> Range:
     """The range of a parameter, its ends checked and without units. Raises ManifestError."""
     usual = {word: Case.of({}).flat[name] for word, name in names_by_word().items()} | NamedDrive(DRIVE_WORD).flat
-    if word not in usual or not (_number(usual[word]) or word in DURATIONS):
+    if word not in usual or not (isinstance(usual[word], float) or word in DURATIONS):
         raise ManifestError.of(f"--vary {word}", remark=unknown(word, usual) if word not in usual else "takes no range")
     own = given.get("axes", {}).get(word)
     own = own if isinstance(own, Mapping) else {}

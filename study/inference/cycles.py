@@ -1,7 +1,6 @@
 """Cycles of stick-slip in a measured force: Eq. 16-19 fitted to each slip, from rise to rise."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, NamedTuple
@@ -62,17 +61,15 @@ class FittedCycles(NamedTuple):
         return np.array([not any(low < each < high for each in self.unlike) for low, high in pairs], bool)
 
 
-def fitted_cycles(
-    averages: Averaged, whole: Sequence[int], rates: Sequence[float], damping: float | None
-) -> FittedCycles:
+def fitted_cycles(averages: Averaged, whole: list[int], rates: list[float], damping: float | None) -> FittedCycles:
     """Fit Eq. 16-19 to slips. Fits that leave the measured forces and their noise are none."""
-    at, force, slips = averages.trace.at, averages.trace.force, averages.slips
+    at, slips = averages.trace.at, averages.slips
     chosen = [whole[int(place)] for place in np.linspace(0, len(whole) - 1, min(len(whole), MOST_CYCLES))]
     peaks = [slip.peak for slip in slips]
     samples = float(np.median(np.diff(peaks))) if len(peaks) > 1 else math.inf
 
     def fit(zeta: float | None) -> dict[int, Cycle]:
-        found = {number: _cycle(at, force, slips, number, rates[number], zeta) for number in chosen}
+        found = {number: _cycle(averages, number, rates[number], zeta) for number in chosen}
         inside = {number: _inside(averages, slips[number], rates[number], cycle) for number, cycle in found.items()}
         return {number: cycle for number, cycle in found.items() if inside[number]}
 
@@ -106,13 +103,12 @@ def _inside(averages: Averaged, slip: TraceSlip, rate: float, cycle: Cycle) -> b
     return near and between and cycle.residual**2 <= share**2 + averages.noise**2
 
 
-def _cycle(
-    at: Floats, force: Floats, slips: Sequence[TraceSlip], number: int, rate: float, damping: float | None
-) -> Cycle:
+def _cycle(averages: Averaged, number: int, rate: float, damping: float | None) -> Cycle:
     """Fit the closed form to a slip, from the middle of the rise before it to the middle of the rise after it.
 
     rate: at which the force rises. damping: ζ; None to fit it, and noise may find it below 0.
     """
+    at, force, slips = averages.trace.at, averages.trace.force, averages.slips
     slip = slips[number]
     before = slips[number - 1].trough if number else 0
     behind = slips[number + 1].peak if number + 1 < len(slips) else len(at) - 1

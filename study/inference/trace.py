@@ -141,7 +141,7 @@ def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
     if slides and not backward:
         if slips:
             numbers["static_friction"] = Measured(float(force[slips[0].peak]), math.nan, 1, pull.unit)
-        numbers |= _sliding(at, force, slips[-1].peak if slips else 0, pull, trace, flags)
+        numbers |= _sliding(averages.trace, slips[-1].peak if slips else 0, pull, flags)
         rates = rates[:1] or ramp(at, force)
     if rates:
         numbers |= _stiffness(trace, pull.newtons * np.array(rates[1:] or rates), pull.velocity, pull.load)
@@ -169,15 +169,14 @@ def _of_samples(at: Floats, force: Floats, slips: Sequence[TraceSlip], unit: str
     return {name: number for name, number in found.items() if number.of}
 
 
-def _sliding(
-    at: Floats, force: Floats, first: int, pull: _Pull, trace: Trace, flags: list[TraceFlag]
-) -> dict[str, Measured]:
+def _sliding(trace: Trace, first: int, pull: _Pull, flags: list[TraceFlag]) -> dict[str, Measured]:
     """Kinetic friction μ_k of steady sliding from a sample on, with its flag, or the reason why there is none."""
-    value, start, share = steady_mean(at[first:], force[first:], pull.unit)
+    at, force = trace.at[first:], trace.force[first:]
+    value, start, share = steady_mean(at, force, pull.unit)
     if math.isfinite(share):
         flags.append(TraceFlag("unsteady", {"share": share}))
         return {}
-    period = samples_in_period(force[first:][at[first:] >= start])
+    period = samples_in_period(force[at >= start])
     if not first and period < RESOLVED:
         flags.append(TraceFlag("undersampled", {"samples": period}))
         return {"mean_force": value}

@@ -214,13 +214,13 @@ def test_a_page_draws_loops_losses_over_cycles_and_over_amplitude_beside_mindlin
         views[0].draw()
     assert set(loop["leg"]) == set(range(7))
     assert cycles["cycle"].tolist() == [1, 2, 1, 2]
-    assert loss["loss"] == pytest.approx(loops.loss_per_cycle.values.ravel())
-    assert (loss["mindlin_loss"] > 0.0).all()
+    assert loss["loss_per_cycle"] == pytest.approx(loops.loss_per_cycle.values.ravel())
+    assert (loss["closed form"] > 0.0).all()
 
 
 def test_numbers_of_loops_are_in_tables_and_no_closure_is_drawn(loops):
     names = [each.name for each in SORTS["answer"].of(loops) if isinstance(each, View)]
-    assert [name for name in names if "loss" in name] == ["loss"], "drawn once, beside its closed form"
+    assert [name for name in names if "loss" in name] == ["loss_per_cycle"], "drawn once, beside its closed form"
     assert not any("closure" in name for name in names)
 
 

@@ -189,7 +189,7 @@ def test_moments_of_a_path_are_its_turns() -> None:
     case = Case(slab=Slab(n_x=17), path=LoadPath(amplitude=2.0, cycles=1))
     shown = moments_of(case, range(9))
     assert [moment.event for moment in shown.moments] == [0, 1, 2, 3]
-    assert usual_events(case) == "0:3"
+    assert usual_events(case) == (0, 1, 2, 3)
     places = [moment.displacement for moment in shown.moments]
     assert places == pytest.approx([0.0, places[1], -places[1], places[1]])
     ends = [leg.direction * leg.final_force / case.normal_load for leg in shown.record.legs]
