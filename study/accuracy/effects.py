@@ -51,13 +51,6 @@ class Scenes(NamedTuple):
     """Effects that are left out, one at a time."""
 
 
-class ComputedScene(NamedTuple):
-    """Results of a case and its drives, and core seconds of contact, record and drives."""
-
-    results: Mapping[Place, TaskResult]
-    seconds: float
-
-
 @dataclass(frozen=True, slots=True)
 class Change:
     """Change of a number without an effect: mean over members of the difference, over the mean with everything, and its ±."""
@@ -129,12 +122,12 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
     for number, campaign_case in enumerate(scenes.cases, start=1):
         assert campaign_case.case is not None
         done = {key: each for key, each in done.items() if each[0].kind == "compliance"}  # memory is for one case
-        whole = _computed(scenes, campaign_case.case, scenes.drives, done)
+        whole, seconds_of_whole = _computed(scenes, campaign_case.case, scenes.drives, done)
         for effect, case, drives, problem in _left_out(scenes, campaign_case.case):
-            fewer = whole if problem else _computed(scenes, case, drives, done)
-            for place, result in fewer.results.items():
+            fewer, its_seconds = (whole, seconds_of_whole) if problem else _computed(scenes, case, drives, done)
+            for place, result in fewer.items():
                 variable, drive = place
-                where, before = f"{number}, drive {drive}" if drive else f"{number}", whole.results[place]
+                where, before = f"{number}, drive {drive}" if drive else f"{number}", whole[place]
                 if not (ended := before.outcome).ok:
                     ended = ended.naming(key_of_duration(named[drive])) if drive else ended
                     failed[f"case {where}: {ended.ending}: {ended.message}"] = None
@@ -142,7 +135,7 @@ def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:
                     changes[effect, variable].append(Change(where, problem=problem))
                 elif result.key != before.key:
                     changes[effect, variable].append(_change(where, variable, result, before))
-            seconds[effect].append((fewer.seconds, whole.seconds))
+            seconds[effect].append((its_seconds, seconds_of_whole))
     return list(_means(scenes, changes, seconds)), list(failed)
 
 
@@ -183,8 +176,11 @@ def tasks_of(
     return [("", compliance), *tasks] if needed else tasks
 
 
-def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> ComputedScene:
-    """Results of a case and its drives. done: results and their core seconds; new ones are added."""
+def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[dict[Place, TaskResult], float]:
+    """Results of a case and its drives, and core seconds of contact, record and drives.
+
+    done: results and their core seconds; new ones are added.
+    """
     for ensemble in (Ensemble(), scenes.ensemble):  # the first one loads libraries and compiles kernels
         tasks = tasks_of(scenes.manifest, case, drives, ensemble, scenes.variables)
         compute(tasks, done)
@@ -194,7 +190,7 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> Compute
         for variable in scenes.variables
         if variable in kinds.names_of(kinds.KINDS[task.kind])
     }
-    return ComputedScene(found, sum(done[task.key][1] for _, task in tasks if task.kind != "compliance"))
+    return found, sum(done[task.key][1] for _, task in tasks if task.kind != "compliance")
 
 
 def compute(tasks: Sequence[tuple[str, Task]], done: Done) -> None:

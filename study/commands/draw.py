@@ -7,22 +7,21 @@ from pathlib import Path
 import numpy as np
 
 from nanoslip.solver.contact.pin import slopes_along
-from nanoslip.solver.outcome import InvalidInput, SolverError, quoted
-from nanoslip.solver.parameter import Parameter
+from nanoslip.solver.outcome import InvalidInput, SolverError
 from nanoslip.solver.sliding.validity import nodes_for
 from nanoslip.solver.view import in_words
 from nanoslip.study import api, shipped
 from nanoslip.study.commands.answering import middle_answer
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of
 from nanoslip.study.commands.plans import advised, counted, planned, refusals
-from nanoslip.study.commands.reading import lines_left_out, separation
+from nanoslip.study.commands.reading import in_unit_of, lines_left_out, separation
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
 from nanoslip.study.figures import shared
 from nanoslip.study.figures.answer import view_named
 from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
 from nanoslip.study.manifest.columns import file_text
-from nanoslip.study.manifest.parameters import compact, plain
+from nanoslip.study.manifest.parameters import compact
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
@@ -120,12 +119,7 @@ def show_profile(
     file: Path, x: str, y: str, z: str, pixel: str, detrend: str, width: str, picture: Path | None
 ) -> None:
     """Print statistics of a profile, and draw it."""
-    try:
-        slab_width = float(plain("--width", width, Parameter("slab width", unit="m")))
-    except ValueError:
-        slab_width = math.nan
-    if not 0.0 < slab_width < math.inf:
-        raise Refusal(f'--width = {quoted(width)}: needs a length above 0, as "1 mm"')
+    slab_width = in_unit_of("width", width, "m", positive=True)
     try:
         found = read_surface(file, file_text(file), NamedSurface(str(file), x, z, detrend, y, pixel))  # type: ignore[arg-type]
     except InvalidInput as error:

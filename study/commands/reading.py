@@ -1,10 +1,28 @@
-"""Sentences on files of columns: how they were read, and what was left out of them."""
+"""Files of columns: options with units, and sentences on how a file was read, and what was left out of it."""
 
+import math
 from collections.abc import Iterator
 
 from nanoslip.solver.outcome import quoted
+from nanoslip.solver.parameter import Parameter
 from nanoslip.study.commands.plans import counted
+from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.columns import FileColumns, OneWay
+from nanoslip.study.manifest.parameters import as_written, plain
+
+
+def in_unit_of(name: str, text: str | None, unit: str, positive: bool = False) -> float:
+    """An option's value in an SI unit; NaN where it is not given. Raises Refusal."""
+    if text is None:
+        return math.nan
+    try:
+        value = float(plain(f"--{name}", text, Parameter(name, unit=unit)))
+    except ValueError:
+        value = math.inf
+    if math.isfinite(value) and (value > 0.0 or not positive):
+        return value
+    need = f"a number{' above 0' * positive}"
+    raise Refusal(f'--{name} = {quoted(text)}: needs {need}, or one with a unit as "1 {as_written(unit)}"')
 
 
 def separation(columns: FileColumns) -> str:

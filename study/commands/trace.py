@@ -9,11 +9,10 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.outcome import InvalidInput, quoted
-from nanoslip.solver.parameter import Parameter
 from nanoslip.solver.view import with_error
 from nanoslip.study.commands.datasets import assignments, dataset_of, reason_of
 from nanoslip.study.commands.plans import counted, print_json
-from nanoslip.study.commands.reading import lines_left_out, separation
+from nanoslip.study.commands.reading import in_unit_of, lines_left_out, separation
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.table import one_case
@@ -21,7 +20,7 @@ from nanoslip.study.figures import shared
 from nanoslip.study.inference.recording import Trace, TraceOptions, TraceSource, read_trace
 from nanoslip.study.inference.trace import TraceFlag, TraceNumbers, measure_trace
 from nanoslip.study.manifest.columns import file_text
-from nanoslip.study.manifest.parameters import as_written, plain
+from nanoslip.study.manifest.parameters import as_written
 from nanoslip.study.report.console import Table, note, print_sentences, print_table, whole
 from nanoslip.study.results.store import write_files
 
@@ -91,14 +90,12 @@ class TraceReading(NamedTuple):
             raise Refusal("--time and --displacement exclude each other: the force is measured over one of the two")
         given = TraceOptions(self.time or "", self.displacement or "", self.force or "", self.columns or ())
         trace = read_trace(file, file_text(file), given)
-        load, velocity = _number("load", self.load, "N"), _number("velocity", self.velocity, "m s-1")
-        for name, text, value in (("load", self.load, load), ("velocity", self.velocity, velocity)):
-            if value <= 0.0:
-                raise Refusal(f"--{name} = {quoted(text)}: needs a value above 0")
+        load = in_unit_of("load", self.load, "N", positive=True)
+        velocity = in_unit_of("velocity", self.velocity, "m s-1", positive=True)
         unit = "s" if trace.over == "time" else "m"
-        trace = trace.between(_number("from", self.start, unit), _number("to", self.end, unit))
-        offset = _number("offset", self.offset, trace.unit)
-        drift = _number("drift", self.drift, f"N {unit}-1")
+        trace = trace.between(in_unit_of("from", self.start, unit), in_unit_of("to", self.end, unit))
+        offset = in_unit_of("offset", self.offset, trace.unit)
+        drift = in_unit_of("drift", self.drift, f"N {unit}-1")
         trace = trace.without(*(0.0 if math.isnan(value) else value for value in (offset, drift)))
         trace = trace.per_load() if math.isnan(load) else trace
         return (trace if math.isnan(velocity) else trace.at_velocity(velocity)), load, velocity
@@ -110,17 +107,6 @@ class TraceReading(NamedTuple):
             return trace, load, measure_trace(trace, load, velocity, self.damping)
         except InvalidInput as error:
             raise Refusal(f"{file}: {error}") from None
-
-
-def _number(name: str, text: str | None, unit: str) -> float:
-    """An option's value in SI; NaN where it is not given. Raises Refusal."""
-    try:
-        value = math.nan if text is None else float(plain(f"--{name}", text, Parameter(name, unit=unit)))
-    except ValueError:
-        value = math.inf
-    if text is not None and not math.isfinite(value):
-        raise Refusal(f'--{name} = {quoted(text)}: needs a number, or one with a unit as "1 {as_written(unit)}"')
-    return value
 
 
 def show_trace(
