@@ -132,7 +132,7 @@ def test_a_profile_is_shown_over_a_slab_of_any_width_above_0(main: Main, tmp_pat
     (tmp_path / "afm.csv").write_text(TEXTS["commas"])
     for width, fits in (("20 um", True), ("0 m", False), ("-1 mm", False), ("inf", False), ("1 N", False)):
         code, shown, errors = main("profile", tmp_path / "afm.csv", "--x", "nm", "--z", "nm", "--width", width)
-        assert (code == 0, "slope" in shown, "a length above 0" in errors) == (fits, fits, not fits)
+        assert (code == 0, "slope" in shown, "a number above 0" in errors) == (fits, fits, not fits)
 
 
 def test_profiles_are_an_axis_of_cases_named_by_their_files(main: Main, tmp_path: Path) -> None:
