@@ -252,7 +252,10 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
     """Seconds of motion and fit: steps, and samples; of the contact that is slid as far as the stage moves; of bisections."""
     way = drive.stage_velocity * drive_duration(drive, case) if drive.memory else 0.0
     contact = touch_seconds(case) + _slide_seconds(case, way / sizes_of(case).step) if way else 0.0
-    steps = min(drive_steps(drive, case), drive.step_limit)
+    # A light pin may come to rest within every period of its oscillation against spring and contact (2e7 of 5e8 periods seen).
+    damped = sizes_of(case).stiffness + drive.spring_stiffness * (1.0 - drive.damping_ratio**2)
+    rests = drive_duration(drive, case) * math.sqrt(max(damped, 0.0)) / (2.0 * math.pi)
+    steps = min(max(drive_steps(drive, case), rests if drive.profile == "sawtooth" else 0.0), drive.step_limit)
     return (
         contact
         + CRITICAL_SECONDS * critical

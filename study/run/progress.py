@@ -2,8 +2,9 @@
 
 import math
 import sys
+import threading
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
 from operator import attrgetter
 from types import TracebackType
@@ -88,42 +89,65 @@ BAR, OTHERS = 20, 72
 
 
 class Progress:
-    """Called where a task has ended, while entered: a line at the start, every `SILENCE` seconds and at the end."""
+    """Called where a task has ended, while entered: a line at the start, every `SILENCE` seconds and at the end.
+
+    A thread reports: a single task may take longer than that.
+    """
 
     def __init__(
         self, tasks: Sequence[Work], stream: TextIO, ranks: int = 1, measured: MeasuredTimes | None = None
     ) -> None:
         self._count, self._done = len(tasks), 0
         self._forecast = TimeForecast(tasks, ranks, measured)
-        self._stream = stream
+        self._kinds = Counter(task.kind for task in tasks)
+        self._stream, self._left = stream, threading.Event()
+        self._reporting = threading.Thread(target=self._report, name="progress", daemon=True)
 
     def __enter__(self) -> Self:
         self._start = self._last = time.monotonic()
-        seconds = self._forecast.seconds
-        self._print(f"{self._tasks} to do{f', {roughly(seconds)}' if seconds >= SILENCE else ''}")
+        self._begin()
+        self._reporting.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._print(f"{self._done} of {self._tasks} done in {duration(time.monotonic() - self._start)}")
+        self._left.set()
+        self._reporting.join()
+        self._end(f"in {duration(time.monotonic() - self._start)}")
 
     def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
         self._done += 1
+        self._kinds[task.kind] -= 1
         self._forecast.learn(task, seconds)
-        now = time.monotonic()
-        if now - self._last >= SILENCE and self._done < self._count:
-            self._last = now
-            rate, left = self._pace()
-            self._print(f"{self._done} of {self._count} tasks, {rate:.2g} per s, about {left} left")
+        self._last = time.monotonic()
+
+    def _report(self) -> None:
+        while not self._left.wait(SILENCE):
+            self._show()
+
+    def _begin(self) -> None:
+        seconds = self._forecast.seconds
+        self._print(f"{self._tasks} to do{f', {roughly(seconds)}' if seconds >= SILENCE else ''}")
+
+    def _end(self, took: str) -> None:
+        self._print(f"{self._done} of {self._tasks} done {took}")
+
+    def _show(self) -> None:
+        rate, left = self._pace()
+        self._print(f"{self._done} of {self._count} tasks, {rate}, {left}: {', '.join(+self._kinds)}")
 
     @property
     def _tasks(self) -> str:
         return f"{self._count} task{'' if self._count == 1 else 's'}"
 
-    def _pace(self) -> tuple[float, str]:
-        """Tasks per second so far, and the remaining time, as text."""
-        return self._done / (time.monotonic() - self._start), duration(self._forecast.seconds)
+    def _pace(self) -> tuple[str, str]:
+        """Time passed, or tasks per second so far once some are done, and the remaining time, as text."""
+        now = time.monotonic()
+        passed, left = now - self._start, self._forecast.seconds - (now - self._last)
+        late = left < 0.0 and self._done < self._count
+        rate = f"{self._done / passed:.2g} per s" if self._done / passed >= 1.0 else f"{duration(passed)}"
+        return rate, "longer than estimated" if late else f"about {duration(max(left, 0.0))} left"
 
     def _print(self, line: str) -> None:
         self._stream.write(line + "\n")
@@ -148,29 +172,26 @@ class TerminalProgress(Progress):
             console=console,
             disable=not tasks,
         )
-        self._room, self._share = max(console.width - OTHERS, 0), 0.0
+        self._room, self._share, self._label = max(console.width - OTHERS, 0), 0.0, ""
         self._row = self._bar.add_task("", total=1.0, done=0, count=len(tasks), rate="", left="")
 
-    def __enter__(self) -> Self:
-        self._start = time.monotonic()
-        self._bar.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        took = f"in {duration(time.monotonic() - self._start)}"
-        self._bar.update(self._row, rate="", left=took, description="")
-        self._bar.__exit__(kind, error, trace)
-
     def __call__(self, task: Work, outcome: Outcome, seconds: float) -> None:
-        self._done += 1
-        self._forecast.learn(task, seconds)
+        super().__call__(task, outcome, seconds)
+        self._label = next((text for text in (task.label, task.kind) if len(text) <= self._room), "")
+        self._show()
+
+    def _begin(self) -> None:
+        self._bar.__enter__()
+
+    def _end(self, took: str) -> None:
+        self._bar.update(self._row, rate="", left=took, description="")
+        self._bar.__exit__(None, None, None)
+
+    def _show(self) -> None:
+        self._share = max(self._share, self._forecast.share)
         rate, left = self._pace()
-        label = next((text for text in (task.label, task.kind) if len(text) <= self._room), "")
-        self._share, pace = max(self._share, self._forecast.share), f"{rate:.2g}/s"
         self._bar.update(
-            self._row, completed=self._share, description=label, done=self._done, rate=pace, left=f"about {left} left"
+            self._row, completed=self._share, description=self._label, done=self._done, rate=rate, left=left
         )
 
 

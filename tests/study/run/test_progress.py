@@ -177,3 +177,14 @@ def test_nothing_to_do_is_no_bar_and_one_task_is_a_task():
     with Progress(TASKS[:1], said):
         pass
     assert said.getvalue().startswith("1 task to do\n0 of 1 task done")
+
+
+def test_a_task_that_takes_longer_than_estimated_is_reported_while_it_runs(monkeypatch):
+    """A light pin took 85 s after the first line."""
+    monkeypatch.setattr("nanoslip.study.run.progress.SILENCE", 0.01)
+    said = io.StringIO()
+    with Progress(TASKS, said) as progress:
+        progress(TASKS[0], COMPLETED, 0.001)
+        while said.getvalue().count("\n") < 2:
+            pass
+    assert re.search(r"^1 of 2 tasks, .*: record$", said.getvalue(), re.M)
