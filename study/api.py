@@ -32,12 +32,13 @@ from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.report.console import console
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.store import Lease, StoreError
-from nanoslip.study.run.campaign import Rest, compute
+from nanoslip.study.run.campaign import compute_campaign
 from nanoslip.study.run.child import Agent
 from nanoslip.study.run.dispatch import MeasuredTimes, Report
+from nanoslip.study.run.executor import Rest
 from nanoslip.study.run.farm import Farm, ProcessFarm, SerialFarm, sharing
 from nanoslip.study.run.journal import Journal
-from nanoslip.study.run.launch import Program, computing, processes_started
+from nanoslip.study.run.launch import Program, processes_started, task_program
 from nanoslip.study.run.progress import open_progress
 from nanoslip.study.toml_text import as_toml
 
@@ -117,15 +118,17 @@ def run(
             return None
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         show, warn, journal = partial(_shown, progress), partial(_warn, 5), Journal(folder, "nanoslip.run")
-        ended = compute(farm, plan, journal, lease, show, warn, recompute_foreign=recompute_foreign, retry=retry)
+        ended = compute_campaign(
+            farm, plan, journal, lease, show, warn, recompute_foreign=recompute_foreign, retry=retry
+        )
         if failed := ended.failed + ended.given_up:
             _warn(3, f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)")
         path = folder / file.FILE
-        file.write(collect(plan, ended.store), path)
+        file.write_netcdf(collect(plan, ended.store), path)
         ended.store.prepare()  # sets aside what could not be read
         if out is not None:
-            return file.read(path)
-        with file.read(path) as opened:
+            return file.open_dataset(path)
+        with file.open_dataset(path) as opened:
             return loaded(opened)
 
 
@@ -157,7 +160,7 @@ def fit(
         lease = stack.enter_context(Lease(folder, farm.interruption.request))
         show, warn = partial(_shown, progress), partial(_warn, 4)
         return question.answer(
-            lambda plan: compute(farm, plan, Journal(folder), lease, show, warn).store, folder, points, holes
+            lambda plan: compute_campaign(farm, plan, Journal(folder), lease, show, warn).store, folder, points, holes
         )
 
 
@@ -171,7 +174,7 @@ def _computing(stack: ExitStack, out: AnyPath | None, jobs: int, comm: Any = Non
         )
     stack.enter_context(_one_thread())
     folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
-    program = computing(folder)
+    program = task_program(folder)
     farm = _farm(program, jobs, stack) if comm is None else stack.enter_context(sharing(comm, program))
     if not farm.root and farm.serve():
         raise StoreError(f"{folder}: not computed: rank 0 has raised the error")
@@ -198,7 +201,7 @@ def open(path: AnyPath) -> xr.Dataset:
     given = Path(path)
     if given.suffix == ".toml":
         raise StoreError(f"{path}: a campaign: needs results.nc, which its run writes, or the folder that it is in")
-    return file.read(given / file.FILE if given.is_dir() else given)
+    return file.open_dataset(given / file.FILE if given.is_dir() else given)
 
 
 def concat(
@@ -264,7 +267,7 @@ def _shown(
     progress: bool | None, rest: Rest, processes: int, measured: MeasuredTimes
 ) -> AbstractContextManager[Report]:
     """Show progress if requested, or if standard error is a terminal."""
-    errors, tasks = console(stderr=True), rest.left.tasks
+    errors, tasks = console(stderr=True), rest.tasks
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
     if watched if progress is None else progress:
         return open_progress(tasks, errors, processes, measured)

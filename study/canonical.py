@@ -35,7 +35,7 @@ def canonical_text(value: object) -> str:
         return value if isinstance(value, CanonicalText) else encode_basestring_ascii(value)
     if isinstance(value, float):
         return _NUMBER % value.hex()
-    if value is None or isinstance(value, bool | int):
+    if value is None or isinstance(value, int):
         return str(value) if type(value) is int else json.dumps(value)  # which takes ten times as long
     if is_dataclass(value):
         kind = {"type": type(value).__name__}  # two types without fields differ

@@ -11,7 +11,7 @@ import platform
 import socket
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
@@ -74,18 +74,13 @@ def _processor(names: tuple[str, ...]) -> str:
 
 def blas() -> str:
     """The libraries of linear algebra that are loaded, each with the kernel it has chosen; empty before numpy is."""
-    return ", ".join(sorted(set(_blas())))
-
-
-def _blas() -> Iterator[str]:
     if "numpy" not in sys.modules:
-        return
+        return ""
     import threadpoolctl  # noqa: PLC0415  of use once a BLAS is loaded
 
-    for library in threadpoolctl.threadpool_info():
-        if library["user_api"] == "blas":
-            facts = (library["internal_api"], library["version"], library.get("architecture"))
-            yield " ".join(str(fact) for fact in facts if fact)
+    loaded = (each for each in threadpoolctl.threadpool_info() if each["user_api"] == "blas")
+    facts = ((each["internal_api"], each["version"], each.get("architecture")) for each in loaded)
+    return ", ".join(sorted({" ".join(str(fact) for fact in each if fact) for each in facts}))
 
 
 def _mpi() -> str:
@@ -180,28 +175,26 @@ NOBODY: Final = Origin()
 
 @lru_cache(maxsize=1)
 def here() -> Origin:
-    """Version of this program; BLAS and CPU features are known only after the first computation (`computing`).
+    """Version of this program; BLAS and CPU features are known only after the first computation (`computing_origin`).
 
     Asks git, which is a process of its own: to be called before MPI starts. The root of a run does, and the others `adopt` it.
     """
-    return _adopted[0] if _adopted else _found()
+    if _adopted:
+        return _adopted[0]
+    return replace(installed_software(), source_commit=provenance.source_commit(within=source_files()))
 
 
 def adopt(origin: Origin) -> None:
     """Adopt the origin found by the root of a run."""
     _adopted[:] = [origin]
     here.cache_clear()
-    computing.cache_clear()
+    computing_origin.cache_clear()
 
 
 _adopted: list[Origin] = []
 
 
-def _found() -> Origin:
-    return replace(software(), source_commit=provenance.source_commit(within=source_files()))
-
-
-def software() -> Origin:
+def installed_software() -> Origin:
     """Software that this process would load now; does not run git."""
     return Origin(
         nanoslip_version=provenance.version(),
@@ -212,7 +205,7 @@ def software() -> Origin:
 
 
 @lru_cache(maxsize=1)
-def computing() -> Origin:
+def computing_origin() -> Origin:
     """Version of this program with the BLAS and CPU features that it computes with."""
     return replace(here(), **arithmetic())
 

@@ -34,7 +34,7 @@ ORDER = {
     "manifest plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.manifest": "units parameters vocabulary problems columns surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost plan expectations",
-    "nanoslip.study.results": "files entry attempts shard store",
+    "nanoslip.study.results": "files entry attempts store",
     "nanoslip.study.dataset": "texts variables content file collect table access join compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
@@ -78,7 +78,7 @@ HOMES = {
 """Library -> the modules and folders that may use it; others may be used everywhere."""
 
 MOST_FILES, MOST_LINES, MOST_LINES_OF_CLASS = 25, 700, 150
-DEEPEST, MOST_ENTERED = 18, 90
+DEEPEST, MOST_ENTERED = 18, 84
 """What must be known: files on the longest chain of imports, and files whose functions the smallest campaign enters."""
 
 BODIES = (
@@ -192,12 +192,12 @@ APART = {
     "what users write: words, numbers, units, names": """commands.cli.work solver.parameter._short commands.datasets.assignments
         commands.infer commands.infer.read_numbers commands.infer.read_ranges figures.frames.events_of figures.points._values
         figures.points.points_named figures.shared.format_of inference.recording._words manifest.units._in_symbols
-        manifest.vocabulary.beyond manifest.vocabulary.key_meant results.shard.Shard.parse run.batch.seconds_of""",
+        manifest.vocabulary.beyond manifest.vocabulary.key_meant results.files.Shard.parse run.batch.seconds_of""",
     "files of users": """manifest.columns manifest.columns._cells manifest.columns._labels manifest.columns.read_cells
         manifest.columns.read_columns manifest.surface""",
-    "files of this program, their names and hashes": """dataset.file dataset.table.listed dataset.texts dataset.texts.decoded
-        dataset.texts.encoded manifest.checker.NamedFiles._read results.entry results.entry.later
-        results.files results.files.read results.store run.journal.left_begun toml_text._key""",
+    "files of this program, their names and hashes": """dataset.file dataset.table.listed dataset.texts dataset.texts.decode_texts
+        dataset.texts.encode_texts manifest.checker.NamedFiles._read results.entry results.entry.later
+        results.files results.files.read_lines results.store run.journal.left_begun toml_text._key""",
     "names and symbols": """dataset.variables.in_si_too solver.compiling solver.view.labelled figures.gallery._number
         figures.points manifest.checker.NamedFiles._rows manifest.parameters manifest.parameters.as_written
         manifest.parameters.si_line manifest.parameters.with_symbol manifest.problems.key_shown plan.expectations._named

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from nanoslip.solver.case import Case, Interface
 from nanoslip.solver.ensemble import ALONE, Ensemble, chance_of
 from nanoslip.solver.outcome import COMPLETED, Outcome
-from nanoslip.solver.parameter import quantity
 
 PIECES: Final = 2**14
 """Equal parts of the displacement in which records are added: 2000 in a presliding length of a record of eight."""
@@ -24,31 +23,6 @@ SMALLEST: Final = 16
 """Fewest contacts of a batch, if there are enough."""
 
 Counts = NDArray[np.int32]
-
-
-@dataclass(frozen=True, slots=True, repr=False)
-class Collective:
-    """Collective numbers of the contacts of an interface, also of a single one."""
-
-    static_excess: float = quantity(
-        "highest force over plateau, minus 1",
-        symbol="F_max/F - 1",
-        ensemble=True,
-        comment="of the whole record of the slider: peak_friction over plateau_mean, less 1",
-    )
-    fluctuation: float = quantity(
-        "fluctuation of the plateau",
-        ensemble=True,
-        comment="standard deviation of the force of the slider over its mean, on the steady part of its record",
-    )
-    unseen_force: float = quantity(
-        "bound of the force between two readings",
-        comment="largest possible excess of the highest force over the one that was read, over the plateau; 0 of one contact",
-    )
-    lost_contacts: float = quantity(
-        "contacts without a record",
-        comment="of the slider: the others carry their load, and the outcome has the reason",
-    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

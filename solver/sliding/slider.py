@@ -19,8 +19,8 @@ from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.ensemble import ALONE, Ensemble, needed
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
-from nanoslip.solver.sliding.interface import PIECES, Collective, Portion, batches, chances, compressions, contact_of
-from nanoslip.solver.sliding.plateau import Plateau, teeth
+from nanoslip.solver.sliding.interface import PIECES, Portion, batches, chances, compressions, contact_of
+from nanoslip.solver.sliding.plateau import teeth
 from nanoslip.solver.sliding.record import FrictionRecord, farthest
 from nanoslip.solver.sliding.slide import slide, slide_to_state
 from nanoslip.solver.sliding.statistics import EventStatistics, event_statistics
@@ -255,13 +255,3 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
 def interface(case: Case, compliance: Compliance) -> Slider:
     """All contacts of a case, summed in this process."""
     return slider(case, (portion(case, compliance, *batch) for batch in batches(case.interface.contacts)))
-
-
-def collective(record: FrictionRecord, plateau: Plateau, bound: float | None = None, lost: int = 0) -> Collective:
-    """Collective friction of a record. bound: of its highest force, in G·L_x·L_y, if it is not exact."""
-    steady = plateau.mean * record.normal_load
-    highest = record.highest_force
-    unseen = 0.0 if bound is None else max(bound - highest, 0.0)
-    if not steady > 0.0:
-        return Collective(math.nan, math.nan, math.nan, lost)
-    return Collective(highest / steady - 1.0, plateau.std / plateau.mean, unseen / steady, lost)

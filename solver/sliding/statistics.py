@@ -1,4 +1,4 @@
-"""Statistics of the events of a friction record (§3.2): counts, means, and the cycle at its end.
+"""Statistics of the events of a friction record (§3.2): counts, means, the cycle at its end, and the collective friction.
 
 The plateau of a friction record is found in nanoslip.solver.sliding.plateau.
 """
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.kernels.cycle import cycle
+from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord, drops, require_record
 from nanoslip.solver.view import Labels
 
@@ -131,3 +132,38 @@ def cycle_of(record: FrictionRecord) -> int:
     """
     tail = slice(-LONGEST_CYCLE, None)
     return cycle(record.node[tail], record.force_before[tail], record.force_after[tail])
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Collective:
+    """Collective numbers of the contacts of an interface, also of a single one."""
+
+    static_excess: float = quantity(
+        "highest force over plateau, minus 1",
+        symbol="F_max/F - 1",
+        ensemble=True,
+        comment="of the whole record of the slider: peak_friction over plateau_mean, less 1",
+    )
+    fluctuation: float = quantity(
+        "fluctuation of the plateau",
+        ensemble=True,
+        comment="standard deviation of the force of the slider over its mean, on the steady part of its record",
+    )
+    unseen_force: float = quantity(
+        "bound of the force between two readings",
+        comment="largest possible excess of the highest force over the one that was read, over the plateau; 0 of one contact",
+    )
+    lost_contacts: float = quantity(
+        "contacts without a record",
+        comment="of the slider: the others carry their load, and the outcome has the reason",
+    )
+
+
+def collective(record: FrictionRecord, plateau: Plateau, bound: float | None = None, lost: int = 0) -> Collective:
+    """Collective friction of a record. bound: of its highest force, in G·L_x·L_y, if it is not exact."""
+    steady = plateau.mean * record.normal_load
+    highest = record.highest_force
+    unseen = 0.0 if bound is None else max(bound - highest, 0.0)
+    if not steady > 0.0:
+        return Collective(math.nan, math.nan, math.nan, lost)
+    return Collective(highest / steady - 1.0, plateau.std / plateau.mean, unseen / steady, lost)

@@ -21,8 +21,9 @@ from nanoslip.solver.ensemble import Ensemble, mean_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import quantities
 from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.checker import refused
 from nanoslip.study.manifest.manifest import OF_CONTACTS, USUAL_MEMBERS, Manifest, TargetTable
-from nanoslip.study.manifest.problems import ManifestError, refused
+from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import refuse_with_stages
 from nanoslip.study.plan import kinds
 from nanoslip.study.plan.plan import evenly, key_of_duration

@@ -20,7 +20,7 @@ from click.shell_completion import CompletionItem
 from nanoslip.study import shipped
 from nanoslip.study.commands.words import Refusal, aborted, show
 from nanoslip.study.exit_codes import WRONG_INPUT
-from nanoslip.study.results.shard import MOST_SHARDS, Shard
+from nanoslip.study.results.files import MOST_SHARDS, Shard
 from nanoslip.study.run.launch import GRACE, pin_threads, processes_started
 
 __all__ = ["cli", "main"]

@@ -11,11 +11,12 @@ from nanoslip.study.commands.words import show
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from nanoslip.study.report.console import console, note, print_sentences
 from nanoslip.study.results import attempts
-from nanoslip.study.results.shard import Shard
+from nanoslip.study.results.files import Shard
 from nanoslip.study.results.store import Lease
-from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute, part
+from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_campaign, part
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.dispatch import MeasuredTimes
+from nanoslip.study.run.executor import Rest
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.progress import Progress, open_progress
@@ -26,7 +27,7 @@ _DATASETS: Final = "nanoslip.study.commands.datasets"
 def conduct(farm: Farm, campaign: Path, out: Path, shard: Shard | None, **again: bool) -> int:
     """Compute remaining tasks of a campaign on this farm, and write its dataset; returns the exit code of all ranks.
 
-    out: the campaign's folder. again: as of `compute`.
+    out: the campaign's folder. again: as of `compute_campaign`.
     """
     try:
         with refusals(ShortageError, FarmError):
@@ -50,16 +51,16 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
         else:
             print_foreign(rest.foreign, campaign, out, stderr=True)
         title = f"{plan.manifest.title}, {shard}" if shard else plan.manifest.title
-        cases, todo = counted(len(plan.cases), "case"), counted(len(rest.left.tasks), "task")
+        cases, todo = counted(len(plan.cases), "case"), counted(len(rest.tasks), "task")
         _warn(f"{title}: {cases}, {todo} left, {processes} {farm.unit}")
         print_sentences(idle_lines(plan), stderr=True)
         import_module(_DATASETS)  # while other processes import what they compute with
-        return open_progress(rest.left.tasks, console(stderr=True), processes, measured)
+        return open_progress(rest.tasks, console(stderr=True), processes, measured)
 
     journal = Journal(into)
     with Lease(into, farm.interruption.request) as lease:
         try:
-            store, failed, given_up = compute(farm, plan, journal, lease, progress, _warn, out, **again)
+            store, failed, given_up = compute_campaign(farm, plan, journal, lease, progress, _warn, out, **again)
         except UnfinishedError as error:
             if not lease.lost:  # else it has been printed
                 _warn(str(error))

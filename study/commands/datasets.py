@@ -44,7 +44,7 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = Fal
             f"{path}: not replaced: has {'; '.join(losses)}; has the campaign changed? {run} computes what is "
             f"missing, {replace} writes the dataset without it"
         )
-    file.write(collected, path)
+    file.write_netcdf(collected, path)
     write_state(path, store, made_of(plan.manifest, store))
     _print(collected, path)
     return _pending(collected)
@@ -63,7 +63,7 @@ def print_written(manifest: Manifest, store: Store) -> bool:
 
 def _pending(dataset: xr.Dataset) -> int:
     """Number of cases and drives without an outcome."""
-    endings = [dataset[ending.name] for ending, _ in OUTCOMES.values() if ending.name in dataset]
+    endings = [dataset[ending.name] for ending, *_ in OUTCOMES.values() if ending.name in dataset]
     return sum(int((each == PENDING).sum()) for each in endings)
 
 
@@ -76,13 +76,13 @@ def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
         yield "contents that this user may not read"
     try:
         with file.reading(path) as found:
-            for kind, (ending, _) in OUTCOMES.items():
+            for kind, (ending, *_) in OUTCOMES.items():
                 if ending.name in found and ending.name in collected:
                     had, has = (int((each[ending.name] != PENDING).sum()) for each in (found, collected))
                     if has < min(had, collected[ending.name].size):
                         what = counted(had, f"finished {kind or 'case'}")
                         yield f"{what}, collected now {has} of {collected[ending.name].size}"
-    except file.OtherFormatError:
+    except file.DatasetFormatError:
         yield "another format"
     except StoreError:
         return

@@ -31,11 +31,12 @@ from nanoslip.study.report.console import Table, console, note, print_sentences,
 from nanoslip.study.report.summary import holes
 from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.store import Lease, Store, write_files
-from nanoslip.study.run.campaign import Rest, ShortageError, UnfinishedError, compute
+from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_campaign
 from nanoslip.study.run.child import FarmError
+from nanoslip.study.run.executor import Rest
 from nanoslip.study.run.farm import Farm, open_farm
 from nanoslip.study.run.journal import Journal, measured_in
-from nanoslip.study.run.launch import computing
+from nanoslip.study.run.launch import task_program
 from nanoslip.study.run.progress import makespan, open_progress, roughly
 
 # `nanoslip sensitivity`: which parameters a number depends on, from the cases of a dataset.
@@ -96,7 +97,7 @@ def fit_campaign(
     with refusals(ValueError, FarmError):
         question = question_of(load_manifest(campaign), targets, read_ranges(vary), fixed)
         question.check(into)
-        farm = open_farm(computing(into), jobs=jobs)
+        farm = open_farm(task_program(into), jobs=jobs)
     with farm:
         if not farm.root:
             farm.leave(farm.serve())
@@ -199,7 +200,7 @@ def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
         print_sentences(expected.values(), stderr=True)
 
     def progress(rest: Rest, processes: int, measured: Any) -> Any:
-        if not (tasks := rest.left.tasks):
+        if not (tasks := rest.tasks):
             return nullcontext(lambda *_: None)
         warn(f"{question.manifest.title}: {counted(len(tasks), 'task')} of new points, {processes} {farm.unit}")
         return open_progress(tasks, console(stderr=True), processes, measured)
@@ -207,7 +208,7 @@ def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
     with Lease(out, farm.interruption.request) as lease:
         journal = Journal(out)
         return question.answer(
-            lambda plan: compute(farm, plan, journal, lease, progress, warn).store, out, points, holes
+            lambda plan: compute_campaign(farm, plan, journal, lease, progress, warn).store, out, points, holes
         )
 
 

@@ -31,13 +31,12 @@ from nanoslip.study.plan.task import Task
 from nanoslip.study.report.console import FAILED, Table, console, note, print_sentences, print_table, whole
 from nanoslip.study.report.page import as_csv, as_json
 from nanoslip.study.report.summary import MOST_ROWS, label_text
-from nanoslip.study.results.files import folder_of
-from nanoslip.study.results.shard import folders
+from nanoslip.study.results.files import folder_of, shard_folders
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards, try_writing, write_files
 from nanoslip.study.run.dispatch import Watch
-from nanoslip.study.run.executor import drop_intermediates, left
+from nanoslip.study.run.executor import drop_intermediates, rest_of
 from nanoslip.study.run.farm import open_farm
-from nanoslip.study.run.launch import computing
+from nanoslip.study.run.launch import task_program
 from nanoslip.study.run.progress import open_progress
 
 
@@ -45,7 +44,7 @@ def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
     """Write and print the dataset of a campaign's results. replace: overwrite a dataset with more results, too."""
     into = folder_of(campaign, out)
     write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
-    if shards := folders(into):
+    if shards := shard_folders(into):
         note(f"without {counted(len(shards), 'shard')}; {advised('merge', campaign, into)} takes them in")
 
 
@@ -56,7 +55,7 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
     """Move the results of all shards into the campaign's, and write and print its dataset. Ends the process."""
     into = folder_of(campaign, out)
     plan, store = planned(campaign), Store(into)
-    if plan.distinct and not (folders(into) or store.finished() or store.failures()):
+    if plan.distinct and not (shard_folders(into) or store.finished() or store.failures()):
         raise StoreError(
             f"{into}: no shards and no results of {campaign} there, nothing to merge: "
             f"{advised('run', campaign, into)} computes all of it; results of runs with another --out are found with it"
@@ -66,7 +65,7 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
         problems = merge_shards(into)
         drop_intermediates(plan, store)
         write_dataset(plan, store)
-        rest = left(plan, store.failures(), store.finished())
+        rest = rest_of(plan, store.failures(), store.inventory())
     for problem in problems:
         note(problem, stderr=True)
     if rest.given_up:
@@ -109,7 +108,7 @@ def compare_datasets(first: Path, second: Path) -> None:
     """Print differences between two datasets, and exit with the code of the worst one."""
     with refusals(compare.NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
         pair = one, other
-        kinds = [kind for kind in compare.ROW_KINDS if all(OUTCOMES[kind][0].name in root for root in pair)]
+        kinds = [kind for kind in compare.ROW_KINDS if all(OUTCOMES[kind].ending.name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
         if facts := compare.differing(pair):
             rows_of_facts = tuple((name, *both, "") for name, both in facts.items())
@@ -171,7 +170,7 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
     """Compute a dataset's cases again, print which differ, and end the process with the exit code for the worst."""
     dataset = dataset / file.FILE if dataset.is_dir() else dataset
     with TemporaryDirectory() as folder, file.reading(dataset) as found:
-        file.check(dataset)  # however large it is
+        file.check_seal(dataset)  # however large it is
         plan = verification.rebuilt(found, dataset)
         cases = verification.computed(plan, found)
         failed = verification.failed(plan, found)
@@ -182,7 +181,7 @@ def verify_dataset(dataset: Path, sample: int | None, as_json: bool) -> None:
         chosen = verification.sample(cases, sample)
         note(f"{plan.manifest.title}: {len(chosen)} of {len(plan.cases)} cases to recompute", stderr=True)
         other = verification.other_software(found)
-        code = _recompute(verification.tasks_of(plan, chosen, found), Path(folder))
+        code = _recompute(verification.tasks_in_dataset(plan, chosen, found), Path(folder))
         if not code:
             shared, *findings = verification.verify_cases(found, plan, chosen, Store(Path(folder)))
             verdicts = Counter(each.verdict for each in findings)
@@ -214,7 +213,7 @@ Failed are those for lack of time or memory, or as a process died: nobody knows 
 def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
     """Compute tasks in this process alone; returns an exit code."""
     Store(out).prepare()
-    with open_farm(computing(out), serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
+    with open_farm(task_program(out), serial=True) as farm, open_progress(tasks, console(stderr=True)) as progress:
         tally = farm.run(tasks, Watch(progress))
     if tally.halt:
         raise Refusal(tally.halt)

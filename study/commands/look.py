@@ -41,8 +41,7 @@ from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, Table, note, print_sentences, print_table
 from nanoslip.study.report.curves import beyond_contact, curves, print_lines
 from nanoslip.study.report.summary import error_lines
-from nanoslip.study.results.files import folder_of
-from nanoslip.study.results.shard import folders
+from nanoslip.study.results.files import folder_of, shard_folders
 from nanoslip.study.run.journal import measured_in
 from nanoslip.study.run.progress import roughly
 
@@ -85,7 +84,7 @@ def try_campaign(
         manifest, found = api.manifest_of(content), api.run(content, progress=True)
     endings = {
         found[each.name].item(): found[why.name].item()
-        for each, why in variables.OUTCOMES.values()
+        for each, why, *_ in variables.OUTCOMES.values()
         if each.name in found
     }
     if Ending.INVALID in endings:
@@ -203,7 +202,7 @@ def explain_case(
     if case.case is None:
         raise Refusal(f"{case.point}: {case.outcome.message}")
     into = folder_of(campaign, out)
-    seconds = sum(map(measured_in(into, *folders(into)).seconds, plan_of(manifest, [case]).tasks))
+    seconds = sum(map(measured_in(into, *shard_folders(into)).seconds, plan_of(manifest, [case]).tasks))
     label = summary.label_text(case.parameters, manifest.stated_scales)
     rough = _of_roughness(case.case, "slip" in manifest.stages)
     print_sentences([f"case {label}", f"estimated time of its computation: {roughly(seconds)}", rough])

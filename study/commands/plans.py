@@ -22,11 +22,10 @@ from nanoslip.study.plan.cost import TASK
 from nanoslip.study.plan.plan import KindCount, Plan, kind_counts, make_plan
 from nanoslip.study.plan.task import Task, idle
 from nanoslip.study.report.console import counting, note, whole
-from nanoslip.study.results.files import folder_of
-from nanoslip.study.results.shard import folders
+from nanoslip.study.results.files import folder_of, shard_folders
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.dispatch import MeasuredTimes
-from nanoslip.study.run.executor import left
+from nanoslip.study.run.executor import rest_of
 from nanoslip.study.run.journal import measured_in
 from nanoslip.study.toml_text import from_toml
 
@@ -131,20 +130,19 @@ def standing(
     sized: whether bytes of all tasks are estimated.
     """
     into, plan = folder_of(campaign, out), planned(campaign)
-    stores = tuple(Store(each, whole=False) for each in (into, *folders(into)))
+    stores = tuple(Store(each, whole=False) for each in (into, *shard_folders(into)))
     metas = {key: meta for store in stores for key, meta in store.metas().items()}
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
-    work = left(plan, failures, metas)
-    foreign = plan.foreign({key: meta.origins for key, meta in metas.items()})
-    measured = measure(plan) if measure else measured_in(into, *folders(into))
+    rest = rest_of(plan, failures, {key: meta.origins for key, meta in metas.items()})
+    measured = measure(plan) if measure else measured_in(into, *shard_folders(into))
     kinds = {
         kind: replace(count, core_seconds_left=measured.factor(kind) * count.core_seconds_left)
-        for kind, count in kind_counts(plan.tasks if sized else plan.distinct, work.tasks, work.given_up).items()
+        for kind, count in kind_counts(plan.tasks if sized else plan.distinct, rest.tasks, rest.given_up).items()
     }
     outcomes = plan.outcomes(
         {key: meta.outcome for key, meta in metas.items()}, {key: each.outcome for key, each in failures.items()}
     )
-    return Standing(campaign, into, plan, stores, kinds, work.tasks, work.given_up, foreign, measured, outcomes)
+    return Standing(campaign, into, plan, stores, kinds, rest.tasks, rest.given_up, rest.foreign, measured, outcomes)
 
 
 def advised(command: str, campaign: Path, into: Path, *options: str) -> str:

@@ -6,11 +6,10 @@ from pathlib import Path
 from nanoslip.study.commands.plans import refusals
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.report.console import note
-from nanoslip.study.results.files import folder_of
-from nanoslip.study.results.shard import Shard
+from nanoslip.study.results.files import Shard, folder_of
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.farm import open_farm
-from nanoslip.study.run.launch import computing, cores, processes_started
+from nanoslip.study.run.launch import cores, processes_started, task_program
 
 
 def run_campaign(
@@ -26,7 +25,7 @@ def run_campaign(
     if jobs and jobs > cores():
         note(f"-j {jobs}: {cores()} cores here; more processes than cores are no faster", stderr=True)
     with refusals(FarmError):
-        farm = open_farm(computing(shard.folder(into) if shard else into), grace, serial, jobs)
+        farm = open_farm(task_program(shard.folder(into) if shard else into), grace, serial, jobs)
     with farm:
         if not farm.root:
             farm.leave(farm.serve())

@@ -231,7 +231,7 @@ MAIN: Final = ("static_friction", "kinetic_friction", "plateau_mean", "contact_h
 def _facts(root: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Summary of a dataset or a selection: name and text of each fact."""
     yield "campaign", str(root.attrs.get("title", "no dataset of nanoslip"))
-    for kind, (ending, _) in variables.OUTCOMES.items():
+    for kind, (ending, *_) in variables.OUTCOMES.items():
         if ending.name in root:
             counts = Counter(root[ending.name].values.ravel().tolist())
             along = ", ".join(f"{dim} ({size})" for dim, size in root[ending.name].sizes.items() if size > 1)

@@ -29,31 +29,9 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import Quantity, attributes
 from nanoslip.solver.sliding.validity import advice_on, expected_flags, flags_in, mask_of
 from nanoslip.study.canonical import content_hash
+from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.file import FORMAT, MIXED, VERSION, carrying, seal_of
-from nanoslip.study.dataset.variables import (
-    ADVICE,
-    CASE_ID,
-    CAUSES,
-    COMPUTED_BY,
-    DRIVE,
-    DRIVE_MEMBERS,
-    DRIVE_NAME,
-    MEMBERS,
-    OUTCOMES,
-    SOFTWARE,
-    VALIDITY,
-    Group,
-    Runs,
-    Series,
-    alike_starts,
-    all_groups,
-    factors,
-    in_si_too,
-    mean_in_dataset,
-    parameters,
-    scalars,
-    texts,
-)
+from nanoslip.study.dataset.variables import DRIVE, Group, Runs, Series, in_si_too, parameters, scalars, texts
 from nanoslip.study.manifest.cases import CampaignCase, Heard, labels_of
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, in_files
@@ -117,7 +95,7 @@ def drive_coordinates(manifest: Manifest, layout: Layout) -> dict[str, Any]:
     found: dict[str, Any] = {}
     points = {layout.drive_position[each.label]: {"drive": each.name, **each.settings} for each in manifest.drives}
     for name in ("drive", *parameters()) if points else ():
-        label = DRIVE_NAME if name == "drive" else parameters()[name]
+        label = variables.DRIVE_NAME if name == "drive" else parameters()[name]
         if name in layout.drive_axes:
             found[name] = (name, array_of(layout.drive_axes[name]), attributes(label))
             continue
@@ -158,7 +136,7 @@ def coordinates(manifest: Manifest, cases: Sequence[CampaignCase], layout: Layou
         name: (name, array_of(values), attributes(_parameter(name))) for name, values in layout.axes.items()
     }
     ids = _at(places, [case.case_id for case in cases])
-    found["case_id"] = (dims, ids.reshape(layout.shape), attributes(CASE_ID))
+    found["case_id"] = (dims, ids.reshape(layout.shape), attributes(variables.CASE_ID))
     kinds = needed_kinds(manifest)
     exclusions = OF_ALL if "record" in kinds else OF_PATH if "path" in kinds else OF_CONTACT
     files = [name for name in in_files() if name in manifest.axes]
@@ -210,7 +188,7 @@ def _parameter(name: str) -> Quantity:
 
 # The variables of a dataset over its cases, and over the drives of each.
 
-_COUNTED: Final = {"contact": MEMBERS, "record": MEMBERS, "path": MEMBERS, DRIVE: DRIVE_MEMBERS}
+_COUNTED: Final = dict.fromkeys(("contact", "record", "path"), variables.MEMBERS) | {DRIVE: variables.DRIVE_MEMBERS}
 """Kind of task -> the variable that counts its members."""
 PIECE: Final = 4096
 """Results whose numbers are entered together."""
@@ -268,10 +246,10 @@ class CaseVariables:
     def enter_outcome(self, place: int, outcome: Outcome | None, drive: str = "") -> None:
         """Set how a case, or its drive, ended; None leaves it pending."""
         if outcome is not None:
-            ending, message = OUTCOMES[DRIVE if drive else ""]
-            self.put(ending.name, place, drive, outcome.ending.value)
-            self.put(message.name, place, drive, outcome.message)
-            self.put(CAUSES[DRIVE if drive else ""].name, place, drive, outcome.cause)
+            ended = variables.OUTCOMES[DRIVE if drive else ""]
+            self.put(ended.ending.name, place, drive, outcome.ending.value)
+            self.put(ended.message.name, place, drive, outcome.message)
+            self.put(ended.cause.name, place, drive, outcome.cause)
 
     def enter_software(self, place: int, results: Results) -> None:
         """Set which software a case, and each of its drives, stems from."""
@@ -280,7 +258,7 @@ class CaseVariables:
             if kind != "compliance":
                 found.setdefault(name, []).append(result.origins or (NOBODY,))
         for name, parts in found.items():
-            self.put(COMPUTED_BY[DRIVE if name else ""].name, place, name, _names(tuple(parts)))
+            self.put(variables.OUTCOMES[DRIVE if name else ""].computed_by.name, place, name, _names(tuple(parts)))
 
     def enter(self, place: int, case: Case, drive: str, result: TaskResult, by: Mapping[str, float]) -> None:
         """Set all scalars of a result. by: `Quantity.per` -> what a value is multiplied with."""
@@ -294,20 +272,19 @@ class CaseVariables:
             self._enter_waiting(result.kind)
         if (flags := flags_of(case, result)) is not None:
             if result.kind == "path":  # beside its record's
-                flags |= int(self._values[VALIDITY.name][place])
-            self.put(VALIDITY.name, place, drive, flags)
-            self.put(ADVICE.name, place, drive, _advice(flags))
+                flags |= int(self._values[variables.VALIDITY.name][place])
+            self.put(variables.VALIDITY.name, place, drive, flags)
+            self.put(variables.ADVICE.name, place, drive, _advice(flags))
 
     def _declare_all(self, manifest: Manifest, groups: Sequence[Group]) -> None:
         kinds = needed_kinds(manifest)
-        for kind, (ending, message) in OUTCOMES.items():
-            if not kind or kind in kinds:
-                for text in (ending, message, CAUSES[kind], COMPUTED_BY[kind]):
-                    self._declare(kind, text, PENDING if text == ending else "")
-        for each in (ADVICE, MEMBERS):
-            self._declare("", each, "" if each == ADVICE else np.nan)
+        for kind, ended in variables.OUTCOMES.items():
+            for text in ended if not kind or kind in kinds else ():
+                self._declare(kind, text, PENDING if text == ended.ending else "")
+        for each in (variables.ADVICE, variables.MEMBERS):
+            self._declare("", each, "" if each == variables.ADVICE else np.nan)
         if DRIVE in kinds:
-            self._declare(DRIVE, DRIVE_MEMBERS, np.nan)
+            self._declare(DRIVE, variables.DRIVE_MEMBERS, np.nan)
         for kind in (each for each in KINDS if each in kinds):
             apart = unrequested(KINDS[kind], manifest)
             for name, quantity in scalars(kind):
@@ -340,14 +317,14 @@ class CaseVariables:
         found = dict(zip(rows[0].scalars, numbers, strict=True))
         places = np.array([row.place for row in rows])
         if kind == "record":
-            self._as_one[places] = alike_starts(found)
+            self._as_one[places] = variables.alike_starts(found)
         for name, quantity in scalars(kind):
-            if quantity.name == VALIDITY.name or name not in found or quantity.name not in self._values:
+            if quantity.name == variables.VALIDITY.name or name not in found or quantity.name not in self._values:
                 continue
             if quantity.words:
                 self._enter_words(quantity, places, found[name])
                 continue
-            known = mean_in_dataset(found, name, quantity)
+            known = variables.mean_in_dataset(found, name, quantity)
             unit = np.array([row.factors[quantity.per] for row in rows])
             self._values[quantity.name][places] = known.mean * unit
             if quantity.ensemble:
@@ -378,16 +355,15 @@ def _names(parts: tuple[Origins, ...]) -> str:
 # Software that computed the results of a dataset.
 
 
-def software(counts: Mapping[Origin, int]) -> xr.Dataset:
+def software_group(counts: Mapping[Origin, int]) -> xr.Dataset:
     """The software that computed the results, one origin each."""
     origins = sorted(counts)
-    names, results = (
-        texts(origin.name for origin in origins),
-        np.array([counts[origin] for origin in origins], np.int64),
+    results = np.array([counts[origin] for origin in origins], np.int64)
+    names, *facts = (
+        texts(getattr(each, name) for each in origins) for name in ("name", *(item.name for item in fields(Origin)))
     )
-    facts = [texts(getattr(origin, item.name) for origin in origins) for item in fields(Origin)]
-    columns = zip(SOFTWARE, (names, results, *facts), strict=True)
-    return xr.Dataset({each.name: (SOFTWARE[0].name, values, attributes(each)) for each, values in columns})
+    columns = zip(variables.SOFTWARE, (names, results, *facts), strict=True)
+    return xr.Dataset({each.name: (variables.SOFTWARE[0].name, values, attributes(each)) for each, values in columns})
 
 
 def software_attributes(counts: Mapping[Origin, int]) -> dict[str, str]:
@@ -410,25 +386,23 @@ class Finished:
     """The results of a plan that are there, a case at a time, and how its tasks ended."""
 
     def __init__(self, plan: Plan, store: Store) -> None:
-        self._store, self._known = store, store.metas()
-        self._unsound: set[str] = set()
+        self._store, self._known = store, store.outcomes()
         failed = {key: attempt.outcome for key, attempt in store.failures().items()}
-        self._lost = plan.outcomes(store.outcomes(), failed) if failed else {}
+        ended = plan.outcomes(self._known, failed) if failed else {}
+        self._lost = {key: outcome for key, outcome in ended.items() if key not in self._known}
         """Outcomes of all other tasks that failed."""
 
     def results(self, keys: CaseTasks) -> Results:
         """Results of a case without its compliance. keys: of its tasks."""
-        sound = {task: key for task, key in keys.items() if key in self._known and key not in self._unsound}
-        found = {task: self._store.find(key) for task, key in sound.items() if task[0] != "compliance"}
-        self._unsound.update(keys[task] for task, result in found.items() if result is None)  # damaged since
-        return {task: result for task, result in found.items() if result is not None}
+        there = {task: key for task, key in keys.items() if key in self._known and task[0] != "compliance"}
+        found = {task: result for task, key in there.items() if (result := self._store.find(key))}
+        for task in there.keys() - found.keys():  # damaged since
+            del self._known[keys[task]]
+        return found
 
-    def outcomes(self, keys: CaseTasks, results: Results) -> dict[str, Outcome]:
-        """Outcomes of the tasks of a case."""
-        ended = {key: self._lost[key] for key in keys.values() if key in self._lost and key not in self._known}
-        compliances = (key for (kind, _), key in keys.items() if kind == "compliance")
-        ended |= {key: self._known[key].outcome for key in compliances if key in self._known}
-        return ended | {result.key: result.outcome for result in results.values()}
+    def outcomes(self, keys: CaseTasks) -> dict[str, Outcome]:
+        """Outcomes of the tasks of a case whose results were taken."""
+        return {key: each[key] for key in keys.values() for each in (self._lost, self._known) if key in each}
 
 
 def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Dataset:
@@ -444,13 +418,13 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
         keys = plan.case_tasks[case.case_id]
         results = finished.results(keys)
         origins.update((result.key, result.origins) for result in results.values())
-        outcomes = finished.outcomes(keys, results)
+        outcomes = finished.outcomes(keys)
         table.enter_outcome(place, case_outcome(plan, case, outcomes))
         for drive in manifest.drives:
             table.enter_outcome(place, drive_outcome(plan, case, drive, outcomes), drive.label)
         table.enter_software(place, results)
         if case.case is not None:
-            by = {name: factors(case.case, manifest.scales, drives.get(name)) for _, name in results}
+            by = {name: variables.factors(case.case, manifest.scales, drives.get(name)) for _, name in results}
             for (_, name), result in results.items():
                 table.enter(place, case.case, name, result, by[name])
             for each in runs:
@@ -460,7 +434,9 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
         heard(number)
     counts = census(origins.values())  # a result counts once, however many cases share it
     root = xr.Dataset(table.variables(), coordinates(manifest, plan.cases, layout), _attributes(manifest, counts))
-    return carrying(root, {each.group.name: each.dataset() for each in runs} | {SOFTWARE[0].name: software(counts)})
+    return carrying(
+        root, {each.group.name: each.dataset() for each in runs} | {variables.SOFTWARE[0].name: software_group(counts)}
+    )
 
 
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
@@ -470,7 +446,7 @@ def _runs(manifest: Manifest, folder: Path) -> list[Runs]:
         group.name: tuple(
             _requested(each, manifest) for each in group.series if each.kind in kinds and each.wanted(manifest)
         )
-        for group in all_groups().values()
+        for group in variables.all_groups().values()
     }
     return [Runs(Group(name, series), meanwhile) for name, series in wanted.items() if series]
 
@@ -497,24 +473,15 @@ def _attributes(manifest: Manifest, counts: Mapping[Origin, int]) -> dict[str, A
     }
 
 
-_OF_CONTACTS = ("contact", "record", "path")
-"""Kinds of task whose results have flags."""
-
-
 def flags_of(case: Case, result: TaskResult) -> int | None:
     """The flags that any member's contact or record has, as bits; where no contact was reached, those to be expected of it.
 
     None for other kinds of results.
     """
-    if result.kind not in _OF_CONTACTS:
+    if result.kind not in ("contact", "record", "path"):
         return None
-    reached = [
-        int(flags)
-        for flags, width in zip(
-            *(result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width")), strict=True
-        )
-        if not math.isnan(width)
-    ]
+    members = zip(*(result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width")), strict=True)
+    reached = [int(flags) for flags, width in members if not math.isnan(width)]
     return reduce(or_, reached) if reached else mask_of(expected_flags(case))
 
 
@@ -538,7 +505,7 @@ def made_of(manifest: Manifest, store: Store) -> str:
 def is_made_of(path: Path, store: Store, expected: str) -> bool:
     """True if the file is the last one written, from exactly these results. Its bytes are checked when it is opened."""
     try:
-        said = json.loads(files.content(store.folder / NOTE))
+        said = json.loads(files.read_bytes(store.folder / NOTE))
         return bool(said == _state_of(path, expected))
     except (OSError, ValueError, RecursionError):
         return False
@@ -547,7 +514,7 @@ def is_made_of(path: Path, store: Store, expected: str) -> bool:
 def write_state(path: Path, store: Store, made: str) -> None:
     """Record the results that the file was made of; without the record it is collected again next time."""
     with suppress(OSError):
-        files.write(store.folder / NOTE, [json.dumps(_state_of(path, made)).encode()])
+        files.write_whole(store.folder / NOTE, [json.dumps(_state_of(path, made)).encode()])
 
 
 def _state_of(path: Path, made: str) -> dict[str, object]:

@@ -122,14 +122,14 @@ class Matched:
 
 def matched(pair: Pair, kind: str) -> Matched:
     """Match the rows of cases ("") or drives that both datasets have. Raises NotComparableError if rows are ambiguous."""
-    one, other = (case_rows(root, variables.OUTCOMES[kind][0].name) for root in pair)
+    one, other = (case_rows(root, variables.OUTCOMES[kind].ending.name) for root in pair)
     names = [
         name
         for name in (*variables.parameters(), variables.DRIVE_NAME.name)
         if any(rows.has(name) and len(values(rows.root, name)) > 1 for rows in (one, other))
     ]
     here, there = _places(one, names), _places(other, names)
-    endings = [rows.values(variables.OUTCOMES[kind][0].name) for rows in (one, other)]
+    endings = [rows.values(variables.OUTCOMES[kind].ending.name) for rows in (one, other)]
     shared = [(key, (place, there[key])) for key, place in here.items() if key in there]
     done = [(key, at) for key, at in shared if not {endings[0][at[0]], endings[1][at[1]]} & set(NOTHING_KNOWN)]
     at = np.array([places for _, places in done], np.int64).reshape(-1, 2)
@@ -214,11 +214,8 @@ def unjudged(found: Matched) -> tuple[list[str], list[str]]:
 def _names(found: Matched) -> list[str]:
     """Shared variables of cases or drives, without companions such as ± and without provenance."""
     driven = variables.of_drives() | {each.name for each in variables.OUTCOMES[variables.DRIVE]}
-    apart = {each.name for each in variables.COMPUTED_BY.values()} | {
-        message.name for _, message in variables.OUTCOMES.values()
-    }
-    apart |= {each.name for each in variables.CAUSES.values()}
-    apart |= variables.run_names() | {"advice"}
+    apart = variables.run_names() | {"advice"}
+    apart |= {each.name for _, *others in variables.OUTCOMES.values() for each in others}
     shared = (str(name) for name in found.roots[0].data_vars if name not in apart)
     both = [name for name in shared if all(rows.has(name) for rows in found.both)]
     told = ("_uncertainty", "members", SHARED_ERROR)

@@ -4,9 +4,10 @@ What reads datasets relies on it: attributes, types and axes as `collect` makes 
 lie in their groups. Numbers of results may have any value.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from functools import cache
+from itertools import chain
 from typing import Any, Final
 
 import numpy as np
@@ -45,7 +46,7 @@ def _of_attributes(attributes: Mapping[Any, Any]) -> Iterator[str]:
         yield f"{_TITLE}: missing"
     for name, value in attributes.items():
         if str(name) == _MANIFEST or not str(name).startswith(f"{_MANIFEST}_") or name in _IN_WORDS:
-            yield from _of_attribute(str(name), value, name in _IN_WORDS)
+            yield from _of_attribute(str(name), value)
     scales = {each.name: attributes[each.name] for each in fields(Scales) if each.name in attributes}
     try:
         Scales(**{name: float(value) for name, value in scales.items()})
@@ -55,7 +56,7 @@ def _of_attributes(attributes: Mapping[Any, Any]) -> Iterator[str]:
         yield f"{', '.join(scales)}: needs numbers"
 
 
-def _of_attribute(name: str, value: object, words: bool) -> Iterator[str]:
+def _of_attribute(name: str, value: object) -> Iterator[str]:
     if name == _MANIFEST:
         try:
             from_toml(str(value))
@@ -64,7 +65,7 @@ def _of_attribute(name: str, value: object, words: bool) -> Iterator[str]:
     elif isinstance(value, str):
         if not one_line(value):
             yield f"{name}: needs {ONE_LINE}"
-    elif words:
+    elif name in _IN_WORDS:
         yield f"{name}: needs a text"
 
 
@@ -76,8 +77,10 @@ def _of_variables(content: Content) -> Iterator[str]:
     root = content[""]
     if variables.CASE_ID.name not in root:
         yield f"no dataset of nanoslip: {variables.CASE_ID.name}: missing"
-    for names in _together():
-        if missing := [name for name in names if name not in root] if any(name in root for name in names) else []:
+    for ended in variables.OUTCOMES.values():
+        together = (ended.ending, ended.message, ended.computed_by)
+        missing = [each.name for each in together if each.name not in root]
+        if 0 < len(missing) < len(together):
             yield f"no dataset of nanoslip: {missing[0]}: missing; xarray.open_dataset opens what is left of one"
     for dim in dict.fromkeys(
         dim for name in (variables.CASE_ID.name, *_ENDINGS) if name in root for dim in root[name].dims
@@ -86,15 +89,7 @@ def _of_variables(content: Content) -> Iterator[str]:
             yield f"{dim}: needs different values, as cases lie along it"
 
 
-_ENDINGS: Final = [ending.name for ending, _ in variables.OUTCOMES.values()]
-
-
-def _together() -> Iterator[Sequence[str]]:
-    """Names of variables of the root that are there together, or not at all."""
-    yield from (
-        (ending.name, text.name, variables.COMPUTED_BY[kind].name)
-        for kind, (ending, text) in variables.OUTCOMES.items()
-    )
+_ENDINGS: Final = [ending.name for ending, *_ in variables.OUTCOMES.values()]
 
 
 def _of_variable(name: str, variable: xr.Variable) -> Iterator[str]:
@@ -130,14 +125,7 @@ def _whole() -> set[str]:
 @cache
 def _texts() -> set[str]:
     """Variables that are texts."""
-    always = (
-        variables.CASE_ID,
-        variables.DRIVE_NAME,
-        variables.ADVICE,
-        *variables.COMPUTED_BY.values(),
-        *variables.CAUSES.values(),
-        *(each for both in variables.OUTCOMES.values() for each in both),
-    )
+    always = [variables.CASE_ID, variables.DRIVE_NAME, variables.ADVICE, *chain(*variables.OUTCOMES.values())]
     words = (each for kind in KINDS for _, each in variables.scalars(kind) if each.words)
     return {each.name for each in (*always, *words, *(group.id for group in variables.all_groups().values()))}
 

@@ -16,7 +16,16 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.study.dataset.texts import TEXTS, TextsByName, are_stored, are_texts, as_group, decoded, encoded, table_of
+from nanoslip.study.dataset.texts import (
+    TEXTS,
+    TextsByName,
+    are_stored,
+    are_texts,
+    as_group,
+    decode_texts,
+    encode_texts,
+    table_of,
+)
 from nanoslip.study.results.files import NO_FILE, write_to, written_whole
 from nanoslip.study.results.store import StoreError
 
@@ -97,14 +106,14 @@ def groups_of(root: xr.Dataset) -> Groups:
             return held
     for encoding in places:
         if Path(str(encoding.get("source", ""))).is_file():
-            return Groups(opened(Path(encoding["source"]))[1])
+            return Groups(open_groups(Path(encoding["source"]))[1])
     raise LostGroupsError(
         "this dataset has lost its records and trajectories: ask the dataset that nanoslip.open, nanoslip.run or "
         "nanoslip.concat returned, or a selection of it, before computing with it"
     )
 
 
-def opened(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
+def open_groups(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
     """Root and groups of a file; numbers are read when they are used, texts at once. Raises OSError, ValueError, KeyError."""
     found = {name.strip("/"): group for name, group in xr.open_groups(path, engine="netcdf4").items()}
     closing = [each._close for each in found.values() if each._close]
@@ -125,7 +134,7 @@ def _with_texts(found: xr.Dataset, table: TextsByName) -> xr.Dataset:
         if are_texts(variable):
             variable.load()
     stored = {name: each for name, each in found.variables.items() if are_stored(each)}
-    again = found.assign({name: decoded(each, table) for name, each in stored.items()})
+    again = found.assign({name: decode_texts(each, table) for name, each in stored.items()})
     again.encoding = found.encoding
     return again
 
@@ -196,7 +205,7 @@ def _stored(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
     root, table = tree.to_dataset(inherit=False).drop_encoding(), TextsByName()
     held = {_LABEL, *root.data_vars}
     over = [name for name, each in root.variables.items() if are_texts(each) and each.ndim > (name not in held)]
-    yield ROOT, root.assign({name: encoded(root.variables[name], table) for name in over})
+    yield ROOT, root.assign({name: encode_texts(root.variables[name], table) for name in over})
     yield from (
         (node.path, node.to_dataset(inherit=False).drop_encoding()) for node in tree.subtree if node.path != ROOT
     )
@@ -228,11 +237,11 @@ _UNREADABLE: Final = (*_REFUSALS, ArithmeticError, AttributeError, LookupError, 
 """Errors that xarray raises of attributes, encodings and sizes in files of others."""
 
 
-class OtherFormatError(StoreError):
+class DatasetFormatError(StoreError):
     """A dataset by a nanoslip that writes another format."""
 
 
-def write(dataset: xr.Dataset, path: Path) -> None:
+def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
     """Write the dataset and its groups as netCDF-4, whole or not at all. Raises StoreError, LostGroupsError."""
     tree = tree_of(dataset)
     try:
@@ -244,7 +253,7 @@ def write(dataset: xr.Dataset, path: Path) -> None:
         raise StoreError(f"{path}: cannot be written: {_reason(error)}") from None
 
 
-def read(path: Path) -> xr.Dataset:
+def open_dataset(path: Path) -> xr.Dataset:
     """Open a dataset with its groups; values are read when they are used, so close it (or use `with`). Raises StoreError.
 
     A file of up to MOST_CHECKED bytes is refused where any of them has changed since it was collected.
@@ -253,13 +262,13 @@ def read(path: Path) -> xr.Dataset:
         if os.path.lexists(path) and not path.is_file():  # to read a pipe would never end
             raise OSError(errno.EINVAL, NO_FILE)
         if path.stat().st_size <= MOST_CHECKED:
-            check(path)
-        root, groups = opened(path)
+            check_seal(path)
+        root, groups = open_groups(path)
     except _UNREADABLE as error:
         raise StoreError(f"{path}: no dataset ({_reason(error)}); run or collect the campaign first") from None
     if problem := _other_format(root.attrs):
         root.close()
-        raise OtherFormatError(f"{path}: {problem}")
+        raise DatasetFormatError(f"{path}: {problem}")
     from nanoslip.study.dataset.content import problem_of  # noqa: PLC0415  a run writes its file and reads none
 
     if problem := problem_of({"": root, **groups}):
@@ -280,7 +289,7 @@ def _other_format(said: Mapping[str, Any]) -> str:
     return f"has format {form}, of {age} nanoslip{maker}; this one reads format {VERSION}: {way}"
 
 
-def check(path: Path) -> None:
+def check_seal(path: Path) -> None:
     """Raises StoreError if a byte of the file has changed since it was collected, OSError."""
     written = seal_of(path)  # a file without one has nothing to break
     if written is not None and written != _digest(path, path.stat().st_size - _LENGTH):
@@ -291,7 +300,7 @@ def check(path: Path) -> None:
 @contextmanager
 def reading(path: Path) -> Iterator[xr.Dataset]:
     """Open a dataset in a `with`; values found lost or damaged inside raise StoreError, too."""
-    with read(path) as found:
+    with open_dataset(path) as found:
         try:
             yield found
         except _REFUSALS as error:

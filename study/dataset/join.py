@@ -78,7 +78,7 @@ def _along(name: str, added: Sequence[str], roots: Sequence[xr.Dataset]) -> tupl
 def _filled(name: str, values: xr.DataArray, kind: np.dtype[Any]) -> xr.DataArray:
     """A merged variable in its type, with fill values for missing ones, as if not computed."""
     if kind.kind == "O":
-        return values.fillna(PENDING if name in {ending.name for ending, _ in OUTCOMES.values()} else "")
+        return values.fillna(PENDING if name in {ending.name for ending, *_ in OUTCOMES.values()} else "")
     if kind == np.int32:
         values = values.fillna(0)
     return values if bool(values.isnull().any()) else values.astype(kind)

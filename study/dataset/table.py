@@ -87,7 +87,7 @@ def case_rows(root: xr.Dataset, name: str = "") -> CaseRows:
 
 def ending_of(root: xr.Dataset) -> str:
     """Outcome of drives, or of cases without drives; for cases without results their name."""
-    return next((name for kind in ("drive", "") if (name := OUTCOMES[kind][0].name) in root), "case_id")
+    return next((name for kind in ("drive", "") if (name := OUTCOMES[kind].ending.name) in root), "case_id")
 
 
 def selected(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:

@@ -38,7 +38,7 @@ def are_texts(variable: xr.Variable) -> bool:
     return variable.dtype.kind in "OUT"
 
 
-def encoded(variable: xr.Variable, table: TextsByName) -> xr.Variable:
+def encode_texts(variable: xr.Variable, table: TextsByName) -> xr.Variable:
     """Texts as numbers; adds those that are no content hashes to the table."""
     values = variable.values.ravel().tolist()
     different = dict.fromkeys(map(str, values))
@@ -68,7 +68,7 @@ def are_stored(variable: xr.Variable) -> bool:
     return _STORED in variable.attrs and variable.dtype.kind in "iu"
 
 
-def decoded(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable:
+def decode_texts(variable: xr.Variable, table: Mapping[int, str]) -> xr.Variable:
     """Texts from numbers, in memory. Raises ValueError if a number has no text."""
     numbers = variable.values
     different, places = np.unique(numbers, return_inverse=True)

@@ -138,34 +138,40 @@ EVENT_DROP: Final = quantities(EventSizes)["drop"]
 VALIDITY = quantities(Validity)["validity_flags"]
 ADVICE = Quantity("advice", "advice on validity_flags", "", comment="empty if there is none")
 _ENDINGS: Final = (PENDING, *Ending)
-OUTCOMES = {
-    "": (
+_BY_NAME: Final = "name of the entry in the group software; empty until computed"
+
+
+class OutcomeVariables(NamedTuple):
+    """Variables of the ending of cases, or of their drives."""
+
+    ending: Quantity
+    message: Quantity
+    cause: Quantity
+    """The fact in the message."""
+    computed_by: Quantity
+    """The software of a result and of its inputs."""
+
+
+OUTCOMES: Final = {
+    "": OutcomeVariables(
         Quantity("outcome", "how the case ended", "", codes=_ENDINGS),
         Quantity("message", "reason of the outcome", "", comment="with advice"),
+        Quantity("cause", "cause of the outcome", "", comment="one for messages that differ in values alone, or empty"),
+        Quantity("computed_by", "software that computed the case", "", comment=_BY_NAME),
     ),
-    DRIVE: (
+    DRIVE: OutcomeVariables(
         Quantity("drive_outcome", "how the dynamic stage ended", "", codes=_ENDINGS),
         Quantity("drive_message", "reason of drive_outcome", "", comment="with advice"),
+        Quantity("drive_cause", "cause of drive_outcome", "", comment="as cause"),
+        Quantity("drive_computed_by", "software of the dynamic stage", "", comment=_BY_NAME),
     ),
 }
 """Variables of the ending, by kind of task ("": all before the drives)."""
-CAUSES: Final = {
-    "": Quantity("cause", "cause of the outcome", "", comment="one for messages that differ in values alone, or empty"),
-    DRIVE: Quantity("drive_cause", "cause of drive_outcome", "", comment="as cause"),
-}
-"""Variables, arranged as in `OUTCOMES`, that name the fact in a message."""
 
 MEMBERS: Final = Quantity(
     "members", "members computed", comment="independent starts of the case; means are over members with a value"
 )
 DRIVE_MEMBERS: Final = Quantity("drive_members", "members that were driven", comment="as members")
-
-_BY_NAME: Final = "name of the entry in the group software; empty until computed"
-COMPUTED_BY = {
-    "": Quantity("computed_by", "software that computed the case", "", comment=_BY_NAME),
-    DRIVE: Quantity("drive_computed_by", "software of the dynamic stage", "", comment=_BY_NAME),
-}
-"""Variables, arranged as in `OUTCOMES`, that name the software of a result and of its inputs."""
 
 SOFTWARE: Final = (
     Quantity("software", "name of the software", "", comment="hash of its description"),
@@ -305,18 +311,16 @@ def variable_text(variable: Described) -> str:
     }
     if variable.name == "validity_flags":
         facts |= {each.name: f"{each.meaning}; {each.advice}" for each in FLAGS}
-    if variable.name in (OUTCOMES[""][0].name, OUTCOMES[DRIVE][0].name):
+    if variable.name in [each.ending.name for each in OUTCOMES.values()]:
         facts |= {each.value: each.meaning for each in Ending}
     return "\n".join([variable.name, *(f"  {what}: {text}" for what, text in facts.items() if text)])
 
 
 def _all(beside: bool = False) -> Iterator[Described]:
     """Variables of all groups. beside: with ± and member counts, which stand beside means."""
-    ending, message = OUTCOMES[""]
-    own = (CASE_ID, ending, message, CAUSES[""], COMPUTED_BY[""], ADVICE, MEMBERS)
-    yield from _of("the case", CASES, own)
+    yield from _of("the case", CASES, (CASE_ID, *OUTCOMES[""], ADVICE, MEMBERS))
     for kind in KINDS:
-        head = (*OUTCOMES[DRIVE], CAUSES[DRIVE], COMPUTED_BY[DRIVE], DRIVE_MEMBERS) if kind == DRIVE else ()
+        head = (*OUTCOMES[DRIVE], DRIVE_MEMBERS) if kind == DRIVE else ()
         dims = f"{CASES}, drive" if kind == DRIVE else CASES
         own = (*head, *(quantity for _, quantity in scalars(kind)))
         around = [part for each in own for part in (each, *each.beside)] if beside else own

@@ -14,20 +14,12 @@ from nanoslip.solver.parameter import Quantity
 from nanoslip.solver.view import ROUNDING
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.collect import Layout, collect, layout_of
-from nanoslip.study.dataset.compare import (
-    Verdict,
-    agreement,
-    identical,
-    magnitude,
-    real,
-    relative,
-    same_bits,
-)
+from nanoslip.study.dataset.compare import Verdict, agreement, identical, magnitude, real, relative, same_bits
 from nanoslip.study.dataset.file import flattened, groups_of, loaded
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.parameters import FILE_KEYS
 from nanoslip.study.manifest.reader import parse_manifest, sha256_of
-from nanoslip.study.origin import Origin, computing, from_data
+from nanoslip.study.origin import Origin, computing_origin, from_data
 from nanoslip.study.plan.plan import NOTHING_KNOWN, Plan, evenly, make_plan
 from nanoslip.study.plan.task import PENDING, Task
 from nanoslip.study.results.store import Store, StoreError
@@ -56,7 +48,7 @@ class NotVerifiableError(StoreError):
 def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     """The plan that a dataset carries with it. Raises NotVerifiableError, ManifestError."""
     facts = found.attrs
-    if "manifest" not in facts or not {"case_id", variables.OUTCOMES[""][0].name} <= set(found.variables):
+    if "manifest" not in facts or not {"case_id", variables.OUTCOMES[""].ending.name} <= set(found.variables):
         raise NotVerifiableError(f"{path}: no dataset of nanoslip: needs a manifest and cases")
     beside = {key: str(facts[f"manifest_{key}"]) for key in FILE_KEYS if f"manifest_{key}" in facts}
     if sha256_of(str(facts["manifest"]), beside) != facts.get("manifest_sha256"):
@@ -68,14 +60,16 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
         raise NotVerifiableError(
             f"{path}: {size}, groups {', '.join(groups_of(found)) or 'none'}: not as nanoslip wrote it"
         )
-    if manifest.drives and variables.OUTCOMES["drive"][0].name not in found:
-        raise NotVerifiableError(f"{path}: {variables.OUTCOMES['drive'][0].name}: missing: needs how its drives ended")
+    if manifest.drives and variables.OUTCOMES["drive"].ending.name not in found:
+        raise NotVerifiableError(
+            f"{path}: {variables.OUTCOMES['drive'].ending.name}: missing: needs how its drives ended"
+        )
     return make_plan(manifest)
 
 
 def other_software(found: xr.Dataset) -> str:
     """Software that computed the dataset, and that recomputes it, if their bits may differ; else empty."""
-    (origin,), home = from_data([found.attrs]), computing()
+    (origin,), home = from_data([found.attrs]), computing_origin()
     if not origin.alike(home):
         return f"computed by {origin}; recomputed by {home}"
     said = f"computed with {origin.arithmetic}; recomputed with {home.arithmetic}: last bits may differ"
@@ -90,7 +84,7 @@ def computed(plan: Plan, found: xr.Dataset) -> tuple[CampaignCase, ...]:
 
 def failed(plan: Plan, found: xr.Dataset) -> int:
     """Number of cases whose computation failed: out of time, out of memory, crashed."""
-    without = (_endings(found, "") == PENDING) & (found[variables.OUTCOMES[""][0].name] != PENDING)
+    without = (_endings(found, "") == PENDING) & (found[variables.OUTCOMES[""].ending.name] != PENDING)
     return int((without & found["case_id"].isin([case.case_id for case in plan.cases])).sum())
 
 
@@ -99,7 +93,7 @@ def sample(cases: Sequence[CampaignCase], count: int | None) -> tuple[CampaignCa
     return tuple(cases if count is None else evenly(cases, count))
 
 
-def tasks_of(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tuple[Task, ...]:
+def tasks_in_dataset(plan: Plan, cases: Sequence[CampaignCase], found: xr.Dataset) -> tuple[Task, ...]:
     """Tasks of these cases in the dataset and their inputs, inputs first."""
     wanted: set[str] = set()
     layout = layout_of(plan.manifest)
@@ -125,17 +119,17 @@ def _endings(found: xr.Dataset, kind: str) -> xr.DataArray:
 
     These are time limits, memory and crashes, and tasks that needed such a task: another attempt may end differently.
     """
-    endings = found[variables.OUTCOMES[kind][0].name]
+    endings = found[variables.OUTCOMES[kind].ending.name]
     return endings.where(~endings.isin(NOTHING_KNOWN), PENDING)
 
 
 def _as_pending(found: xr.Dataset) -> xr.Dataset:
     """The dataset with these outcomes; `pending` has no message."""
     changed = {}
-    for kind, (outcome, message) in variables.OUTCOMES.items():
-        if outcome.name in found:
-            changed[outcome.name] = endings = _endings(found, kind)
-            for each in (message, variables.CAUSES[kind]):
+    for kind, ended in variables.OUTCOMES.items():
+        if ended.ending.name in found:
+            changed[ended.ending.name] = endings = _endings(found, kind)
+            for each in (ended.message, ended.cause):
                 changed[each.name] = found[each.name].where(endings != PENDING, "")
     return found.assign(changed)
 
@@ -147,8 +141,8 @@ STANDARD_ERRORS: Final = 5.0
 LITTLE: Final = 1e-2
 """Relative difference allowed, over its scale, for a number computed by another method without known uncertainty."""
 _NOT_COMPARED: Final = "not compared"
-_SOFTWARE: Final = {quantity.name for quantity in variables.COMPUTED_BY.values()}
-_CAUSE_OF: Final = {message.name: variables.CAUSES[kind].name for kind, (_, message) in variables.OUTCOMES.items()}
+_SOFTWARE: Final = {each.computed_by.name for each in variables.OUTCOMES.values()}
+_CAUSE_OF: Final = {each.message.name: each.cause.name for each in variables.OUTCOMES.values()}
 _Values = Mapping[str, xr.Variable]
 
 
@@ -414,8 +408,8 @@ def place_of(found: xr.Dataset, case_id: str) -> dict[str, int]:
 def verify_cases(found: xr.Dataset, plan: Plan, cases: Sequence[CampaignCase], store: Store) -> Iterator[Finding]:
     """Compare the dataset with the results in `store`: first shared tasks, then case by case."""
     path = store.folder / file.FILE
-    file.write(collect(plan, store), path)  # what is read has the types that a file gives it
-    with file.read(path) as opened_again:
+    file.write_netcdf(collect(plan, store), path)  # what is read has the types that a file gives it
+    with file.open_dataset(path) as opened_again:
         again, found = loaded(opened_again), _as_pending(found)
         if len(cases) == len(computed(plan, found)):
             found = loaded(found)  # a run at a time would take longer

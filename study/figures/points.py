@@ -198,7 +198,7 @@ def points_of(dataset: xr.Dataset, name: str, over: str = "", where: Selection =
     Raises KeyError without such a variable, or where no case is like that.
     The two numbers of a ratio are taken as independent; from one record they are not, and the error is too large or too small.
     """
-    names = filter(None, (name, over, variables.OUTCOMES[""][0].name))
+    names = filter(None, (name, over, variables.OUTCOMES[""].ending.name))
     widest = max(names, key=lambda each: dataset[each].ndim)
     rows = selected(dataset, widest, where)
     value, error, stated = _ratio(rows, name, over) if over else _number(rows, name)

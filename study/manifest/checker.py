@@ -27,7 +27,7 @@ from nanoslip.study.manifest.parameters import (
     plain,
     words_of,
 )
-from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, meant_by, refused, unknown
+from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, meant_by, unknown
 from nanoslip.study.manifest.surface import NamedSurface, read_surface
 from nanoslip.study.toml_text import ONE_LINE, one_line, shown
 
@@ -240,6 +240,15 @@ def number_or_text(cell: str) -> Value:
         except ValueError:
             continue
     return cell
+
+
+def refused(make: Callable[..., object], *arguments: object) -> InvalidInput | None:
+    """Call `make`; return the InvalidInput that it raises, None if it raises none."""
+    try:
+        make(*arguments)
+    except InvalidInput as error:
+        return error
+    return None
 
 
 class Checker:

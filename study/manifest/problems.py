@@ -2,14 +2,14 @@
 
 import difflib
 import re
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import parameters_of_a_drive
-from nanoslip.solver.outcome import ABSENT, SHOWN, InvalidInput, NanoslipError
+from nanoslip.solver.outcome import ABSENT, SHOWN, NanoslipError
 from nanoslip.study.manifest.parameters import OTHER_TABLES, axes, of_symbol, table_of
 from nanoslip.study.manifest.vocabulary import beyond, key_meant
 from nanoslip.study.toml_text import shown
@@ -97,15 +97,6 @@ def path_shown(path: Path) -> str:
     """A path as one printable line of at most LONGEST_PATH characters."""
     text = printable(str(path))
     return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
-
-
-def refused(make: Callable[..., object], *arguments: object) -> InvalidInput | None:
-    """Call `make`; return the InvalidInput that it raises, None if it raises none."""
-    try:
-        make(*arguments)
-    except InvalidInput as error:
-        return error
-    return None
 
 
 def unknown(word: str, allowed: Collection[str]) -> str:

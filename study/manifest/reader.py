@@ -30,6 +30,7 @@ from nanoslip.study.manifest.checker import (
     GivenColumns,
     NamedFiles,
     read_text,
+    refused,
 )
 from nanoslip.study.manifest.manifest import (
     KNOWABLE,
@@ -68,7 +69,7 @@ from nanoslip.study.manifest.parameters import (
     plain,
     table_of,
 )
-from nanoslip.study.manifest.problems import ManifestError, key_shown, refused, unknown
+from nanoslip.study.manifest.problems import ManifestError, key_shown, unknown
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 # The drives of a campaign file: its tables [[drives]], each at every point of [drive_axes].

@@ -28,11 +28,11 @@ from nanoslip.solver.load_path import Loops, PathLine, Turns
 from nanoslip.solver.outcome import Ending
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, as_field, quantities, quantity
 from nanoslip.solver.slab import SCHEMES, Slab
-from nanoslip.solver.sliding.interface import Collective, Portion, batches
+from nanoslip.solver.sliding.interface import Portion, batches
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import RECORD_Y, FrictionRecord
 from nanoslip.solver.sliding.sizes import EventDistributions, SizeBins
-from nanoslip.solver.sliding.statistics import EventStatistics
+from nanoslip.solver.sliding.statistics import Collective, EventStatistics
 from nanoslip.solver.sliding.validity import Validity
 from nanoslip.study.canonical import CanonicalText, canonical_text
 from nanoslip.study.manifest.manifest import Manifest

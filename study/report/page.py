@@ -31,7 +31,7 @@ from nanoslip.study.manifest.manifest import drive_parameters, drive_sizes
 from nanoslip.study.manifest.parameters import FILE_KEYS, compact, si_line
 from nanoslip.study.report import summary
 from nanoslip.study.results import attempts as runs
-from nanoslip.study.results.attempts import Run
+from nanoslip.study.results.attempts import RunRecord
 from nanoslip.study.results.store import write_files
 
 # Flat tables as text for other programs: CSV and JSON.
@@ -74,7 +74,7 @@ def _json(value: Any) -> Any:
 # The runs that computed a dataset, for its page: their time in a sentence.
 
 
-def cost(runs: Sequence[Run]) -> str:
+def cost(runs: Sequence[RunRecord]) -> str:
     """Time and processes of all runs of a campaign, in a sentence."""
     ended = [run for run in runs if run.ended]
     if not ended:
@@ -208,11 +208,11 @@ def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
 def write(dataset: xr.Dataset, out: Path, answer: str = "") -> Path:
     """Write the page of a dataset into a folder, with the runs that are written down there. Raises StoreError."""
     path = out / FILE
-    write_files({path: page(dataset, runs.read(out), answer).encode()})
+    write_files({path: page(dataset, runs.read_runs(out), answer).encode()})
     return path
 
 
-def page(dataset: xr.Dataset, journal: Sequence[Run], answer: str = "") -> str:
+def page(dataset: xr.Dataset, journal: Sequence[RunRecord], answer: str = "") -> str:
     """The page as HTML. journal: the runs that computed its results, as far as they are known. answer: its first sentence."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("nanoslip.study.report"),

@@ -76,8 +76,7 @@ def factored(table: Table) -> tuple[Table, list[str]]:
 UNCERTAINTY: Final = "_uncertainty"
 """Suffix of a number's name for its ±."""
 _SAID_APART: Final = {
-    *(each.name for both in variables.OUTCOMES.values() for each in both),
-    *(each.name for each in variables.CAUSES.values()),
+    *(each.name for ended in variables.OUTCOMES.values() for each in (ended.ending, ended.message, ended.cause)),
     *variables.run_names(),
     variables.VALIDITY.name,
     "advice",
@@ -148,7 +147,7 @@ def _endings(case: xr.Dataset) -> dict[str, tuple[str, str]]:
     """Outcome and message of a case, and of its drive if it has one: `outcome` and `drive` -> both."""
     pairs = {"outcome": variables.OUTCOMES[""], "drive": variables.OUTCOMES["drive"]}
     there = {label: pair for label, pair in pairs.items() if pair[0].name in case and not case[pair[0].name].dims}
-    return {label: (str(case[a.name].item()), str(case[b.name].item())) for label, (a, b) in there.items()}
+    return {label: (str(case[a.name].item()), str(case[b.name].item())) for label, (a, b, *_) in there.items()}
 
 
 def _unanswered(case: xr.Dataset) -> dict[str, str]:
@@ -284,7 +283,7 @@ SYMBOLS: Final = {name: each.symbol for name, each in variables.parameters().ite
 
 def each_case(rows: CaseRows, most: int) -> list[xr.Dataset]:
     """Scalars of at most `most` rows, in their order; what has ended goes before what has not."""
-    endings = (ending.name for ending, _ in variables.OUTCOMES.values() if ending.name in rows.root)
+    endings = (ending.name for ending, *_ in variables.OUTCOMES.values() if ending.name in rows.root)
     waiting = np.any([rows.values(name) == PENDING for name in endings], axis=0)
     shown = np.sort(np.argsort(waiting, kind="stable")[:most])
     own = [name for name in rows.root.data_vars if rows.has(str(name))]
@@ -408,7 +407,7 @@ def short_summary(dataset: xr.Dataset) -> list[str]:
             if _LEFT_OUT_ERROR.name in dataset and set(dataset[_LEFT_OUT_ERROR.name].dims) <= set(known.dims):
                 known = known + dataset[_LEFT_OUT_ERROR.name]
             line(known > enough, f"the worst to {float(known.max()):.1%}; raise target.most, or limits.presliding")
-            endings = (dataset[each.name] for each, _ in variables.OUTCOMES.values() if each.name in dataset)
+            endings = (dataset[each.name] for each, *_ in variables.OUTCOMES.values() if each.name in dataset)
             for ending in [each for each in endings if set(each.dims) <= set(mean.dims)][-1:]:
                 line(known.isnull() & (ending == COMPLETED), "members lack a value, or do not differ")
     return lines
@@ -432,7 +431,7 @@ def _alike(rows: CaseRows, run: str) -> list[tuple[str, str, list[int]]]:
 
     Messages of one cause are one. Drives that ended as their case did are left out.
     """
-    endings, before = (rows.values(variables.OUTCOMES[each][0].name).tolist() for each in (run, ""))
+    endings, before = (rows.values(variables.OUTCOMES[each].ending.name).tolist() for each in (run, ""))
     groups: dict[tuple[str, str], list[int]] = {}
     both = zip(endings, before, _kinds(rows, run), _kinds(rows, ""), strict=True)
     for number, (ending, ended, kind, cause) in enumerate(both):
@@ -444,7 +443,7 @@ def _alike(rows: CaseRows, run: str) -> list[tuple[str, str, list[int]]]:
 
 def _kinds(rows: CaseRows, run: str) -> list[str]:
     """Cause of each outcome, or else its message, as in `Outcome.kind`."""
-    cause, message = variables.CAUSES[run].name, variables.OUTCOMES[run][1].name
+    cause, message = variables.OUTCOMES[run].cause.name, variables.OUTCOMES[run].message.name
     messages: list[str] = rows.values(message).tolist()
     causes = rows.values(cause).tolist() if rows.has(cause) else messages
     return [one or other for one, other in zip(causes, messages, strict=True)]
@@ -458,7 +457,7 @@ def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
             f"{count} {kind or 'case'}{'s' if count > 1 else ''}: {word.replace('_', ' ')}",
             word != COMPLETED and not bool(answered.where(dataset[ending.name] == word, True).all()),
         )
-        for kind, (ending, _) in variables.OUTCOMES.items()
+        for kind, (ending, *_) in variables.OUTCOMES.items()
         if ending.name in dataset
         for word, count in Counter(dataset[ending.name].values.ravel().tolist()).most_common()
         if word
@@ -478,7 +477,7 @@ def failure_summary(dataset: xr.Dataset, asked: bool = True) -> dict[Hashable, s
     asked: for cases that miss a requested number, else for the others.
     """
     lines, missed = dict[Hashable, str](), _missed(dataset) & ~_answered(dataset)
-    for run, (outcome, message) in variables.OUTCOMES.items():
+    for run, (outcome, message, *_) in variables.OUTCOMES.items():
         if outcome.name not in dataset:
             continue
         outcomes, rows = dataset[outcome.name], case_rows(dataset, outcome.name)

@@ -52,14 +52,14 @@ class Attempt:
         return self.final and not self.passing
 
 
-def add(out: Path, attempt: Attempt) -> str:
+def add_attempt(out: Path, attempt: Attempt) -> str:
     """Append an attempt; returns the reason if that failed, else ""."""
     return _add(out / FILE, attempt, "the next run tries again what failed")
 
 
 def final(out: Path, solver: str) -> dict[str, Attempt]:
     """Key -> the last attempt of this solver at each task, where that was final; lines that no run wrote are left out."""
-    found = (each for line in files.read(out / FILE) if (each := _attempt(line)) and each.solver == solver)
+    found = (each for line in files.read_lines(out / FILE) if (each := _attempt(line)) and each.solver == solver)
     last = {attempt.task: attempt for attempt in found}
     return {key: attempt for key, attempt in last.items() if attempt.final}
 
@@ -69,7 +69,7 @@ def lost(out: Path) -> str:
     path = out / FILE
     if files.is_no_file(path):
         return f"{path}: {files.NO_FILE}; {_UNKNOWN}"
-    unsound = [number for number, line in enumerate(files.read(path), 1) if _attempt(line) is None]
+    unsound = [number for number, line in enumerate(files.read_lines(path), 1) if _attempt(line) is None]
     if not unsound:
         return ""
     said = "1 line is none" if len(unsound) == 1 else f"{len(unsound)} lines are none"
@@ -86,13 +86,13 @@ _SHOWN: Final = 3
 
 # Lines have a checksum: no bit of them can change without being found.
 
-Record = TypeVar("Record", Attempt, "Run")
+Record = TypeVar("Record", Attempt, "RunRecord")
 
 
-def _add(path: Path, record: "Attempt | Run", what: str) -> str:
+def _add(path: Path, record: "Attempt | RunRecord", what: str) -> str:
     """Append a line; returns the reason and consequence of a failure, empty after success."""
     try:
-        files.add(path, f"{_line(asdict(record))}\n".encode("ascii"))
+        files.append_lines(path, f"{_line(asdict(record))}\n".encode("ascii"))
     except OSError as error:
         return f"{path}: cannot be written, {what}: {error.strerror or error}"
     return ""
@@ -124,7 +124,7 @@ RUNS_FILE: Final = "runs.jsonl"
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class RunRecord:
     """One run that computed tasks. Times are UTC."""
 
     run: str
@@ -174,12 +174,12 @@ class Run:
     exit_code: int = 0
 
 
-def add_run(out: Path, run: Run) -> str:
+def add_run(out: Path, run: RunRecord) -> str:
     """Append a line on the run; returns the reason if that failed, else "": no result depends on it."""
     return _add(out / RUNS_FILE, run, "who computed here and how long is not known")
 
 
-def read(out: Path) -> list[Run]:
+def read_runs(out: Path) -> list[RunRecord]:
     """All runs that are written down in a folder, by their begin; lines that no run wrote are passed over."""
-    last = {run.run: run for line in files.read(out / RUNS_FILE) if (run := _read(line, Run))}
+    last = {run.run: run for line in files.read_lines(out / RUNS_FILE) if (run := _read(line, RunRecord))}
     return sorted(last.values(), key=lambda each: (each.begun, each.run))

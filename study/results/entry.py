@@ -25,8 +25,10 @@ from numpy.typing import NDArray
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, as_data, from_data
+from nanoslip.study.plan.kinds import is_whole
 from nanoslip.study.plan.task import TaskResult
-from nanoslip.study.results.files import NO_FILE, RANDOM, free_name, is_no_file, listed, opened, sync, write
+from nanoslip.study.results import files
+from nanoslip.study.results.files import RANDOM, is_no_file, open_regular
 
 
 class CorruptResultError(Exception):
@@ -37,7 +39,7 @@ class TornError(CorruptResultError):
     """Error of an entry with fewer bytes than were written, or are to come."""
 
 
-class OtherFormatError(CorruptResultError):
+class ResultFormatError(CorruptResultError):
     """A result as another nanoslip writes it: no damage."""
 
 
@@ -110,12 +112,13 @@ def _meta_bytes(kind: str, outcome: Outcome, origins: Origins) -> bytes:
 def read_head(file: BinaryIO) -> Head:
     """Read the head of the entry that begins here; leaves the file after it.
 
-    Raises TornError, OtherFormatError, CorruptResultError.
+    Raises TornError, ResultFormatError, CorruptResultError.
     """
     begin = file.read(LEAST)
-    if (other := _ANY_MARK.match(begin)) and not begin.startswith(MARK) and not _ours_but_for_its_mark(begin, file):
+    other = None if begin.startswith(MARK) else _ANY_MARK.match(begin)
+    if other and not _ours_but_for_its_mark(begin, file):
         number = other[1].decode()
-        raise OtherFormatError(f"has format {number}, of another nanoslip; this one reads format {FORMAT}")
+        raise ResultFormatError(f"has format {number}, of another nanoslip; this one reads format {FORMAT}")
     if len(begin) < LEAST:
         raise TornError("it ends too early")
     mark, key, meta_length, table, numbers, checksum = _HEAD.unpack_from(begin)
@@ -142,7 +145,7 @@ def _ours_but_for_its_mark(begin: bytes, file: BinaryIO) -> bool:
     return bool(seal == zlib.crc32(meta, zlib.crc32(MARK + begin[len(MARK) : _HEAD.size])))
 
 
-def check(head: Head, numbers: Any) -> None:
+def require_whole(head: Head, numbers: Any) -> None:
     """Raises TornError, CorruptResultError unless these are the numbers of the entry with this head, in any buffer."""
     if len(numbers) < head.numbers:
         raise TornError("it ends too early")
@@ -159,9 +162,13 @@ def result_of(head: Head, numbers: Any) -> TaskResult:
         table = json.loads(str(numbers[: head.table], "ascii"))
         arrays = dict(_arrays(table["arrays"], numbers, head.table))
         members = tuple([Outcome(Ending(ending), *more) for ending, *more in table["members"]])
+        kind, outcome, origins = head.meta
+        result = TaskResult(head.key, kind, outcome, table["scalars"], arrays, members, origins)
+        if is_whole(result):
+            return result
     except NO_RESULT:
-        raise CorruptResultError(NOT_OURS) from None
-    return TaskResult(head.key, head.meta.kind, head.meta.outcome, table["scalars"], arrays, members, head.meta.origins)
+        pass
+    raise CorruptResultError(NOT_OURS)
 
 
 def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArray[Any]]]:
@@ -228,7 +235,7 @@ def path_of(folder: Path, key: str) -> Path:
 
 def read_entry(path: Path) -> TaskResult:
     """The result of a file; where it is mapped, its numbers are not checked. Raises CorruptResultError, FileNotFoundError."""
-    with _opened(path) as file, named(path):
+    with _open_result(path) as file, named(path):
         head = _head(path, file)
         if head.numbers < MAPPED:
             return result_of(head, _numbers(head, file))
@@ -236,25 +243,19 @@ def read_entry(path: Path) -> TaskResult:
         return result_of(head, np.asarray(np.memmap(file, np.uint8, "r", begin, head.numbers)))
 
 
-def checked(path: Path) -> Head:
+def check_file(path: Path) -> Head:
     """The head of a file. Raises CorruptResultError unless every byte is as it was written, FileNotFoundError."""
-    with _opened(path) as file, named(path):
+    with _open_result(path) as file, named(path):
         head = _head(path, file)
         _numbers(head, file)
     return head
 
 
-def stamp(path: Path) -> object:
-    """Size, times and number of a file, which change with it. Raises FileNotFoundError."""
-    state = path.lstat()
-    return state.st_mtime_ns, state.st_size, state.st_ino
-
-
-def _opened(path: Path) -> BinaryIO:
+def _open_result(path: Path) -> BinaryIO:
     """Raises FileNotFoundError, CorruptResultError if it is a folder, a pipe, a link to nothing."""
     if is_no_file(path):
-        raise CorruptResultError(f"{path}: not a whole result ({NO_FILE})")
-    return os.fdopen(opened(path), "rb")
+        raise CorruptResultError(f"{path}: not a whole result ({files.NO_FILE})")
+    return os.fdopen(open_regular(path), "rb")
 
 
 @contextmanager
@@ -262,8 +263,8 @@ def named(path: Path) -> Iterator[None]:
     """Name the file whose bytes are no result's."""
     try:
         yield
-    except OtherFormatError as error:
-        raise OtherFormatError(f"{path}: {error}") from error
+    except ResultFormatError as error:
+        raise ResultFormatError(f"{path}: {error}") from error
     except CorruptResultError as error:
         raise CorruptResultError(f"{path}: not a whole result ({error})") from error
 
@@ -279,7 +280,7 @@ def _head(path: Path, file: BinaryIO) -> Head:
 
 def _numbers(head: Head, file: BinaryIO) -> Any:
     numbers = file.read(head.numbers)
-    check(head, numbers)
+    require_whole(head, numbers)
     return numbers
 
 
@@ -297,12 +298,12 @@ _NAME: Final = re.compile(rf"[0-9]{{6,12}}-[0-9a-f]{{{2 * RANDOM}}}{re.escape(LO
 """Names made by `later`: other files with this ending belong to somebody else."""
 
 
-class Opened:
+class OpenFile:
     """Open file that closes with its last user."""
 
     def __init__(self, path: Path, flags: int = os.O_RDONLY) -> None:
         """Raises OSError."""
-        self.number: Final = opened(path, flags)
+        self.number: Final = open_regular(path, flags)
         weakref.finalize(self, os.close, self.number)
 
 
@@ -311,7 +312,7 @@ class LogWriter:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._file: Opened | None = None
+        self._file: OpenFile | None = None
         self._process = 0
         self._synced = 0.0
 
@@ -338,10 +339,10 @@ class LogWriter:
         if file and self._process == os.getpid():
             os.fsync(file.number)
 
-    def _opened(self) -> Opened:
+    def _opened(self) -> OpenFile:
         if self._file is None or self._process != os.getpid():  # a log has one writer, whoever forks
             path = later(self._folder, f"{secrets.token_hex(RANDOM)}{LOGS}")
-            self._file = Opened(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL)
+            self._file = OpenFile(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL)
             self._process, self._synced = os.getpid(), time.monotonic()
         return self._file
 
@@ -362,10 +363,10 @@ def is_name(name: str) -> bool:
 
 def logs_in(folder: Path) -> list[Path]:
     """Files named like logs, in order of creation."""
-    return [path for path in listed(folder, f"*{LOGS}") if is_name(path.name)]
+    return [path for path in files.matching(folder, f"*{LOGS}") if is_name(path.name)]
 
 
-class Place(NamedTuple):
+class LocatedEntry(NamedTuple):
     """An entry, and where its bytes are."""
 
     head: Head
@@ -382,12 +383,12 @@ class Fault(NamedTuple):
     error: CorruptResultError
 
 
-def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[Place | Fault]:
-    """The entries of a log from here on, and what lies between them that is none. Raises OSError, OtherFormatError.
+def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[LocatedEntry | Fault]:
+    """The entries of a log from here on, and what lies between them that is none. Raises OSError, ResultFormatError.
 
     A torn end comes last, as a Fault with a TornError: the writer may be at it. whole: numbers are checked, too, not only passed.
     """
-    with os.fdopen(opened(path), "rb", _PIECE) as file:
+    with os.fdopen(open_regular(path), "rb", _PIECE) as file, named(path):
         file.seek(begin)
         length = os.fstat(file.fileno()).st_size
         while begin < length:
@@ -396,13 +397,13 @@ def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[Place | Fau
                 if begin + head.length > length:
                     raise TornError("it ends too early")
                 if whole:
-                    check(head, file.read(head.numbers))
+                    require_whole(head, file.read(head.numbers))
                 else:
                     file.seek(head.numbers, os.SEEK_CUR)
-                yield Place(head, path, begin)
+                yield LocatedEntry(head, path, begin)
                 begin += head.length
             except CorruptResultError as error:
-                if isinstance(error, OtherFormatError) and begin == 0:  # a log has one writer
+                if isinstance(error, ResultFormatError) and begin == 0:  # a log has one writer
                     raise
                 end = _next(file, begin + ALIGNED)
                 yield Fault(begin, end or length, _no_torn_end(error, end))
@@ -447,22 +448,13 @@ class _Seen(NamedTuple):
 class Logs:
     """The results in logs of this folder."""
 
-    def __init__(
-        self,
-        folder: Path,
-        whole: bool,
-        notice: Callable[[str], None] = print_notice,
-        sound: Callable[[TaskResult], TaskResult] = lambda result: result,
-    ) -> None:
-        """whole: numbers are checked when results are looked for, else only when they are read. notice: is called with damage.
-
-        sound: returns a result that is read; raises CorruptResultError if it is none.
-        """
-        self._folder, self._whole, self._notice, self._sound = folder, whole, notice, sound
+    def __init__(self, folder: Path, whole: bool, notice: Callable[[str], None] = print_notice) -> None:
+        """whole: numbers are checked when results are looked for, else only when they are read. notice: is called with damage."""
+        self._folder, self._whole, self._notice = folder, whole, notice
         self._unread: dict[Path, list[Fault]] = {}
         self._seen: dict[Path, _Seen] = {}
-        self._opened = lru_cache(_OPEN)(Opened)
-        self.places: dict[str, Place] = {}
+        self._opened = lru_cache(_OPEN)(OpenFile)
+        self.places: dict[str, LocatedEntry] = {}
         """Key -> where its result is, as far as was looked."""
 
     def look(self) -> None:
@@ -471,23 +463,23 @@ class Logs:
             with suppress(FileNotFoundError):  # a run that goes on meanwhile has mended it
                 self._look_into(path)
 
-    def find(self, key: str) -> Place | None:
+    def find(self, key: str) -> LocatedEntry | None:
         """Position of a task's result; None if no log holds it."""
         if key not in self.places:
             self.look()
         return self.places.get(key)
 
     def mend(self) -> None:
-        """Read, set aside what is damaged or could not be read; no other process may write. Raises OSError, OtherFormatError."""
+        """Read, set aside what is damaged or could not be read; no other process may write. Raises OSError, ResultFormatError."""
         for path, new in [(path, self._look_into(path)) for path in self._paths()]:  # refused before any is changed
             unread = {fault.begin: fault for fault in self._unread.pop(path, ())}
             if not (faults := [*unread.values(), *new]):
                 continue
-            aside = free_name(path)
+            aside = files.free_name(path)
             _copy(path, aside, [(fault.begin, fault.end) for fault in faults])
             if isinstance(faults[0].error, TornError):
                 self._notice(f"{path}: its end was torn{AGAIN}")
-                with os.fdopen(opened(path, os.O_WRONLY), "wb") as file:
+                with os.fdopen(open_regular(path, os.O_WRONLY), "wb") as file:
                     file.truncate(faults[0].begin)
             else:
                 faults.sort(key=lambda fault: fault.begin)
@@ -498,15 +490,15 @@ class Logs:
     def settle(self) -> None:
         """Sync added results to disk. Raises OSError."""
         for path in self._paths():
-            sync(path)
+            files.sync(path)
 
-    def read(self, place: Place) -> TaskResult:
+    def read(self, place: LocatedEntry) -> TaskResult:
         """The result there. Raises CorruptResultError, FileNotFoundError."""
         head, path, begin = place
         numbers = os.pread(self._opened(path).number, head.numbers, begin + head.length - head.numbers)
         try:
-            check(head, numbers)
-            return self._sound(result_of(head, numbers))
+            require_whole(head, numbers)
+            return result_of(head, numbers)
         except CorruptResultError as error:
             fault = Fault(begin, begin + head.length, error)
             self._unread.setdefault(path, []).append(fault)
@@ -518,12 +510,14 @@ class Logs:
         found = logs_in(self._folder)
         strange = [path for path in found if is_no_file(path)]
         for path in strange:
-            self._notice(f"{path}: {NO_FILE}, so no log of results{AGAIN}")
+            self._notice(f"{path}: {files.NO_FILE}, so no log of results{AGAIN}")
         return [path for path in found if path not in strange]
 
     def _look_into(self, path: Path) -> list[Fault]:
         """Read the new part of a log, or all of a replaced one; returns damaged parts."""
-        with os.fdopen(opened(path), "rb") as file:  # of what is opened a network file system asks anew how long it is
+        with os.fdopen(
+            open_regular(path), "rb"
+        ) as file:  # of what is opened a network file system asks anew how long it is
             state = os.fstat(file.fileno())
         seen = self._seen.get(path, _Seen(0, state.st_ino, 0))
         if (state.st_size, state.st_ino, state.st_mtime_ns) == seen:
@@ -533,8 +527,8 @@ class Logs:
             end = 0
             self.places = {key: place for key, place in self.places.items() if place.path != path}
             self._opened.cache_clear()
-        for found in _scanned(path, end, self._whole):
-            if isinstance(found, Place):
+        for found in scan(path, end, self._whole):
+            if isinstance(found, LocatedEntry):
                 self._enter(found)
                 end = found.begin + found.head.length
                 continue
@@ -545,25 +539,17 @@ class Logs:
         self._seen[path] = _Seen(end, state.st_ino, state.st_mtime_ns)
         return faults
 
-    def _enter(self, place: Place) -> None:
+    def _enter(self, place: LocatedEntry) -> None:
         """Enter a result. Of two results of one task the later log counts, as it was computed again."""
         known = self.places.get(place.head.key)
         if known is None or known.path <= place.path:
             self.places[place.head.key] = place
 
 
-def _scanned(path: Path, begin: int, whole: bool) -> Iterator[Place | Fault]:
-    """Yield the items of `scan`, with the name of a log that is refused."""
-    try:
-        yield from scan(path, begin, whole)
-    except OtherFormatError as error:
-        raise OtherFormatError(f"{path}: {error}") from None
-
-
 def _copy(path: Path, to: Path, parts: Iterable[tuple[int, int]]) -> None:
     """Write a whole file from parts of another one or of itself. parts: begin and end of each, in bytes."""
-    with os.fdopen(opened(path), "rb") as file:
-        write(to, (file.read(end - begin) for begin, end in parts if file.seek(begin) == begin))
+    with os.fdopen(open_regular(path), "rb") as file:
+        files.write_whole(to, (file.read(end - begin) for begin, end in parts if file.seek(begin) == begin))
 
 
 def _damaged(path: Path, fault: Fault) -> str:

@@ -14,13 +14,14 @@ import stat
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, Self
 
 NO_FILE: Final = "no regular file"
 
 
-def opened(path: Path, flags: int = os.O_RDONLY) -> int:
+def open_regular(path: Path, flags: int = os.O_RDONLY) -> int:
     """Descriptor of a regular file, which others may have put there: never what a link leads to. Raises OSError."""
     try:
         file = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
@@ -43,22 +44,22 @@ def is_no_file(path: Path) -> bool:
     return False
 
 
-def listed(folder: Path, pattern: str) -> list[Path]:
+def matching(folder: Path, pattern: str) -> list[Path]:
     """Paths in a folder whose names match, in order; none where no folder is. Raises OSError for one that may not be read."""
     with suppress(FileNotFoundError, NotADirectoryError):
         return sorted(folder / name for name in fnmatch.filter(os.listdir(folder), pattern))
     return []
 
 
-def content(path: Path) -> bytes:
+def read_bytes(path: Path) -> bytes:
     """All bytes of a regular file. Raises OSError."""
-    with os.fdopen(opened(path), "rb") as file:
+    with os.fdopen(open_regular(path), "rb") as file:
         return file.read()
 
 
 def sync(path: Path) -> None:
     """Have a file outlast a loss of power. Raises OSError."""
-    with os.fdopen(opened(path), "rb") as file:
+    with os.fdopen(open_regular(path), "rb") as file:
         os.fsync(file.fileno())
 
 
@@ -80,17 +81,17 @@ def looks() -> Iterator[None]:
 # Lines that several processes add to a file.
 
 
-def add(path: Path, lines: bytes) -> None:
+def append_lines(path: Path, lines: bytes) -> None:
     """Append whole lines, on a line of their own if the last one was cut short. Raises OSError."""
-    with os.fdopen(opened(path, os.O_RDWR | os.O_APPEND | os.O_CREAT), "ab+") as file:
+    with os.fdopen(open_regular(path, os.O_RDWR | os.O_APPEND | os.O_CREAT), "ab+") as file:
         torn = file.seek(0, os.SEEK_END) > 0 and file.seek(-1, os.SEEK_END) and file.read(1) != b"\n"
         file.write(b"\n" * bool(torn) + lines)
 
 
-def read(path: Path) -> list[str]:
+def read_lines(path: Path) -> list[str]:
     """All lines that are there; none if nothing is that can be read."""
     try:
-        return content(path).decode("utf-8", errors="replace").splitlines()
+        return read_bytes(path).decode("utf-8", errors="replace").splitlines()
     except OSError:
         return []
 
@@ -123,7 +124,7 @@ def written_whole(path: Path) -> Iterator[Path]:
         scratch.unlink(missing_ok=True)
 
 
-def write(path: Path, parts: Iterable[bytes]) -> None:
+def write_whole(path: Path, parts: Iterable[bytes]) -> None:
     """Write contents from parts in order, whole or not at all. Raises OSError."""
     with written_whole(path) as scratch:
         write_to(scratch, parts)
@@ -131,7 +132,7 @@ def write(path: Path, parts: Iterable[bytes]) -> None:
 
 def write_to(path: Path, parts: Iterable[bytes], flags: int = 0) -> None:
     """Write these bytes to a file, which need not appear whole. flags: O_APPEND, for example. Raises OSError."""
-    with os.fdopen(opened(path, os.O_WRONLY | flags), "wb") as file:
+    with os.fdopen(open_regular(path, os.O_WRONLY | flags), "wb") as file:
         file.writelines(parts)
 
 
@@ -198,6 +199,45 @@ def free_name(path: Path) -> Path:
     return next(name for name in names if not os.path.lexists(name))
 
 
+# Folders of a campaign: its own, and one for each shard, a part that a small job computes alone.
+
+
 def folder_of(campaign: Path, out: Path | None) -> Path:
     """The folder of a campaign's results."""
     return out or Path("results") / campaign.stem
+
+
+SHARDS: Final = "shards"
+"""Folder of the shards of a campaign, below its own."""
+MOST_SHARDS: Final = 999_999
+"""Parts of a campaign."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shard:
+    """One of several parts, numbered from 1."""
+
+    number: int
+    of: int
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Read a part such as `3/10`. Raises ValueError."""
+        found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text, re.ASCII)
+        number, of = map(int, found.groups()) if found else (0, 0)
+        if not 1 <= number <= of:
+            raise ValueError(f"{text}: needs NUMBER/OF, as 1/10 to 10/10, of at most {MOST_SHARDS} parts")
+        return cls(number, of)
+
+    def folder(self, out: Path) -> Path:
+        """Folder of its results, below a campaign's folder."""
+        digits = max(2, len(str(self.of)))
+        return out / SHARDS / f"{self.number:0{digits}d}-of-{self.of:0{digits}d}"
+
+    def __str__(self) -> str:
+        return f"shard {self.number} of {self.of}"
+
+
+def shard_folders(out: Path) -> list[Path]:
+    """The folders of all shards that have something, of a campaign's folder."""
+    return [path for path in matching(out / SHARDS, "*-of-*") if path.is_dir()]

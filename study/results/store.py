@@ -21,24 +21,11 @@ from typing import Any, Final, NamedTuple, Self
 from nanoslip.solver.outcome import LONGEST_MESSAGE, NanoslipError, Outcome, printable
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import Origins, here
-from nanoslip.study.plan.kinds import is_whole
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts, entry, files
 from nanoslip.study.results.attempts import Attempt
-from nanoslip.study.results.entry import (
-    AGAIN,
-    CorruptResultError,
-    Head,
-    Logs,
-    LogWriter,
-    Meta,
-    OtherFormatError,
-    is_name,
-    later,
-    packed,
-)
-from nanoslip.study.results.files import clear_away, free_name, is_no_file, lives, opened, scratch_beside
-from nanoslip.study.results.shard import FOLDER as SHARDS, folders
+from nanoslip.study.results.entry import CorruptResultError, Head, Logs, LogWriter, Meta, ResultFormatError
+from nanoslip.study.results.files import is_no_file, open_regular, scratch_beside
 
 FOLDER: Final = "results"
 _KEY: Final = re.compile("[0-9a-f]{20}")
@@ -53,7 +40,7 @@ def _refused() -> Iterator[None]:
     """Results of another format are no damage: the folder is not used."""
     try:
         yield
-    except OtherFormatError as error:
+    except ResultFormatError as error:
         raise StoreError(str(error)) from None
 
 
@@ -66,16 +53,6 @@ def failing(what: object) -> Iterator[None]:
         raise StoreError(f"{what}: {error.strerror or error}") from error
 
 
-def _sound(result: TaskResult) -> TaskResult:
-    """The result. Raises CorruptResultError if it does not hold what its kind declares."""
-    try:
-        if is_whole(result):
-            return result
-    except entry.NO_RESULT:
-        pass
-    raise CorruptResultError(entry.NOT_OURS)
-
-
 class Store:
     """Results of a campaign in DIR/results. Two processes that write one result write the same bytes: no harm."""
 
@@ -85,7 +62,7 @@ class Store:
         self._out = out
         self._notice = lru_cache(None)(print_notice)  # damage is met again and again, and named once
         self._log = LogWriter(self.folder)
-        self._logs = Logs(self.folder, whole, self._notice, _sound)
+        self._logs = Logs(self.folder, whole, self._notice)
         self._checked: dict[Path, tuple[object, Head]] = {}
 
     @_refused()
@@ -96,10 +73,11 @@ class Store:
             raise StoreError(f"{shown}: needs a name in UTF-8, as netCDF files have")
         try_writing(self.folder)
         with failing(f"{self.folder}: cannot write results there"):
-            clear_away(self.folder)
-            clear_away(self.folder.parent)  # the dataset is written there
+            files.clear_away(self.folder)
+            files.clear_away(self.folder.parent)  # the dataset is written there
             self._logs.mend()
-            self._notice(attempts.lost(self._out))
+            if lost := attempts.lost(self._out):
+                self._notice(lost)
 
     def finished(self) -> set[str]:
         """Keys of all results that are there and sound; an unsound one is named on stderr and not counted."""
@@ -128,21 +106,22 @@ class Store:
         return {**{key: place.head for key, place in self._logs.places.items()}, **self._own_heads()}
 
     def _own_heads(self) -> dict[str, Head]:
-        """Heads of the results that are files of their own. Raises OtherFormatError."""
+        """Heads of the results that are files of their own. Raises ResultFormatError."""
         found = {}
-        for path in files.listed(self.folder, f"*{entry.ENDING}"):
+        for path in files.matching(self.folder, f"*{entry.ENDING}"):
             if not _KEY.fullmatch(path.stem):
                 continue  # somebody else's
             try:
-                stamp = entry.stamp(path)
+                state = path.lstat()
+                stamp = state.st_mtime_ns, state.st_size, state.st_ino
                 if path not in self._checked or self._checked[path][0] != stamp:
-                    self._checked[path] = stamp, entry.checked(path)
-                    self._read_own(path)
+                    self._checked[path] = stamp, entry.check_file(path)
+                    entry.read_entry(path)
                 found[path.stem] = self._checked[path][1]
-            except OtherFormatError:
+            except ResultFormatError:
                 raise
             except CorruptResultError as error:
-                self._notice(f"{error}{AGAIN}")
+                self._notice(f"{error}{entry.AGAIN}")
             except FileNotFoundError:
                 continue  # a run that goes on meanwhile has dropped it
         return found
@@ -153,10 +132,10 @@ class Store:
 
     def write(self, result: TaskResult, shared: bool = False) -> None:
         """Keep a result; shared: in a file of its own, as other tasks read it. Raises StoreError if the disk refuses."""
-        content = packed(result)
+        content = entry.packed(result)
         with failing(f"{self.folder}: cannot write {result.key}"):
             if shared:
-                files.write(entry.path_of(self.folder, result.key), [content])
+                files.write_whole(entry.path_of(self.folder, result.key), [content])
                 return
             self._log.add(content)
             self._logs.places.pop(result.key, None)  # to be found anew
@@ -168,19 +147,13 @@ class Store:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""
         if os.path.lexists(f"{self.folder}/{key}{entry.ENDING}"):  # a path would take longer than the look
             try:
-                return self._read_own(entry.path_of(self.folder, key))
+                return entry.read_entry(entry.path_of(self.folder, key))
             except CorruptResultError:
                 if not self._logs.find(key):
                     raise
         if place := self._logs.find(key):
             return self._logs.read(place)
         raise FileNotFoundError(f"{self.folder}: no result {key}")
-
-    def _read_own(self, path: Path) -> TaskResult:
-        """The result that is a file of its own. Raises CorruptResultError, FileNotFoundError."""
-        found = entry.read_entry(path)
-        with entry.named(path):
-            return _sound(found)
 
     def find(self, key: str) -> TaskResult | None:
         """A result as `read` gives it; None if there is none, or an unsound one, which is named on stderr."""
@@ -189,7 +162,7 @@ class Store:
         except (FileNotFoundError, NotADirectoryError):
             return None
         except CorruptResultError as error:
-            self._notice(f"{error}{AGAIN}")
+            self._notice(f"{error}{entry.AGAIN}")
             return None
 
     def settle(self) -> None:
@@ -352,7 +325,7 @@ class Lease:
 def _opened(path: Path) -> _Found | None:
     """Contents of a file; None without one. Raises OSError, StoreError for a folder."""
     try:
-        with os.fdopen(opened(path), "rb") as file:
+        with os.fdopen(open_regular(path), "rb") as file:
             return _Found(path, file.read(_MOST), os.fstat(file.fileno()).st_mtime_ns)
     except FileNotFoundError:
         return None
@@ -369,7 +342,7 @@ def _ended(found: _Found, clock: Path) -> bool:
     time."""
     owner = _owner(found)
     here = owner.get("host") == socket.gethostname() and owner.get("machine") == _machine()
-    if here and not lives(owner["process"]):
+    if here and not files.lives(owner["process"]):
         return True
     age, patience = _age(found, clock), time.monotonic() + FRESH  # whatever times the file claims
     if here and age < 2.0 * BEAT:
@@ -391,7 +364,7 @@ def _ended(found: _Found, clock: Path) -> bool:
 
 def _age(found: _Found, clock: Path) -> float:
     """Seconds since a lease was touched, by the clock of its file system."""
-    with os.fdopen(opened(clock), "rb") as file:
+    with os.fdopen(open_regular(clock), "rb") as file:
         os.utime(file.fileno())
         return (os.fstat(file.fileno()).st_mtime_ns - found.touched) / 1e9
 
@@ -439,7 +412,7 @@ def merge_shards(out: Path) -> list[str]:
     Whoever calls this has the lease of the campaign's folder, and has prepared its store.
     """
     left = []
-    for folder in folders(out):
+    for folder in files.shard_folders(out):
         try:
             if folder.is_symlink() or (folder / FOLDER).is_symlink():  # all files there would be moved
                 raise StoreError(f"{folder}: a link leads out of it: not merged")
@@ -452,7 +425,7 @@ def merge_shards(out: Path) -> list[str]:
         with suppress(OSError):  # not empty
             folder.rmdir()
     with suppress(OSError):
-        (out / SHARDS).rmdir()
+        (out / files.SHARDS).rmdir()
     return left
 
 
@@ -464,17 +437,17 @@ def _move(shard: Path, out: Path) -> None:
     for name in (attempts.FILE, attempts.RUNS_FILE):
         path = shard / name
         with suppress(FileNotFoundError):
-            files.add(out / name, files.content(path).rstrip(b"\n") + b"\n")
+            files.append_lines(out / name, files.read_bytes(path).rstrip(b"\n") + b"\n")
             path.unlink()
     store.folder.rmdir()
 
 
 def _place(path: Path, results: Path) -> Path:
     """Choose the target of an imported file: results of a shard replace existing ones, other files replace none."""
-    if is_name(path.name):
-        return later(results, path.name)
+    if entry.is_name(path.name):
+        return entry.later(results, path.name)
     place = results / path.name
-    return free_name(place) if path.suffix != entry.ENDING and os.path.lexists(place) else place
+    return files.free_name(place) if path.suffix != entry.ENDING and os.path.lexists(place) else place
 
 
 def try_writing(folder: Path) -> None:
@@ -489,4 +462,4 @@ def write_files(contents: Mapping[Path, bytes]) -> None:
     for path, content in contents.items():
         with failing(f"{path}: cannot be written"):
             path.parent.mkdir(parents=True, exist_ok=True)
-            files.write(path, [content])
+            files.write_whole(path, [content])

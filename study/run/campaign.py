@@ -3,23 +3,21 @@
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import accumulate
 from pathlib import Path
 from typing import Final, NamedTuple, TypeVar
 
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED, WRONG_INPUT
-from nanoslip.study.origin import Origins
 from nanoslip.study.plan.expectations import shortages
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task
-from nanoslip.study.results.files import looks
-from nanoslip.study.results.shard import Shard
+from nanoslip.study.results.files import Shard, looks
 from nanoslip.study.results.store import Lease, Store, StoreError, merge_shards
 from nanoslip.study.run.child import FarmError
 from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, RunTally, Watch
-from nanoslip.study.run.executor import Left, drop_intermediates, given_up, left
+from nanoslip.study.run.executor import Rest, drop_intermediates, given_up, rest_of
 from nanoslip.study.run.farm import Farm
 from nanoslip.study.run.journal import BEGUN, Journal, left_begun, measured_in
 from nanoslip.study.run.warm_up import WarmUp, miniatures
@@ -117,15 +115,6 @@ Warn = Callable[[str], object]
 """Called with a problem that stops nothing."""
 
 
-@dataclass(frozen=True, slots=True)
-class Rest:
-    """Remaining tasks of a campaign, or of a shard of it."""
-
-    left: Left
-    foreign: Mapping[str, Origins]
-    """Finished results of other software."""
-
-
 class Ended(NamedTuple):
     """A run that has ended."""
 
@@ -140,7 +129,7 @@ Show = Callable[[Rest, int, MeasuredTimes], AbstractContextManager[Report]]
 """Called with what is left, on how many processes, and what such tasks took before; gives what to call at the end of each."""
 
 
-def compute(
+def compute_campaign(
     farm: Farm,
     plan: Plan,
     journal: Journal,
@@ -158,15 +147,15 @@ def compute(
     """
     store = Store(journal.out)
     rest = _rest_of(plan, store, out or journal.out, journal, warn, **again)
-    if rest.left.tasks:
+    if rest.tasks:
         farm.load()
     try:
         failed = _compute(farm, plan, store, out or journal.out, rest, journal, lease, show)
     except (StoreError, ShortageError, FarmError) as error:
         journal.end(INTERRUPTED if isinstance(error, UnfinishedError) else WRONG_INPUT)
         raise
-    journal.end(FAILURES if failed or rest.left.given_up else 0)
-    return Ended(store, failed, len(rest.left.given_up))
+    journal.end(FAILURES if failed or rest.given_up else 0)
+    return Ended(store, failed, len(rest.given_up))
 
 
 def _rest_of(
@@ -175,8 +164,8 @@ def _rest_of(
     out: Path,
     journal: Journal,
     warn: Warn,
-    recompute_foreign: bool = False,
     retry: bool = False,
+    **again: bool,
 ) -> Rest:
     """Remaining tasks of a plan, after merging existing shards. Requires the lease of the folder. Raises StoreError."""
     store.prepare()
@@ -189,16 +178,14 @@ def _rest_of(
         for problem in merge_shards(out):
             warn(problem)
         finished, failures = store.inventory(), dict(store.failures())
-    foreign = plan.foreign(finished)
-    ours = finished.keys() - foreign.keys() if recompute_foreign else finished
-    return Rest(left(plan, failures, ours, retry), foreign)
+    return rest_of(plan, failures, finished, retry=retry, **again)
 
 
 def _compute(
     farm: Farm, plan: Plan, store: Store, out: Path, rest: Rest, journal: Journal, lease: Lease, show: Show
 ) -> int:
     """Compute what is left; returns how many tasks failed, or needed one that did."""
-    tasks = rest.left.tasks
+    tasks = rest.tasks
     if short := shortages(plan, tasks, farm.here):
         raise ShortageError("\n".join(short))
     shown = show(rest, farm.size, measured_in(journal.out, out))

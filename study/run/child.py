@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
-from nanoslip.study.origin import Origin, adopt, software
+from nanoslip.study.origin import Origin, adopt, installed_software
 from nanoslip.study.run.dispatch import Done, Work, Worker, attempt, print_failure
 from nanoslip.study.run.launch import ONE_THREAD, SIGNALS, Program
 
@@ -70,7 +70,7 @@ def _serve(parent: "Connection[Any, Any]") -> None:
             traceback.print_exc()
             os._exit(NO_TASK)
         if isinstance(message, Origin):
-            if different := message.differences(software()):
+            if different := message.differences(installed_software()):
                 parent.send(_other_software(where, different))
                 return
             adopt(message)
@@ -382,10 +382,10 @@ def _death(child: ChildProcess, code: int | None) -> Outcome:
         return Outcome(
             Ending.OUT_OF_MEMORY, "its process was ended as no memory was left: start fewer ranks on a machine"
         )
-    cause = "connection" if code is None else "signal" if code < 0 else "exit_code"
-    how = {
-        "connection": "closed its connection",
-        "signal": f"died of signal {-(code or 0)}",
-        "exit_code": f"ended with exit code {code}",
-    }[cause]
+    if code is None:
+        cause, how = "connection", "closed its connection"
+    else:
+        cause, how = (
+            ("signal", f"died of signal {-code}") if code < 0 else ("exit_code", f"ended with exit code {code}")
+        )
     return Outcome(Ending.CRASHED, f"its process {how}: a bug, or it was killed", cause=cause)

@@ -28,17 +28,16 @@ from nanoslip.solver.ensemble import Ensemble, change_by, needed
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SolverError
 from nanoslip.solver.parameter import SHARED_ERROR, Quantity, quantities
-from nanoslip.solver.simulate import over_contact
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import Portion
 from nanoslip.solver.sliding.plateau import Plateau, plateau_of, shared_by_events, shared_error
 from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.sizes import event_distributions
 from nanoslip.solver.sliding.slide import slide_to_state, states_at
-from nanoslip.solver.sliding.slider import collective, portion, slider
-from nanoslip.solver.sliding.statistics import event_statistics, shared_by_nodes
+from nanoslip.solver.sliding.slider import portion, slider
+from nanoslip.solver.sliding.statistics import collective, event_statistics, shared_by_nodes
 from nanoslip.solver.sliding.validity import Validity, contact_half_width, contact_validity, record_validity
-from nanoslip.study.origin import computing, stemming
+from nanoslip.study.origin import computing_origin, stemming
 from nanoslip.study.plan import kinds
 from nanoslip.study.plan.task import Inputs, Task, TaskResult, case_of, drive_of
 
@@ -52,7 +51,7 @@ def run_task(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     """
     if task.needs and inputs[task.needs[0]].kind == task.kind:  # the scalars of a result that has more
         return replace(inputs[task.needs[0]], key=task.key, arrays={})
-    used = stemming((computing(),), *(inputs[key].origins for key in task.needs))
+    used = stemming((computing_origin(),), *(inputs[key].origins for key in task.needs))
     return replace(_computed(task, inputs), origins=used)
 
 
@@ -77,7 +76,7 @@ _NO_MEMORY = "no memory left at n_x = {}: start fewer ranks on a machine, or use
 
 def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
     kind, computed = kinds.KINDS[task.kind], COMPUTE[task.kind](task, inputs)
-    scalars, arrays = numbers(kind, computed.members, scalars_only=task.scalars_only)
+    scalars, arrays = member_numbers(kind, computed.members, scalars_only=task.scalars_only)
     kept = {} if task.scalars_only else {**computed.arrays, **arrays}
     ended = tuple([member.outcome for member in computed.members])
     outcome = joint_outcome(ended)
@@ -149,7 +148,7 @@ def _targeted(kind: kinds.Kind, ensemble: Ensemble, members: Sequence[Member]) -
     return [(scalars.get(key, nothing), scalars.get(f"{key}{SHARED_ERROR}", [0.0])[0]) for key in chosen]
 
 
-def numbers(
+def member_numbers(
     kind: kinds.Kind, members: Sequence[Member], *, scalars_only: bool = False
 ) -> tuple[dict[str, list[float | int]], dict[str, NDArray[Any]]]:
     """Scalars of all members, NaN where one has none, and arrays (see `Kind.all_members`) of the values of a kind's parts."""
@@ -172,7 +171,7 @@ def numbers(
 
 def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
     found: dict[str, list[float | int]] = {}
-    for place, held in enumerate(_held_by(kind)):
+    for place, held in enumerate(map(_held, kind.parts)):
         values = [member.values[place] if member.values[place:] else None for member in members]
         one = next((value for value in values if value is not None), None)
         for name, key, words in held if one is not None else ():
@@ -215,7 +214,7 @@ def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[floa
 
 def _arrays(kind: kinds.Kind, member: Member) -> dict[str, NDArray[Any]]:
     found: dict[str, NDArray[Any]] = {}
-    for held, value in zip(_held_by(kind), member.values, strict=False):
+    for held, value in zip(map(_held, kind.parts), member.values, strict=False):
         for name, key, _ in held if value is not None else ():
             if isinstance(one := getattr(value, name), np.ndarray):
                 found[key] = one
@@ -241,12 +240,7 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
     return Outcome(ending, "; ".join(messages), any(each.longer for each in members), cause)
 
 
-@lru_cache(maxsize=64)
-def _held_by(kind: kinds.Kind) -> list[tuple[tuple[str, str, tuple[str, ...]], ...]]:
-    """`_held` of each part of a kind."""
-    return [*map(_held, kind.parts)]
-
-
+@lru_cache(maxsize=256)
 def _held(part: kinds.Part) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
     """List the numbers of a part that results hold: field, name in results, and the words that it encodes."""
     described = quantities(part.type, part.prefix)
@@ -261,7 +255,7 @@ def _coded(value: Any, words: tuple[str, ...]) -> Any:
 
 
 def whole_again(kind: type[PartOfResult], result: TaskResult, member: int = 0, prefix: str = "") -> PartOfResult:
-    """A member's value that `numbers` took apart: of a whole part with this prefix."""
+    """A member's value that `member_numbers` took apart: of a whole part with this prefix."""
     make: Any = kind
     described = quantities(make, prefix)
     held: dict[str, Any] = {f"{prefix}outcome": (result.members or (result.outcome,) * (member + 1))[member]}
@@ -448,7 +442,11 @@ class _Pulling:
         if not record.outcome.usable:
             return Member((), record.outcome)
         try:
-            over = over_contact(case, drive, compliance_of(self.task, self.inputs)) if drive.memory else None
+            over = None
+            if drive.memory:
+                from nanoslip.solver.driven.contact_drive import pulling  # noqa: PLC0415  few scenes call for it
+
+                over = pulling(case, compliance_of(self.task, self.inputs), drive)
             motion, coefficients = measured(record, plateau, drive, over)
         except SolverError as error:
             return Member((), error.outcome)

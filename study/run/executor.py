@@ -1,7 +1,7 @@
 """Compute one task of a campaign in a process: inputs from the store, result into it; and before all, the kernels."""
 
 import errno
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
-from nanoslip.study.origin import arithmetic
+from nanoslip.study.origin import Origins, arithmetic
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.attempts import Attempt
@@ -94,23 +94,31 @@ def drop_intermediates(plan: Plan, store: Store) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Left:
-    """Remaining tasks of a campaign."""
+class Rest:
+    """Remaining tasks of a campaign, or of a shard of it."""
 
     tasks: tuple[Task, ...]
     """Tasks that a run tries: failed ones come last."""
     given_up: tuple[Task, ...]
     """Tasks that failed for good, and those that need one of them."""
+    foreign: Mapping[str, Origins]
+    """Finished results of other software."""
 
 
-def left(plan: Plan, failures: Mapping[str, Attempt], finished: Collection[str], retry: bool = False) -> Left:
-    """Remaining tasks, given finished keys and failed tasks. retry: try failed tasks again."""
-    tasks = plan.remaining(finished)
-    tried = plan.possible(tasks, given_up(failures, retry).difference(finished), failures)
-    if len(tried) == len(tasks):
-        return Left(tried, ())
+def rest_of(
+    plan: Plan,
+    failures: Mapping[str, Attempt],
+    finished: Mapping[str, Origins],
+    recompute_foreign: bool = False,
+    retry: bool = False,
+) -> Rest:
+    """Remaining tasks. recompute_foreign: results of other software count as unfinished. retry: try failed tasks again."""
+    foreign = plan.foreign(finished)
+    ours = finished.keys() - foreign.keys() if recompute_foreign else finished
+    tasks = plan.remaining(ours)
+    tried = plan.possible(tasks, given_up(failures, retry).difference(ours), failures)
     keys = {task.key for task in tried}
-    return Left(tried, tuple(task for task in tasks if task.key not in keys))
+    return Rest(tried, tuple(task for task in tasks if task.key not in keys), foreign)
 
 
 def given_up(failures: Mapping[str, Attempt], retry: bool = False) -> set[str]:

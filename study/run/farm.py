@@ -16,6 +16,7 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import cache
 from multiprocessing import connection
 from typing import Any, Final, NoReturn, Self
 
@@ -118,13 +119,12 @@ class SerialFarm(Farm):
     def __init__(self, load: Callable[[], dispatch.Execute], grace: float = launch.GRACE) -> None:
         """load: called once, for the function that computes a task."""
         super().__init__(1, 1, launch.Interruption(grace))
-        self._load = load
-        self._execute: dispatch.Execute | None = None
+        self._execute = cache(load)
         self._waiting: list[Any] = []
 
     def load(self) -> None:
         """Import what tasks need."""
-        self._execute = self._execute or self._load()
+        self._execute()
 
     def give(self, rank: int, tasks: list[Any]) -> None:
         """Compute tasks after others, when news are awaited."""
@@ -140,9 +140,8 @@ class SerialFarm(Farm):
         """Compute the next one, if any: all that waited may have been taken back."""
         if not self._waiting:
             return []
-        self._execute = self._execute or self._load()
         task, where = self._waiting.pop(0), dispatch.Worker(0, socket.gethostname())
-        done = dispatch.attempt(self._execute, task, where, survive=(Exception, SystemExit, GeneratorExit))
+        done = dispatch.attempt(self._execute(), task, where, survive=(Exception, SystemExit, GeneratorExit))
         dispatch.print_failure(task, done)
         return [(0, [done], ())]
 

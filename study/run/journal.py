@@ -22,7 +22,7 @@ from nanoslip.solver.outcome import UNDONE, Ending, Outcome
 from nanoslip.study.notices import print_notice
 from nanoslip.study.origin import foreign, here, this_machine, user
 from nanoslip.study.results import attempts, files
-from nanoslip.study.results.attempts import Attempt, Run
+from nanoslip.study.results.attempts import Attempt, RunRecord
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.dispatch import Done, MeasuredTimes, Report, RunTally, Watch, Work
 from nanoslip.study.run.launch import launcher_name, slurm_job
@@ -49,7 +49,7 @@ class Journal(Watch):
         self._store = Store(out, whole=False)
         self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
         self._notice = lru_cache(None)(print_notice)
-        self._run: Run | None = None
+        self._run: RunRecord | None = None
         self._failed: set[str] = set()
         self._measured = MeasuredTimes()
         self._started, self._next = 0.0, FIRST
@@ -61,7 +61,7 @@ class Journal(Watch):
         """Record user, hosts and software at the start."""
         home = here()
         self._failed.update(attempts.final(self.out, home.solver))
-        self._run = Run(
+        self._run = RunRecord(
             run=secrets.token_hex(6),
             begun=_now(),
             processes=processes,
@@ -91,7 +91,7 @@ class Journal(Watch):
             if self._forgotten:
                 return
             if self._begun is None:
-                self._begun = files.opened(self.out / BEGUN, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+                self._begun = files.open_regular(self.out / BEGUN, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
             os.write(self._begun, "".join(f"{key}\n" for key in long).encode())
 
     def forget(self) -> None:
@@ -144,8 +144,9 @@ class Journal(Watch):
         if self._run:
             self._add(replace(self._run, ended=_now(), exit_code=code))
 
-    def _add(self, run: Run) -> None:
-        self._notice(attempts.add_run(self.out, run))
+    def _add(self, run: RunRecord) -> None:
+        if problem := attempts.add_run(self.out, run):
+            self._notice(problem)
 
     def _note(self, task: Any, done: Done, final: bool) -> None:
         attempt = Attempt(
@@ -161,17 +162,18 @@ class Journal(Watch):
             trace=done.trace,
             cause=done.outcome.cause,
         )
-        self._notice(attempts.add(self.out, attempt))
+        if problem := attempts.add_attempt(self.out, attempt):
+            self._notice(problem)
 
 
 def left_begun(out: Path) -> frozenset[str]:
     """Keys of the long tasks that a run had in hand which was killed as a whole."""
-    return frozenset(word for line in files.read(out / BEGUN) for word in line.split())
+    return frozenset(word for line in files.read_lines(out / BEGUN) for word in line.split())
 
 
 def measured_in(*folders: Path) -> MeasuredTimes:
     """Times of finished tasks in the journals of these folders, of runs with this software."""
-    found = {run.run: run for out in dict.fromkeys(folders) for run in attempts.read(out)}
+    found = {run.run: run for out in dict.fromkeys(folders) for run in attempts.read_runs(out)}
     mine = (here().solver, here().nanoslip_version)
     return MeasuredTimes(*(run.kinds for run in found.values() if (run.solver, run.nanoslip) == mine))
 

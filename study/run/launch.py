@@ -117,7 +117,7 @@ class Program:
         return make(self.argument)
 
 
-def computing(out: Path) -> Program:
+def task_program(out: Path) -> Program:
     """Program that computes the tasks of a campaign in its processes, with the results in this folder."""
     return Program("nanoslip.study.run.executor", "executor", out.absolute())
 

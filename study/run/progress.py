@@ -7,7 +7,6 @@ import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
 from operator import attrgetter
-from types import TracebackType
 from typing import Any, Self, TextIO
 
 from nanoslip.solver.outcome import Outcome
@@ -109,9 +108,7 @@ class Progress:
         self._reporting.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._left.set()
         self._reporting.join()
         self._end(f"in {duration(time.monotonic() - self._start)}")

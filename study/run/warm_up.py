@@ -27,8 +27,8 @@ from nanoslip.study.plan.kinds import RECORD, compliance_task, contact_task, dri
 from nanoslip.study.plan.task import Task, TaskResult, case_of
 from nanoslip.study.results.store import Store
 from nanoslip.study.run.child import Agent
-from nanoslip.study.run.compute import Member, numbers, run_task
-from nanoslip.study.run.launch import computing, cores
+from nanoslip.study.run.compute import Member, member_numbers, run_task
+from nanoslip.study.run.launch import cores, task_program
 
 _NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 300}
 """Numbers of a small case, whose record has a steady part."""
@@ -116,7 +116,9 @@ def made_up(key: str) -> TaskResult:
         final_force=0.9 * before[-1],
         outcome=COMPLETED,
     )
-    return TaskResult(key, "record", COMPLETED, *numbers(RECORD, (Member((None, plateau_of(record), None, record)),)))
+    return TaskResult(
+        key, "record", COMPLETED, *member_numbers(RECORD, (Member((None, plateau_of(record), None, record)),))
+    )
 
 
 POLL_SECONDS: Final = 0.01
@@ -146,21 +148,22 @@ class WarmUp:
         drives = [task for task in self.tasks if task.drive]
         others = [task for task in self.tasks if not task.drive]
         with TemporaryDirectory() as folder, ExitStack() as stack:
-            beside = Agent(computing(Path(folder)), 0)
-            stack.callback(beside.close)
+            beside: list[Agent] = []
 
             @cache
             def begin() -> None:
                 if not self.alone:
                     print_notice(f"{self.label}, once: later runs load them")
                     if others and drives and cores() > 1:
-                        beside.give([WarmUp(tuple(drives), alone=True)])
+                        beside.append(Agent(task_program(Path(folder)), 0))
+                        stack.callback(beside[0].close)
+                        beside[0].give([WarmUp(tuple(drives), alone=True)])
 
             stack.enter_context(reporting_compilation(begin))
             stack.enter_context(_without_collection())
             _compute(others, Path(folder))
-            while beside.busy:
-                beside.arrived()
+            while any(agent.busy for agent in beside):
+                beside[0].arrived()
                 time.sleep(POLL_SECONDS)
             _compute(drives, Path(folder))
         return COMPLETED

@@ -18,8 +18,8 @@ HEAVY = ("xarray", "pandas", "matplotlib", "pydantic", "rich")
 RANK = f"""
 import sys
 from pathlib import Path
-from nanoslip.study.run.launch import computing
-computing(Path("nowhere")).load()
+from nanoslip.study.run.launch import task_program
+task_program(Path("nowhere")).load()
 print(*(name for name in {HEAVY} if name in sys.modules))
 """
 

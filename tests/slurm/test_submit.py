@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from nanoslip.study.results import attempts as runs
-from nanoslip.study.results.shard import Shard
+from nanoslip.study.results.files import Shard
 from nanoslip.study.results.store import Store
 from tests.conftest import ROOT, SMALL, launcher, longer
 from tests.study.results.results import written
@@ -143,7 +143,7 @@ def test_an_array_of_small_jobs_is_requeued_job_by_job_and_merged_at_its_end(slu
     merging, out = submitted(slurm, long, site, "--shards", 3)
     array = str(int(merging) - 1)
     first = Shard(1, 3).folder(out)
-    while not runs.read(first):  # until it computes
+    while not runs.read_runs(first):  # until it computes
         assert slurm.job(f"{array}_1")["JobState"] in ("PENDING", "RUNNING")
         time.sleep(0.02)
     slurm("scancel", "--signal", signal.SIGTERM.name, f"{array}_1")
@@ -154,7 +154,7 @@ def test_an_array_of_small_jobs_is_requeued_job_by_job_and_merged_at_its_end(slu
     assert sorted(logs) == sorted([*(f"slurm-{array}_{number}.log" for number in (1, 2, 3)), f"slurm-{merging}.log"])
     assert (out / "results.nc").is_file()
     assert not (out / "shards").exists()
-    assert {run.slurm_job for run in runs.read(out)} == {f"{array}_{number}" for number in (1, 2, 3)}
+    assert {run.slurm_job for run in runs.read_runs(out)} == {f"{array}_{number}" for number in (1, 2, 3)}
     assert '"finished": true' in nanoslip("status", long, "--out", out, "--json").stdout
 
 

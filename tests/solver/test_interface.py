@@ -26,7 +26,8 @@ from nanoslip.solver.outcome import Ending, SolverError
 from nanoslip.solver.sliding.interface import PIECES, batches, chances, compressions, contact_of
 from nanoslip.solver.sliding.plateau import Teeth, teeth
 from nanoslip.solver.sliding.slide import slide
-from nanoslip.solver.sliding.slider import collective, interface, portion, shares, slider
+from nanoslip.solver.sliding.slider import interface, portion, shares, slider
+from nanoslip.solver.sliding.statistics import collective
 
 SLAB = Slab(n_x=33, scheme="strip")
 COMPLIANCE = surface_compliance(SLAB)

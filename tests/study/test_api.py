@@ -116,7 +116,7 @@ def test_a_task_that_crashes_is_a_warning_and_an_outcome_until_it_is_tried_again
 @pytest.mark.slow
 def test_the_death_of_a_process_costs_one_task(monkeypatch, tmp_path):
     faulty = lambda out: Program(faults.__name__, "campaign_executor", (out, {2e-3: "kill -9"}))  # noqa: E731
-    monkeypatch.setattr(api, "computing", faulty)
+    monkeypatch.setattr(api, "task_program", faulty)
     contacts = {"title": "contacts", "stages": ["contact"], "numerics": {"n_x": 17}}
     contacts["axes"] = {"normal_load": [1e-3, 2e-3, 3e-3]}
     with pytest.warns(RuntimeWarning, match="1 tasks failed"):

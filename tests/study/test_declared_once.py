@@ -77,8 +77,8 @@ def computed(folder: Path) -> tuple[Plan, Store, xr.Dataset]:
     (folder / "campaign.toml").write_text(text)
     plan, store = make_plan(load_manifest(folder / "campaign.toml")), Store(folder)
     compute(plan, store)
-    file.write(collect(plan, store), folder / file.FILE)
-    with file.read(folder / file.FILE) as found:
+    file.write_netcdf(collect(plan, store), folder / file.FILE)
+    with file.open_dataset(folder / file.FILE) as found:
         return plan, store, loaded(found)
 
 

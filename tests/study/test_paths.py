@@ -53,8 +53,8 @@ def loops(tmp_path_factory):
     folder = tmp_path_factory.mktemp("loops")
     plan, store = make_plan(manifest_of(folder, LOOPS)), Store(folder)
     compute(plan, store)
-    file.write(collect(plan, store), folder / file.FILE)
-    with file.read(folder / file.FILE) as found:
+    file.write_netcdf(collect(plan, store), folder / file.FILE)
+    with file.open_dataset(folder / file.FILE) as found:
         return loaded(found)
 
 

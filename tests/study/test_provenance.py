@@ -17,7 +17,7 @@ from nanoslip.study.origin import (
     Origin,
     as_data,
     census,
-    computing,
+    computing_origin,
     features,
     foreign,
     from_data,
@@ -61,7 +61,7 @@ def test_the_hash_is_of_contents_not_of_names_or_order(tmp_path):
 
 def test_every_process_says_the_same_of_itself_from_wherever_it_is_started(environment, tmp_path):
     program = (
-        "from nanoslip.study.origin import computing as here; "
+        "from nanoslip.study.origin import computing_origin as here; "
         "print(here().source_hash, here().source_commit, here().arithmetic)"
     )
     said = {
@@ -70,7 +70,7 @@ def test_every_process_says_the_same_of_itself_from_wherever_it_is_started(envir
         ).stdout
         for cwd in (ROOT, tmp_path)
     }
-    assert said == {f"{here().source_hash} unknown {computing().arithmetic}\n".encode()}  # no git there
+    assert said == {f"{here().source_hash} unknown {computing_origin().arithmetic}\n".encode()}  # no git there
 
 
 GIT = """#!/bin/sh
@@ -124,8 +124,8 @@ def test_settings_by_which_numba_makes_other_code_are_other_bits(monkeypatch, na
 
 
 def test_what_computes_says_which_blas_and_instructions_it_uses_and_what_looks_does_not_load_them():
-    assert computing().blas
-    assert computing().processor_features
+    assert computing_origin().blas
+    assert computing_origin().processor_features
     program = "import sys; from nanoslip.study.origin import here; here(); print('scipy.linalg' in sys.modules)"
     said = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, cwd=ROOT, text=True)
     assert said.stdout == "False\n"
@@ -159,11 +159,11 @@ def test_a_result_says_who_computed_it_and_what_it_was_computed_from(tmp_path):
     store.prepare()
     task = compliance_task(Slab(n_x=9))
     store.write(run_task(task, {}))
-    assert store.read(task.key).origins == (computing(),)
+    assert store.read(task.key).origins == (computing_origin(),)
     store.write(replace(store.read(task.key), origins=(OTHER,)))
     pressed = run_task(contact_task(Case(slab=Slab(n_x=9))), {task.key: store.read(task.key)})
     store.write(pressed)
-    assert set(pressed.origins) == {computing(), OTHER}
+    assert set(pressed.origins) == {computing_origin(), OTHER}
     assert store.inventory() == {task.key: (OTHER,), pressed.key: pressed.origins}
     assert store.read(pressed.key).origins == pressed.origins
 

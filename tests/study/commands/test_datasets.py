@@ -162,12 +162,12 @@ def test_what_is_within_uncertainties_is_exit_code_0(main, three, tmp_path):
 
 
 def write_regimes(out, **members):
-    with file.read(out / file.FILE) as found:
+    with file.open_dataset(out / file.FILE) as found:
         changed = loaded(found)
     changed["regime"].values[...] = max(members, key=members.__getitem__)
     for word in REGIMES:
         changed[f"regime_{word}_members"].values[...] = members.get(word, 0)
-    file.write(changed, out / file.FILE)
+    file.write_netcdf(changed, out / file.FILE)
 
 
 @pytest.mark.slow

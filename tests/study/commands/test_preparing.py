@@ -188,7 +188,7 @@ def test_the_time_left_is_what_finished_tasks_lead_to_expect(ask, out):
     """Tasks of every kind that took twice as long as predicted double it, for `plan` and `status`; results and shards stay."""
     planned = json.loads(ask("plan", "--json")[1])
     here = origin.here()
-    took = attempts.Run("a", "b", 1, nanoslip=here.nanoslip_version, solver=here.solver)
+    took = attempts.RunRecord("a", "b", 1, nanoslip=here.nanoslip_version, solver=here.solver)
     kinds = {"compliance": [1, 1.0, 2.0], "record": [3, 3.0, 6.0], "drive": [2, 0.1, 0.2]}
     out.mkdir()
     attempts.add_run(out, replace(took, kinds=kinds))

@@ -225,8 +225,8 @@ def test_a_full_disk_is_one_message_and_exit_code_2(run, out, monkeypatch):
 
 def test_a_rank_that_computes_loads_no_more_than_it_uses(environment):
     program = (
-        "import sys; from pathlib import Path; from nanoslip.study.run.launch import computing; "
-        "computing(Path('nowhere')).load(); unused = 'xarray pydantic matplotlib rich pandas scipy.interpolate'; "
+        "import sys; from pathlib import Path; from nanoslip.study.run.launch import task_program; "
+        "task_program(Path('nowhere')).load(); unused = 'xarray pydantic matplotlib rich pandas scipy.interpolate'; "
         "print([name for name in unused.split() if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
@@ -318,7 +318,7 @@ def test_merged_shards_are_the_same_bytes_as_one_run(run, ask, campaign, out, co
     code, said, errors = ask("merge")
     assert (code, f"dataset: {out / 'results.nc'}" in said, errors) == (0, True, "")
     assert sorted(path.name for path in out.iterdir()) == ["results", "results.nc", "runs.jsonl"]
-    assert len(attempts.read(out)) == 3
+    assert len(attempts.read_runs(out)) == 3
     assert dataset(out) == dataset(computed)
     code, _, errors = run()
     assert (code, "0 tasks to do" in errors) == (0, True)

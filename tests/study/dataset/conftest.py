@@ -36,8 +36,8 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
 def small(build: Build) -> tuple[Plan, Store, xr.Dataset]:
     plan, store = build(SMALL)
     path = store.folder.parent / file.FILE
-    file.write(collect(plan, store), path)
-    return plan, store, file.read(path)
+    file.write_netcdf(collect(plan, store), path)
+    return plan, store, file.open_dataset(path)
 
 
 @pytest.fixture(scope="session")

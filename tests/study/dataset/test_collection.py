@@ -29,7 +29,7 @@ from nanoslip.study.dataset.variables import (
     scalars,
     without_error,
 )
-from nanoslip.study.origin import Origin, computing, here
+from nanoslip.study.origin import Origin, computing_origin, here
 from nanoslip.study.plan.kinds import column_of
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.plan.task import TaskResult
@@ -164,11 +164,11 @@ def test_bytes_depend_on_results_alone(small, tmp_path):
     for task in reversed(plan.tasks):
         other.write(store.read(task.key))
     time.sleep(1.1)  # HDF5 keeps times in whole seconds, if it is let
-    file.write(collect(plan, other), tmp_path / file.FILE)
+    file.write_netcdf(collect(plan, other), tmp_path / file.FILE)
     assert (tmp_path / file.FILE).read_bytes() == (store.folder.parent / file.FILE).read_bytes()
 
 
-OLD = replace(computing(), source_hash="0123456789abcdef", source_commit="c0ffee", numpy_version="1.0")
+OLD = replace(computing_origin(), source_hash="0123456789abcdef", source_commit="c0ffee", numpy_version="1.0")
 
 
 def copied(plan: Plan, store: Store, folder: Path, by: Callable[[TaskResult], tuple[Origin, ...]]) -> Store:
@@ -182,10 +182,10 @@ def copied(plan: Plan, store: Store, folder: Path, by: Callable[[TaskResult], tu
 
 def test_the_software_named_is_that_which_computed_not_that_which_collects(small, tmp_path):
     plan, store, found = small
-    assert found.attrs["source_hash"] == computing().source_hash
+    assert found.attrs["source_hash"] == computing_origin().source_hash
     # Four records and their eight drives.
     assert groups_of(found)["software"]["software_results"].values.tolist() == [12]
-    assert said(found["computed_by"]) == {computing().name} == said(found["drive_computed_by"])
+    assert said(found["computed_by"]) == {computing_origin().name} == said(found["drive_computed_by"])
     found = collect(plan, copied(plan, store, tmp_path, lambda _: (OLD,)))
     for item in fields(Origin):
         assert found.attrs[item.name] == getattr(OLD, item.name)
@@ -198,14 +198,16 @@ def test_results_of_different_software_are_named_with_counts_and_case_by_case(sm
     plan, store, _ = small
     one = plan.case_tasks[plan.cases[0].case_id]
     mine = {key for (kind, _), key in one.items() if kind in ("record", "drive")}
-    found = collect(plan, copied(plan, store, tmp_path, lambda result: (computing() if result.key in mine else OLD,)))
-    assert found.attrs["source_hash"] == f"{OLD.source_hash} (9 results), {computing().source_hash} (3 results)"
-    assert found.attrs["python_version"] == computing().python_version
-    assert f"9 of {OLD}; 3 of {computing()}" in found.attrs[file.MIXED]
-    assert found["computed_by"].values.ravel().tolist() == [computing().name] + 3 * [OLD.name]
+    found = collect(
+        plan, copied(plan, store, tmp_path, lambda result: (computing_origin() if result.key in mine else OLD,))
+    )
+    assert found.attrs["source_hash"] == f"{OLD.source_hash} (9 results), {computing_origin().source_hash} (3 results)"
+    assert found.attrs["python_version"] == computing_origin().python_version
+    assert f"9 of {OLD}; 3 of {computing_origin()}" in found.attrs[file.MIXED]
+    assert found["computed_by"].values.ravel().tolist() == [computing_origin().name] + 3 * [OLD.name]
     software = groups_of(found)["software"]
     counts = zip(software["software"].values, software["software_results"].values, strict=True)
-    assert dict(counts) == {computing().name: 3, OLD.name: 9}
+    assert dict(counts) == {computing_origin().name: 3, OLD.name: 9}
 
 
 def test_a_result_that_does_not_say_is_of_unknown_software_and_no_result_of_none(small, tmp_path):
@@ -215,8 +217,8 @@ def test_a_result_that_does_not_say_is_of_unknown_software_and_no_result_of_none
     found = collect(plan, prepared(tmp_path / "empty"))
     assert " " in found.attrs["source_hash"]  # no hash
     assert said(found["computed_by"]) == {""}
-    file.write(found, tmp_path / "empty.nc")
-    with file.read(tmp_path / "empty.nc") as again:
+    file.write_netcdf(found, tmp_path / "empty.nc")
+    with file.open_dataset(tmp_path / "empty.nc") as again:
         assert groups_of(again)["software"].sizes["software"] == 0
 
 
@@ -231,7 +233,7 @@ def collected(small, tmp_path_factory: pytest.TempPathFactory) -> Path:
     for key in sorted(known.finished())[1:]:
         store.write(known.read(key))
     path = store.folder.with_name(file.FILE)
-    file.write(collect(plan, store), path)
+    file.write_netcdf(collect(plan, store), path)
     write_state(path, store, made_of(plan.manifest, store))
     return path.parent
 
@@ -259,7 +261,7 @@ def test_a_result_or_a_failure_more_other_numbers_and_another_title_make_another
     manifest = replace(plan.manifest, text=plan.manifest.text.replace("small", "large"))
     assert not up_to_date(make_plan(manifest), store, path)
     failed = Attempt("a", "record", "crashed", "why", True, False, here().solver, "rank 0", "2026-01-01T00:00:00+00:00")
-    attempts.add(path.parent, failed)
+    attempts.add_attempt(path.parent, failed)
     assert not up_to_date(*made)
     (path.parent / attempts.FILE).unlink()
     assert up_to_date(*made)
@@ -564,5 +566,5 @@ def test_cases_that_share_a_result_share_its_record(build):
 def test_a_dataset_of_long_columns_is_the_same(small, monkeypatch, tmp_path):
     plan, store, _ = small
     monkeypatch.setattr(variables, "HELD", 0)
-    file.write(collect(plan, store), tmp_path / file.FILE)
+    file.write_netcdf(collect(plan, store), tmp_path / file.FILE)
     assert (tmp_path / file.FILE).read_bytes() == (store.folder.parent / file.FILE).read_bytes()

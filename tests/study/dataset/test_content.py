@@ -200,7 +200,7 @@ def commands(path: Path, sound: Path, out: Path) -> list[list[object]]:
 @pytest.mark.everyday(3)
 def test_what_nanoslip_never_writes_is_refused_in_one_line(hostile):
     with pytest.raises(StoreError) as refused:
-        file.read(hostile).close()
+        file.open_dataset(hostile).close()
     assert str(refused.value).isprintable()
 
 

@@ -20,7 +20,7 @@ from nanoslip.study.dataset.file import (
     flattened,
     groups_of,
     loaded,
-    opened,
+    open_groups,
     tree_of,
     write_tree,
 )
@@ -53,7 +53,7 @@ def test_a_disk_that_refuses_the_dataset_is_named_and_nothing_is_left_of_it(tmp_
 
     monkeypatch.setattr(file, "write_tree", full)
     with pytest.raises(StoreError, match=rf"one\.nc: cannot be written: .*{said}"):
-        file.write(made(1), tmp_path / "one.nc")
+        file.write_netcdf(made(1), tmp_path / "one.nc")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -61,7 +61,7 @@ def test_a_disk_that_refuses_the_dataset_is_named_and_nothing_is_left_of_it(tmp_
 def test_what_is_no_file_is_refused_and_nobody_waits_for_it(tmp_path, no_file):
     no_file(tmp_path / "one.nc")
     with pytest.raises(StoreError, match=r"one\.nc: .*regular file"):
-        file.read(tmp_path / "one.nc")
+        file.open_dataset(tmp_path / "one.nc")
 
 
 DIMS = ("load", "radius", "member")
@@ -128,7 +128,7 @@ def test_a_file_holds_what_was_written(tmp_path, shape):
                 assert each.encoding["dtype"] == "S1" or each.dtype.kind != "O"
                 assert each.encoding["dtype"] != "S1" or node.path != "/" or each.ndim < 2
                 assert "_FillValue" not in each.encoding or name not in node.coords
-        root, groups = opened(tmp_path / "here.nc")
+        root, groups = open_groups(tmp_path / "here.nc")
         assert set(groups) == {"runs"}
         for path, group in {"/": root, **groups}.items():
             xr.testing.assert_identical(group.load(), given[path].to_dataset(inherit=False))
@@ -163,8 +163,8 @@ def test_selections_and_copies_keep_the_groups(change):
 
 
 def test_a_file_gives_root_and_groups_until_it_is_closed(tmp_path):
-    file.write(grouped(), tmp_path / "one.nc")
-    root, groups = opened(tmp_path / "one.nc")
+    file.write_netcdf(grouped(), tmp_path / "one.nc")
+    root, groups = open_groups(tmp_path / "one.nc")
     assert set(groups) == {"runs"}
     assert flattened(carrying(root, groups)).keys() == {"a", "case", "case_id", "runs/row_size", "runs/record"}
     whole = tree_of(loaded(root)).load()
@@ -181,7 +181,7 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     facts = {name: found.attrs[name] for name in ("Conventions", "title", "history")}
     for name, part in {"root": found, **groups_of(found)}.items():
         whole = part if name == "root" else part.assign_attrs(facts)
-        file.write(carrying(whole.copy(), {}), folder / f"{name}.nc")
+        file.write_netcdf(carrying(whole.copy(), {}), folder / f"{name}.nc")
     return sorted(folder.iterdir())
 
 
@@ -206,11 +206,11 @@ def test_texts_that_are_all_empty_or_none_at_all_are_kept_and_can_be_turned_abou
         "word": (("a", "b"), np.array([["x", "yy", ""]] * 2, object)),
     }
     none = xr.Dataset({"name": ("software", texts([]))})
-    file.write(
+    file.write_netcdf(
         carrying(xr.Dataset(words, {"case_id": ("a", ["p", "q"]), "a": [0, 1]}, HERE), {"software": none}),
         tmp_path / "one.nc",
     )
-    with file.read(tmp_path / "one.nc") as again:
+    with file.open_dataset(tmp_path / "one.nc") as again:
         assert again["empty"].values.tolist() == ["", "", ""]
         assert groups_of(again)["software"]["name"].dtype == object
         assert groups_of(again)["software"].sizes["software"] == 0
@@ -233,7 +233,7 @@ def test_texts_that_are_all_empty_or_none_at_all_are_kept_and_can_be_turned_abou
 def test_a_file_of_another_format_is_refused_with_what_reads_it(tmp_path, has, said):
     xr.Dataset({"a": 1.0}, attrs=has).to_netcdf(tmp_path / "old.nc")
     with pytest.raises(StoreError, match=rf"old\.nc: {said}"):
-        file.read(tmp_path / "old.nc")
+        file.open_dataset(tmp_path / "old.nc")
 
 
 def test_collect_does_not_replace_a_dataset_of_another_format(main: Main, campaign: Path, tmp_path: Path):
@@ -252,7 +252,7 @@ def test_collect_does_not_replace_a_dataset_of_another_format(main: Main, campai
 def test_another_file_is_refused_by_name(tmp_path, content):
     (tmp_path / "other.nc").write_bytes(content)
     with pytest.raises(StoreError, match=r"other\.nc"):
-        file.read(tmp_path / "other.nc")
+        file.open_dataset(tmp_path / "other.nc")
 
 
 @pytest.mark.parametrize("encoding", [float("nan"), "no-such"])
@@ -264,7 +264,7 @@ def test_texts_in_no_encoding_are_refused_by_name(tmp_path, encoding):
         names[:] = np.full((2, 4), b"a", "S1")
         names.setncattr("_Encoding", encoding)
     with pytest.raises(StoreError, match=r"other\.nc"):
-        file.read(tmp_path / "other.nc")
+        file.open_dataset(tmp_path / "other.nc")
 
 
 def test_a_file_with_texts_beyond_all_memory_is_refused_by_name(tmp_path):
@@ -272,12 +272,12 @@ def test_a_file_with_texts_beyond_all_memory_is_refused_by_name(tmp_path):
         other.createDimension("case", 2**44)
         other.createVariable("case", "f8", ("case",), zlib=True)
     with pytest.raises(StoreError, match=r"other\.nc"):
-        file.read(tmp_path / "other.nc")
+        file.open_dataset(tmp_path / "other.nc")
 
 
 def damaged(dataset: xr.Dataset, path: Path) -> Path:
     """The file of a dataset with zeros in the middle, of its one long column."""
-    file.write(dataset, path)
+    file.write_netcdf(dataset, path)
     whole = path.read_bytes()
     middle = len(whole) // 2
     path.write_bytes(whole[:middle] + bytes(256) + whole[middle + 256 :])
@@ -293,22 +293,22 @@ def test_damage_to_a_file_too_large_to_be_checked_is_refused_when_it_is_read(tmp
     words = np.array([str(number) * 9 for number in np.random.default_rng(1).random(4096)], object)
     path = damaged(carrying(xr.Dataset({"word": ("case", words)}, attrs=HERE), {}), tmp_path / "two.nc")
     with pytest.raises(StoreError, match=r"two\.nc: "):
-        file.read(path)
+        file.open_dataset(path)
 
 
 @pytest.mark.parametrize("kind", [errno.EPIPE, errno.ENOSPC])
 def test_a_pipe_that_is_closed_or_a_full_disk_is_no_damage_to_what_is_read(tmp_path, kind):
-    file.write(grouped(), tmp_path / "one.nc")
+    file.write_netcdf(grouped(), tmp_path / "one.nc")
     with pytest.raises(OSError, match=os.strerror(kind)), file.reading(tmp_path / "one.nc"):
         raise OSError(kind, os.strerror(kind))
 
 
 def test_a_file_may_be_open_several_times_and_closed_in_any_order(tmp_path):
     """Strings of variable length would break netCDF down here."""
-    file.write(grouped(), tmp_path / "one.nc")
-    kept = file.read(tmp_path / "one.nc")
+    file.write_netcdf(grouped(), tmp_path / "one.nc")
+    kept = file.open_dataset(tmp_path / "one.nc")
     for _ in range(30):
-        with file.read(tmp_path / "one.nc") as again:
+        with file.open_dataset(tmp_path / "one.nc") as again:
             assert groups_of(again)["runs"]["record"].values.tolist() == ["r"]
             assert again["case_id"].values.tolist() == ["x", "y"]
     np.testing.assert_array_equal(kept["a"], [1.0, 2.0])

@@ -18,7 +18,7 @@ from nanoslip.study.dataset.compare import Verdict
 from nanoslip.study.dataset.texts import NONE
 from nanoslip.study.dataset.verify import Finding
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.origin import computing, here
+from nanoslip.study.origin import computing_origin, here
 from nanoslip.study.plan.kinds import in_stages
 from nanoslip.study.plan.plan import make_plan
 from nanoslip.study.plan.task import Task, TaskResult
@@ -77,12 +77,14 @@ def computed(
     for task in in_stages(plan.tasks):
         if ending := fails(task):
             by = here().solver
-            attempts.add(folder, Attempt(task.key, "a task", ending.value, "why", True, False, by, "rank 0", "2026"))
+            attempts.add_attempt(
+                folder, Attempt(task.key, "a task", ending.value, "why", True, False, by, "rank 0", "2026")
+            )
         if ending or not lost.isdisjoint(task.needs):
             lost.add(task.key)
         elif not leave_out(task):
             store.write(once(task, {key: store.read(key) for key in task.needs}))
-    file.write(collect(plan, store), folder / file.FILE)
+    file.write_netcdf(collect(plan, store), folder / file.FILE)
     shutil.rmtree(folder / "results")
     for path in folder.iterdir():
         if path.name != file.FILE:
@@ -97,7 +99,7 @@ def verified(path: Path, folder: Path, count: int | None = None, run: Run = once
     with file.reading(path) as found:
         plan = verification.rebuilt(found, path)
         cases = verification.sample(verification.computed(plan, found), count)
-        for task in verification.tasks_of(plan, cases, found):
+        for task in verification.tasks_in_dataset(plan, cases, found):
             store.write(run(task, {key: store.read(key) for key in task.needs}))
         return list(verification.verify_cases(found, plan, cases, store))
 
@@ -200,7 +202,7 @@ def test_other_software_is_named(altered):
     with file.reading(altered(lambda opened: opened.setncattr("numpy_version", "1.0"))) as found:
         said = verification.other_software(found)
     assert "numpy 1.0" in said
-    assert said.endswith(f"recomputed by {computing()}")
+    assert said.endswith(f"recomputed by {computing_origin()}")
 
 
 @pytest.fixture(scope="module")

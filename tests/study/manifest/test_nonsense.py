@@ -114,8 +114,8 @@ def refusals(path: Path, campaigns: Iterable[tuple[str, Any, tuple[str, ...]]]) 
 
 
 def read_back(planned: Plan, path: Path) -> xr.Dataset:
-    file.write(collect(planned, Store(path.parent)), path.with_suffix(".nc"))
-    with file.read(path.with_suffix(".nc")) as opened:
+    file.write_netcdf(collect(planned, Store(path.parent)), path.with_suffix(".nc"))
+    with file.open_dataset(path.with_suffix(".nc")) as opened:
         return opened.load()
 
 

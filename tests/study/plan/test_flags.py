@@ -55,8 +55,8 @@ def computed(folder: Path, text: str) -> xr.Dataset:
     """The dataset of a campaign, given as text, from its file."""
     plan, store = planned(folder, text), Store(folder)
     compute(plan, store)
-    file.write(collect(plan, store), folder / file.FILE)
-    with file.read(folder / file.FILE) as found:
+    file.write_netcdf(collect(plan, store), folder / file.FILE)
+    with file.open_dataset(folder / file.FILE) as found:
         return found.load()
 
 

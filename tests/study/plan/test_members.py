@@ -32,7 +32,7 @@ from nanoslip.study.plan.kinds import (
 )
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.run import compute
-from nanoslip.study.run.compute import PAIRS, Member, joint_outcome, numbers, run_task, whole_again
+from nanoslip.study.run.compute import PAIRS, Member, joint_outcome, member_numbers, run_task, whole_again
 from tests.study.plan.running import DRIVE, run
 
 CASE = Case(radius=50.0, slab=Slab(17), max_events=None, max_presliding=4.0)
@@ -80,7 +80,7 @@ def test_what_is_kept_of_one_members_contact_changes_no_bit_of_anothers(n_x):
     nothing_kept = SurfaceCompliance(kept.matrix.copy(), kept.slab)
     for whole in (False, True):
         together, alone = (
-            numbers(
+            member_numbers(
                 RECORD,
                 [compute.computed_record(FOUR.case(case, number), compliance, FOUR, {}) for number in range(4)],
                 scalars_only=not whole,
@@ -214,9 +214,9 @@ def test_the_arrays_of_a_first_member_that_is_not_usable_are_not_kept():
         for values, outcome in ((nothing, Outcome(Ending.UNSTABLE_STEP, "why")), (np.ones(3), COMPLETED))
     )
     kind = replace(DRIVES, parts=(Part(Column),))
-    assert numbers(kind, (ran_away, whole))[1] == {}
-    np.testing.assert_array_equal(numbers(kind, (whole, ran_away))[1]["position"], np.ones(3))
-    np.testing.assert_array_equal(numbers(kind, (ran_away,))[1]["position"], nothing)
+    assert member_numbers(kind, (ran_away, whole))[1] == {}
+    np.testing.assert_array_equal(member_numbers(kind, (whole, ran_away))[1]["position"], np.ones(3))
+    np.testing.assert_array_equal(member_numbers(kind, (ran_away,))[1]["position"], nothing)
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ class Column:
 
 
 def test_of_no_members_there_are_no_numbers():
-    assert numbers(RECORD, ()) == ({}, {})
+    assert member_numbers(RECORD, ()) == ({}, {})
 
 
 @pytest.mark.parametrize(("name", "stage"), KNOWABLE.items())

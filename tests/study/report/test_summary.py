@@ -33,7 +33,7 @@ from nanoslip.study.report.summary import (
     scalar_table,
     short_summary,
 )
-from nanoslip.study.results.attempts import Run
+from nanoslip.study.results.attempts import RunRecord
 from tests.study.figures.cases import product
 from tests.study.report.test_page import made_up
 
@@ -405,7 +405,7 @@ def test_json_is_strict_and_says_units_and_meanings() -> None:
     assert found["rows"][1]["message"] == COLUMNS[4].values[1]
 
 
-ONE = Run(
+ONE = RunRecord(
     run="a",
     begun="2026-01-01T00:00:00+00:00",
     processes=1,

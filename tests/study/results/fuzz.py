@@ -33,7 +33,7 @@ from nanoslip.study.results import attempts, entry as own, store as lease
 from nanoslip.study.results.attempts import Attempt
 from nanoslip.study.results.store import FOLDER, Lease, Store, StoreError
 from nanoslip.study.run.dispatch import RunTally
-from nanoslip.study.run.executor import executor, left
+from nanoslip.study.run.executor import executor, rest_of
 from nanoslip.study.run.journal import Journal
 from nanoslip.study.run.launch import pin_threads
 from tests.study.results.results import OBSTACLES, flipped
@@ -97,7 +97,7 @@ def finished(folder: Path) -> Finished:
         last.key, last.label, "crashed", "a defect", True, False, here().solver, "rank 1", "2026-01-01T00:00:00+00:00"
     )
     for each in (replace(failed, final=False), failed):
-        attempts.add(out, each)
+        attempts.add_attempt(out, each)
     journal.computed(RunTally())
     journal.end(3)
     with Lease(out):
@@ -224,13 +224,13 @@ def _look(finished: Finished, out: Path, damaged: Path, thorough: bool) -> Verdi
         inventory, failures = store.inventory(), store.failures()
         if any(own.packed(store.read(key)) != own.packed(finished.results[key]) for key in inventory):
             raise OtherNumbersError("a result that nobody has computed")
-        attempts.read(out)
-        tasks = left(finished.plan, failures, inventory).tasks
+        attempts.read_runs(out)
+        tasks = rest_of(finished.plan, failures, inventory).tasks
         for task in tasks:
             if task.key in finished.results:
                 store.write(finished.results[task.key], task.shared)
             else:
-                attempts.add(out, finished.failed)
+                attempts.add_attempt(out, finished.failed)
         if Store(out).seals() != Store(finished.out).seals():
             raise OtherNumbersError("results that are not those of before")
         if thorough and attempts.final(out, finished.failed.solver) == finished.failures:

@@ -45,7 +45,7 @@ ALL: Final = (RECORD, COMPLIANCE, REFUSED, OTHER)
 def written(out: Path) -> Counter[str]:
     """How often each result of a campaign was kept, in whatever file."""
     found = [each for path in (out / FOLDER).glob(f"*{own.LOGS}") for each in own.scan(path)]
-    kept = [each.head.key for each in found if isinstance(each, own.Place)]
+    kept = [each.head.key for each in found if isinstance(each, own.LocatedEntry)]
     return Counter(kept + [path.stem for path in (out / FOLDER).glob(f"*{own.ENDING}")])
 
 

@@ -19,9 +19,9 @@ from nanoslip.study.results.entry import (
     CorruptResultError,
     LogWriter,
     TornError,
-    check,
     packed,
     read_head,
+    require_whole,
     result_of,
 )
 from tests.study.results.results import ALL, NO_FILES, OTHER, RECORD, flipped, forged, same
@@ -31,7 +31,7 @@ META = b'{"kind": "record", "ending": "completed", "message": "", "origins": []}
 
 def written(folder, result):
     path = own.path_of(folder, result.key)
-    files.write(path, [packed(result)])
+    files.write_whole(path, [packed(result)])
     return path
 
 
@@ -39,7 +39,7 @@ def unpacked(content):
     file = io.BytesIO(content)
     head = read_head(file)
     numbers = file.read(head.numbers)
-    check(head, numbers)
+    require_whole(head, numbers)
     return result_of(head, numbers)
 
 
@@ -55,7 +55,7 @@ def test_what_is_written_is_read_as_kernels_want_it_and_is_always_the_same_bytes
     assert len(content) % ALIGNED == 0
     found = own.read_entry(path)
     assert same(found, known)
-    assert own.checked(path).key == known.key
+    assert own.check_file(path).key == known.key
     for array in found.arrays.values():
         assert type(array) is np.ndarray  # kernels compile for plain arrays
         assert array.flags.aligned
@@ -94,7 +94,7 @@ def test_what_stands_where_a_result_belongs_is_named_and_stops_nothing(tmp_path,
     his = [mine.read_text() for mine in tmp_path.glob("*/mine")]
     with pytest.raises(CorruptResultError, match=path.name):
         own.read_entry(path)
-    files.write(path, [packed(RECORD)])
+    files.write_whole(path, [packed(RECORD)])
     assert same(own.read_entry(path), RECORD)
     assert [mine.read_text() for mine in tmp_path.glob("*/mine")] == his
 
@@ -184,18 +184,18 @@ def test_a_scratch_file_that_its_writer_puts_in_place_meanwhile_is_no_problem(tm
 
 def test_lines_are_read_as_they_were_written_one_below_the_other_whatever_was_cut_short(tmp_path):
     path = tmp_path / "lines"
-    assert files.read(path) == []
-    files.add(path, b"one\n")
-    files.add(path, b"two\n\xff\n")
+    assert files.read_lines(path) == []
+    files.append_lines(path, b"one\n")
+    files.append_lines(path, b"two\n\xff\n")
     path.write_bytes(path.read_bytes() + b"fo")
-    files.add(path, b"five\n")
+    files.append_lines(path, b"five\n")
     assert path.read_bytes() == b"one\ntwo\n\xff\nfo\nfive\n"
-    assert files.read(path) == ["one", "two", "\ufffd", "fo", "five"]
+    assert files.read_lines(path) == ["one", "two", "\ufffd", "fo", "five"]
 
 
 @NO_FILES
 def test_lines_are_neither_waited_for_nor_written_where_no_file_is(tmp_path, no_file):
     no_file(tmp_path / "lines")
-    assert files.read(tmp_path / "lines") == []
+    assert files.read_lines(tmp_path / "lines") == []
     with pytest.raises(OSError, match="no regular file"):
-        files.add(tmp_path / "lines", b"one\n")
+        files.append_lines(tmp_path / "lines", b"one\n")

@@ -126,8 +126,7 @@ def test_what_is_no_file_is_put_aside_or_refused(tmp_path):
 RACE = """
 import errno, fcntl, os, sys, time
 from pathlib import Path
-from nanoslip.study.results.store import Lease
-from nanoslip.study.results.store import StoreError
+from nanoslip.study.results.store import Lease, StoreError
 from tests.study.results.results import written
 
 folders, marks, runs, delay = sorted(Path(sys.argv[1]).iterdir()), Path(sys.argv[2]), int(sys.argv[3]), float(sys.argv[5])
@@ -208,10 +207,10 @@ def test_a_stale_lease_that_another_run_takes_while_it_is_judged_is_left_to_it(t
     def taken_meanwhile(_):
         (tmp_path / FILE).unlink()
         left_behind(tmp_path, socket.gethostname(), os.getpid())
-        monkeypatch.setattr(lease, "lives", lambda _: True)
+        monkeypatch.setattr(files, "lives", lambda _: True)
         return False
 
-    monkeypatch.setattr(lease, "lives", taken_meanwhile)
+    monkeypatch.setattr(files, "lives", taken_meanwhile)
     refused(tmp_path, f"process {os.getpid()} on")
 
 

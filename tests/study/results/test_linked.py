@@ -8,7 +8,7 @@ import pytest
 
 from nanoslip.study.results import files
 from nanoslip.study.results.attempts import FILE as ATTEMPTS
-from nanoslip.study.results.shard import Shard
+from nanoslip.study.results.files import Shard
 from nanoslip.study.results.store import merge_shards
 from nanoslip.study.run.journal import BEGUN
 from tests.conftest import ROOT

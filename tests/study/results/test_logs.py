@@ -12,10 +12,10 @@ from nanoslip.study.results.entry import (
     LOGS,
     CorruptResultError,
     Fault,
+    LocatedEntry,
     Logs,
     LogWriter,
-    OtherFormatError,
-    Place,
+    ResultFormatError,
     TornError,
     packed,
     scan,
@@ -43,7 +43,7 @@ def log(writer, tmp_path):
 
 
 def keys(path, **choices):
-    return [found.head.key for found in scan(path, **choices) if isinstance(found, Place)]
+    return [found.head.key for found in scan(path, **choices) if isinstance(found, LocatedEntry)]
 
 
 def faults(path):
@@ -206,7 +206,7 @@ def test_a_log_of_another_format_is_refused_and_stays_as_it_is(tmp_path, content
     torn.write_bytes(ENTRIES[0][:-1])
     other.write_bytes(content)
     said = f"{other}: has format [0-9]+, of another nanoslip; this one reads format 1"
-    with pytest.raises(OtherFormatError, match=said):
+    with pytest.raises(ResultFormatError, match=said):
         Logs(tmp_path, whole=True).mend()
     assert (torn.read_bytes(), other.read_bytes()) == (ENTRIES[0][:-1], content)
 

@@ -9,13 +9,13 @@ import pytest
 from nanoslip.study.origin import here
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import attempts
-from nanoslip.study.results.attempts import RUNS_FILE, Attempt, Run
-from nanoslip.study.results.shard import Shard, folders
+from nanoslip.study.results.attempts import RUNS_FILE, Attempt, RunRecord
+from nanoslip.study.results.files import Shard, shard_folders
 from nanoslip.study.results.store import Lease, Store, merge_shards
 from tests.study.results.results import REFUSED, forbidden
 
 ONE, TWO, THREE = (letter * 19 + number for letter, number in ("a1", "b2", "f3"))
-RUN = Run("a", "2026-01-01T00:00:00+00:00", 1)
+RUN = RunRecord("a", "2026-01-01T00:00:00+00:00", 1)
 FAILED = Attempt("d" * 20, "record", "crashed", "why", True, False, here().solver, "rank 0 on here", "2026")
 
 
@@ -33,12 +33,12 @@ def test_what_is_no_shard_is_refused(text):
 
 
 def test_shards_of_a_folder_are_found_in_order(tmp_path):
-    assert folders(tmp_path) == []
+    assert shard_folders(tmp_path) == []
     wanted = [Shard(number, 12).folder(tmp_path) for number in (2, 11)]
     for path in (*reversed(wanted), tmp_path / "shards" / "else"):
         path.mkdir(parents=True)
     (tmp_path / "shards" / "1-of-1").write_text("")
-    assert folders(tmp_path) == wanted
+    assert shard_folders(tmp_path) == wanted
 
 
 def test_shards_that_may_not_be_read_are_not_none():
@@ -46,7 +46,7 @@ def test_shards_that_may_not_be_read_are_not_none():
         Path(out).chmod(0o755)
         Shard(1, 2).folder(Path(out)).mkdir(parents=True)
         with forbidden(Path(out) / "shards"), pytest.raises(PermissionError):
-            folders(Path(out))
+            shard_folders(Path(out))
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def filled(out, number, key, shared=False):
     store = Store(folder)
     store.prepare()
     store.write(result(key, number), shared)
-    assert not attempts.add(folder, replace(FAILED, task=key[::-1]))
+    assert not attempts.add_attempt(folder, replace(FAILED, task=key[::-1]))
     assert not attempts.add_run(folder, replace(RUN, run=key))
     return folder
 
@@ -80,7 +80,7 @@ def test_results_failures_and_journals_are_moved_and_nothing_stays(tmp_path, sto
     assert store.finished() == {ONE, TWO, THREE}
     assert store.read(TWO).scalars == {"approach": [2.0]}
     assert set(attempts.final(tmp_path, here().solver)) == {ONE[::-1], TWO[::-1]}
-    assert {run.run for run in attempts.read(tmp_path)} == {ONE, TWO}
+    assert {run.run for run in attempts.read_runs(tmp_path)} == {ONE, TWO}
     assert sorted(path.read_text() for path in store.folder.glob("notes.log*")) == ["of shard 1", "of shard 2"]
     assert not (tmp_path / "shards").exists()
     assert merge_shards(tmp_path) == []
@@ -107,7 +107,7 @@ def test_what_a_killed_run_has_not_finished_writing_is_named_and_left_out(tmp_pa
     assert merge_shards(tmp_path) == []
     assert "was torn" in " ".join(capsys.readouterr().err.split())
     assert store.finished() == {TWO}
-    assert len(attempts.read(tmp_path)) == 2
+    assert len(attempts.read_runs(tmp_path)) == 2
 
 
 def test_a_shard_where_a_run_is_at_work_is_left_to_it_and_named(tmp_path, store):

@@ -105,7 +105,7 @@ def test_a_damaged_file_is_read_from_a_log_where_that_has_it_and_named_where_non
 
 def test_processes_that_write_one_result_at_once_do_no_harm(store, environment):
     program = (
-        "import sys; from pathlib import Path; from nanoslip.study.results.store import Store\n"
+        "import sys; from pathlib import Path; from nanoslip.study.results.store import Store, StoreError\n"
         "from tests.study.results.results import COMPLIANCE, RECORD\n"
         "store = Store(Path(sys.argv[1])); print('ready', flush=True); sys.stdin.readline()\n"
         "for _ in range(50): store.write(COMPLIANCE, shared=True); store.write(RECORD, shared=True)\n"
@@ -174,7 +174,7 @@ def test_what_results_say_of_themselves_is_found_in_files_and_logs_alike(store):
     """And counted once where a result is in both."""
     store.write(RECORD)
     store.write(COMPLIANCE, shared=True)
-    files.write(own.path_of(store.folder, RECORD.key), [packed(RECORD)])
+    files.write_whole(own.path_of(store.folder, RECORD.key), [packed(RECORD)])
     said = store.metas()
     assert dict(said) == {each.key: Meta(each.kind, each.outcome, each.origins) for each in (RECORD, COMPLIANCE)}
     assert [key for key, _ in store.seals()] == sorted(said)

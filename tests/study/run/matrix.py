@@ -92,7 +92,7 @@ def in_shards(folder: Path) -> dict[str, Found]:
         shards = [f"{number}/{SHARDS}" for number in range(1, SHARDS + 1)]
         list(pool.map(lambda shard: _command(folder, FAILURES, "run", "--shard", shard, "-j", "2"), shards))
     _command(folder, INTERRUPTED, "merge")  # as errors of the machine may be over
-    with file.read(folder / "out" / file.FILE) as dataset:
+    with file.open_dataset(folder / "out" / file.FILE) as dataset:
         cases = dataset[["outcome", "message"]].squeeze().load()
     told = zip(cases.outcome.values.tolist(), cases.message.values.tolist(), strict=True)
     ended = dict(

@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 
 from nanoslip.study.manifest.reader import parse_manifest
 from nanoslip.study.plan.plan import make_plan
-from nanoslip.study.results.shard import Shard
+from nanoslip.study.results.files import Shard
 from nanoslip.study.run.batch import Job, Site, SiteError, array_script, load_site, merge_script, script, seconds_of
 from nanoslip.study.run.campaign import blocks_of, finished_with, part
 from tests.conftest import ROOT, SMALL

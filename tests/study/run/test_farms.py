@@ -413,7 +413,7 @@ def test_an_input_is_read_once_for_tasks_that_follow_each_other(tmp_path, store,
 
 def test_a_task_that_leaves_no_file_to_open_changes_nothing_of_what_results_state(tmp_path, store, monkeypatch):
     origin.arithmetic.cache_clear()
-    origin.computing.cache_clear()
+    origin.computing_origin.cache_clear()
     execute = executor(tmp_path)
     monkeypatch.setattr(origin, "_processor", lambda _names: "")  # as where the system's file cannot be read
     execute(SLAB)

@@ -21,7 +21,7 @@ from nanoslip.study.run import child as process
 from nanoslip.study.run.campaign import KILLED, blame
 from nanoslip.study.run.child import Agent, BrokenProgramError
 from nanoslip.study.run.dispatch import RunTally
-from nanoslip.study.run.executor import executor, left
+from nanoslip.study.run.executor import executor, rest_of
 from nanoslip.study.run.farm import ProcessFarm
 from nanoslip.study.run.journal import BEGUN, LONG_TASK, Journal, left_begun
 from nanoslip.study.run.launch import Program
@@ -261,10 +261,10 @@ def test_what_a_killed_run_was_at_comes_last_and_is_given_up_at_the_second_time(
     for given_up in (False, True):
         Journal(tmp_path).begun([(Work(record.key), math.inf)])
         blame(plan, store, Journal(tmp_path), tmp_path)  # the next run does, when it begins
-        work = left(plan, store.failures(), ())
+        work = rest_of(plan, store.failures(), {})
         assert (work.tasks[-1] == record, record in work.given_up) == (not given_up, given_up)
     assert store.failures()[record.key].outcome.message.startswith(KILLED)
-    assert left(plan, store.failures(), (), retry=True).given_up == ()
+    assert rest_of(plan, store.failures(), {}, retry=True).given_up == ()
 
 
 def test_a_task_that_was_at_hand_by_accident_is_computed_and_forgiven(main, campaign, tmp_path):
