@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Final, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Final, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,16 +48,14 @@ class SlipRule:
     event_floor: in node spacings, or in 24 elastic stretches by μ_i·W if these are less (not in the paper's case).
     """
 
+    TABLE: ClassVar[str] = "slip"
     slip_order: SlipOrder = parameter(
         "worst_first",
-        table="slip",
         meaning="which node slips first",
-        unit="",
         comment="the one with the largest |shear|/(μ_i·pressure), all others held; or all above their limit at once",
     )
     residual_shear: float = parameter(
         0.0,
-        table="slip",
         meaning="shear left by a slip, over μ_i·pressure",
         symbol="r",
         comment="0 is a full stress drop, 1 classical Coulomb sliding",
@@ -66,14 +64,11 @@ class SlipRule:
     )
     limited_shear: LimitedShear = parameter(
         "both_ways",
-        table="slip",
         meaning="directions of limited shear",
-        unit="",
         comment="both, or only the drag direction, as the paper prints it",
     )
     event_floor: float = parameter(
         1e-6,
-        table="slip",
         meaning="smallest displacement step",
         comment="no step to the next event is shorter than event_floor·min(Δx, 24·μ_i·W/K): Δx is the node spacing, K the change "
         "of the contact's friction force, if all its nodes stick, per displacement of the pin",
@@ -82,12 +77,7 @@ class SlipRule:
         note=" (node spacings)",
     )
     cascade_limit: int = parameter(
-        10_000_000,
-        table="slip",
-        meaning="most slips in one event",
-        least=1,
-        most=MOST_WHOLE,
-        note=" slips",
+        10_000_000, meaning="most slips in one event", least=1, most=MOST_WHOLE, note=" slips"
     )
 
     def __post_init__(self) -> None:
@@ -102,20 +92,15 @@ class Effects:
     pin_translation: without, nodes keep their initial pressure; all events are slips.
     """
 
-    friction: bool = parameter(True, table="effects", meaning="the pin drags the surface", unit="")
+    TABLE: ClassVar[str] = "effects"
+    friction: bool = parameter(True, meaning="the pin drags the surface")
     coupling: bool = parameter(
         True,
-        table="effects",
         meaning="normal and tangential are coupled",
-        unit="",
         comment="tangential forces lift the surface, and normal ones move it sideways",
     )
     pin_translation: bool = parameter(
-        True,
-        table="effects",
-        meaning="the pin's profile is carried along",
-        unit="",
-        comment="pressures follow the pin as it moves",
+        True, meaning="the pin's profile is carried along", comment="pressures follow the pin as it moves"
     )
 
     def __post_init__(self) -> None:
@@ -131,20 +116,17 @@ class Heterogeneity:
         On a plane of nodes an image: points (ξ, y, height) of a whole grid.
     """
 
-    distribution: Distribution = parameter(
-        "lognormal", table="heterogeneity", meaning="distribution of μ_i over the nodes", unit=""
-    )
+    TABLE: ClassVar[str] = "heterogeneity"
+    distribution: Distribution = parameter("lognormal", meaning="distribution of μ_i over the nodes")
     spread: float = parameter(
         0.0,
-        table="heterogeneity",
         meaning="spread of μ_i over the nodes",
         comment="standard deviation over mean",
         need="0 to 100 (lognormal), 0.577 (uniform) or 0.25 (normal)",
     )
-    seed: int = parameter(1, table="heterogeneity", meaning="seed of the nodes' μ_i", least=0, most=MOST_WHOLE)
+    seed: int = parameter(1, meaning="seed of the nodes' μ_i", least=0, most=MOST_WHOLE)
     roughness: Roughness = parameter(
         (),
-        table="heterogeneity",
         meaning="points (ξ, height) of the pin's roughness",
         comment='as an axis a list of files, in which "none" is a smooth pin',
         columns=("xi", "height"),
@@ -214,19 +196,15 @@ class Interface:
         proportional to compression (`exponential`) or by this pin's frictionless contact (`heights`).
     """
 
-    contacts: int = parameter(
-        1, table="interface", meaning="contacts of the slider", symbol="N", least=1, most=MOST_CONTACTS
-    )
+    TABLE: ClassVar[str] = "interface"
+    contacts: int = parameter(1, meaning="contacts of the slider", symbol="N", least=1, most=MOST_CONTACTS)
     loads: Loads = parameter(
         "equal",
-        table="interface",
         meaning="loads of the contacts",
-        unit="",
         comment="normal_load is their mean; heights: exponentially distributed under a rigid plane",
     )
     measured_loads: Numbers = parameter(
         (),
-        table="interface",
         meaning="measured loads of contacts",
         comment="the contacts' loads are drawn from them, in any unit",
         columns=("load",),
@@ -286,7 +264,7 @@ class Case:
         measure="G·L_x·L_y",
     )
     slab: Slab = field(default_factory=Slab)
-    pin: PinShape = parameter("parabola", table="constants", meaning="shape of the pin", unit="")
+    pin: PinShape = parameter("parabola", table="constants", meaning="shape of the pin")
     half_width: float = parameter(
         0.25,
         table="constants",
@@ -301,7 +279,6 @@ class Case:
         "stick",
         table="numerics",
         meaning="loading at initial contact",
-        unit="",
         comment="nodes held at u = 0 slip afterwards; or stick after frictionless contact; or the load rises event by event",
     )
     start: float = parameter(
@@ -439,12 +416,7 @@ def _refuse_with_classical_sliding(case: Case) -> None:
             math.inf,
             "a finite μ_i, as it slides at μ_i·pressure",
         ),
-        (
-            case.slip_rule.limited_shear == "forward",
-            "limited_shear",
-            "forward",
-            f"{smaller} limits shear both ways",
-        ),
+        (case.slip_rule.limited_shear == "forward", "limited_shear", "forward", f"{smaller} limits shear both ways"),
         (
             not case.effects.pin_translation,
             "pin_translation",

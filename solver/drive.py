@@ -48,15 +48,9 @@ FEWER_STEPS: Final = "raise step_limit, shorten the drive, slow the stage or sof
 class Scales:
     """Scales of the dimensionless numbers: slab width L_x (m), slab depth L_y (m), shear modulus G (Pa)."""
 
-    slab_width: float = parameter(
-        1e-3, table="scales", meaning="slab width", symbol="L_x", unit="m", least=1e-30, most=1e30
-    )
-    slab_depth: float = parameter(
-        1e-2, table="scales", meaning="slab depth", symbol="L_y", unit="m", least=1e-30, most=1e30
-    )
-    shear_modulus: float = parameter(
-        1e10, table="scales", meaning="shear modulus", symbol="G", unit="Pa", least=1e-30, most=1e30
-    )
+    slab_width: float = parameter(1e-3, meaning="slab width", symbol="L_x", unit="m", least=1e-30, most=1e30)
+    slab_depth: float = parameter(1e-2, meaning="slab depth", symbol="L_y", unit="m", least=1e-30, most=1e30)
+    shear_modulus: float = parameter(1e10, meaning="shear modulus", symbol="G", unit="Pa", least=1e-30, most=1e30)
 
     def __post_init__(self) -> None:
         check(self)
@@ -120,23 +114,21 @@ class Drive:
         least=1e-30,
         most=1e30,
     )
-    integrator: Any = parameter("exact", meaning="integrator of the dynamic stage", unit="")
+    integrator: Any = parameter("exact", meaning="integrator of the dynamic stage")
     profile: ProfileShape = parameter(
         "sawtooth",
         meaning="friction profile between events",
-        unit="",
         note="; a measured surface is `roughness = FILE`",
         comment="the record's teeth; at most 64 of them in a node spacing; lines between forces after events; the plateau's mean",
     )
     samples: int = parameter(2000, meaning="output times after the start", least=1, most=MOST_SAMPLES)
     surface_compliance: bool = parameter(
-        True, meaning="the contact is compliant", unit="", comment="it yields with its stiffness K before it slips"
+        True, meaning="the contact is compliant", comment="it yields with its stiffness K before it slips"
     )
-    reverse_motion: bool = parameter(True, meaning="the pin may slip back", unit="")
+    reverse_motion: bool = parameter(True, meaning="the pin may slip back")
     memory: bool = parameter(
         False,
         meaning="the pin is pulled over its contact",
-        unit="",
         comment="it remembers the way it went; without, friction is that of the record, and Eq. 13-15 lead back from it",
     )
     step_limit: int = parameter(

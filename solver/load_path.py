@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ LEAST_LOAD = 1e-6
 
 def _way(meaning: str, **more: Any) -> Any:
     """A parameter that is a length along the path, 0 by default."""
-    return parameter(0.0, table="path", meaning=meaning, least=0.0, most=FARTHEST, **more)
+    return parameter(0.0, meaning=meaning, least=0.0, most=FARTHEST, **more)
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +33,7 @@ class LoadPath:
     `cycles` times. Or it visits the points `legs` along straight lines.
     """
 
+    TABLE: ClassVar[str] = "path"
     amplitude: float = _way(
         "amplitude",
         comment="of cycles about their middle; one presliding length is μ_i·W/K",
@@ -40,13 +41,12 @@ class LoadPath:
         measure="presliding lengths",
     )
     stroke: float = _way("amplitude of cycles", scale="slab_width", note=" (L_x)", measure="L_x")
-    cycles: int = parameter(6, table="path", meaning="cycles forward and back", least=1, most=10**6)
+    cycles: int = parameter(6, meaning="cycles forward and back", least=1, most=10**6)
     slid: float = _way(
         "way before cycles", comment="one is μ_i·W/K", note=" (presliding lengths)", measure="presliding lengths"
     )
     visited_loads: Numbers = parameter(
         (),
-        table="path",
         word="load",
         meaning="loads visited before the cycles",
         comment="over normal_load, while the pin rests",
@@ -57,7 +57,6 @@ class LoadPath:
     )
     legs: Roughness = parameter(
         (),
-        table="path",
         meaning="points of displacement and load to visit",
         comment="in L_x and over normal_load, or with units in the header",
         columns=("displacement", "load"),

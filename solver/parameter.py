@@ -204,10 +204,11 @@ class Parameter:
     meaning: str
     """Name short enough for the label of an axis."""
     table: str = ""
-    """Table of a campaign file that takes it; empty if none does."""
+    """Table of a campaign file that takes it, by default the one of its type (`TABLE`); empty if none does."""
     word: str = ""
     """Key in a campaign file, if that is not the field's name."""
-    unit: str = "1"
+    unit: str = ""
+    """SI unit, by default 1 of numbers; empty of anything else."""
     measure: str = ""
     """Unit of a number without SI unit, as L_x; empty of pure numbers."""
     comment: str = ""
@@ -274,8 +275,15 @@ def declared(kind: type) -> Mapping[str, Parameter]:
     """The parameters among the fields of a dataclass, by name, in their order."""
     if kind not in _declared:
         own = (item for item in fields(kind) if _PARAMETER_KEY in item.metadata)
-        _declared[kind] = MappingProxyType({item.name: item.metadata[_PARAMETER_KEY] for item in own})
+        _declared[kind] = MappingProxyType({item.name: _completed(item, kind) for item in own})
     return _declared[kind]
+
+
+def _completed(item: "dataclasses.Field[Any]", kind: Any) -> Parameter:
+    stated: Parameter = item.metadata[_PARAMETER_KEY]
+    number = _conversion_of(item.type) not in (None, bool)
+    table = stated.table or getattr(kind, "TABLE", "")
+    return replace(stated, table=table, unit=stated.unit or ("1" if number else ""))
 
 
 @lru_cache(maxsize=64)
@@ -295,7 +303,8 @@ def check(value: Any) -> None:
     """Give every parameter of a frozen value its declared type (200 and 200.0 are one case); refuse what is out of range."""
     kind = type(value)
     if kind not in _checks:
-        checks = tuple(_Check.of(item) for item in fields(kind) if item.name in declared(kind))
+        types = {item.name: item.type for item in fields(kind)}
+        checks = tuple(_Check.of(name, stated, types[name]) for name, stated in declared(kind).items())
         _checks[kind] = checks, attrgetter(*(each.name for each in checks), "__class__"), [_NOTHING] * len(checks)
     checks, values_of, accepted = _checks[kind]
     for place, given in enumerate(values_of(value)[:-1]):
@@ -322,10 +331,8 @@ class _Check(NamedTuple):
     """The declared type, where that is one that values are converted to."""
 
     @classmethod
-    def of(cls, item: "dataclasses.Field[Any]") -> Self:
-        kinds = (item.type, *(get_args(item.type) if get_origin(item.type) is not tuple else ()))
-        plain = next((plain for plain in _CONVERSIONS if plain in kinds), None)
-        return cls(item.name, item.metadata[_PARAMETER_KEY], type(None) in kinds, choices_of(item.type), plain)
+    def of(cls, name: str, stated: Parameter, kind: Any) -> Self:
+        return cls(name, stated, type(None) in get_args(kind), choices_of(kind), _conversion_of(kind))
 
     def taken(self, given: Any) -> Any:
         """The value in its declared type. Raises InvalidInput."""
@@ -409,6 +416,12 @@ _CONVERSIONS: dict[Any, Callable[[str, Any], Any]] = {
     float: as_float,
 }
 """Declared type -> how a value becomes of it."""
+
+
+def _conversion_of(kind: Any) -> Any:
+    """The type, or the one beside None, to which values of a field are converted; None if they are not."""
+    kinds = (kind, *(get_args(kind) if get_origin(kind) is not tuple else ()))
+    return next((plain for plain in _CONVERSIONS if plain in kinds), None)
 
 
 def _converts(kind: type, given: Any) -> bool:

@@ -25,6 +25,7 @@ FEWEST_NODES, MOST_NODES = 2**2 + 1, 2**MOST_LEVELS + 1
 class Scheme(ABC):
     """A discretization of the slab: a frozen dataclass of its settings, and the surface compliance that they lead to."""
 
+    TABLE: ClassVar[str] = "numerics"
     name: ClassVar[str]
     reciprocal: ClassVar[bool] = True
     """True if its operator is that of an elastic body: symmetric, positive definite."""
@@ -86,9 +87,9 @@ class Slab:
     scheme: settings of one of the schemes, or the name of one, with its own values. Raises InvalidInput for values out of range.
     """
 
+    TABLE: ClassVar[str] = "numerics"
     n_x: int = parameter(
         129,
-        table="numerics",
         meaning="surface nodes",
         comment="their spacing L_x/(n_x - 1) is the size of the elements that slip",
         need="2^N + 1 with N from 2 to 20; on a surface without ends: odd",
@@ -106,13 +107,9 @@ class Slab:
         1.0 / 3.0, table="constants", meaning="Poisson's ratio", symbol="ν", above=-1.0, most=0.5
     )
     support: Support = parameter(
-        "bonded",
-        table="numerics",
-        meaning="how the slab is held",
-        unit="",
-        comment="at its base, without friction there, or at its right side",
+        "bonded", meaning="how the slab is held", comment="at its base, without friction there, or at its right side"
     )
-    scheme: Any = parameter("galerkin", table="numerics", meaning="discretization of the slab", unit="")
+    scheme: Any = parameter("galerkin", meaning="discretization of the slab")
 
     def __post_init__(self) -> None:
         check(self)

@@ -33,11 +33,7 @@ class Pressed(NamedTuple):
 
 
 def pressed(
-    convolution: SurfaceConvolution,
-    contact: NDArray[np.bool_],
-    heights: Vector,
-    start: Vector,
-    precision: float,
+    convolution: SurfaceConvolution, contact: NDArray[np.bool_], heights: Vector, start: Vector, precision: float
 ) -> Pressed:
     """The nodes of `contact` (n,) brought to these heights (n,) by forces with the sum of `start` (n,), which is 0 beside them.
 

@@ -170,14 +170,7 @@ def _load_gradually(case: Case, compliance: Compliance) -> ContactState:
     height = pin_of(case).height(x)
     lowest, everywhere = height == height.min(), np.ones(len(x), dtype=np.bool_)
     compiled = compiled_contact(
-        case,
-        compliance,
-        lowest,
-        np.zeros_like(x),
-        height,
-        everywhere,
-        load=1e-12 * case.normal_load,
-        direction=PRESSED,
+        case, compliance, lowest, np.zeros_like(x), height, everywhere, load=1e-12 * case.normal_load, direction=PRESSED
     )
     status, slips = _raised(compiled, case.normal_load)
     state = state_of(compiled, OUTCOME_OF_STOP[corrected_for_rounding(compiled, status)])

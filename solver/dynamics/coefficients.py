@@ -49,11 +49,7 @@ class FrictionCoefficients(Labels):
         comment="by inertia and damper: excess over all forces of the record, as F/W, beside no μ_s too; same for all starts",
     )
     kinetic_friction: float = quantity(
-        "kinetic friction coefficient",
-        symbol="μ_k",
-        comment="from steady sliding",
-        ensemble=True,
-        shared="plateau",
+        "kinetic friction coefficient", symbol="μ_k", comment="from steady sliding", ensemble=True, shared="plateau"
     )
 
     def _facts(self) -> Iterator[str]:

@@ -12,10 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from nanoslip.solver.drive import (
-    Drive,
-    lag_time,
-)
+from nanoslip.solver.drive import Drive, lag_time
 from nanoslip.solver.dynamics.coefficients import FrictionCoefficients, friction_coefficients
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit, friction_limit_of
 from nanoslip.solver.dynamics.integrators import Pulled, integrate

@@ -11,10 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import MOST_EVENTS, Case
-from nanoslip.solver.contact.compiled_contact import (
-    in_lines,
-    slip_constants,
-)
+from nanoslip.solver.contact.compiled_contact import in_lines, slip_constants
 from nanoslip.solver.contact.kernels.state import Direction, Stop, new_scalars
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_STOP

@@ -7,9 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.compiled_contact import (
-    left_behind,
-)
+from nanoslip.solver.contact.compiled_contact import left_behind
 from nanoslip.solver.contact.coulomb import (
     CoulombContact,
     CoulombError,
@@ -27,9 +25,7 @@ from nanoslip.solver.contact.soundness import OUTCOME_OF_ENDING
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED, Ending
-from nanoslip.solver.sliding.record import (
-    off_the_slab,
-)
+from nanoslip.solver.sliding.record import off_the_slab
 from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, record_of
 
 CREATED_ON_THE_WAY = 1e-4

@@ -24,9 +24,7 @@ from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
 from nanoslip.solver.outcome import COMPLETED
-from nanoslip.solver.sliding.record import (
-    extended,
-)
+from nanoslip.solver.sliding.record import extended
 from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, first_of, first_room, grown, record_of
 
 RESUMABLE = 10_000

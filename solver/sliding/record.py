@@ -95,10 +95,7 @@ class FrictionRecord(Viewed):
     presliding_length: float
     """μ_i·W/K, in L_x: where a contact that stuck as a whole would reach the friction of all its nodes. Infinite if K ≤ 0."""
     initial_force: float = quantity(
-        "F/W after initial contact",
-        per="normal_load",
-        symbol="F/W",
-        comment="friction force over load",
+        "F/W after initial contact", per="normal_load", symbol="F/W", comment="friction force over load"
     )
     initial_stiffness: float = quantity("initial stiffness", comment="dF/dδ_p before the first event", measure="G·L_y")
     initial_slips: int = quantity("node slips of initial contact")
@@ -115,10 +112,7 @@ class FrictionRecord(Viewed):
     )
     """The last event, or the displacement limit."""
     final_force: float = quantity(
-        "F/W at the end of the record",
-        per="normal_load",
-        symbol="F/W",
-        comment="friction force over load",
+        "F/W at the end of the record", per="normal_load", symbol="F/W", comment="friction force over load"
     )
     outcome: Outcome
     """Outcome of the run."""

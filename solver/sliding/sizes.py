@@ -243,10 +243,7 @@ _REFERENCE: Final = {
 }
 
 
-_NUMBERS: Final = (
-    *("exponent", "exponent_uncertainty", "exponent_members"),
-    *("cutoff", "tail", "goodness"),
-)
+_NUMBERS: Final = ("exponent", "exponent_uncertainty", "exponent_members", "cutoff", "tail", "goodness")
 """Fields of a SizeDistribution that a result holds."""
 
 

@@ -15,9 +15,7 @@ from nanoslip.solver.outcome import InvalidInput, Outcome, SingularOperator, Too
 from nanoslip.solver.sliding.constant_pressures import slide_with_constant_pressures
 from nanoslip.solver.sliding.coulomb_friction import slide_with_coulomb_friction
 from nanoslip.solver.sliding.full_contact import slide_full_contact
-from nanoslip.solver.sliding.record import (
-    FrictionRecord,
-)
+from nanoslip.solver.sliding.record import FrictionRecord
 from nanoslip.solver.sliding.validity import lawfulness
 from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, record_of
 

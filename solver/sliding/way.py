@@ -12,12 +12,7 @@ from nanoslip.solver.contact.kernels.path import Events, empty_events
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.slab import surface_x
-from nanoslip.solver.sliding.record import (
-    FIRST_CAPACITY,
-    FrictionRecord,
-    farthest,
-    presliding_length,
-)
+from nanoslip.solver.sliding.record import FIRST_CAPACITY, FrictionRecord, farthest, presliding_length
 
 
 class Way(NamedTuple):

@@ -33,14 +33,10 @@ from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 class About:
     """Authors, licence and DOI, for attributes of the dataset."""
 
-    author: tuple[str, ...] = parameter((), meaning="names of the authors", unit="", need="a text, or a list of texts")
-    orcid: tuple[str, ...] = parameter(
-        (), meaning="ORCID of each author, as a URL", unit="", need="a text, or a list of texts"
-    )
-    licence: str = parameter(
-        "", meaning="licence of the dataset", unit="", need="an identifier, as CC-BY-4.0, or a URL"
-    )
-    doi: str = parameter("", meaning="DOI of the dataset, as reserved by an archive", unit="", need="a text")
+    author: tuple[str, ...] = parameter((), meaning="names of the authors", need="a text, or a list of texts")
+    orcid: tuple[str, ...] = parameter((), meaning="ORCID of each author, as a URL", need="a text, or a list of texts")
+    licence: str = parameter("", meaning="licence of the dataset", need="an identifier, as CC-BY-4.0, or a URL")
+    doi: str = parameter("", meaning="DOI of the dataset, as reserved by an archive", need="a text")
 
     def __post_init__(self) -> None:
         for name in ("author", "orcid"):
@@ -198,43 +194,36 @@ def _is_whole(value: Any) -> bool:
 class Outputs:
     """Contents of the dataset besides the scalars of each case."""
 
-    records: bool = parameter(True, meaning="friction records, event by event, and slips of each surface node", unit="")
+    records: bool = parameter(True, meaning="friction records, event by event, and slips of each surface node")
     statistics: bool = parameter(
         False,
         meaning="distributions of event sizes over all members",
-        unit="",
         comment="exponents, cut-offs, goodness of fit, correlations",
     )
-    trajectory: bool = parameter(True, meaning="motion and forces of each drive, at its `samples`", unit="")
+    trajectory: bool = parameter(True, meaning="motion and forces of each drive, at its `samples`")
     phases: bool = parameter(
-        True, meaning="start and end of each macroscopic slip of a drive", unit="", comment="default: as `trajectory`"
+        True, meaning="start and end of each macroscopic slip of a drive", comment="default: as `trajectory`"
     )
     fit: bool = parameter(
-        True, meaning="Eq. 16-19 fitted to the spring force of each drive", unit="", comment="variables `fitted_…`"
+        True, meaning="Eq. 16-19 fitted to the spring force of each drive", comment="variables `fitted_…`"
     )
     critical: bool = parameter(
         False,
         meaning="velocity and stiffness above which the pin of each drive no longer sticks",
-        unit="",
         comment="by bisection: some fifty drives of each member",
     )
     tractions: bool = parameter(
-        False,
-        meaning="pressure and shear after initial contact",
-        unit="",
-        comment="default with stage `contact` alone: true",
+        False, meaning="pressure and shear after initial contact", comment="default with stage `contact` alone: true"
     )
     tractions_at: tuple[int, ...] = parameter(
         (),
         meaning="events after which pressure, shear, slip and gap are kept",
-        unit="",
         comment="0 is initial contact",
         need=f"a list of events, increasing from 0 to {MOST_EVENTS:.0e}",
     )
     subsurface: bool = parameter(
         False,
         meaning="displacements and stresses of all nodes inside the slab",
-        unit="",
         comment="after those events, or initial contact",
     )
 
@@ -253,16 +242,12 @@ class EnsembleTable:
     members: int = parameter(
         USUAL_MEMBERS,
         meaning="independent starts of each case",
-        unit="",
         comment="uniform within a node spacing; 1: the case alone",
         least=1,
         most=MOST_MEMBERS,
     )
     places: Places = parameter(
-        "drawn",
-        meaning="positions of members on a rough profile",
-        unit="",
-        comment="drawn at random, or all at the given one",
+        "drawn", meaning="positions of members on a rough profile", comment="drawn at random, or all at the given one"
     )
 
     def __post_init__(self) -> None:
@@ -282,11 +267,10 @@ class TargetTable:
     of: tuple[str, ...] = parameter(
         (),
         meaning="variables whose error is required",
-        unit="",
         comment="default: the main variables of the last stage",
         need=f"a list, each one of {', '.join(KNOWABLE)}",
     )
-    most: int = parameter(MOST_TO_TARGET, meaning="largest number of members", unit="", least=FEWEST, most=MOST_MEMBERS)
+    most: int = parameter(MOST_TO_TARGET, meaning="largest number of members", least=FEWEST, most=MOST_MEMBERS)
 
     def __post_init__(self) -> None:
         check(self)
@@ -307,27 +291,24 @@ class TargetTable:
 class CampaignKeys:
     """Keys of a campaign file outside of its tables."""
 
-    title: str = parameter(meaning="title of the campaign, in one line", unit="", need="a text")
+    title: str = parameter(meaning="title of the campaign, in one line", need="a text")
     stages: tuple[Stage, ...] = parameter(
         ("contact", "slip"),
         meaning="stages computed: initial contact, friction records, drives",
-        unit="",
         comment="with drives, all three",
         need=" or ".join(shown(list(STAGES[:count])) for count in range(1, len(STAGES) + 1)),
     )
     design: Design = parameter(
         "product",
         meaning="how the values of all axes make cases",
-        unit="",
         comment="every combination, position by position, or points that fill ranges",
         need='"product", "zip", "sobol" or "latin_hypercube"',
     )
-    points: int = parameter(64, meaning="cases of a design that fills ranges", unit="", least=1, most=MOST_CASES)
-    design_seed: int = parameter(1, meaning="seed of a design that fills ranges", unit="", least=0, most=MOST_WHOLE)
+    points: int = parameter(64, meaning="cases of a design that fills ranges", least=1, most=MOST_CASES)
+    design_seed: int = parameter(1, meaning="seed of a design that fills ranges", least=0, most=MOST_WHOLE)
     table: str = parameter(
         "",
         meaning="CSV file with a line of parameters for each case, instead of [axes]",
-        unit="",
         need="the path of a CSV file, seen from the campaign file",
     )
 

@@ -24,14 +24,7 @@ from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, LONGEST_MESSAGE, InvalidInput
 from nanoslip.solver.parameter import as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
-from nanoslip.study.manifest.checker import (
-    Checker,
-    Given,
-    GivenColumns,
-    NamedFiles,
-    read_text,
-    refused,
-)
+from nanoslip.study.manifest.checker import Checker, Given, GivenColumns, NamedFiles, read_text, refused
 from nanoslip.study.manifest.manifest import (
     KNOWABLE,
     MOST_CASES,

@@ -40,11 +40,11 @@ class NamedSurface:
     if not the lines `# Width: 5 µm`, `# Height: 5 µm` and `# Value units: nm` above it say so, as Gwyddion writes them.
     """
 
-    file: str = parameter("", meaning="the path of a text file with two columns", unit="")
-    x: str = parameter("", meaning="unit of positions, by default the header's, or m", unit="")
-    z: str = parameter("", meaning="unit of heights, by default the header's, or m", unit="")
-    detrend: Detrend = parameter("line", meaning="trend removed from the heights", unit="")
-    y: str = parameter("", meaning="unit of an image's positions across, by default the header's, or m", unit="")
+    file: str = parameter("", meaning="the path of a text file with two columns")
+    x: str = parameter("", meaning="unit of positions, by default the header's, or m")
+    z: str = parameter("", meaning="unit of heights, by default the header's, or m")
+    detrend: Detrend = parameter("line", meaning="trend removed from the heights")
+    y: str = parameter("", meaning="unit of an image's positions across, by default the header's, or m")
     pixel: str = parameter("", meaning="distance of an image's heights in a matrix", unit="m")
 
     def __post_init__(self) -> None:

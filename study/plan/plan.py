@@ -13,9 +13,7 @@ from nanoslip.solver.outcome import UNDONE, Ending, Outcome
 from nanoslip.study.manifest.cases import CampaignCase, Heard, expand
 from nanoslip.study.manifest.manifest import CampaignDrive, Manifest
 from nanoslip.study.origin import Origins, foreign_among
-from nanoslip.study.plan.cost import (
-    estimate,
-)
+from nanoslip.study.plan.cost import estimate
 from nanoslip.study.plan.kinds import KINDS, in_stages
 from nanoslip.study.plan.task import PENDING, Label, Task
 

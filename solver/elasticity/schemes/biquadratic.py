@@ -42,10 +42,8 @@ class Biquadratic(GridScheme):
 
     name = "biquadratic"
     reciprocal = False
-    first_spacing: FirstSpacing | None = parameter(
-        None, table="numerics", meaning="spacing of the first node rows", unit=""
-    )
-    rows: int | None = parameter(None, table="numerics", meaning="node rows of the paper's grid", need="3 to N + 1")
+    first_spacing: FirstSpacing | None = parameter(None, meaning="spacing of the first node rows")
+    rows: int | None = parameter(None, meaning="node rows of the paper's grid", need="3 to N + 1")
 
     def completed(self, slab: Slab) -> "Biquadratic":
         levels = levels_of(slab.n_x)

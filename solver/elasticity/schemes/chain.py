@@ -44,7 +44,6 @@ class Chain(Scheme):
     equal_widths = True
     leaf_stiffness: float = parameter(
         0.8,
-        table="numerics",
         meaning="leaf springs of a chain",
         comment="stiffness per length of surface",
         least=1e-6,
@@ -53,7 +52,6 @@ class Chain(Scheme):
     )
     coupling_stiffness: float = parameter(
         30.0,
-        table="numerics",
         meaning="coupling springs of a chain",
         symbol="k_c/k_l",
         comment="stiffness of the spring between two blocks over that of a leaf spring",
@@ -62,7 +60,6 @@ class Chain(Scheme):
     )
     foundation_stiffness: float = parameter(
         12.0,
-        table="numerics",
         meaning="foundation springs of a chain",
         comment="stiffness per length of surface of the springs under the blocks",
         least=1e-6,

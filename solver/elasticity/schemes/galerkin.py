@@ -62,18 +62,13 @@ class Galerkin(GridScheme):
     columns = True
     rows_per_level: int | None = parameter(
         None,
-        table="numerics",
         meaning="node rows of each level",
         comment="until the next row has half the intervals",
         least=1,
         most=MOST_ROWS_PER_LEVEL,
     )
-    coarsest_row: int | None = parameter(
-        None, table="numerics", meaning="nodes of the coarsest row", need="2^q + 1 up to n_x"
-    )
-    bottom_row: int | None = parameter(
-        None, table="numerics", meaning="nodes of the bottom row", need="2^q + 1 from coarsest_row to n_x"
-    )
+    coarsest_row: int | None = parameter(None, meaning="nodes of the coarsest row", need="2^q + 1 up to n_x")
+    bottom_row: int | None = parameter(None, meaning="nodes of the bottom row", need="2^q + 1 from coarsest_row to n_x")
 
     def completed(self, slab: Slab) -> "Galerkin":
         check(self)
