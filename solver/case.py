@@ -406,28 +406,28 @@ def _refuse_combinations(case: Case) -> None:
     _refuse_by_rows(case)
 
 
+def refuse_beside(name: str, value: object, excluded: Mapping[str, tuple[bool, object, str]]) -> None:
+    """Raise InvalidInput for the first parameter that a value excludes.
+
+    excluded: parameter -> True if it is excluded here, its value, and what is needed instead.
+    """
+    for key, (refused, other, need) in excluded.items():
+        if refused:
+            raise InvalidInput(name, value, need, {key: other})
+
+
 def _refuse_with_classical_sliding(case: Case) -> None:
     """Raise InvalidInput if classical sliding, residual_shear = 1, excludes another parameter."""
+    sticks, forward = math.isinf(case.intrinsic_friction), case.slip_rule.limited_shear == "forward"
+    fixed, rough = not case.effects.pin_translation, bool(case.heterogeneity.roughness)
     smaller = "residual_shear = 0.999, as classical sliding"
-    excluded: list[tuple[bool, str, object, str]] = [
-        (
-            math.isinf(case.intrinsic_friction),
-            "intrinsic_friction",
-            math.inf,
-            "a finite μ_i, as it slides at μ_i·pressure",
-        ),
-        (case.slip_rule.limited_shear == "forward", "limited_shear", "forward", f"{smaller} limits shear both ways"),
-        (
-            not case.effects.pin_translation,
-            "pin_translation",
-            False,
-            f"{smaller} is computed with the pin carried along only",
-        ),
-        (bool(case.heterogeneity.roughness), "roughness", ABSENT, f"{smaller} is computed on smooth pins only"),
-    ]
-    for refused, key, value, need in excluded:
-        if refused:
-            raise InvalidInput("residual_shear", 1.0, need, {key: value})
+    excluded = {
+        "intrinsic_friction": (sticks, math.inf, "a finite μ_i, as it slides at μ_i·pressure"),
+        "limited_shear": (forward, "forward", f"{smaller} limits shear both ways"),
+        "pin_translation": (fixed, False, f"{smaller} is computed with the pin carried along only"),
+        "roughness": (rough, ABSENT, f"{smaller} is computed on smooth pins only"),
+    }
+    refuse_beside("residual_shear", 1.0, excluded)
 
 
 def _refuse_by_rows(case: Case) -> None:
@@ -444,32 +444,17 @@ def _refuse_by_rows(case: Case) -> None:
 
 def _refuse_with_a_path(case: Case) -> None:
     """Raise InvalidInput if a path excludes another parameter."""
-    friction, contacts = case.intrinsic_friction, case.interface.contacts
-    excluded: list[tuple[bool, str, object, str]] = [
-        (not case.effects.friction, "friction", False, "a pin that drags the surface"),
-        (contacts > 1, "contacts", contacts, "a single contact"),
-        (
-            case.slip_rule.limited_shear == "forward",
-            "limited_shear",
-            "forward",
-            "shear limited both ways, as backward nothing would slip",
-        ),
-        (
-            case.path.loads_change and not case.effects.pin_translation,
-            "pin_translation",
-            False,
-            "one load, as constant pressures are those of initial contact",
-        ),
-        (
-            case.path.presliding and not 0.0 < friction < math.inf,
-            "intrinsic_friction",
-            friction,
-            "ways in L_x (stroke, legs), as a presliding length is μ_i·W/K",
-        ),
-    ]
-    for refused, key, value, need in excluded:
-        if refused:
-            raise InvalidInput("path", ABSENT, need, {key: value})
+    path, friction, contacts = case.path, case.intrinsic_friction, case.interface.contacts
+    varying, forward = path.loads_change and not case.effects.pin_translation, case.slip_rule.limited_shear == "forward"
+    unknown = path.presliding and not 0.0 < friction < math.inf
+    excluded = {
+        "friction": (not case.effects.friction, False, "a pin that drags the surface"),
+        "contacts": (contacts > 1, contacts, "a single contact"),
+        "limited_shear": (forward, "forward", "shear limited both ways, as backward nothing would slip"),
+        "pin_translation": (varying, False, "one load, as constant pressures are those of initial contact"),
+        "intrinsic_friction": (unknown, friction, "ways in L_x (stroke, legs), as a presliding length is μ_i·W/K"),
+    }
+    refuse_beside("path", ABSENT, excluded)
 
 
 BY_ROWS: Final = ("start_y", "roughness")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar, Final, Literal, Self
 
-from nanoslip.solver.case import Case
+from nanoslip.solver.case import Case, refuse_beside
 from nanoslip.solver.outcome import InvalidInput, quoted
 from nanoslip.solver.parameter import MOST_WHOLE, Family, Parameter, as_float, check, declared, parameter, require
 
@@ -231,15 +231,13 @@ def other_than_a_contact(drive: Drive) -> list[str]:
 def refuse_with_memory(case: Case) -> None:
     """Raise InvalidInput if the contact of a case cannot be followed while its pin is pulled (`Drive.memory`)."""
     contacts, rule = case.interface.contacts, case.slip_rule
-    excluded: list[tuple[bool, str, object, str]] = [
-        (contacts > 1, "contacts", contacts, "a single contact"),
-        (not case.effects.pin_translation, "pin_translation", False, "a pin that moves over the surface"),
-        (rule.residual_shear == 1.0, "residual_shear", 1.0, "slips that drop stress, residual_shear < 1"),
-        (rule.limited_shear == "forward", "limited_shear", "forward", "shear limited both ways"),
-    ]
-    for refused, key, value, need in excluded:
-        if refused:
-            raise InvalidInput("memory", True, need, {key: value})
+    excluded = {
+        "contacts": (contacts > 1, contacts, "a single contact"),
+        "pin_translation": (not case.effects.pin_translation, False, "a pin that moves over the surface"),
+        "residual_shear": (rule.residual_shear == 1.0, 1.0, "slips that drop stress, residual_shear < 1"),
+        "limited_shear": (rule.limited_shear == "forward", "forward", "shear limited both ways"),
+    }
+    refuse_beside("memory", True, excluded)
 
 
 PERIODS: Final = "duration_periods"
