@@ -24,7 +24,7 @@ from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
 from nanoslip.study.manifest.parameters import as_written, compact, make_case
 from nanoslip.study.plan.cost import estimate
-from nanoslip.study.plan.kinds import KINDS, declared, names_of
+from nanoslip.study.plan.kinds import KINDS, names_of, quantities_of
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.progress import roughly
@@ -184,7 +184,7 @@ class _Search:
             {name: np.array([values], float) for name, values in one.scalars.items()} for one in results
         ]
         result = results[-1]
-        number = declared(KINDS[result.kind])[key := key_of(self.variable, result)]
+        number = quantities_of(KINDS[result.kind])[key := key_of(self.variable, result)]
         if key not in scalars:
             return replace(found, ending=result.outcome.ending.value)
         known, unit = mean_in_dataset(scalars, key, number), self._unit(number)

@@ -205,7 +205,7 @@ def compute(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
 
 def key_of(variable: str, result: TaskResult) -> str:
     """Name in a result of the scalar that is a variable of the dataset."""
-    return next(key for key, each in kinds.declared(kinds.KINDS[result.kind]).items() if each.name == variable)
+    return next(key for key, each in kinds.quantities_of(kinds.KINDS[result.kind]).items() if each.name == variable)
 
 
 def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -> Change:

@@ -29,13 +29,13 @@ from nanoslip.study.canonical import content_hash
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import UNITS, spellings, with_symbol
 from nanoslip.study.origin import Origin
-from nanoslip.study.plan.kinds import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, column_of, declared
+from nanoslip.study.plan.kinds import ACROSS, KINDS, MEMBER, MEMBER_OUTCOME, column_of, quantities_of
 from nanoslip.study.plan.task import PENDING, TaskResult
 
 
 def scalars(kind: str) -> list[tuple[str, Quantity]]:
     """Scalars of a kind's results with their variables over the cases (and drives); then those in SI or over μ_i."""
-    own = declared(KINDS[kind]).items()
+    own = quantities_of(KINDS[kind]).items()
     return [*own, *((key, each.si) for key, each in own if each.si)]
 
 
@@ -109,7 +109,7 @@ def all_groups() -> dict[str, Group]:
     for kind in KINDS.values():
         for each in kind.ragged:
             count = Quantity(each.count, f"values of each {each.instance}")
-            series = Series(kind.name, each.sample, count, each.wanted, declared(kind, each.sample))
+            series = Series(kind.name, each.sample, count, each.wanted, quantities_of(kind, each.sample))
             found[each.instance].append(series)
     return {name: Group(name, tuple(series)) for name, series in found.items()}
 
@@ -409,7 +409,7 @@ def of_drives() -> set[str]:
 @cache
 def counts() -> set[str]:
     """The variables that count something."""
-    return {each.name for kind in KINDS.values() for each in declared(kind).values() if each.counted}
+    return {each.name for kind in KINDS.values() for each in quantities_of(kind).values() if each.counted}
 
 
 def fewer(case: xr.Dataset, name: str) -> str:

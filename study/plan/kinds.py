@@ -97,13 +97,13 @@ MEMBER_OUTCOME: Final = Quantity(
 
 
 @lru_cache(maxsize=256)
-def declared(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
+def quantities_of(kind: Kind, along: str = "") -> Mapping[str, Quantity]:
     """Name of each scalar of a kind's results that is a quantity -> its declaration; or of each array along a dimension.
 
     Along MEMBER: how it ended, and the scalars whose means have an uncertainty.
     """
     if along == MEMBER:
-        scalars = ((name, each) for name, each in declared(kind).items() if each.ensemble)
+        scalars = ((name, each) for name, each in quantities_of(kind).items() if each.ensemble)
         own = {name: replace(each, along=MEMBER, ensemble=False, si=None) for name, each in scalars}
         return {MEMBER_OUTCOME.name: MEMBER_OUTCOME, **own}
     found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
@@ -128,7 +128,7 @@ def output(name: str) -> Callable[[Manifest], bool]:
 
 def names_of(kind: Kind) -> frozenset[str]:
     """The variables of a kind's results whose means have an uncertainty."""
-    return frozenset(each.name for each in declared(kind).values() if each.ensemble)
+    return frozenset(each.name for each in quantities_of(kind).values() if each.ensemble)
 
 
 @lru_cache(maxsize=64)  # asked for every case of a campaign
@@ -152,9 +152,19 @@ def column_of(result: TaskResult, name: str, sample: str, member: int = 0) -> ND
     return whole[begin : begin + int(rows[member])]
 
 
-def scalars_only_mark(scalars_only: bool) -> tuple[str, ...]:
-    """Mark in the key of a result without arrays."""
-    return ("scalars",) if scalars_only else ()
+def _of_members(
+    kind: str, physics: tuple[object, ...], case: Case, ensemble: Ensemble, scalars_only: bool, *inputs: str
+) -> Task:
+    """A task of all members of a case, that reads the compliance and these inputs; its key hashes these parameters."""
+    ensemble, text = own_ensemble(kind, ensemble)
+    key = task_key(kind, *physics, text, *_marks(scalars=scalars_only))
+    needs = (*compliance_needs(case.slab), *inputs)
+    return Task(key, kind, case.slab, case, ensemble=ensemble, needs=needs, scalars_only=scalars_only)
+
+
+def _marks(**chosen: bool) -> tuple[str, ...]:
+    """Marks of these choices in the key of a result."""
+    return tuple(name for name, there in chosen.items() if there)
 
 
 # The surface compliance of a slab: an intermediate result, shared by all cases on it that read its matrix.
@@ -187,10 +197,8 @@ COMPLIANCE: Final = Kind("compliance", lambda _: True, _compliance_tasks)
 
 def seen_after(along: str) -> Any:
     """A field that is a column: the event after which the values of a node hold."""
-    return quantity("event after which the values hold", "event", along=along, dtype=np.int64, comment=_OF_THE_RECORD)
-
-
-_OF_THE_RECORD = "of the record; 0: initial contact"
+    comment = "of the record; 0: initial contact"
+    return quantity("event after which the values hold", "event", along=along, dtype=np.int64, comment=comment)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,11 +231,7 @@ class RowsOfRecord:
 
 def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """Initial contact of a case's members."""
-    ensemble, text = own_ensemble("contact", ensemble)
-    key = task_key("contact", *of_contact(case), text, *scalars_only_mark(scalars_only))
-    return Task(
-        key, "contact", case.slab, case, ensemble=ensemble, needs=compliance_needs(case.slab), scalars_only=scalars_only
-    )
+    return _of_members("contact", of_contact(case), case, ensemble, scalars_only)
 
 
 def _contact_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
@@ -307,21 +311,11 @@ CONTACTS: Final = Kind(
 # does not keep, it is intermediate, and another task reads off its scalars.
 
 
+@lru_cache(maxsize=4)  # asked again by each of its drives
 def record_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """The friction records of a case's members."""
-    return _record(case, ensemble, scalars_only) if scalars_only else _whole_record(case, ensemble)
-
-
-@lru_cache(maxsize=4)  # asked again by each of its drives
-def _whole_record(case: Case, ensemble: Ensemble) -> Task:
-    return _record(case, ensemble, scalars_only=False)
-
-
-def _record(case: Case, ensemble: Ensemble, scalars_only: bool) -> Task:
-    ensemble, text = own_ensemble("record", ensemble)
-    key = task_key("record", *of_record(case), text, *scalars_only_mark(scalars_only))
-    needs = (*compliance_needs(case.slab), *(batch.key for batch in all_batches(case, ensemble)))
-    return Task(key, "record", case.slab, case, ensemble=ensemble, needs=needs, scalars_only=scalars_only)
+    contacts = (batch.key for batch in all_batches(case, own_ensemble("record", ensemble)[0]))
+    return _of_members("record", of_record(case), case, ensemble, scalars_only, *contacts)
 
 
 def record_scalars_task(record: Task) -> Task:
@@ -368,11 +362,7 @@ RECORD: Final = Kind(
 
 def path_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """The paths of a case's members."""
-    ensemble, text = own_ensemble("path", ensemble)
-    key = task_key("path", *of_path(case), text, *scalars_only_mark(scalars_only))
-    return Task(
-        key, "path", case.slab, case, ensemble=ensemble, needs=compliance_needs(case.slab), scalars_only=scalars_only
-    )
+    return _of_members("path", of_path(case), case, ensemble, scalars_only)
 
 
 def _path_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
@@ -487,10 +477,9 @@ def drive_task(
     """
     record = record_task(case, ensemble)
     own, text = own_ensemble("drive", ensemble)
-    marks = (*scalars_only_mark(scalars_only), *(() if fitted else ("unfitted",)), *(("critical",) if critical else ()))
+    marks = _marks(scalars=scalars_only, unfitted=not fitted, critical=critical)
     key = task_key("drive", record.key, _text_of(drive), text, *marks)
-    more = compliance_needs(case.slab) if own.within is not None or drive.memory else ()
-    needs = (record.key, *more)
+    needs = (record.key, *(compliance_needs(case.slab) if own.within is not None or drive.memory else ()))
     return Task(
         key,
         "drive",
@@ -559,7 +548,7 @@ ACROSS: Final = frozenset({"y", "node_y", "surface_y"})
 """Columns of positions across the drag: only results of a plane of nodes have them."""
 
 
-class Layout(NamedTuple):
+class Contents(NamedTuple):
     """Possible contents of the results of a kind."""
 
     names: frozenset[str]
@@ -570,46 +559,46 @@ class Layout(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def array_layout(kind: Kind) -> Layout:
+def contents_of(kind: Kind) -> Contents:
     """Names of scalars and arrays of a kind's results, from its parts."""
-    parts = [(part, quantities(part.type, part.prefix)) for part in kind.parts]
-    whole = (f"{part.prefix}{item.name}" for part, _ in parts if part.whole for item in fields(part.type))
+    parts = [quantities(part.type, part.prefix) for part in kind.parts]
+    whole = (f"{part.prefix}{item.name}" for part in kind.parts if part.whole for item in fields(part.type))
     rows = (rows_of(each.sample) for each in kind.ragged)
-    scalars = (frozenset(name for name, each in found.items() if not each.along) for _, found in parts)
-    along = {name: each.along for _, found in parts for name, each in found.items() if each.along}
-    shared = (f"{name}{SHARED_ERROR}" for _, found in parts for name, each in found.items() if each.shared)
-    names = frozenset((*whole, *rows, *along, *shared, *(name for _, found in parts for name in found)))
-    return Layout(names if parts else frozenset((MATRIX,)), tuple(filter(None, scalars)), along)
+    scalars = (frozenset(name for name, each in part.items() if not each.along) for part in parts)
+    every = {name: each for part in parts for name, each in part.items()}
+    shared = (f"{name}{SHARED_ERROR}" for name, each in every.items() if each.shared)
+    names = frozenset((*whole, *rows, *every, *shared)) if parts else frozenset((MATRIX,))
+    return Contents(
+        names, tuple(filter(None, scalars)), {name: each.along for name, each in every.items() if each.along}
+    )
 
 
 def is_whole(result: TaskResult) -> bool:
     """True if a result holds all that its kind declares: names, a number of each member, columns of one length."""
     if result.kind not in KINDS:
         return False
-    layout = array_layout(KINDS[result.kind])
-    return (
-        result.scalars.keys() | result.arrays.keys() <= layout.names
-        and _scalars_fit(layout, result)
-        and _columns_fit(layout, result)
-    )
+    contents = contents_of(KINDS[result.kind])
+    known = result.scalars.keys() | result.arrays.keys() <= contents.names
+    return known and _scalars_fit(contents, result) and _columns_fit(contents, result)
 
 
-def _scalars_fit(layout: Layout, result: TaskResult) -> bool:
+def _scalars_fit(contents: Contents, result: TaskResult) -> bool:
     held, numbers = result.scalars.keys(), result.scalars.values()
     counts = {len(each) for each in numbers} | ({len(result.members)} - {0})
-    there = [part for part in layout.parts if part & held]
-    complete = all(part <= held for part in there) and bool(there or (result.arrays and not layout.parts))
+    there = [part for part in contents.parts if part & held]
+    complete = all(part <= held for part in there) and bool(there or (result.arrays and not contents.parts))
     plain = all({*map(type, each)} <= {int, float, bool} for each in numbers)
     return plain and len(counts) <= 1 and 0 not in counts and (complete or not result.outcome.ok)
 
 
-def _columns_fit(layout: Layout, result: TaskResult) -> bool:
-    shapes = {(layout.along[name], each.shape) for name, each in result.arrays.items() if name in layout.along}
-    lengths = {along: sum(result.scalars.get(rows_of(along), shape)) for along, shape in shapes}
+def _columns_fit(contents: Contents, result: TaskResult) -> bool:
+    along = contents.along
+    shapes = {(along[name], each.shape) for name, each in result.arrays.items() if name in along}
+    lengths = {sample: sum(result.scalars.get(rows_of(sample), shape)) for sample, shape in shapes}
     matrix = result.arrays.get(MATRIX)
     return (
         all(each.dtype.kind in "biuf" for each in result.arrays.values())
-        and all(shape == (lengths[along],) for along, shape in shapes)
+        and all(shape == (lengths[sample],) for sample, shape in shapes)
         and (matrix is None or matrix.shape == 2 * (len(matrix),))
     )
 

@@ -144,7 +144,7 @@ def largest_change(kind: kinds.Kind, ensemble: Ensemble, without: Sequence[Membe
 def _targeted(kind: kinds.Kind, ensemble: Ensemble, members: Sequence[Member]) -> list[tuple[list[float | int], float]]:
     """Values of the members, and the error that they share, of each number of this kind in an ensemble's target."""
     scalars, nothing = _scalars(kind, members), [math.nan] * len(members)
-    chosen = (key for key, each in kinds.declared(kind).items() if each.name in ensemble.of)
+    chosen = (key for key, each in kinds.quantities_of(kind).items() if each.name in ensemble.of)
     return [(scalars.get(key, nothing), scalars.get(f"{key}{SHARED_ERROR}", [0.0])[0]) for key in chosen]
 
 
@@ -159,7 +159,7 @@ def member_numbers(
     if kind.all_members and len(members) > 1:
         each = [arrays, *(_arrays(kind, member) for member in members[1:])]
         for sample in dict.fromkeys(item.sample for item in kind.ragged):
-            columns = [name for name in kinds.declared(kind, sample) if any(name in one for one in each)]
+            columns = [name for name in kinds.quantities_of(kind, sample) if any(name in one for one in each)]
             for name in columns[:1]:
                 scalars[kinds.rows_of(sample)] = [len(one[name]) if name in one else 0 for one in each]
             for name in () if scalars_only else columns:
@@ -179,7 +179,7 @@ def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[floa
                 found[key] = [math.nan if value is None else _coded(getattr(value, name), words) for value in values]
     for number, member in enumerate(members):
         if member.only is not None:
-            kept = {key for key, each in kinds.declared(kind).items() if each.name in member.only}
+            kept = {key for key, each in kinds.quantities_of(kind).items() if each.name in member.only}
             for key in found.keys() - kept:
                 found[key][number] = math.nan
     for key, each in _sharing(kind):
@@ -195,7 +195,7 @@ _NO_SCALARS: Final = (np.ndarray, Outcome)
 @lru_cache(maxsize=64)
 def _sharing(kind: kinds.Kind) -> list[tuple[str, Quantity]]:
     """Quantities of a kind whose means have an error that all members share."""
-    return [(key, each) for key, each in kinds.declared(kind).items() if each.shared]
+    return [(key, each) for key, each in kinds.quantities_of(kind).items() if each.shared]
 
 
 def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[float]) -> float:

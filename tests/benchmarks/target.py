@@ -31,7 +31,7 @@ from nanoslip.study.accuracy.effects import timed
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.plan.kinds import KINDS, compliance_task, declared, drive_task, record_task
+from nanoslip.study.plan.kinds import KINDS, compliance_task, drive_task, quantities_of, record_task
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
 from tests.written_tables import show
@@ -210,12 +210,12 @@ def _computed(
 
 
 def _names(result: TaskResult) -> set[str]:
-    return {each.name for each in declared(KINDS[result.kind]).values()}
+    return {each.name for each in quantities_of(KINDS[result.kind]).values()}
 
 
 def _mean(name: str, result: TaskResult) -> tuple[float, float]:
     """The mean of a number, and twice its ± and what is left out of it."""
-    key = next(key for key, each in declared(KINDS[result.kind]).items() if each.name == name)
+    key = next(key for key, each in quantities_of(KINDS[result.kind]).items() if each.name == name)
     mean = mean_of(np.array(result.scalars.get(key, [math.nan]), float))
     left_out = float(result.scalars.get("left_out_error", [0.0])[0])
     return float(mean.mean), 2.0 * float(mean.uncertainty) + left_out * abs(float(mean.mean))

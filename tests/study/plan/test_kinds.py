@@ -19,7 +19,7 @@ from nanoslip.study.plan.kinds import (
     MEMBER,
     compliance_task,
     contact_task,
-    declared,
+    quantities_of,
     record_scalars_task,
     record_task,
     states_task,
@@ -34,7 +34,7 @@ def test_no_two_numbers_of_a_kind_have_one_name(kind):
     found = [each for part in kind.parts for each in quantities(part.type, part.prefix).items()]
     for along in {"", *(ragged.sample for ragged in kind.ragged)} - {MEMBER}:
         keys = [key for key, quantity in found if quantity.along == along]
-        assert len(keys) == len(set(keys)) == len(declared(kind, along)), along
+        assert len(keys) == len(set(keys)) == len(quantities_of(kind, along)), along
     names = [(quantity.along, quantity.name) for _, quantity in found]
     assert len(names) == len(set(names))
 
