@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, InvalidInput
-from nanoslip.solver.parameter import MOST_WHOLE, Numbers, Parameter, Roughness, check, declared, parameter, require
+from nanoslip.solver.parameter import MOST_WHOLE, Numbers, Parameter, Roughness, declared, parameter, require, validate
 from nanoslip.solver.slab import SCHEMES, Slab
 
 PinShape = Literal["parabola", "flat_punch"]
@@ -81,7 +81,7 @@ class SlipRule:
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ class Effects:
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +137,7 @@ class Heterogeneity:
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
         most = {"lognormal": WIDEST_SPREAD, "uniform": 1.0 / math.sqrt(3.0), "normal": 0.25}[self.distribution]
         require("spread", self.spread, 0.0 <= self.spread <= most, f"0 ≤ spread ≤ {most:.4g} with {self.distribution}")
         _check_roughness(self.roughness)
@@ -214,7 +214,7 @@ class Interface:
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
         if self.measured_loads and self.loads != "equal":
             raise InvalidInput("loads", self.loads, "one of them", {"measured_loads": ABSENT})
 
@@ -340,7 +340,7 @@ class Case:
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
         _refuse_combinations(self)
 
     @property

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Final, Literal, Self
 
 from nanoslip.solver.case import Case, refuse_beside
 from nanoslip.solver.outcome import InvalidInput, quoted
-from nanoslip.solver.parameter import MOST_WHOLE, Family, Parameter, as_float, check, declared, parameter, require
+from nanoslip.solver.parameter import MOST_WHOLE, Family, Parameter, as_float, declared, parameter, require, validate
 
 ProfileShape = Literal["sawtooth", "coarse", "linear", "mean"]
 
@@ -53,7 +53,7 @@ class Scales:
     shear_modulus: float = parameter(1e10, meaning="shear modulus", symbol="G", unit="Pa", least=1e-30, most=1e30)
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
 
     @property
     def force(self) -> float:
@@ -141,7 +141,7 @@ class Drive:
     max_slips: int | None = parameter(None, meaning="macroscopic slips that end a drive", least=1, most=MOST_WHOLE)
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
         settings: Any = self.integrator
         if not isinstance(settings, Integrator):
             settings = INTEGRATORS.named(settings)()

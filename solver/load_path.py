@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import ABSENT, InvalidInput
-from nanoslip.solver.parameter import Numbers, Quantity, Roughness, check, parameter, quantity, require
+from nanoslip.solver.parameter import Numbers, Quantity, Roughness, parameter, quantity, require, validate
 
 Point = tuple[float, float]
 """δ_p in L_x, and load in G·L_x·L_y."""
@@ -66,7 +66,7 @@ class LoadPath:
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
         if self.amplitude and self.stroke:
             raise InvalidInput("amplitude", self.amplitude, "one of them", {"stroke": self.stroke})
         ways = ("amplitude", "stroke", "slid", "visited_loads")

@@ -299,7 +299,7 @@ def require(name: str, value: object, allowed: bool, need: Need) -> None:
         raise InvalidInput(name, value, need)
 
 
-def check(value: Any) -> None:
+def validate(value: Any) -> None:
     """Give every parameter of a frozen value its declared type (200 and 200.0 are one case); refuse what is out of range."""
     kind = type(value)
     if kind not in _checks:

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.parameter import Family, check, declared, parameter, require
+from nanoslip.solver.parameter import Family, declared, parameter, require, validate
 
 Support = Literal["bonded", "frictionless", "right_side"]
 
@@ -112,7 +112,7 @@ class Slab:
     scheme: Any = parameter("galerkin", meaning="discretization of the slab")
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
         settings: Any = self.scheme
         if not isinstance(settings, Scheme):
             settings = SCHEMES.named(settings)()

@@ -17,7 +17,7 @@ from nanoslip.solver.drive import INTEGRATORS, Drive
 from nanoslip.solver.dynamics.integrators import RK4, Method
 from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.outcome import InvalidInput, Outcome
-from nanoslip.solver.parameter import check, parameter
+from nanoslip.solver.parameter import parameter, validate
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 from nanoslip.study.dataset import variables
 from nanoslip.study.dataset.collect import collect
@@ -68,7 +68,7 @@ class Winkler(Scheme):
     bed_modulus: float = parameter(1.0, table="numerics", meaning=BED, measure="G", above=0.0)
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
 
     def completed(self, slab: Slab) -> "Winkler":
         return self
@@ -120,7 +120,7 @@ class HalfSteps(Method):
     steps_per_period: int = parameter(100_000, meaning=STEPS, least=1, most=10**9)
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
 
     def fit(self, drive: Drive) -> None:
         """Every drive fits."""
@@ -160,7 +160,7 @@ class Tired(SlipRule):
     tiredness: float = parameter(0.0, table="slip", word="tired", meaning=TIRED, least=0.0, most=1.0)
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
         if self.tiredness and self.residual_shear:
             raise InvalidInput("tiredness", self.tiredness, "0", {"residual_shear": self.residual_shear})
 

@@ -33,7 +33,7 @@ from nanoslip.solver.contact.kernels.path import empty_events, follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
 from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_axis, surface_from_pin
-from nanoslip.solver.contact.soundness import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advised, advised_of_pillars, soundness
+from nanoslip.solver.contact.soundness import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advise, advised_of_pillars, soundness
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, explained
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
@@ -77,12 +77,12 @@ def initial_contact(case: Case, compliance: Compliance) -> ContactState:
         state = _touch(case, compliance)
     except (SingularOperator, TooFarApart) as error:
         return _nothing(case, error.outcome)
-    return checked(case, compliance, state)
+    return diagnosed(case, compliance, state)
 
 
-def checked(case: Case, compliance: Compliance, state: ContactState) -> ContactState:
+def diagnosed(case: Case, compliance: Compliance, state: ContactState) -> ContactState:
     """The state, its outcome checked against the condition of the operator and against `soundness`."""
-    explanation = explained(advised(case, state.outcome), compliance, state.contact)
+    explanation = explained(advise(case, state.outcome), compliance, state.contact)
     outcome = advised_of_pillars(case, explanation)
     # Constant pressures are those of initial contact, however far the pin has gone since.
     carried = case.effects.pin_translation or state.displacement == 0.0

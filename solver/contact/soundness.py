@@ -91,7 +91,7 @@ OUTCOME_OF_ENDING = {outcome.ending: outcome for outcome in OUTCOME_OF_STOP.valu
 """Outcome of each ending, for solvers that are not compiled."""
 
 
-def advised(case: Case, outcome: Outcome) -> Outcome:
+def advise(case: Case, outcome: Outcome) -> Outcome:
     """The outcome of a case's run, with advice for this case added to the general advice."""
     if outcome.message == OUTCOME_OF_STOP[Stop.CASCADE_LIMIT].message:
         return replace(outcome, message=_of_cascades(case, outcome.message))

@@ -18,7 +18,7 @@ from nanoslip.solver.slab import surface_x, surface_y
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
 
-def at_node(meaning: str, name: str, **more: Any) -> Any:
+def contact_column(meaning: str, name: str, **more: Any) -> Any:
     """A field that is a column over the surface nodes of a contact."""
     return quantity(meaning, name, along="contact_node", **more)
 
@@ -47,10 +47,10 @@ class ContactState(Viewed):
     nodal_force: NDArray[np.float64]
     displacement: float
     outcome: Outcome
-    pressure: Vector = at_node("pressure", "pressure", symbol="p", per="contact_load", measure="W/(L_x·L_y)")
-    shear: Vector = at_node("shear traction", "shear", symbol="q", per="contact_load", measure="W/(L_x·L_y)")
-    slip: Vector = at_node("slip of the node", "slip", symbol="s/L_x", measure="L_x")
-    gap: Vector = at_node("gap between slab and pin", "gap", measure="L_x")
+    pressure: Vector = contact_column("pressure", "pressure", symbol="p", per="contact_load", measure="W/(L_x·L_y)")
+    shear: Vector = contact_column("shear traction", "shear", symbol="q", per="contact_load", measure="W/(L_x·L_y)")
+    slip: Vector = contact_column("slip of the node", "slip", symbol="s/L_x", measure="L_x")
+    gap: Vector = contact_column("gap between slab and pin", "gap", measure="L_x")
     approach: float = quantity(
         "approach of the pin",
         ensemble=True,

@@ -18,7 +18,7 @@ from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
 from nanoslip.solver.dynamics.kernels.steps import integrate_by_steps, integrate_exactly, integrate_rigidly
 from nanoslip.solver.dynamics.result import BINS, DynamicsResult
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
-from nanoslip.solver.parameter import MOST_WHOLE, check, parameter, require
+from nanoslip.solver.parameter import MOST_WHOLE, parameter, require, validate
 
 LARGEST_NOISE: Final = 1e-4
 """Largest rounding error, over the steady friction force and over the mean width of a tooth: the precision of a plateau."""
@@ -176,7 +176,7 @@ class RK4(Method):
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
 
     def fit(self, drive: Drive) -> None:
         step = self.time_step

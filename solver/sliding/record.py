@@ -24,7 +24,7 @@ def event(meaning: str, name: str, **more: Any) -> Any:
     return quantity(meaning, f"event_{name}", along="event", **more)
 
 
-def at_node(meaning: str, name: str, **more: Any) -> Any:
+def node_column(meaning: str, name: str, **more: Any) -> Any:
     """Declare a column over the surface nodes, of a record as a whole. name: the part after `record_node_`."""
     return quantity(meaning, f"record_node_{name}", along="record_node", **more)
 
@@ -82,11 +82,11 @@ class FrictionRecord(Viewed):
     dissipated: NDArray[np.float64] = event(
         "energy lost in the event", "dissipated", per="normal_load", measure="W·L_x"
     )
-    node_x: NDArray[np.float64] = at_node(
+    node_x: NDArray[np.float64] = node_column(
         "position of the surface node", "x", symbol="x/L_x", coordinate=True, measure="L_x"
     )
     """Positions (n_x,), as is the next; a surface without ends has one more for each new node that the pin has reached."""
-    node_slips: NDArray[np.int64] = at_node("slips of the surface node in all events", "slips", dtype=np.int64)
+    node_slips: NDArray[np.int64] = node_column("slips of the surface node in all events", "slips", dtype=np.int64)
     normal_load: float
     """W."""
     spacing: float

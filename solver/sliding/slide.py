@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from nanoslip.solver.case import Case, Interface
-from nanoslip.solver.contact.initial import checked, initial_contact
+from nanoslip.solver.contact.initial import diagnosed, initial_contact
 from nanoslip.solver.contact.kernels.path import empty_events
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
@@ -47,9 +47,9 @@ def followed(case: Case, compliance: Compliance, start: ContactState | None = No
         run = _method(case)(case, start, compliance, way or Way(case.normal_load))
     except (SingularOperator, TooFarApart) as error:
         run = _no_record(case, start, replace(start, outcome=error.outcome))
-    end = checked(case, compliance, run.end)
+    end = diagnosed(case, compliance, run.end)
     if end.outcome.ok and not (found := lawfulness(case, start, run.record, end, run.load_work)).ok:
-        end = checked(case, compliance, replace(end, outcome=found))
+        end = diagnosed(case, compliance, replace(end, outcome=found))
     record = run.record
     record = record if end.outcome is record.outcome else replace(record, outcome=end.outcome)
     return run._replace(record=record, end=end)

@@ -24,7 +24,7 @@ from nanoslip.study.inference.pictures import bars, contours
 from nanoslip.study.inference.sensitivity import caution, sensitivity
 from nanoslip.study.manifest.checker import number_or_text, read_text
 from nanoslip.study.manifest.manifest import drive_parameters
-from nanoslip.study.manifest.parameters import in_si, of_symbol
+from nanoslip.study.manifest.parameters import of_symbol, si_text
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import out_of_reach
 from nanoslip.study.report.console import Table, console, note, print_sentences, print_table, whole
@@ -217,7 +217,7 @@ def _print(found: Fit, scales: Scales) -> None:
     for place, (x, _) in enumerate(found.islands or [(found.best[None], None)]):
         for axis, each in enumerate(found.ranges):
             value = float(f"{each.at(x[0])[axis]:.4g}")
-            si = in_si(scales, each.name, value)
+            si = si_text(scales, each.name, value)
             best = f"{in_text(value)} ({si})" if si else in_text(value)
             ends = [_interval([*found.intervals(axis, level), None][place]) for level in LEVELS]
             rows.append((each.name, best, *ends, f"{in_text(each.low)} to {in_text(each.high)}"))

@@ -240,14 +240,14 @@ def _print_findings(findings: list[Finding]) -> None:
 
 def describe_variables(name: str | None, as_json: bool) -> None:
     """Print one variable or key in full, or a table of all variables."""
-    key = keys.key_of(name) if name else None
+    key = keys.find_key(name) if name else None
     if not as_json and (text := word_of(name or "") or keys.text_of_table(name or "")):
         print_sentences(text.splitlines())
         return
     try:
         found = [describe(name)] if name else rows()
     except KeyError as error:
-        key = key or keys.key_of(key_meant(name or ""))
+        key = key or keys.find_key(key_meant(name or ""))
         if key is None:
             raise Refusal(beyond(name or "") or error.args[0]) from None
         found = []

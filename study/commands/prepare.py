@@ -16,12 +16,12 @@ from nanoslip.study.commands import plans
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import CampaignDrive
-from nanoslip.study.manifest.parameters import Value, by_name, has_unit, si_line
+from nanoslip.study.manifest.parameters import Value, has_unit, si_line, words_by_name
 from nanoslip.study.manifest.problems import ManifestError, Problem
-from nanoslip.study.manifest.reader import effects
+from nanoslip.study.manifest.reader import switched_effects
 from nanoslip.study.plan import expectations
 from nanoslip.study.plan.plan import KindCount, Plan, ended
-from nanoslip.study.plan.task import PENDING, short
+from nanoslip.study.plan.task import PENDING, label_value
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
 from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.store import write_files
@@ -124,7 +124,7 @@ def _axes(plan: Plan) -> Iterator[str]:
     text = from_toml(plan.manifest.text)
     written = {**text.get("axes", {}), **text.get("drive_axes", {})}
     for name, values in {**plan.manifest.axes, **plan.manifest.drive_axes}.items():
-        word = by_name().get(name, name)
+        word = words_by_name().get(name, name)
         given = written.get(word, [])
         read = ", ".join(_few(values))
         in_units = isinstance(given, list) and any(map(has_unit, given))
@@ -132,7 +132,7 @@ def _axes(plan: Plan) -> Iterator[str]:
 
 
 def _few(values: Sequence[Value]) -> list[str]:
-    said = [short(value) for value in values]
+    said = [label_value(value) for value in values]
     return said if len(said) <= FEW else [*said[: FEW // 2], "…", *said[-2:], f"({len(said)} values)"]
 
 
@@ -156,7 +156,7 @@ def _print(found: plans.Standing, ranks: int) -> None:
     plan, outlook = found.plan, expectations.outlook_of(found.plan)
     print_sentences([plan.manifest.title, *_cases(plan), *_axes(plan), _in_si(plan)])
     print_sentences([*plans.idle_lines(plan), *expectations.duration_lines(plan)])
-    not_on = {name: each for name, each in effects(plan.manifest).items() if each != "on"}
+    not_on = {name: each for name, each in switched_effects(plan.manifest).items() if each != "on"}
     off = (name if each == "off" else f"{name} ({each})" for name, each in not_on.items())
     note(f"effects that are off or vary: {', '.join(off) or 'none'}")
     print_table(_kinds(found, _CELLS))
@@ -271,7 +271,7 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
             {"drive": each.label, "refused": each.outcome.message if each.drive is None else ""}
             for each in plan.manifest.drives
         ],
-        "effects": effects(plan.manifest),
+        "effects": switched_effects(plan.manifest),
         "tasks": found.kinds,
         "seconds_left": {
             number: makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})

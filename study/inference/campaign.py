@@ -21,7 +21,7 @@ from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, fit
 from nanoslip.study.inference.sensitivity import axis_of
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
-from nanoslip.study.manifest.parameters import TABLES, names_by_word, of_symbol, table_of
+from nanoslip.study.manifest.parameters import TABLES, names_by_word, of_symbol, table_taking
 from nanoslip.study.manifest.problems import ManifestError, unknown
 from nanoslip.study.manifest.reader import DEFAULT, parse_manifest
 from nanoslip.study.plan.kinds import in_stages
@@ -120,7 +120,7 @@ class Question:
 
     def _plans(self, values: Floats) -> list[Plan]:
         names = np.array([each.name for each in self.ranges])
-        of_drives = np.array([table_of(name) == "" for name in names])
+        of_drives = np.array([table_taking(name) == "" for name in names])
         found = []
         for settings, rows in itertools.groupby(values, lambda row: tuple(row[of_drives].tolist())):
             table = rows_as_csv((names[~of_drives], *(row[~of_drives].tolist() for row in rows)))
@@ -217,7 +217,7 @@ def _fix(document: dict[str, Any], word: str, value: Any) -> None:
         document["drives"] = [each for each in document.get("drives", []) if each.get("name") == value]
         if not document["drives"]:
             raise ManifestError.of(DRIVE_WORD, value, remark="no drive of this campaign")
-    elif table := table_of(word):
+    elif table := table_taking(word):
         document[table] = {**document.get(table, {}), word: value}
     elif word in drive_parameters():
         document["drives"] = [{**each, word: value} for each in document.get("drives", [])]

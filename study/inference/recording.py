@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import require
-from nanoslip.study.manifest.columns import FileColumn, FileColumns, OneWay, one_way, read_columns, scale_of, unit_of
+from nanoslip.study.manifest.columns import FileColumn, FileColumns, OneWay, one_way, read_columns, scale_of, unit_for
 
 FEWEST_POINTS: Final = 16
 """Fewest points of a trace."""
@@ -137,7 +137,7 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     at, force, *load = (source.columns[place] for place in places)
     over = "displacement" if given.displacement or (not given.time and _role(at) == "displacement") else "time"
     si, usual = ("m", "m") if over == "displacement" else ("s", "s")
-    unit = unit_of(over, given.displacement or given.time, at, usual)
+    unit = unit_for(over, given.displacement or given.time, at, usual)
     scale = scale_of(unit, si)
     require(over, unit, scale > 0.0, f"a unit of {'time, as ms' if over == 'time' else 'length, as um'}")
     up, own = _scale_of_force(force, given.force)
@@ -149,7 +149,7 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
     found_at, values = found.at[~spikes], found.others[:, ~spikes]
     # Some cells count the other way.
     sign = 1.0 if two_way(values[0]) else math.copysign(1.0, float(values[0].mean()))
-    loads = values[1] * scale_of(unit_of("load", "", load[0], "N"), "N") if load else None
+    loads = values[1] * scale_of(unit_for("load", "", load[0], "N"), "N") if load else None
     taken = tuple(each.name for each in (at, force, *load))
     facts = TraceSource(source, taken, found, rows.holes, int(spikes.sum()))
     return Trace(found_at * scale, sign * values[0] * up, over, own, loads, facts)
@@ -158,7 +158,7 @@ def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> T
 def _scale_of_force(column: FileColumn, given: str) -> tuple[float, str]:
     """SI values of one unit of the force, and its SI unit: N, or 1 for a coefficient."""
     coefficient = _role(column) == "coefficient" and not given
-    unit = unit_of("force", given, column, "1" if coefficient else "N")
+    unit = unit_for("force", given, column, "1" if coefficient else "N")
     for own in ("N", "1"):
         scale = scale_of(unit, own if own == "N" else "")
         if scale > 0.0:

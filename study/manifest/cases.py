@@ -31,10 +31,10 @@ from nanoslip.study.manifest.parameters import (
     Alike,
     Value,
     as_typed,
-    by_name,
-    in_words,
+    assignments,
     names_by_word,
     plain,
+    words_by_name,
     words_of,
 )
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, unknown
@@ -82,7 +82,7 @@ class CampaignCase:
     @property
     def point(self) -> str:
         """Labels as text in the words of a manifest: `radius = 200.0, events = 5`."""
-        return in_words(self.parameters)
+        return assignments(self.parameters)
 
 
 def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:
@@ -108,7 +108,7 @@ def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[Problem
         for name, values in repeated.items():
             twice = [as_typed(value) for value, count in Counter(values).items() if count > 1]
             yield Problem(
-                Place(str(manifest.path), "axes"), by_name().get(name, name), remark=f"repeats {', '.join(twice)}"
+                Place(str(manifest.path), "axes"), words_by_name().get(name, name), remark=f"repeats {', '.join(twice)}"
             )
         return
     numbers: dict[str, int] = {}

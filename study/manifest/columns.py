@@ -328,7 +328,7 @@ def scale_of(unit: str, into: str) -> float:
     return factor(unit.lower(), into) if math.isnan(scale) and len(unit) > 3 else scale
 
 
-def unit_of(key: str, given: str, column: FileColumn, usual: str) -> str:
+def unit_for(key: str, given: str, column: FileColumn, usual: str) -> str:
     """The unit of a column: given, that of its header, or the usual one. Raises InvalidInput if the first two differ."""
     if column.unit in ("", "1", "-"):
         return given or column.unit.replace("-", "1") or usual

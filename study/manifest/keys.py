@@ -72,7 +72,7 @@ def _unit(key: Key) -> str:
     return as_written(stated.unit) if stated.unit != "1" else UNITS.get(stated.scale, "")
 
 
-def key_of(name: str) -> Key | None:
+def find_key(name: str) -> Key | None:
     """The key of this word, name or symbol, in Greek or Latin letters; None without one."""
     found = [key for key in keys() if name in (key.word, key.name)]
     return next(iter(found or with_symbol(name, {key: key.stated.symbol for key in keys()})), None)

@@ -22,7 +22,7 @@ from nanoslip.solver.drive import (
 from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
-from nanoslip.solver.parameter import MOST_WHOLE, Parameter, check, declared, parameter, require
+from nanoslip.solver.parameter import MOST_WHOLE, Parameter, declared, parameter, require, validate
 from nanoslip.study.manifest.parameters import OTHER_TABLES, YOUNG, Value, as_written, span
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
@@ -90,7 +90,7 @@ class NamedDrive:
             raise InvalidInput("name", self.name, "a name")
         if not one_line(self.name):
             raise InvalidInput("name", self.name, ONE_LINE)
-        check(self)
+        validate(self)
 
     @classmethod
     def of(cls, name: str, **entries: Any) -> Self:
@@ -228,7 +228,7 @@ class Outputs:
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
         require(
             "tractions_at", self.tractions_at, _increasing(self.tractions_at), declared(Outputs)["tractions_at"].need
         )
@@ -251,7 +251,7 @@ class EnsembleTable:
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,7 +273,7 @@ class TargetTable:
     most: int = parameter(MOST_TO_TARGET, meaning="largest number of members", least=FEWEST, most=MOST_MEMBERS)
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
         of: Any = self.of
         need = declared(TargetTable)["of"].need
         require("of", of, isinstance(of, list | tuple), need)

@@ -92,19 +92,19 @@ OTHER_TABLES: Final[dict[str, Collection[str]]] = {}
 """Table without parameters of a case, as messages name it -> its keys. Each is entered where its keys are declared."""
 
 
-def table_of(word: str) -> str:
+def table_taking(word: str) -> str:
     """The name of the table that takes a word; empty if none does."""
     return next((table for table in TABLES if word in words_of(table)), "")
 
 
-def by_name() -> Mapping[str, str]:
+def words_by_name() -> Mapping[str, str]:
     """Name of a parameter -> its word in a manifest."""
     return {name: word for word, name in names_by_word().items()}
 
 
-def in_words(parameters: Mapping[str, object]) -> str:
+def assignments(parameters: Mapping[str, object]) -> str:
     """Parameters and their values in the words of a manifest: `radius = 200.0, events = 5`."""
-    return ", ".join(f"{by_name().get(name, name)} = {as_typed(value)}" for name, value in parameters.items())
+    return ", ".join(f"{words_by_name().get(name, name)} = {as_typed(value)}" for name, value in parameters.items())
 
 
 def as_typed(value: object) -> str:
@@ -148,7 +148,7 @@ def make_case(parameters: Mapping[str, Any]) -> Case:
     try:
         return Case.of({**limits, **parameters})
     except InvalidInput as error:
-        raise error.named(by_name()) from None
+        raise error.named(words_by_name()) from None
 
 
 class Alike:
@@ -263,7 +263,7 @@ def si_line(scales: Scales, fixed: Mapping[str, Any], axes: Mapping[str, Sequenc
     return f"{', '.join(said)}, nodes {span(apart, 'm')} apart"
 
 
-def in_si(scales: Scales, name: str, value: Any) -> str:
+def si_text(scales: Scales, name: str, value: Any) -> str:
     """A length or load of a case in SI, as 200 mm; empty of other parameters."""
     stated = parameters_of_a_case().get(name)
     if stated is None or stated.scale not in UNITS or not math.isfinite(value):

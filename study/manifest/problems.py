@@ -10,7 +10,7 @@ from typing import NamedTuple
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import parameters_of_a_drive
 from nanoslip.solver.outcome import ABSENT, SHOWN, NanoslipError
-from nanoslip.study.manifest.parameters import OTHER_TABLES, axes, of_symbol, table_of
+from nanoslip.study.manifest.parameters import OTHER_TABLES, axes, of_symbol, table_taking
 from nanoslip.study.manifest.vocabulary import beyond, key_meant
 from nanoslip.study.toml_text import shown
 
@@ -53,7 +53,7 @@ class Problem:
         value = float(f"{self.value:.10g}") if isinstance(self.value, float) else self.value
         where = self.place.of(self.key) + (f" = {shown(value)}" if given else "")
         parts = (where, "missing" if missing else "", self.remark, self.need and f"needs {self.need}")
-        return printable(": ".join(filter(None, parts)))
+        return escaped(": ".join(filter(None, parts)))
 
 
 class ManifestError(NanoslipError):
@@ -88,14 +88,14 @@ def key_shown(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) and len(key) <= SHOWN else shown(key)
 
 
-def printable(text: str) -> str:
+def escaped(text: str) -> str:
     """A text on one line, with control characters and changes of writing direction escaped."""
     return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in text)
 
 
 def path_shown(path: Path) -> str:
     """A path as one printable line of at most LONGEST_PATH characters."""
-    text = printable(str(path))
+    text = escaped(str(path))
     return text if len(text) <= LONGEST_PATH else text[: LONGEST_PATH - 3] + "..."
 
 
@@ -120,6 +120,6 @@ def meant_by(word: str, allowed: Collection[str]) -> str:
 
 def _home(word: str) -> str:
     """Table in which a known word belongs, as a remark; empty for any other."""
-    if table := table_of(word):
+    if table := table_taking(word):
         return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
     return next((f"belongs in {table}" for table, keys in OTHER_TABLES.items() if word in keys), "")

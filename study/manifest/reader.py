@@ -54,13 +54,13 @@ from nanoslip.study.manifest.parameters import (
     YOUNG,
     Value,
     axes,
-    by_name,
     has_unit,
     in_files,
     make_case,
     names_by_word,
     plain,
-    table_of,
+    table_taking,
+    words_by_name,
 )
 from nanoslip.study.manifest.problems import ManifestError, key_shown, unknown
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
@@ -369,8 +369,8 @@ class _Reader(NamedFiles):
         wrong = refused(make_case, {**manifest.fixed, **ways})
         if wrong and wrong.key == "path":
             for name, value in wrong.beside.items():
-                word = by_name()[name]
-                self.refuse(word, value, f"{wrong.need}, beside [path]", table=table_of(word))
+                word = words_by_name()[name]
+                self.refuse(word, value, f"{wrong.need}, beside [path]", table=table_taking(word))
 
     def _counts(self, manifest: Manifest) -> None:
         """Refuse more cases, or drives of cases, than fit a machine: nothing has been expanded yet."""
@@ -613,7 +613,7 @@ def refuse_with_stages(manifest: Manifest, case: Case) -> None:
         )
 
 
-def effects(manifest: Manifest) -> dict[str, str]:
+def switched_effects(manifest: Manifest) -> dict[str, str]:
     """Every effect that a manifest can switch -> its setting here: `on`, `off`, or values that differ from case to case or drive
     to drive."""
     found = {name: _word(name in manifest.stages) for name in ("slip", "dynamics")}

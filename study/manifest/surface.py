@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image, image_of
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import Parameter, Roughness, check, parameter, require
+from nanoslip.solver.parameter import Parameter, Roughness, parameter, require, validate
 from nanoslip.study.manifest.columns import (
     FileColumn,
     FileColumns,
@@ -21,7 +21,7 @@ from nanoslip.study.manifest.columns import (
     one_way,
     read_columns,
     scale_of,
-    unit_of,
+    unit_for,
 )
 from nanoslip.study.manifest.parameters import plain
 from nanoslip.study.manifest.units import factor
@@ -48,7 +48,7 @@ class NamedSurface:
     pixel: str = parameter("", meaning="distance of an image's heights in a matrix", unit="m")
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
         for name in ("file", "x", "z", "y", "pixel"):
             require(name, getattr(self, name), isinstance(getattr(self, name), str), "a text")
         if self.pixel:
@@ -210,7 +210,7 @@ def _from_columns(source: FileColumns, given: NamedSurface) -> Image:
 
 def _scale_of(key: str, given: str, column: FileColumn, usual: str = "m") -> float:
     """Metres of one unit of a column. Raises InvalidInput if its unit is no length and none is given."""
-    unit = unit_of(key, given, column, usual)
+    unit = unit_for(key, given, column, usual)
     require(key, unit, scale_of(unit, "m") > 0.0, "a unit of length, as nm")
     return scale_of(unit, "m")
 

@@ -16,7 +16,7 @@ from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import FLAGS, expected_flags, guessed_half_width, mask_of
 from nanoslip.study.manifest.manifest import CampaignDrive, NamedDrive
-from nanoslip.study.manifest.parameters import in_si, in_words, span
+from nanoslip.study.manifest.parameters import assignments, si_text, span
 from nanoslip.study.plan.cost import (
     drive_duration,
     drive_steps,
@@ -27,7 +27,7 @@ from nanoslip.study.plan.cost import (
 )
 from nanoslip.study.plan.kinds import compliance_needs, needed_kinds
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.task import Task, short
+from nanoslip.study.plan.task import Task, label_value
 
 # Disk space of a campaign: files of results, and the dataset made of those that it keeps.
 
@@ -117,7 +117,9 @@ def _words(plan: Plan, number: int) -> str:
     point = plan.cases[number].parameters
     varying = (name for name, values in plan.manifest.axes.items() if len(values) > 1 and name in point)
     scales = plan.manifest.stated_scales
-    return in_words({name: (scales and in_si(scales, name, point[name])) or short(point[name]) for name in varying})
+    return assignments(
+        {name: (scales and si_text(scales, name, point[name])) or label_value(point[name]) for name in varying}
+    )
 
 
 def out_of_reach(plan: Plan) -> dict[str, str]:

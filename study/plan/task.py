@@ -17,7 +17,7 @@ from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import declared
 from nanoslip.solver.slab import Scheme, Slab
 from nanoslip.study.canonical import Texts, content_hash
-from nanoslip.study.manifest.parameters import Value, by_name, names_by_word
+from nanoslip.study.manifest.parameters import Value, names_by_word, words_by_name
 from nanoslip.study.origin import Origins
 
 Label = tuple[tuple[str, ...], tuple[Value | None, ...]]
@@ -90,15 +90,17 @@ class Task:
     def label(self) -> str:
         """Label for humans, in the words of a manifest."""
         pairs = zip(self.names, self.values, strict=True)
-        names_by_word = [f"{by_name().get(name, name)}={short(value)}" for name, value in pairs if value is not None]
-        return " ".join((self.kind, *names_by_word))
+        labels = [
+            f"{words_by_name().get(name, name)}={label_value(value)}" for name, value in pairs if value is not None
+        ]
+        return " ".join((self.kind, *labels))
 
 
 _CONTENT = attrgetter(*itertools.takewhile(lambda name: name != "cost", (item.name for item in fields(Task))))
 """Fields of a task that are not the plan's; faster than `replace`, for millions of tasks."""
 
 
-def short(value: Value) -> str:
+def label_value(value: Value) -> str:
     """A value of a parameter in a line of text."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 

@@ -27,7 +27,7 @@ from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, scales_of
 from nanoslip.study.dataset.texts import are_texts
 from nanoslip.study.figures.points import hyphenated, in_text, in_unit, readable, symbol, unit_of, worded
 from nanoslip.study.manifest.manifest import Stage, TargetTable
-from nanoslip.study.manifest.parameters import Value, as_written, compact, in_si
+from nanoslip.study.manifest.parameters import Value, as_written, compact, si_text
 from nanoslip.study.plan.expectations import flag_lines
 from nanoslip.study.plan.task import PENDING
 from nanoslip.study.report.console import Table
@@ -529,7 +529,7 @@ def label_text(label: Mapping[str, Value], scales: Scales | None = None) -> str:
     Parameters that it has not, as a scheme its settings, are left out. scales: to have lengths and loads in SI: `R = 5 mm`.
     """
     known = {name: value for name, value in label.items() if value != "" and value == value}  # noqa: PLR0124  NaN is not
-    sizes = {name: si for name, value in known.items() if scales and (si := in_si(scales, name, value))}
+    sizes = {name: si for name, value in known.items() if scales and (si := si_text(scales, name, value))}
     return ", ".join(
         f"{variables.in_si_too()[name].symbol} = {sizes[name]}"
         if name in sizes
@@ -584,7 +584,7 @@ def _varying(rows: CaseRows) -> list[str]:
 
 def _label(values: xr.Dataset, name: str, scales: Scales | None) -> str:
     value = values[name].item()
-    si = in_si(scales, name, value) if scales else ""
+    si = si_text(scales, name, value) if scales else ""
     return f"{in_text(value)} ({si})" if si else in_text(value)
 
 

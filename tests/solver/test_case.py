@@ -12,7 +12,7 @@ from nanoslip.solver.case import Case, Heterogeneity, SlipRule
 from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.elasticity.schemes import Biquadratic, Galerkin
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.solver.parameter import Family, Quantity, Roughness, check, parameter, quantities, quantity
+from nanoslip.solver.parameter import Family, Quantity, Roughness, parameter, quantities, quantity, validate
 from nanoslip.solver.slab import Slab
 
 
@@ -28,7 +28,7 @@ class Toy:
     free: str = "no parameter"
 
     def __post_init__(self):
-        check(self)
+        validate(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Cake(Sweet):
     layers: int = parameter(2, meaning="layers", least=1, most=9)
 
     def __post_init__(self):
-        check(self)
+        validate(self)
 
 
 @SWEETS.register

@@ -10,7 +10,7 @@ from nanoslip.solver.case import Case, Heterogeneity, SlipRule
 from nanoslip.solver.contact.compiled_contact import answer_violations, compiled_contact, corrected_for_rounding
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, Stop, equilibrium_residual, refresh
-from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advised, energy_created
+from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advise, energy_created
 from nanoslip.solver.elasticity.compliance import surface_compliance
 from nanoslip.solver.outcome import (
     COMPLETED,
@@ -76,8 +76,8 @@ def test_a_text_too_long_keeps_as_much_of_its_beginning_as_of_its_end_and_its_li
 def test_no_advice_names_what_the_case_does_already(scheme, slip_order, rough):
     pin = Heterogeneity(roughness=((0.0, 0.0), (0.1, 1e-6)) if rough else ())
     case = Case(slab=Slab(17, scheme=scheme), slip_rule=SlipRule(slip_order=slip_order), heterogeneity=pin)
-    assert advised(case, COMPLETED) is COMPLETED
-    given = [advised(case, outcome).message for outcome in OUTCOME_OF_STOP.values()] + [energy_created(case).message]
+    assert advise(case, COMPLETED) is COMPLETED
+    given = [advise(case, outcome).message for outcome in OUTCOME_OF_STOP.values()] + [energy_created(case).message]
     for message in given:
         assert "galerkin" not in message or scheme == "biquadratic"
         assert "worst_first" not in message or slip_order == "simultaneous"
@@ -96,7 +96,7 @@ def test_slips_without_end_are_advised_by_their_cause():
     for other in (replace(case, initial_contact="frictionless"), replace(case, slab=replace(slab, poisson=0.3))):
         assert initial_contact(other, surface_compliance(other.slab)).outcome.ok
     with_friction = replace(case, intrinsic_friction=0.5, slab=Slab(17), slip_rule=SlipRule(residual_shear=0.5))
-    found = advised(with_friction, OUTCOME_OF_STOP[Stop.CASCADE_LIMIT])
+    found = advise(with_friction, OUTCOME_OF_STOP[Stop.CASCADE_LIMIT])
     assert found.message.endswith("lower slip.residual_shear")
 
 

@@ -27,7 +27,7 @@ from nanoslip.solver.elasticity.grid import (
     value,
 )
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
-from nanoslip.solver.parameter import check, parameter, require
+from nanoslip.solver.parameter import parameter, require, validate
 from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
 
 WIDEST_BOTTOM = 1.25
@@ -47,7 +47,7 @@ class Biquadratic(GridScheme):
 
     def completed(self, slab: Slab) -> "Biquadratic":
         levels = levels_of(slab.n_x)
-        check(self)
+        validate(self)
         rows = levels + 1 if self.rows is None else self.rows
         require("rows", rows, 3 <= rows <= levels + 1, f"3 to {levels + 1} rows at n_x = {slab.n_x}")
         return replace(self, first_spacing=self.first_spacing or "equal", rows=rows)

@@ -24,7 +24,7 @@ import numpy as np
 import scipy
 
 from nanoslip.solver.arrays import Dense
-from nanoslip.solver.parameter import check, parameter
+from nanoslip.solver.parameter import parameter, validate
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
 
 
@@ -68,7 +68,7 @@ class Chain(Scheme):
     )
 
     def __post_init__(self) -> None:
-        check(self)
+        validate(self)
 
     @property
     def bed_stiffness(self) -> float:

@@ -44,7 +44,7 @@ from nanoslip.solver.elasticity.grid import (
 )
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.elasticity.schemes.column import graded_hierarchy, lengthening, resultants, trunk
-from nanoslip.solver.parameter import check, parameter, require
+from nanoslip.solver.parameter import parameter, require, validate
 from nanoslip.solver.slab import SCHEMES, Slab, Support, levels_of
 
 MOST_ROWS_PER_LEVEL = 1024
@@ -71,7 +71,7 @@ class Galerkin(GridScheme):
     bottom_row: int | None = parameter(None, meaning="nodes of the bottom row", need="2^q + 1 from coarsest_row to n_x")
 
     def completed(self, slab: Slab) -> "Galerkin":
-        check(self)
+        validate(self)
         levels = levels_of(slab.n_x)
         coarsest = min(levels, max(1, math.ceil(math.log2(16.0 / min(1.0, slab.aspect_ratio)))))
         if self.bottom_row is not None:

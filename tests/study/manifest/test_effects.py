@@ -21,7 +21,7 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.manifest.manifest import NamedDrive
 from nanoslip.study.manifest.problems import ManifestError
-from nanoslip.study.manifest.reader import effects
+from nanoslip.study.manifest.reader import switched_effects
 from nanoslip.study.plan.cost import sliding_bytes
 from nanoslip.study.plan.kinds import compliance_task, contact_task, drive_task, needed_kinds, record_task, states_task
 from nanoslip.study.plan.plan import Plan
@@ -103,13 +103,13 @@ def test_combinations_that_mean_nothing_are_refused(tmp_path):
 def test_the_effects_of_a_campaign_are_listed(tmp_path):
     text = "axes.coupling = [true, false]\nheterogeneity.spread = 0.2\n"
     drives = DRIVES + 'profile = "mean"\n[[drives]]\nname = "b"\ndamping_ratio = 0\n'
-    found = effects(planned(tmp_path, text + drives).manifest)
+    found = switched_effects(planned(tmp_path, text + drives).manifest)
     assert found["coupling"] == "on, off"
     assert found["friction"] == found["pin_translation"] == found["dynamics"] == "on"
     assert found["spread of μ_i"] == "0.2"
     assert found["sawtooth"] == "off: mean, on"
     assert found["damping"] == "on, off"
-    without = effects(planned(tmp_path, "").manifest)
+    without = switched_effects(planned(tmp_path, "").manifest)
     assert without["dynamics"] == "off"
     assert "damping" not in without
 
@@ -133,7 +133,7 @@ def test_a_half_plane_has_no_inside(tmp_path):
     plan = planned(tmp_path, 'axes.scheme = ["galerkin", "half_plane"]\noutputs.subsurface = true')
     assert [case.outcome.ok for case in plan.cases] == [True, False]
     assert "has a grid" in plan.cases[1].outcome.message
-    found = effects(plan.manifest)
+    found = switched_effects(plan.manifest)
     assert found["finite slab (scheme)"] == "on, off"
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from nanoslip.solver.drive import Scales
 from nanoslip.study.manifest.cases import tables
-from nanoslip.study.manifest.keys import Key, key_of, key_text, keys, text_of_table
+from nanoslip.study.manifest.keys import Key, find_key, key_text, keys, text_of_table
 from nanoslip.study.manifest.manifest import SECONDS_KEY
 from nanoslip.study.manifest.parameters import plain
 from nanoslip.study.manifest.reader import TOP_LEVEL
@@ -42,7 +42,7 @@ def test_a_number_in_si_has_an_example_with_a_unit() -> None:
 
 @pytest.mark.parametrize(("name", "word"), [("R", "radius"), ("mu_i", "intrinsic_friction"), ("k", "spring_stiffness")])
 def test_a_key_is_found_by_its_symbol(name: str, word: str) -> None:
-    found = key_of(name)
+    found = find_key(name)
     assert found is not None
     assert found.word == word
 
@@ -66,5 +66,5 @@ def test_all_of_a_key_fits_a_terminal_of_80_columns_or_is_a_sentence() -> None:
 def test_every_key_that_a_file_takes_is_described() -> None:
     """Those of all tables and outside of them; symbols of scales and parameters too."""
     offered = {*TOP_LEVEL, *(word for words in tables().values() for word in words), SECONDS_KEY}
-    assert [word for word in offered if not (key_of(word) or text_of_table(word))] == []
-    assert [symbol for symbol in ("E", "G", "L_y", "L_x", "R", "nu", "mu_i", "W") if key_of(symbol) is None] == []
+    assert [word for word in offered if not (find_key(word) or text_of_table(word))] == []
+    assert [symbol for symbol in ("E", "G", "L_y", "L_x", "R", "nu", "mu_i", "W") if find_key(symbol) is None] == []

@@ -11,7 +11,7 @@ import pytest
 
 from nanoslip.solver.case import PARTS, Case, SlipRule
 from nanoslip.solver.outcome import Ending
-from nanoslip.solver.parameter import check, choices_of, declared, parameter
+from nanoslip.solver.parameter import choices_of, declared, parameter, validate
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.kinds import record_task
 from nanoslip.study.plan.plan import make_plan
@@ -67,7 +67,7 @@ class TwoWays(SlipRule):
     eager: bool = parameter(False, table="slip", meaning="whether nodes slip early")
 
     def __post_init__(self):
-        check(self)
+        validate(self)
 
 
 def other_choices():
