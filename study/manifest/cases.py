@@ -15,19 +15,11 @@ from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import declared
 from nanoslip.study.canonical import Texts, content_hash
 from nanoslip.study.manifest.checker import number_or_text
-from nanoslip.study.manifest.manifest import (
-    STAGES,
-    EnsembleTable,
-    Manifest,
-    Outputs,
-    TargetTable,
-    drive_parameters,
-    field_names,
-)
+from nanoslip.study.manifest.manifest import STAGES, Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import (
+    OTHER_TABLES,
     STANDARD,
     TABLES,
-    YOUNG,
     Alike,
     Value,
     as_typed,
@@ -176,14 +168,8 @@ def value_of(key: str, text: str, scales: Scales | None) -> Value:
 
 def tables() -> dict[str, tuple[str, ...]]:
     """Table of a manifest -> the keys of it that a single case can be given."""
-    return {
-        **{table: words_of(table) for table in TABLES},
-        "scales": (*field_names(Scales), YOUNG),
-        "ensemble": field_names(EnsembleTable),
-        "target": field_names(TargetTable),
-        "outputs": field_names(Outputs),
-        _DRIVES: tuple(name for name in drive_parameters() if name not in names_by_word()),
-    }
+    others = {table: tuple(key for key in keys if key not in names_by_word()) for table, keys in OTHER_TABLES.items()}
+    return {table: words_of(table) for table in TABLES} | others
 
 
 def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = False) -> dict[str, Any]:

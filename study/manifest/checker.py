@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeVar
@@ -21,6 +21,7 @@ from nanoslip.study.manifest.parameters import (
     FileName,
     Value,
     axes,
+    field_names,
     in_files,
     make_case,
     names_by_word,
@@ -362,14 +363,14 @@ class Checker:
             values[name] = tuple(taken)
         return values
 
-    def checked(
-        self, where: str, content: dict[str, Any], make: Callable[..., object], names: Collection[str], **others: object
+    def valid(
+        self, where: str, content: dict[str, Any], make: Any, names: Collection[str] = (), **others: object
     ) -> dict[str, Any]:
-        """The entries of a table that pass: the key is among `names`, and `make` takes the value together with `others`.
+        """The entries of a table whose key is among `names` and whose value `make` takes with `others`; refuse all others.
 
-        All other entries are refused.
+        names: by default those of the fields that `make` has.
         """
-        good = {}
+        good, names = {}, names or field_names(make)
         for key, value in content.items():
             if key not in names:
                 self.refuse(key_shown(key), value, remark=unknown(key, names), table=where)
@@ -461,7 +462,7 @@ class NamedFiles(Checker):
     def _surface(self, given: Given, scales: Scales, number: int | None) -> FileRows | None:
         """The roughness of a measured profile; None if it is refused."""
         where = f"{given.place.part}.{given.key}"
-        good = self.checked(where, given.value, NamedSurface, [item.name for item in fields(NamedSurface)])
+        good = self.valid(where, given.value, NamedSurface)
         if "file" not in good:
             self.problems.append(given.problem("file, the path of a text file with two columns"))
         if good.keys() < {*given.value, "file"}:

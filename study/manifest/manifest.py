@@ -4,11 +4,11 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
-from nanoslip.solver.case import MOST_EVENTS
+from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.drive import (
     PERIODS,
     TRAVEL,
@@ -23,7 +23,7 @@ from nanoslip.solver.ensemble import ALONE, FEWEST, Ensemble, Places
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import COMPLETED, InvalidInput, Outcome
 from nanoslip.solver.parameter import MOST_WHOLE, Parameter, declared, parameter, require, validate
-from nanoslip.study.manifest.parameters import OTHER_TABLES, YOUNG, Value, as_written, span
+from nanoslip.study.manifest.parameters import OTHER_TABLES, YOUNG, Value, as_written, field_names, span
 from nanoslip.study.toml_text import ONE_LINE, from_toml, one_line, shown
 
 # Who made a campaign and how others may use it: the table [about], for attributes of the dataset. It decides no result.
@@ -390,6 +390,10 @@ class Manifest:
         """Scales that its file gives; None if it gives none."""
         return self.scales if "scales" in from_toml(self.text) else None
 
+    def values_of(self, name: str) -> tuple[Value, ...]:
+        """Values of a parameter of cases: those of its axis, else the one of all cases."""
+        return self.axes.get(name, (self.fixed.get(name, Case.of({}).flat[name]),))
+
     @property
     def fixed(self) -> dict[str, Value]:
         """Parameters from the tables, by field name: equal for all cases."""
@@ -403,17 +407,12 @@ def _increasing(value: Any) -> bool:
     return all(before < after for before, after in itertools.pairwise([-1, *value, MOST_EVENTS + 1]))
 
 
-def field_names(kind: type) -> tuple[str, ...]:
-    """The names of a dataclass's fields, in their order."""
-    return tuple(item.name for item in fields(kind))
-
-
 OTHER_TABLES.update(
     {
-        "[[drives]] or [drive_axes]": drive_parameters(),
-        "[scales]": (*field_names(Scales), YOUNG),
-        "[ensemble]": field_names(EnsembleTable),
-        "[target]": field_names(TargetTable),
-        "[outputs]": field_names(Outputs),
+        "scales": (*field_names(Scales), YOUNG),
+        "ensemble": field_names(EnsembleTable),
+        "target": field_names(TargetTable),
+        "outputs": field_names(Outputs),
+        "drives": tuple(drive_parameters()),
     }
 )

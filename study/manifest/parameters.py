@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from decimal import Decimal
 from typing import Any, Final, TypeVar
@@ -88,8 +88,13 @@ FILE_KEYS: Final = ("table", *in_files())
 attributes manifest_<key>."""
 
 
-OTHER_TABLES: Final[dict[str, Collection[str]]] = {}
-"""Table without parameters of a case, as messages name it -> its keys. Each is entered where its keys are declared."""
+OTHER_TABLES: Final[dict[str, tuple[str, ...]]] = {}
+"""Table without parameters of a case -> its keys. Each is entered where its keys are declared."""
+
+
+def field_names(kind: Any) -> tuple[str, ...]:
+    """The names of a dataclass's fields, in their order."""
+    return tuple(item.name for item in fields(kind))
 
 
 def table_taking(word: str) -> str:

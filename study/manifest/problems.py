@@ -122,4 +122,6 @@ def _home(word: str) -> str:
     """Table in which a known word belongs, as a remark; empty for any other."""
     if table := table_taking(word):
         return f"belongs in [{table}]" + (" or [axes]" if word in axes() else "")
-    return next((f"belongs in {table}" for table, keys in OTHER_TABLES.items() if word in keys), "")
+    table = next((table for table, keys in OTHER_TABLES.items() if word in keys), "")
+    place = "[[drives]] or [drive_axes]" if table == "drives" else f"[{table}]"
+    return f"belongs in {place}" if table else ""

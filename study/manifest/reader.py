@@ -7,7 +7,7 @@ Scales and drives are in SI, the parameters of a case are dimensionless.
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from os import PathLike
 from pathlib import Path
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import BY_ROWS, Case, Effects, parameters_of_a_case
-from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Scales, only_length, refuse_with_memory
+from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Drive, Scales, only_length, refuse_with_memory
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
 from nanoslip.solver.ensemble import Ensemble
 from nanoslip.solver.load_path import LoadPath
@@ -45,7 +45,6 @@ from nanoslip.study.manifest.manifest import (
     Stage,
     TargetTable,
     drive_parameters,
-    field_names,
 )
 from nanoslip.study.manifest.parameters import (
     FILE_KEYS,
@@ -134,7 +133,7 @@ def _table(checker: Checker, where: str, content: dict[str, Any]) -> _Table:
     # Valid time steps depend on other keys, so integrators are checked last, with every valid key.
     last = {key: content[key] for key in (INTEGRATORS.word, *INTEGRATORS.settings()) if key in content}
     alone = {key: value for key, value in content.items() if key not in last}
-    good = checker.checked(where, alone, NamedDrive.of, ("name", *drive_parameters()), name="-")
+    good = checker.valid(where, alone, NamedDrive.of, ("name", *drive_parameters()), name="-")
     for key, value in list(last.items()):
         if wrong := refused(_typed, key, value):
             checker.refuse(key, value, wrong.need, table=where)
@@ -269,7 +268,7 @@ TOP_LEVEL: Final[dict[str, tuple[type, str]]] = {
 def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...], tractions: bool) -> Ensemble:
     """The ensemble of every case."""
     own, content = top.get("ensemble", {}), top.get("target")
-    table = EnsembleTable(**files.checked("ensemble", own, EnsembleTable, field_names(EnsembleTable)))
+    table = EnsembleTable(**files.valid("ensemble", own, EnsembleTable))
     if content is None:
         return Ensemble(table.members, places=table.places)
     if "members" in own:
@@ -277,7 +276,7 @@ def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...],
         files.refuse("members", own["members"], need, table="ensemble")
     if "within" not in content:
         files.refuse("[target]", need="within = 0.01, or another relative error")
-    good = files.checked("target", content, TargetTable, field_names(TargetTable), within=0.5)
+    good = files.valid("target", content, TargetTable, within=0.5)
     for name in good.get("of", ()):
         stage = KNOWABLE[name]
         if STAGES.index(stage) > STAGES.index(stages[-1]):
@@ -289,9 +288,7 @@ def _ensemble(files: NamedFiles, top: dict[str, Any], stages: tuple[Stage, ...],
             files.refuse("of", name, need, table="target")
     target = TargetTable(**{"within": 0.5, **good})
     of = target.variables(stages[-1])
-    if any(
-        KNOWABLE[name] == "dynamics" for name in of
-    ):  # drives share records: each would slide further ones by itself
+    if "dynamics" in map(KNOWABLE.get, of):  # drives share records: each would slide further ones by itself
         of = tuple(dict.fromkeys(("plateau_mean", *of)))
     return Ensemble(target.most, float(target.within), of, table.places)
 
@@ -350,7 +347,7 @@ class _Reader(NamedFiles):
             drives_left_out=() if pulled.drives else tuple(dict.fromkeys(drive.name for drive in driven.drives)),
             outputs=outputs,
             ensemble=_ensemble(self, top, stages, outputs.tractions),
-            about=About(**self.checked("about", top.get("about", {}), About, field_names(About))),
+            about=About(**self.valid("about", top.get("about", {}), About)),
         )
         self._counts(result)
         if result.paths:
@@ -394,7 +391,7 @@ class _Reader(NamedFiles):
                 self.refuse(YOUNG, modulus, wrong.need, table="scales")
             elif not refused(as_float, "poisson", poisson) and parameters_of_a_case()["poisson"].holds(poisson):
                 content["shear_modulus"] = modulus / (2.0 * (1.0 + poisson))  # a wrong one is refused in its table
-        return Scales(**self.checked("scales", _with_depth(top, content), Scales, field_names(Scales)))
+        return Scales(**self.valid("scales", _with_depth(top, content), Scales))
 
     def _top(self, document: dict[str, Any]) -> dict[str, Any]:
         """Top-level entries of the file with a known key and the right type; the others are refused."""
@@ -434,7 +431,7 @@ class _Reader(NamedFiles):
         return STAGES[: len(given)]
 
     def _outputs(self, content: dict[str, Any], stages: tuple[Stage, ...]) -> Outputs:
-        good = self.checked("outputs", content, Outputs, field_names(Outputs))
+        good = self.valid("outputs", content, Outputs)
         outputs = Outputs(**{"tractions": "slip" not in stages, "phases": good.get("trajectory", True), **good})
         if "slip" not in stages and outputs.statistics:
             self.refuse("statistics", True, 'stage "slip": without it there are no events', table="outputs")
@@ -617,31 +614,28 @@ def switched_effects(manifest: Manifest) -> dict[str, str]:
     """Every effect that a manifest can switch -> its setting here: `on`, `off`, or values that differ from case to case or drive
     to drive."""
     found = {name: _word(name in manifest.stages) for name in ("slip", "dynamics")}
-    found |= {name: _setting(manifest, name) for name in declared(Effects)}
-    schemes = manifest.axes.get("scheme", (manifest.fixed.get("scheme", Slab().scheme.name),))
-    found["finite slab (scheme)"] = _joint([_word(not SCHEMES[str(scheme)].bottomless) for scheme in schemes])
-    found["spread of μ_i"] = _spread(manifest)
+    found |= {name: _joint(map(_word, manifest.values_of(name))) for name in declared(Effects)}
+    schemes = [SCHEMES[str(scheme)] for scheme in manifest.values_of("scheme")]
+    found["finite slab (scheme)"] = _joint(_word(not scheme.bottomless) for scheme in schemes)
+    found["spread of μ_i"] = _spread(manifest.values_of("spread"))
     found["load path"] = _word(manifest.paths)
-    rough = manifest.fixed.get("roughness") or manifest.axes.get("roughness")
-    found["roughness of the pin"] = _word(bool(rough))
-    for name in _OF_DRIVES if manifest.drives else ():
-        found[name] = _joint([_drive_setting(each.drive, name) for each in manifest.drives if each.drive])
-    return found
+    found["roughness of the pin"] = _word(any(manifest.values_of("roughness")))
+    drives = [each.drive.in_si for each in manifest.drives if each.drive]
+    return found | {name: _joint(map(setting, drives)) for name, setting in _OF_DRIVES.items() if manifest.drives}
 
 
-_OF_DRIVES: Final = ("surface_compliance", "reverse_motion", "damping", "sawtooth")
+_OF_DRIVES: Final[Mapping[str, Callable[[Drive], str]]] = {
+    "surface_compliance": lambda drive: _word(drive.surface_compliance),
+    "reverse_motion": lambda drive: _word(drive.reverse_motion),
+    "damping": lambda drive: _word(drive.damping_ratio > 0.0),
+    "sawtooth": lambda drive: "on" if drive.profile == "sawtooth" else f"off: {drive.profile}",
+}
+"""Effect of a drive -> its setting."""
 
 
-def _setting(manifest: Manifest, name: str) -> str:
-    default = getattr(Effects(), name)
-    return _joint([_word(bool(value)) for value in manifest.axes.get(name, (manifest.fixed.get(name, default),))])
-
-
-def _spread(manifest: Manifest) -> str:
-    values = manifest.axes.get("spread", (manifest.fixed.get("spread", 0.0),))
-    there = sorted({float(str(value)) for value in values if value})
-    shown = [f"{value:g}" for value in there]
-    if len(there) > _MOST:
+def _spread(values: Sequence[Value]) -> str:
+    shown = [f"{value:g}" for value in sorted({float(value) for value in values if value})]
+    if len(shown) > _MOST:
         shown = [f"{shown[0]} to {shown[-1]}"]
     return _joint([*shown, *([] if all(values) else ["off"])])
 
@@ -650,17 +644,9 @@ _MOST: Final = 6
 """Values that are named one by one."""
 
 
-def _drive_setting(drive: NamedDrive, name: str) -> str:
-    if name == "damping":
-        return _word(drive.in_si.damping_ratio > 0.0)
-    if name == "sawtooth":
-        return "on" if drive.in_si.profile == "sawtooth" else f"off: {drive.in_si.profile}"
-    return _word(bool(getattr(drive.in_si, name)))
-
-
-def _word(on: bool) -> str:
+def _word(on: object) -> str:
     return "on" if on else "off"
 
 
-def _joint(values: Sequence[str]) -> str:
+def _joint(values: Iterable[str]) -> str:
     return ", ".join(dict.fromkeys(values))

@@ -211,8 +211,7 @@ class SurfaceNodes:
 
 def _planar(manifest: Manifest) -> bool:
     """True if a case may have a plane of nodes."""
-    schemes = manifest.axes.get("scheme", (manifest.fixed.get("scheme"),))
-    return any(str(scheme) in SCHEMES and SCHEMES[str(scheme)].planar for scheme in schemes)
+    return any(SCHEMES[str(scheme)].planar for scheme in manifest.values_of("scheme"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
