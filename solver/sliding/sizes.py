@@ -249,39 +249,25 @@ _NUMBERS: Final = ("exponent", "exponent_uncertainty", "exponent_members", "cuto
 
 def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
     """The fields of one size: name, type, declaration."""
-    of = f"of {meaning}"
-    declared: dict[str, tuple[str, dict[str, Any]]] = {
-        "exponent": (
-            f"power-law exponent of {size}",
-            {
-                "symbol": "τ",
-                "ensemble": True,
-                "comment": _joined(
-                    f"{of}, from {size}_cutoff on, of all members together",
-                    _REFERENCE.get(size, ""),
-                    f"no power law where {size}_goodness is below {SIGNIFICANT:g}",
-                    f"NaN outside of {EXPONENTS[0]:.0f} to {EXPONENTS[1]:g}",
-                ),
-            },
-        ),
-        "cutoff": (f"lower cut-off of {size}", {"comment": f"{of}; the power law begins there"}),
-        "tail": (f"events from {size}_cutoff on", {}),
-        "goodness": (
-            f"goodness of fit of {size}",
-            {"comment": f"{of}; share of synthetic samples farther from the power law; below 0.1 it is rejected"},
-        ),
-    }
-    return [each for name, (words, more) in declared.items() for each in _with_its_error(f"{size}_{name}", words, more)]
+    of, reference = f"of {meaning}", f"; {_REFERENCE[size]}" if size in _REFERENCE else ""
+    exponent = (
+        f"{of}, from {size}_cutoff on, of all members together{reference}; no power law where {size}_goodness is below "
+        f"{SIGNIFICANT:g}; NaN outside of {EXPONENTS[0]:.0f} to {EXPONENTS[1]:g}"
+    )
+    goodness = f"{of}; share of synthetic samples farther from the power law; below 0.1 it is rejected"
+    return [
+        *_declared(f"{size}_exponent", f"power-law exponent of {size}", exponent, symbol="τ", ensemble=True),
+        *_declared(f"{size}_cutoff", f"lower cut-off of {size}", f"{of}; the power law begins there"),
+        *_declared(f"{size}_tail", f"events from {size}_cutoff on"),
+        *_declared(f"{size}_goodness", f"goodness of fit of {size}", goodness),
+    ]
 
 
-def _with_its_error(name: str, meaning: str, more: dict[str, Any]) -> list[tuple[str, Any, Field[Any]]]:
+def _declared(name: str, meaning: str, comment: str = "", **more: Any) -> list[tuple[str, Any, Field[Any]]]:
     """Declare a field and, if its dataset states a ±, the two numbers that accompany it."""
     beside = ("_uncertainty", "_members") if more.get("ensemble") else ()
-    return [(name, Any, quantity(meaning, **more)), *((name + end, Any, field()) for end in beside)]
-
-
-def _joined(*parts: str) -> str:
-    return "; ".join(part for part in parts if part)
+    own = (name, Any, quantity(meaning, comment=comment, **more))
+    return [own, *((name + end, Any, field()) for end in beside)]
 
 
 _ALONE: Final = {
@@ -298,13 +284,9 @@ _POOLED: Final = (
 EventDistributions: Any = make_dataclass(
     "EventDistributions",
     [
-        *_with_its_error("sized_events", "events whose sizes are distributed", {"comment": _POOLED}),
+        *_declared("sized_events", "events whose sizes are distributed", _POOLED),
         *(each for size, meaning in SIZES.items() for each in _of_size(size, meaning)),
-        *(
-            each
-            for name, (meaning, comment) in _ALONE.items()
-            for each in _with_its_error(name, meaning, {"ensemble": True, "comment": comment})
-        ),
+        *(each for name, stated in _ALONE.items() for each in _declared(name, *stated, ensemble=True)),
     ],
     frozen=True,
     slots=True,
