@@ -280,15 +280,15 @@ def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]
     value = as_float(given[0], parameters[given[0]])
     known: dict[str, Any] = {name: found[name] for name in ("spring_stiffness", "stage_velocity") if name in found}
     drive = Drive.of({**si_defaults(), **known})
-    stated = declared(Drive)["duration"]
     if given == [PERIODS]:
         period = natural_period(drive.spring_stiffness, as_float("pin_mass", pin_mass))
-        note = " with this pin_mass and spring_stiffness"
-        return {**found, "duration": _in_range(PERIODS, value, value * period, stated, 1.0 / period, note)}
-    speed = drive.stage_velocity
-    require("stage_velocity", speed, speed > 0.0, f"stage_velocity > 0 with {TRAVEL}")
-    note = " with this stage_velocity"
-    return {**found, "duration": _in_range(TRAVEL, value, value / speed, stated, speed, note)}
+        duration, own, others = value * period, 1.0 / period, "pin_mass and spring_stiffness"
+    else:
+        own, others = drive.stage_velocity, "stage_velocity"
+        require("stage_velocity", own, own > 0.0, f"stage_velocity > 0 with {TRAVEL}")
+        duration = value / own
+    stated = declared(Drive)["duration"]
+    return {**found, "duration": _in_range(given[0], value, duration, stated, own, f" with this {others}")}
 
 
 def parameters_of_a_drive() -> dict[str, Parameter]:

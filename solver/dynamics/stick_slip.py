@@ -248,14 +248,9 @@ def fit_stick_slip(result: DynamicsResult, drive: Drive, normal_load: float) -> 
     def misfit(coefficients: Floats) -> Floats:
         return (model(coefficients).spring_force - force) / normal_load
 
-    late = force[-len(time) // 4 :]
-    middle, last = (
-        0.5 * (late.max() + late.min()),
-        result.slip_force[-1],
-    )  # about kinetic friction the force swings evenly
-    starts = [
-        np.array([middle, result.slip_force[0], middle + share * (last - middle)]) / normal_load for share in _STARTS
-    ]
+    late, first, last = force[-len(time) // 4 :], result.slip_force[0], result.slip_force[-1]
+    middle = 0.5 * (late.max() + late.min())  # about kinetic friction the force swings evenly
+    starts = [np.array([middle, first, middle + share * (last - middle)]) / normal_load for share in _STARTS]
     settings: Any = {"method": "lm", "diff_step": np.full(_UNKNOWNS, 1e-5), "x_scale": 1e-2, "max_nfev": _MOST_TRIALS}
     fits = [  # trust regions would stop where μ_s ≤ μ_k and the misfit is flat
         scipy.optimize.least_squares(misfit, start, ftol=_FOUND, xtol=_FOUND, **settings)

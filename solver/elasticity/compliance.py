@@ -356,21 +356,10 @@ def explained(outcome: Outcome, compliance: Compliance, contact: NDArray[np.bool
     found = conditioning(compliance.entries(nodes, nodes))
     operator = f"; the {compliance.slab.scheme} operator of the {int(contact.sum())} nodes in contact"
     figures = f"(asymmetry {found.asymmetry:.1e}, reciprocal condition {found.reciprocal_condition:.1e})"
-    if not found.positive_definite and not compliance.slab.scheme.reciprocal:
-        cause, why = (
-            INDEFINITE,
-            f"is not positive definite {figures}: use the scheme galerkin, or a poisson further from 0.5",
-        )
-    elif not found.positive_definite:  # it is, but for rounding
-        cause, why = (
-            ROUNDED,
-            f"is not positive definite {figures}: use a poisson further from 0.5, or an aspect_ratio nearer 1",
-        )
-    elif found.reciprocal_condition < ILL_CONDITIONED:
-        cause, why = (
-            ROUNDED,
-            f"is ill-conditioned {figures}: use a poisson further from 0.5, or an aspect_ratio nearer 1",
-        )
-    else:
+    if found.positive_definite and found.reciprocal_condition >= ILL_CONDITIONED:
         return outcome
-    return replace(outcome, message=f"{outcome.message}{operator} {why}", cause=cause)
+    fault = "is ill-conditioned" if found.positive_definite else "is not positive definite"
+    cause, advice = ROUNDED, "use a poisson further from 0.5, or an aspect_ratio nearer 1"
+    if not (found.positive_definite or compliance.slab.scheme.reciprocal):  # else it is, but for rounding
+        cause, advice = INDEFINITE, "use the scheme galerkin, or a poisson further from 0.5"
+    return replace(outcome, message=f"{outcome.message}{operator} {fault} {figures}: {advice}", cause=cause)

@@ -28,6 +28,7 @@ from nanoslip.solver.sliding.validity import Validity, record_validity
 
 _ENDINGS: Final = tuple(Ending)
 _LARGEST: Final = ("end", "presliding_length", "end_nodes")
+_COUNTED: Final = ("slips", "releases", "touches", "extent")
 
 
 def shares(case: Case, compliance: Compliance) -> NDArray[np.float64]:
@@ -120,19 +121,15 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
     np.maximum.at(highest, piece, np.maximum(record.force_before, record.force_after))
     sizes = np.insert(record.contact_size, 0, record.initial_contact_size)
     valid, counted = record_validity(case, start, record, last), event_statistics(record)
-
-    def added(column: NDArray[Any]) -> Any:
-        return np.bincount(piece, column, PIECES).astype(column.dtype)
-
+    columns = {name: getattr(record, name) for name in (*_COUNTED, "dissipated")}
+    added: dict[str, Any] = {
+        name: np.bincount(piece, each, PIECES).astype(each.dtype) for name, each in columns.items()
+    }
     return Portion(
         force=force,
         contact_size=sizes[record.displacement.searchsorted(edges, side="right")],
         highest=highest,
-        slips=added(record.slips),
-        releases=added(record.releases),
-        touches=added(record.touches),
-        extent=added(record.extent),
-        dissipated=added(record.dissipated),
+        **added,
         contacts=1,
         load=record.normal_load,
         end=end,
@@ -170,16 +167,12 @@ def _without(found: Portion, outcome: Outcome, lost: int) -> Portion:
 
 def _together(one: Portion, other: Portion) -> Portion:
     """The sum of two portions."""
-    found: dict[str, Any] = {}
-    for name in (item.name for item in fields(Portion)):
-        ours, theirs = getattr(one, name), getattr(other, name)
-        found[name] = max(ours, theirs) if name in _LARGEST else ours + theirs if name not in _OF_THE_FIRST else ours
-    found["validity_flags"] = one.validity_flags | other.validity_flags
-    told = one if one.lost else other
-    return Portion(**{**found, "ending": told.ending, "outcome": told.outcome})
-
-
-_OF_THE_FIRST: Final = ("validity_flags", "ending", "outcome")
+    first, flags = one if one.lost else other, one.validity_flags | other.validity_flags
+    own: dict[str, Any] = {"validity_flags": flags, "ending": first.ending, "outcome": first.outcome}
+    for name in (item.name for item in fields(Portion) if item.name not in own):
+        pair = getattr(one, name), getattr(other, name)
+        own[name] = max(pair) if name in _LARGEST else pair[0] + pair[1]
+    return Portion(**own)
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +206,7 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
         "kind": np.zeros(PIECES, np.int8),
         "node": np.full(PIECES, -1, np.int32),
         "contact_size": total.contact_size[1:].copy(),
-        **{name: getattr(total, name).copy() for name in ("slips", "releases", "touches", "extent")},
+        **{name: getattr(total, name).copy() for name in _COUNTED},
         "dissipated": total.dissipated * there,
         "node_x": np.empty(0),
         "node_slips": np.empty(0, np.int64),

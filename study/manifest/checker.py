@@ -40,9 +40,9 @@ class Given(NamedTuple):
     key: str
     value: Any
 
-    def problem(self, need: str = "", remark: str = "") -> Problem:
+    def problem(self, need: str) -> Problem:
         """This value as one that is refused."""
-        return Problem(self.place, self.key, self.value, need, remark)
+        return Problem(self.place, self.key, self.value, need)
 
 
 GivenColumns = dict[str, list[Given]]
@@ -57,12 +57,11 @@ class CaseTable:
     columns: GivenColumns
 
 
-def as_utf_8(raw: bytes) -> str:
-    """Text from UTF-8, with a mark of its order or without. Raises UnicodeDecodeError."""
-    return raw.decode("utf-8-sig")
+AS_UTF_8: Final = partial(str, encoding="utf-8-sig")
+"""Text from UTF-8, with a mark of its order or without. Raises UnicodeDecodeError."""
 
 
-def read_text(path: Path, given: str | None = None, decode: Callable[[bytes], str] = as_utf_8) -> str:
+def read_text(path: Path, given: str | None = None, decode: Callable[[bytes], str] = AS_UTF_8) -> str:
     """The text of a file, UTF-8 by default, or `given`, the file's text. Raises ManifestError if it cannot be read."""
     if given is not None:
         return given
@@ -78,16 +77,15 @@ def read_text(path: Path, given: str | None = None, decode: Callable[[bytes], st
         raise ManifestError.in_file(path, remark=f"cannot be read: {getattr(error, 'strerror', error)}") from None
 
 
-def read_table(path: Path, given: str | None = None) -> CaseTable:
+def read_table(path: Path, given: str | None) -> CaseTable:
     """Read a table of cases from its file, or from `given`, the file's text. Raises ManifestError with one line per problem."""
     text = read_text(path, given, decoded)
     lines = _lines(path, text)
     if len(lines) < 2:
         raise ManifestError.in_file(path, "a header of parameters and at least one case", f"{len(lines)} lines")
     header = [word.strip() for word in lines[0][1]]
-    if not any(
-        word in axes() or meant_by(word, axes()) for word in header
-    ):  # another file: its text is nobody's business
+    # Another file's text is nobody's business.
+    if not any(word in axes() or meant_by(word, axes()) for word in header):
         need = "a header of parameters, as intrinsic_friction,radius"
         raise ManifestError.in_file(path, need, line=lines[0][0])
     file = Place(str(path))
@@ -117,7 +115,7 @@ class FileRows:
     value: tuple[Any, ...]
 
 
-def read_rows(word: str, path: Path, given: str | None = None) -> FileRows:
+def read_rows(word: str, path: Path, given: str | None) -> FileRows:
     """The value of a parameter from its file, or from `given`, the file's text. Raises ManifestError with a line per problem."""
     text = read_text(path, given, decoded)
     lines, stated = _lines(path, text), in_files()[word]

@@ -86,10 +86,8 @@ class NamedDrive:
     """The drive with its values in SI. The ranges of its parameters are the same as in the solver's units."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name.strip():
-            raise InvalidInput("name", self.name, "a name")
-        if not one_line(self.name):
-            raise InvalidInput("name", self.name, ONE_LINE)
+        require("name", self.name, isinstance(self.name, str) and bool(self.name.strip()), "a name")
+        require("name", self.name, one_line(self.name), ONE_LINE)
         validate(self)
 
     @classmethod

@@ -106,9 +106,8 @@ def sizes_of(case: Case) -> Sizes:
     nodes = across
     if slab.scheme.planar:
         hertz, nodes = (math.pi / 4.0 * each**2 for each in (hertz, across))
-    presliding = (
-        min(case.intrinsic_friction, 1e6) * case.normal_load / stiffness
-    )  # nodes that never slip leave no events
+    # Nodes that never slip leave no events.
+    presliding = min(case.intrinsic_friction, 1e6) * case.normal_load / stiffness
     least = rule.event_floor * min(slab.spacing, STRETCHES * presliding)
     lost = max(1.0 - rule.residual_shear, 1e-6)  # share of its shear that a node loses in a slip
     step = max(lost * presliding / (EVENTS * nodes), least, 1e-300)
@@ -150,8 +149,9 @@ def _lateral_stiffness(slab: Slab, nodes: float) -> float:
 def expected_displacement(case: Case) -> float:
     """δ_p that a record reaches, in L_x: its limit, or its events' mean steps."""
     of = sizes_of(case)
-    steps = max(of.most - 2.0 * of.nodes, 0.0) if case.slip_rule.residual_shear == 1.0 else of.events
-    return min(of.reach, steps * (case.slab.spacing if case.slip_rule.residual_shear == 1.0 else of.step))
+    if case.slip_rule.residual_shear == 1.0:
+        return min(of.reach, max(of.most - 2.0 * of.nodes, 0.0) * case.slab.spacing)
+    return min(of.reach, of.events * of.step)
 
 
 def path_length(case: Case) -> tuple[int, float, float]:
@@ -256,12 +256,8 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
     damped = sizes_of(case).stiffness + drive.spring_stiffness * (1.0 - drive.damping_ratio**2)
     rests = drive_duration(drive, case) * math.sqrt(max(damped, 0.0)) / (2.0 * math.pi)
     steps = min(max(drive_steps(drive, case), rests if drive.profile == "sawtooth" else 0.0), drive.step_limit)
-    return (
-        contact
-        + CRITICAL_SECONDS * critical
-        + FIT * fitted
-        + STEP * (steps + 50.0 * min(drive.samples, MOST_FITTED_SAMPLES))
-    )
+    sampled = STEP * (steps + 50.0 * min(drive.samples, MOST_FITTED_SAMPLES))
+    return contact + CRITICAL_SECONDS * critical + FIT * fitted + sampled
 
 
 # Bytes of the arrays of contacts and friction records while they are computed.
@@ -275,21 +271,14 @@ _EVENT = 65.0  # bytes of an event in a record
 _FIELDS = 16.0  # fields over the surface while a pin slides: places, forces, displacements, their changes
 _INNER = 4500.0  # numbers for each surface node when the inside of the slab is solved for
 _NODE = 500.0  # numbers for each node of a slab's grid: its sparse stiffness, copies and products
-_SQUARE = (
-    12.0  # numbers for each square of a surface node: the compliance, its blocks, and those of even and odd fields
-)
-
-
-def condensation_bytes(slab: Slab) -> float:
-    """Bytes of arrays that `surface_compliance` holds at most at once, its result included."""
-    return _FLOAT * (_NODE * grid_nodes(slab) + _SQUARE * slab.n_x**2)
+_SQUARE = 12.0  # numbers for each surface node squared: the compliance, its blocks, those of even and odd fields
 
 
 def contact_bytes(case: Case) -> float:
     """Bytes of arrays while initial contact is computed, beside the compliance, which is mapped."""
-    return _FLOAT * (
-        _CONVOLVED * case.slab.nodes if case.contact_by_convolution else _systems(case) * _touch_entries(case) ** 2
-    )
+    if case.contact_by_convolution:
+        return _FLOAT * _CONVOLVED * case.slab.nodes
+    return _FLOAT * _systems(case) * _touch_entries(case) ** 2
 
 
 def _systems(case: Case) -> float:
@@ -299,9 +288,8 @@ def _systems(case: Case) -> float:
 def sliding_bytes(case: Case) -> float:
     """Memory while sliding on from initial contact, without the record itself."""
     wide = 2.0 * case.slab.nodes
-    entries = max(
-        _touch_entries(case), _tableau_entries(case) if case.effects.pin_translation else sizes_of(case).nodes
-    )
+    sliding = _tableau_entries(case) if case.effects.pin_translation else sizes_of(case).nodes
+    entries = max(_touch_entries(case), sliding)
     anew = case.effects.pin_translation and not (case.effects.coupling or case.slab.scheme.endless)  # the compliance
     whole = wide * (wide if anew else _FIELDS)
     return _FLOAT * (_systems(case) * entries**2 + whole)
@@ -341,7 +329,9 @@ def estimate(task: Task) -> tuple[float, float, float]:
 
 
 def _compliance(task: Task) -> Estimate:
-    return Estimate(condensation_seconds(task.slab), condensation_bytes(task.slab), (2.0 * task.slab.n_x) ** 2)
+    squares = task.slab.n_x**2
+    memory = _FLOAT * (_NODE * grid_nodes(task.slab) + _SQUARE * squares)
+    return Estimate(condensation_seconds(task.slab), memory, 4.0 * squares)
 
 
 def _contact(task: Task) -> Estimate:

@@ -6,7 +6,7 @@ at the nodes. All of it depends on distance alone: Toeplitz blocks, those along 
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import scipy
@@ -141,11 +141,13 @@ class EndlessScheme(Scheme):
     endless = True
     incompressible = True
     equal_widths = True
+    most_nodes: ClassVar[int] = MOST_NODES
+    """Largest n_x."""
     sizes = f"an odd number from {FEWEST_NODES} to {MOST_NODES}"
 
     @classmethod
     def takes(cls, n_x: int) -> bool:
-        return FEWEST_NODES <= n_x <= MOST_NODES and n_x % 2 == 1
+        return FEWEST_NODES <= n_x <= cls.most_nodes and n_x % 2 == 1
 
     @abstractmethod
     def convolution(self, slab: Slab) -> SurfaceConvolution:

@@ -108,8 +108,5 @@ class PlanarScheme(EndlessScheme):
     """A body in three dimensions with n_x by n_x surface nodes, as far apart along y as along x."""
 
     planar = True
+    most_nodes = MOST_ACROSS
     sizes = f"an odd number from {FEWEST_NODES} to {MOST_ACROSS}"
-
-    @classmethod
-    def takes(cls, n_x: int) -> bool:
-        return FEWEST_NODES <= n_x <= MOST_ACROSS and n_x % 2 == 1
