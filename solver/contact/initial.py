@@ -6,7 +6,7 @@ unknown: ΣN = W in every state.
 
 import math
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -225,20 +225,6 @@ def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactS
 def _nothing(case: Case, outcome: Outcome) -> ContactState:
     """The state of a contact that could not even be set up."""
     n = case.slab.nodes
-    none, blank = np.zeros(n, dtype=np.bool_), np.full(n, math.nan)
-    return ContactState(
-        none,
-        blank,
-        blank,
-        np.full((2, n), math.nan),
-        0.0,
-        outcome,
-        blank,
-        blank,
-        blank,
-        blank,
-        math.nan,
-        0,
-        0,
-        case.slab.rows,
-    )
+    blank: dict[str, Any] = dict.fromkeys(("u", "w", "pressure", "shear", "slip", "gap"), np.full(n, math.nan))
+    blank |= {"contact": np.zeros(n, dtype=np.bool_), "nodal_force": np.full((2, n), math.nan)}
+    return ContactState(**blank, displacement=0.0, outcome=outcome, approach=math.nan, slips=0, rows=case.slab.rows)

@@ -99,9 +99,8 @@ def _same(manifest: Manifest, cases: Sequence[CampaignCase]) -> Iterator[Problem
     if manifest.design == "product" and repeated:
         for name, values in repeated.items():
             twice = [as_typed(value) for value, count in Counter(values).items() if count > 1]
-            yield Problem(
-                Place(str(manifest.path), "axes"), words_by_name().get(name, name), remark=f"repeats {', '.join(twice)}"
-            )
+            place, word = Place(str(manifest.path), "axes"), words_by_name().get(name, name)
+            yield Problem(place, word, remark=f"repeats {', '.join(twice)}")
         return
     numbers: dict[str, int] = {}
     for number, case in enumerate(cases, 1):
@@ -180,14 +179,15 @@ def campaign_of(given: Mapping[str, str], contact: bool = False, drive: bool = F
     """
     places = {key: table for table, keys in tables().items() for key in keys}
     advice = {key: _advice(key, places, contact) for key in given}
-    if any(advice.values()):
-        wrong = ((key, remark) for key, remark in advice.items() if remark)
+    wrong = {key: remark for key, remark in advice.items() if remark}
+    values = {key: number_or_text(text) for key, text in given.items()}
+    if wrong:
         raise ManifestError(
-            Problem(Place(), key_shown(key), number_or_text(given[key]), remark=remark) for key, remark in wrong
+            Problem(Place(), key_shown(key), values[key], remark=remark) for key, remark in wrong.items()
         )
     content: dict[str, dict[str, Value]] = {_DRIVES: {}} if drive else {}
-    for key, text in given.items():
-        content.setdefault(places[key], {})[key] = number_or_text(text)
+    for key, value in values.items():
+        content.setdefault(places[key], {})[key] = value
     drives = {_DRIVES: [content.pop(_DRIVES)]} if _DRIVES in content else {}
     stages = STAGES[: 1 if contact else 3 if drives else 2]
     return {"title": "One case", "stages": list(stages), **content, **drives}

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -338,28 +339,16 @@ class Checker:
         slabs: parameters of the campaign's slabs. What a scheme sets or limits is refused only if it fits none of them.
             None stands for a setting that a line of a table does not give.
         """
-        values: dict[str, tuple[Any, ...]] = {}
+        values: dict[str, list[Any]] = {}
         for word, given in columns.items():
             name = names_by_word()[word]
-            taken: list[Any] = []
-            quick = _quick(name)
+            typed, values[name] = _typed(name, slabs), []
             for each in given:
-                value = each.value
-                if value is None or isinstance(value, FileName):
-                    taken.append(value)
-                    continue
-                if quick and (case := quick(value)):
-                    taken.append(getattr(case, name))
-                    continue
-                of_slabs = name in (*LIMITED_BY_SCHEME, *BY_ROWS, *SCHEMES.settings())
-                points = [{**slab, name: value} for slab in slabs] if of_slabs else [{name: value}]
-                wrong = [refused(make_case, point) for point in points]
-                if None in wrong:
-                    taken.append(make_case(points[wrong.index(None)]).flat[name])
-                else:
-                    self.problems.append(each.problem(wrong[-1].need if wrong[-1] else ""))
-            values[name] = tuple(taken)
-        return values
+                try:
+                    values[name].append(typed(each.value))
+                except InvalidInput as error:
+                    self.problems.append(each.problem(error.need))
+        return {name: tuple(found) for name, found in values.items()}
 
     def valid(
         self, where: str, content: dict[str, Any], make: Any, names: Collection[str] = (), **others: object
@@ -379,22 +368,23 @@ class Checker:
         return good
 
 
-def _quick(name: str) -> Callable[[Any], Case | None] | None:
-    """Function from a value of a case's own parameter to a case, or None if refused; None for other parameters.
+def _typed(name: str, slabs: list[dict[str, Value]]) -> Callable[[Any], Any]:
+    """Function that converts a value of a parameter to its declared type. It raises InvalidInput if no slab takes the value."""
+    alike = Alike({}, (name,)) if name in declared(Case) else None  # fast: a table has millions of values
+    limited = name in (*LIMITED_BY_SCHEME, *BY_ROWS, *SCHEMES.settings())
 
-    A table has millions of values.
-    """
-    if name not in declared(Case):
-        return None
-    alike = Alike({}, (name,))
+    def typed(value: Any) -> Any:
+        if value is None or isinstance(value, FileName):
+            return value
+        if alike and not limited:
+            return getattr(alike.case((value,)), name)
+        *others, last = slabs if limited else [{}]
+        for slab in others:
+            with suppress(InvalidInput):
+                return make_case({**slab, name: value}).flat[name]
+        return make_case({**last, name: value}).flat[name]
 
-    def made(value: Any) -> Case | None:
-        try:
-            return alike.case((value,))
-        except InvalidInput:
-            return None  # is looked at more closely
-
-    return made
+    return typed
 
 
 # Read the files that a campaign names: its table of cases, and parameters that are files.

@@ -282,9 +282,8 @@ def _titles(above: Sequence[str], kind: int, width: int, values: Floats) -> list
 
 def _labels(line: str, kind: int, width: int, values: Floats) -> list[str]:
     """The labels of the columns in a line above the numbers; none if they do not fit."""
-    text = (
-        line.strip("\r\n").lstrip("#%!*\N{NO-BREAK SPACE} ") if line.lstrip().startswith(("#", "%", "!", "*")) else line
-    )
+    marked = line.lstrip().startswith(("#", "%", "!", "*"))
+    text = line.strip("\r\n").lstrip("#%!*\N{NO-BREAK SPACE} ") if marked else line
     ways = (_SEPARATORS[kind][1], *_IN_HEADERS)
     split = [[each.strip(' \t"') for each in way.split(_SECTION.sub("", text.strip("\r\n "), count=1))] for way in ways]
     split = [labels[: max((place + 1 for place, label in enumerate(labels) if label), default=0)] for labels in split]

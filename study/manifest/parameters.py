@@ -174,26 +174,19 @@ class Alike:
         """The case that `make_case` makes of these values beside the fixed ones. Raises InvalidInput as it does."""
         kind = tuple([values[number] for number in self._others])
         known = self._kinds.get(kind)
+        if known is not None and math.inf not in values:  # which some take that a campaign refuses
+            for number, place in self._own:
+                known[place] = values[number]
+            try:
+                return Case(*known)
+            except InvalidInput:
+                pass  # `make_case` says the same in the words of a manifest
+        case = make_case({**self._fixed, **dict(zip(self._names, values, strict=True))})
         if known is None:
-            return self._first(kind, values)
-        if math.inf in values:  # which some take that a campaign refuses
-            return self._made(values)
-        for number, place in self._own:
-            known[place] = values[number]
-        try:
-            return Case(*known)
-        except InvalidInput:
-            return self._made(values)  # says the same in the words of a manifest
-
-    def _first(self, kind: tuple[Any, ...], values: tuple[Any, ...]) -> Case:
-        case = self._made(values)
-        if len(self._kinds) >= MOST_KINDS:
-            self._kinds.clear()
-        self._kinds[kind] = [getattr(case, item.name) for item in fields(Case)]
+            if len(self._kinds) >= MOST_KINDS:
+                self._kinds.clear()
+            self._kinds[kind] = [getattr(case, item.name) for item in fields(Case)]
         return case
-
-    def _made(self, values: tuple[Any, ...]) -> Case:
-        return make_case({**self._fixed, **dict(zip(self._names, values, strict=True))})
 
 
 # Values with units, `"100 N"` or `"20 cm"`: the numbers that they stand for, in the unit of their key.

@@ -189,10 +189,8 @@ def _driven(table: _Table, point: dict[str, Value], scales: Scales) -> CampaignD
     except InvalidInput as error:
         settings = {**_DEFAULTS.flat, **({"duration": None} if {PERIODS, TRAVEL} & given.keys() else {}), **given}
         return CampaignDrive(table.name, point, settings, None, refused=error)
-    try:
-        drive.dimensionless(scales)
-    except InvalidInput as error:
-        return CampaignDrive(table.name, point, drive.flat, None, refused=error)
+    if wrong := refused(drive.dimensionless, scales):
+        return CampaignDrive(table.name, point, drive.flat, None, refused=wrong)
     return CampaignDrive(table.name, point, drive.flat, drive, frozenset(given))
 
 

@@ -55,12 +55,8 @@ class NamedSurface:
             apart = plain("pixel", self.pixel, PIXEL)
             require("pixel", self.pixel, not isinstance(apart, str) and 0.0 < apart < math.inf, 'a length, as "20 nm"')
         for name in ("x", "z", "y"):
-            require(
-                name,
-                getattr(self, name),
-                not getattr(self, name) or math.isfinite(factor(getattr(self, name), "m")),
-                "a unit of length, as nm",
-            )
+            unit = getattr(self, name)
+            require(name, unit, not unit or math.isfinite(factor(unit, "m")), "a unit of length, as nm")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,11 +79,15 @@ class Surface:
         """Root mean square of the heights about their mean, in m."""
         return float(self.height.std())
 
+    def _even(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Evenly spaced x, (n,), and the heights there less their mean, (lines, n)."""
+        even, mean = np.linspace(self.x[0], self.x[-1], len(self.x)), self.height.mean()
+        return even, np.array([np.interp(even, self.x, line) - mean for line in np.atleast_2d(self.height)])
+
     @property
     def correlation_length(self) -> float:
         """Distance in m along x at which the autocorrelation of the heights first falls below 1/e; NaN where it never does."""
-        even = np.linspace(self.x[0], self.x[-1], len(self.x))
-        lines = [np.interp(even, self.x, line) - self.height.mean() for line in np.atleast_2d(self.height)]
+        even, lines = self._even()
         power = (np.abs(np.fft.rfft(lines, 2 * len(even))) ** 2).mean(axis=0)
         correlated = np.fft.irfft(power)[: len(even)] / np.arange(len(even), 0, -1)
         low = np.flatnonzero(correlated < correlated[0] / math.e)
@@ -96,10 +96,8 @@ class Surface:
     @property
     def spectrum(self) -> tuple[Any, Any]:
         """Wavenumbers 2π/λ in 1/m and the power of the heights, in m³; of the profile or lines in a Hann window."""
-        even = np.linspace(self.x[0], self.x[-1], len(self.x))
-        window = np.hanning(len(even))
-        apart = float(even[1] - even[0])
-        lines = [np.interp(even, self.x, line) - self.height.mean() for line in np.atleast_2d(self.height)]
+        even, lines = self._even()
+        window, apart = np.hanning(len(even)), float(even[1] - even[0])
         power = (np.abs(np.fft.rfft(lines * window)) ** 2).mean(axis=0) * apart / (2.0 * np.pi * (window**2).sum())
         return 2.0 * np.pi * np.fft.rfftfreq(len(even), apart)[1:], 2.0 * power[1:]
 

@@ -210,11 +210,6 @@ def after(kind: str, outcome: Outcome | None, found: Outcome | None) -> Outcome 
     return outcome if found.usable and not outcome.ok else found
 
 
-def as_its_case(found: Outcome | None) -> bool:
-    """True if a drive ended as its case did, given the outcome of its task."""
-    return found is not None and found.ending is Ending.NEEDS_FAILED
-
-
 def case_outcome(plan: Plan, case: CampaignCase, outcomes: Mapping[str, Outcome]) -> Outcome | None:
     """Outcome of a case up to its friction record: the first failure, else the missing numbers; None while unfinished.
 
@@ -234,7 +229,9 @@ def drive_outcome(
     if case.case is None or drive.drive is None:
         return case.outcome if case.case is None else drive.outcome
     found = outcomes.get(plan.case_tasks[case.case_id].get(("drive", drive.label), ""))
-    return case_outcome(plan, case, outcomes) if as_its_case(found) else found and found.naming(key_of_duration(drive))
+    if found and found.ending is Ending.NEEDS_FAILED:  # it ended as its case did
+        return case_outcome(plan, case, outcomes)
+    return found and found.naming(key_of_duration(drive))
 
 
 def key_of_duration(drive: CampaignDrive) -> str:
