@@ -12,8 +12,8 @@ from functools import lru_cache
 from typing import Any, ClassVar, Final, Literal, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, InvalidInput
 from nanoslip.solver.parameter import MOST_WHOLE, Numbers, Parameter, Roughness, declared, parameter, require, validate
@@ -146,9 +146,9 @@ class Heterogeneity:
 class Image(NamedTuple):
     """Roughness on its grid, in L_x: heights (k, m) at k positions across the drag and m along it. A profile has k = 1."""
 
-    xi: NDArray[np.float64]
-    y: NDArray[np.float64]
-    height: NDArray[np.float64]
+    xi: Floats
+    y: Floats
+    height: Floats
 
     @property
     def points(self) -> Roughness:
@@ -157,7 +157,7 @@ class Image(NamedTuple):
         columns = (xi, y, self.height.T.ravel()) if len(self.y) > 1 else (xi, self.height[0])
         return tuple(zip(*[column.tolist() for column in columns], strict=True))
 
-    def over(self, y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def over(self, y: Floats) -> Floats:
         """Heights along rows at these positions across the drag, (rows, m), linear between those of the image; a profile's."""
         if len(self.y) == 1:
             return self.height

@@ -15,6 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import LEAST_APART, PIN_SIZES, Case, Image, image_of
 from nanoslip.solver.parameter import Roughness
 
@@ -120,7 +121,7 @@ def elsewhere(profile: Roughness, place: float, place_y: float = 0.0) -> Roughne
     return Image(xi, y, across.T).points
 
 
-def _moved(xi: NDArray[np.float64], rows: NDArray[np.float64], place: float) -> tuple[NDArray[np.float64], ...]:
+def _moved(xi: Floats, rows: Floats, place: float) -> tuple[Floats, ...]:
     """Knots ξ and the heights (rows, knots) of profiles continued by their mirror images, at a place of that period."""
     first, period = xi[0], 2.0 * np.ptp(xi)
     there = np.concatenate((xi, 2.0 * xi[-1] - xi[-2:0:-1]))
@@ -154,12 +155,12 @@ def change_by(without: Sequence[float], whole: Sequence[float]) -> float:
 class Mean(NamedTuple):
     """Means over members (...), their ±, and how many members have a value; NaN where that are too few."""
 
-    mean: NDArray[np.float64]
-    uncertainty: NDArray[np.float64]
+    mean: Floats
+    uncertainty: Floats
     members: NDArray[np.int64]
 
 
-def mean_of(values: NDArray[np.float64], shared: NDArray[np.float64] | float = 0.0) -> Mean:
+def mean_of(values: Floats, shared: Floats | float = 0.0) -> Mean:
     """The mean over members, the last axis of `values` (..., m); NaN: a member without a value.
 
     No mean of fewer than half of the members, or of fewer than FEWEST of as many; no ± unless all have a value: those that have

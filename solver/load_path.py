@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import ABSENT, InvalidInput
 from nanoslip.solver.parameter import Numbers, Quantity, Roughness, parameter, quantity, require, validate
 
@@ -187,18 +188,18 @@ class Turns:
     direction: NDArray[np.int8] = of_leg(
         "direction of the leg", "direction", dtype=np.int8, comment="1 to the right, -1 to the left"
     )
-    begin: NDArray[np.float64] = of_leg("displacement at its begin", "begin", symbol="δ_p/L_x", measure="L_x")
-    end: NDArray[np.float64] = of_leg("displacement at its end", "end", symbol="δ_p/L_x", measure="L_x")
-    first_load: NDArray[np.float64] = of_leg("load at its begin, over normal_load", "first_load", per="normal_load")
-    last_load: NDArray[np.float64] = of_leg("load at its end, over normal_load", "last_load", per="normal_load")
-    first_force: NDArray[np.float64] = of_leg(
+    begin: Floats = of_leg("displacement at its begin", "begin", symbol="δ_p/L_x", measure="L_x")
+    end: Floats = of_leg("displacement at its end", "end", symbol="δ_p/L_x", measure="L_x")
+    first_load: Floats = of_leg("load at its begin, over normal_load", "first_load", per="normal_load")
+    last_load: Floats = of_leg("load at its end, over normal_load", "last_load", per="normal_load")
+    first_force: Floats = of_leg(
         "F/W at its begin", "first_friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
     )
-    last_force: NDArray[np.float64] = of_leg(
+    last_force: Floats = of_leg(
         "F/W at its end", "last_friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
     )
-    lost: NDArray[np.float64] = of_leg("energy lost on the leg", "loss", per="normal_load", measure="W·L_x")
-    load_work: NDArray[np.float64] = of_leg("work of the load", "load_work", per="normal_load", measure="W·L_x")
+    lost: Floats = of_leg("energy lost on the leg", "loss", per="normal_load", measure="W·L_x")
+    load_work: Floats = of_leg("work of the load", "load_work", per="normal_load", measure="W·L_x")
     events: NDArray[np.int64] = of_leg("events of the leg", "events", dtype=np.int64)
     slips: NDArray[np.int64] = of_leg("node slips of the leg", "slips", dtype=np.int64)
 
@@ -212,11 +213,9 @@ def of_line(meaning: str, name: str, **more: Any) -> Any:
 class PathLine:
     """Friction force over displacement along all legs, (points,): ends of legs, and before and after each event."""
 
-    displacement: NDArray[np.float64] = of_line(
-        "pin displacement", "displacement", symbol="δ_p/L_x", coordinate=True, measure="L_x"
-    )
-    force: NDArray[np.float64] = of_line(
+    displacement: Floats = of_line("pin displacement", "displacement", symbol="δ_p/L_x", coordinate=True, measure="L_x")
+    force: Floats = of_line(
         "F/W along the path", "friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
     )
-    load: NDArray[np.float64] = of_line("load along the path, over normal_load", "load", per="normal_load")
+    load: Floats = of_line("load along the path, over normal_load", "load", per="normal_load")
     leg: NDArray[np.int32] = of_line("leg of the path", "leg", dtype=np.int32, comment="from 0")

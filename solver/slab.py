@@ -11,8 +11,8 @@ from functools import lru_cache
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.parameter import Family, declared, parameter, require, validate
 
 Support = Literal["bonded", "frictionless", "right_side"]
@@ -56,7 +56,7 @@ class Scheme(ABC):
         return self
 
     @abstractmethod
-    def matrix(self, slab: "Slab") -> NDArray[np.float64]:
+    def matrix(self, slab: "Slab") -> Floats:
         """The surface compliance, (2n, 2n), in 1/G per unit depth. Raises SingularOperator or InvalidInput."""
 
     def resolves(self, slab: "Slab", half_width: float) -> bool:
@@ -150,7 +150,7 @@ class Slab:
 
 
 @lru_cache(maxsize=4)  # asked many times for each case, and few campaigns have more grids at a time
-def surface_x(n_x: int, first_node: int = 0, nodes: int | None = None) -> NDArray[np.float64]:
+def surface_x(n_x: int, first_node: int = 0, nodes: int | None = None) -> Floats:
     """Positions of a slab's n_x surface nodes from its middle, in L_x, (n_x,), read-only.
 
     Of a surface without ends also of so many nodes from another one on.
@@ -162,7 +162,7 @@ def surface_x(n_x: int, first_node: int = 0, nodes: int | None = None) -> NDArra
     return places
 
 
-def surface_y(rows: int, nodes: int) -> NDArray[np.float64]:
+def surface_y(rows: int, nodes: int) -> Floats:
     """Positions across the drag of this number of surface nodes in rows, from the middle row, in L_x; 0 of a single row."""
     return np.tile(surface_x(rows) if rows > 1 else np.zeros(1), nodes // rows)
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 
@@ -17,7 +16,7 @@ class HertzContact:
     half_width: float
     peak_pressure: float
 
-    def pressure(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def pressure(self, x: Floats) -> Floats:
         """Pressure at x (any shape), zero outside the contact."""
         return self.peak_pressure * np.sqrt(np.clip(1 - (x / self.half_width) ** 2, 0.0, None))
 
@@ -65,14 +64,12 @@ def hertz(normal_load: float, radius: float, poisson: float) -> HertzContact:
     return HertzContact(half_width, 2 * normal_load / (math.pi * half_width))
 
 
-def flat_punch_pressure(x: NDArray[np.float64], half_width: float, normal_load: float) -> NDArray[np.float64]:
+def flat_punch_pressure(x: Floats, half_width: float, normal_load: float) -> Floats:
     """p = p_0/√(1 - (x/a)²), p_0 = W/(πa), under a frictionless flat punch on a half-plane, |x| < a (§3.1)."""
     return normal_load / (math.pi * half_width) / np.sqrt(1 - (x / half_width) ** 2)
 
 
-def cattaneo_mindlin(
-    contact: HertzContact, friction_coefficient: float, force_ratio: float, x: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def cattaneo_mindlin(contact: HertzContact, friction_coefficient: float, force_ratio: float, x: Floats) -> Floats:
     """Shear in partial slip without coupling: full sliding minus the same shape on the stick zone c = a√(1 - F/(μW)).
 
     force_ratio: F/(μW) in [0, 1]. x: any shape.

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Vector
+from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind
@@ -20,7 +20,7 @@ from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverErr
 # approach follows the pin. For given roles everything is linear but the pin's height under a sliding node, for which Newton's
 # method takes over. Below: changes of roles, then motion of the pin, or growth of the load, between changes.
 
-Rates = tuple[NDArray[np.float64], float, Vector, Vector]
+Rates = tuple[Floats, float, Vector, Vector]
 """Force (2, n), approach, u and v = w + approach (n,), or their rates."""
 
 TOLERANCE = 1e-12
@@ -56,7 +56,7 @@ class CoulombContact:
     node_friction: Vector = field(init=False)
     """μ_i of every node."""
     v: Vector = field(init=False)
-    force: NDArray[np.float64] = field(init=False)
+    force: Floats = field(init=False)
     """(2, n): f_x and f_z."""
     approach: float = field(init=False)
     node_slips: NDArray[np.int64] = field(init=False)
@@ -69,7 +69,7 @@ class CoulombContact:
     """Steps since the path last made PROGRESS."""
     mark: float = -np.inf
     """Length of the path when it last made PROGRESS."""
-    _set_up: tuple[bytes, NDArray[np.float64], int] = field(init=False)
+    _set_up: tuple[bytes, Floats, int] = field(init=False)
     """The contact of which the stiffness is, this, and changes of the contact since it was inverted."""
 
     def __post_init__(self) -> None:
@@ -165,7 +165,7 @@ class CoulombContact:
         return stiffness @ given, along
 
     @property
-    def _stiffness(self) -> NDArray[np.float64]:
+    def _stiffness(self) -> Floats:
         """Forces and approach per u, v and -load at the nodes in contact, (2m + 1, 2m + 1)."""
         self._set_up = _set_up_for(self.compliance, self.contact, *self._set_up)
         return self._set_up[1]
@@ -189,8 +189,8 @@ class CoulombContact:
 
 
 def _set_up_for(
-    compliance: Compliance, contact: NDArray[np.bool_], before: bytes, found: NDArray[np.float64], changes: int
-) -> tuple[bytes, NDArray[np.float64], int]:
+    compliance: Compliance, contact: NDArray[np.bool_], before: bytes, found: Floats, changes: int
+) -> tuple[bytes, Floats, int]:
     """The stiffness of a contact from that of one before, see `CoulombContact._set_up`."""
     key, nodes = contact.tobytes(), np.flatnonzero(contact)
     if key == before:

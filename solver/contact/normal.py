@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Dense, Indices, Nodes, Vector
+from nanoslip.solver.arrays import Dense, Floats, Indices, Nodes, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import expected_contact, pin_of, surface_from_axis, surface_from_pin
 from nanoslip.solver.elasticity.compliance import FEW_NODES, KEPT, Compliance
@@ -196,7 +195,7 @@ class Exchange:
     """The search for a contact set among surface nodes at these distances, (n,), from the pin's lowest point; it keeps one
     node at least."""
 
-    def __init__(self, away: NDArray[np.float64]) -> None:
+    def __init__(self, away: Floats) -> None:
         self._lowest = int(np.argmin(away))
         self._fewest, self._patience = len(away) + 1, PATIENCE
         self._left: set[bytes] = set()

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Vector
+from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.case import Case, Distribution, Heterogeneity, Image, PinShape, image_of
 from nanoslip.solver.contact.closed_forms import hertz_half_width, hertz_radius, winkler_half_width
 from nanoslip.solver.last import of_the_last
@@ -186,7 +186,7 @@ SHAPES: dict[PinShape, Callable[[Case], Pin]] = {"parabola": _parabola, "flat_pu
 # μ_i of every surface node: one value for all, or drawn from a distribution by the case's own seed.
 
 
-def node_friction(case: Case, first_node: int = 0) -> NDArray[np.float64]:
+def node_friction(case: Case, first_node: int = 0) -> Floats:
     """μ_i of the case's surface nodes, shape (n,), from this one on."""
     mean, slab, drawn = case.intrinsic_friction, case.slab, case.heterogeneity
     if drawn.spread == 0.0:
@@ -201,7 +201,7 @@ APART: Final = 2**16
 """Random numbers between those of two columns of nodes: a node of a column and row has the same one on any plane."""
 
 
-def _factors(drawn: Heterogeneity, first: int, n: int) -> NDArray[np.float64]:
+def _factors(drawn: Heterogeneity, first: int, n: int) -> Floats:
     """Independent random numbers with mean 1 and standard deviation `spread`, by inversion of uniform ones."""
     # Of numpy's streams only the raw one is promised to stay the same.
     raw = np.random.PCG64(drawn.seed).advance(first).random_raw(n)

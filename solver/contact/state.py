@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Vector
+from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.last import of_the_last
@@ -44,7 +44,7 @@ class ContactState(Viewed):
     contact: NDArray[np.bool_]
     u: Vector
     w: Vector
-    nodal_force: NDArray[np.float64]
+    nodal_force: Floats
     displacement: float
     outcome: Outcome
     pressure: Vector = contact_column("pressure", "pressure", symbol="p", per="contact_load", measure="W/(L_x·L_y)")
@@ -180,7 +180,7 @@ def state_from_forces(
     case: Case,
     widths: Vector,
     contact: NDArray[np.bool_],
-    forces: NDArray[np.float64],
+    forces: Floats,
     u: Vector,
     v: Vector,
     approach: float,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.result import DynamicsResult, raising
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import quantity
@@ -39,7 +39,7 @@ class FrictionCoefficients(Labels):
     kinetic_friction: μ_k, mean driving force while the pin slides steadily, less the pin's change of momentum.
     """
 
-    every_static_friction: NDArray[np.float64]
+    every_static_friction: Floats
     outcome: Outcome
     static_friction: float = quantity(
         "static friction coefficient", symbol="μ_s", comment="from the first macroscopic slip", ensemble=True
@@ -112,7 +112,7 @@ def _no_slip(result: DynamicsResult, plateau: Plateau, normal_load: float) -> Ou
     return Outcome(Ending.NO_SLIP, message, cause="short_slips")
 
 
-def _first_slip(record: FrictionRecord, static: NDArray[np.float64]) -> tuple[float, Outcome]:
+def _first_slip(record: FrictionRecord, static: Floats) -> tuple[float, Outcome]:
     """μ_s of the first slip, from the driving force of each; NaN, and the reason with advice, where that is not friction."""
     first = float(static[0])
     highest = record.highest_force / record.normal_load
@@ -131,7 +131,7 @@ def _beyond(record: FrictionRecord, coefficient: float) -> float:
     return max(above, 0.0) if math.isfinite(coefficient) else math.nan
 
 
-def steady_blocks(bins: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
+def steady_blocks(bins: Floats) -> tuple[Floats, str]:
     """Means of equal parts of the steady part of evenly binned values; and why it is not steady, or "".
 
     It starts where the sum of squares about the mean, over the squared number of bins kept, is least (MSER). It is refused if a
@@ -149,7 +149,7 @@ def latest_truncation(count: int) -> int:
     return int(count * (1.0 - LEAST_SHARE))
 
 
-def truncation(bins: NDArray[np.float64]) -> int:
+def truncation(bins: Floats) -> int:
     """First bin of the steady part: it minimises the marginal standard error of the following ones."""
     centred = (bins - bins[-1])[::-1]
     kept = np.arange(1, len(bins) + 1)
@@ -161,7 +161,7 @@ _PLACES: Final = (np.arange(8) - 3.5) / 8.0
 """Middles of eight equal parts of a stretch, from the stretch's middle, in its lengths."""
 
 
-def unsteadiness(blocks: NDArray[np.float64], latest: bool) -> str:
+def unsteadiness(blocks: Floats, latest: bool) -> str:
     """Reason why 32 block means are not steady, as the end of a sentence; empty if they are.
 
     latest: the truncation is as late as it may be, so that scatter does not excuse a change.

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.drive import ProfileShape
 from nanoslip.solver.outcome import Ending, InvalidInput, SolverError
 from nanoslip.solver.sliding.plateau import Plateau, Teeth, teeth
@@ -35,9 +36,9 @@ class FrictionLimit:
     Raises InvalidInput for teeth that do not fit together or reach below 0.
     """
 
-    edges: NDArray[np.float64]
-    force: NDArray[np.float64]
-    slope: NDArray[np.float64]
+    edges: Floats
+    force: Floats
+    slope: Floats
     periodic_from: int
 
     def __post_init__(self) -> None:
@@ -72,13 +73,13 @@ class FrictionLimit:
         width, middle = self._repeated()
         return float(np.ptp(np.cumsum(width * (middle - self.steady_force))))
 
-    def _repeated(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _repeated(self) -> tuple[Floats, Floats]:
         """Width and mean force of each tooth of one period."""
         repeats = slice(self.periodic_from, None)
         width = np.diff(self.edges[repeats])
         return width, self.force[repeats] + 0.5 * self.slope[repeats] * width
 
-    def limit(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def limit(self, x: Floats) -> Floats:
         """F̃ at each x, in G·L_x·L_y; at a jump, the value to its right (left of 0: to its left)."""
         far = np.abs(x)
         start = self.edges[self.periodic_from]
@@ -155,7 +156,7 @@ def taken_together(teeth: Teeth, stays: int, shortest: float) -> tuple[Teeth, in
     return Teeth(teeth.edges[kept], start, end), int(np.searchsorted(kept, stays))
 
 
-def _edges_kept(edges: NDArray[np.float64], shortest: float) -> NDArray[np.intp]:
+def _edges_kept(edges: Floats, shortest: float) -> NDArray[np.intp]:
     """Numbers of the edges that remain: the first one in each of equal stretches of that length, and the last."""
     stretch = np.floor((edges - edges[0]) / shortest)
     return np.union1d(np.flatnonzero(np.diff(stretch, prepend=-1.0)), len(edges) - 1)

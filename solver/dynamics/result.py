@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.parameter import quantity
@@ -35,27 +35,27 @@ class DynamicsResult(OneLine):
     five arrays depend on the number of samples.
     """
 
-    time: NDArray[np.float64] = quantity(
+    time: Floats = quantity(
         "time since the stage started", "", "s", per="time", along="sample", coordinate=True, symbol="t"
     )
     """(n + 1,) evenly spaced times from 0 to the end of the drive."""
-    position: NDArray[np.float64] = sample_column("position of the pin", "position", "m", per="length", symbol="x")
+    position: Floats = sample_column("position of the pin", "position", "m", per="length", symbol="x")
     """(n + 1,) x."""
-    velocity: NDArray[np.float64] = sample_column("velocity of the pin", "velocity", "m s-1", per="velocity")
+    velocity: Floats = sample_column("velocity of the pin", "velocity", "m s-1", per="velocity")
     """(n + 1,) dx/dt."""
-    spring_force: NDArray[np.float64] = sample_column(
+    spring_force: Floats = sample_column(
         "spring force over load", "spring_force", per="normal_load", symbol="k(Vt - x)/W"
     )
     """(n + 1,) k(Vt - x)."""
-    friction_force: NDArray[np.float64] = sample_column(
+    friction_force: Floats = sample_column(
         "friction force over load", "friction", per="normal_load", symbol="F/W", comment="on the pin, Eq. 13"
     )
     """(n + 1,) F of Eq. 13."""
-    slip_time: NDArray[np.float64] = slip_phase("start of macroscopic slip", "start", "s", per="time")
+    slip_time: Floats = slip_phase("start of macroscopic slip", "start", "s", per="time")
     """(s,) t_slip."""
-    slip_position: NDArray[np.float64] = slip_phase("position where the slip starts", "position", "m", per="length")
+    slip_position: Floats = slip_phase("position where the slip starts", "position", "m", per="length")
     """(s,) x_stick."""
-    slip_force: NDArray[np.float64] = slip_phase(
+    slip_force: Floats = slip_phase(
         "static friction of the slip",
         "force",
         per="normal_load",
@@ -63,15 +63,13 @@ class DynamicsResult(OneLine):
         comment="force of spring and damper over load",
     )
     """(s,) the largest force of spring and damper until the pin is as fast as the stage."""
-    restick_time: NDArray[np.float64] = slip_phase("time at which the pin sticks again", "end", "s", per="time")
+    restick_time: Floats = slip_phase("time at which the pin sticks again", "end", "s", per="time")
     """(s,) NaN if the slip lasts to the end of the run."""
-    restick_position: NDArray[np.float64] = slip_phase(
-        "position where the pin sticks again", "end_position", "m", per="length"
-    )
+    restick_position: Floats = slip_phase("position where the pin sticks again", "end_position", "m", per="length")
     """(s,) NaN likewise."""
     micro_slips: int = quantity("slips shorter than presliding_length")
     micro_travel: float = quantity("total length of the micro slips", "", "m", per="length")
-    binned_force: NDArray[np.float64]
+    binned_force: Floats
     """(256,) mean friction force in equal stretches of time: that of spring and damper, less by the change of momentum."""
     spring_force_range: float
     """Largest less least spring force in the second half of the time, in G·L_x·L_y."""

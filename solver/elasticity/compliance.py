@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Dense, Indices, Vector
+from nanoslip.solver.arrays import Dense, Floats, Indices, Vector
 from nanoslip.solver.elasticity.schemes.endless import EndlessScheme, SurfaceConvolution
 from nanoslip.solver.outcome import INDEFINITE, ROUNDED, Ending, Outcome, SingularOperator
 from nanoslip.solver.slab import Slab, surface_x, surface_y
@@ -266,7 +266,7 @@ def portions(rows: int) -> list[slice]:
     return [slice(first, first + 256) for first in range(0, rows, 256)]
 
 
-def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+def inverse(block: Floats, name: str) -> Floats:
     """block⁻¹ of a `name`; SingularOperator if not a digit of it is sure."""
     try:
         with warnings.catch_warnings():
@@ -280,7 +280,7 @@ def inverse(block: NDArray[np.float64], name: str) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=4)  # asked for every contact, and few campaigns have more grids at a time
-def _widths(n_x: int, rows: int, equal: bool) -> NDArray[np.float64]:
+def _widths(n_x: int, rows: int, equal: bool) -> Floats:
     widths = np.full(n_x * rows, 1.0 / (n_x - 1) ** (1 if rows == 1 else 2))
     if not equal:
         widths[[0, -1]] /= 2

@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Dense, Indices
+from nanoslip.solver.arrays import Dense, Floats, Indices
 from nanoslip.solver.elasticity.grid import Grid, Sparse, Stiffness
 from nanoslip.solver.outcome import SingularOperator
 
@@ -25,7 +25,7 @@ class Fields:
     """
 
     number: NDArray[np.int64]
-    weight: NDArray[np.float64]
+    weight: Floats
 
     @property
     def count(self) -> int:
@@ -74,7 +74,7 @@ def _of_parity(k: Stiffness, sign: float) -> Fields:
     return _numbered(np.concatenate((left, left + k.grid.nodes)), np.where(k.fixed, 0.0, weights).ravel())
 
 
-def _numbered(group: NDArray[np.int64], weight: NDArray[np.float64]) -> Fields:
+def _numbered(group: NDArray[np.int64], weight: Floats) -> Fields:
     """Fields of the entries of each group that have a weight, in the order of the groups."""
     number, free = np.full(len(group), -1), weight != 0.0
     number[free] = np.unique(group[free], return_inverse=True)[1]

@@ -13,6 +13,7 @@ import scipy
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.slab import Support
 
 FirstSpacing = Literal["equal", "doubling"]
@@ -26,7 +27,7 @@ class Grid:
     """
 
     counts: NDArray[np.int64]
-    depths: NDArray[np.float64]
+    depths: Floats
 
     @property
     def rows(self) -> int:
@@ -38,7 +39,7 @@ class Grid:
         """Number of nodes in all rows."""
         return int(self.counts.sum())
 
-    def row_x(self, row: int) -> NDArray[np.float64]:
+    def row_x(self, row: int) -> Floats:
         """x of the nodes of `row` in L_x, from 0 to 1, shape (counts[row],)."""
         return np.linspace(0.0, 1.0, int(self.counts[row]))
 
@@ -58,7 +59,7 @@ class Grid:
         lower = z[-1] if row == self.rows - 1 else (z[row] + z[row + 1]) / 2
         return float(lower), float(upper)
 
-    def coordinates(self) -> NDArray[np.float64]:
+    def coordinates(self) -> Floats:
         """(x, z) of every node in L_x, shape (nodes, 2)."""
         columns = [
             np.column_stack((self.row_x(row), np.full(self.counts[row], self.depths[row]))) for row in range(self.rows)
@@ -82,7 +83,7 @@ def binary_hierarchy(n_x: int, aspect_ratio: float, rows: int, first_spacing: Fi
 #
 # A set of m polynomials is an array (m, m). Row k holds the ascending coefficients of the polynomial that is 1 at point k.
 
-Basis = NDArray[np.float64]
+Basis = Floats
 
 
 def lagrange(points: Sequence[float]) -> Basis:
@@ -94,12 +95,12 @@ def lagrange(points: Sequence[float]) -> Basis:
     return basis
 
 
-def value(basis: Basis, t: float) -> NDArray[np.float64]:
+def value(basis: Basis, t: float) -> Floats:
     """Each polynomial at t, shape (m,)."""
     return np.asarray(polynomial.polyval(t, basis.T))
 
 
-def integral(basis: Basis, lower: float, upper: float) -> NDArray[np.float64]:
+def integral(basis: Basis, lower: float, upper: float) -> Floats:
     """Integral of each polynomial from lower to upper, shape (m,)."""
     primitive = polynomial.polyint(basis.T)
     return np.asarray(polynomial.polyval(upper, primitive) - polynomial.polyval(lower, primitive))
@@ -110,7 +111,7 @@ def slopes(basis: Basis) -> Basis:
     return np.asarray(polynomial.polyder(basis.T), np.float64).T
 
 
-def gram(first: Basis, second: Basis, lower: float, upper: float) -> NDArray[np.float64]:
+def gram(first: Basis, second: Basis, lower: float, upper: float) -> Floats:
     """Integrals from lower to upper of the products of two sets of polynomials, shape (polynomials, polynomials)."""
     products = np.array([np.convolve(one, other) for one in first for other in second])
     return integral(products, lower, upper).reshape(len(first), len(second))

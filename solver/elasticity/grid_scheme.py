@@ -6,9 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Vector
+from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.elasticity.condensation import condensed
 from nanoslip.solver.elasticity.grid import Grid, Stiffness
 from nanoslip.solver.outcome import InvalidInput, SingularOperator
@@ -35,7 +34,7 @@ class GridScheme(Scheme):
         # 0.63, 0.66 at ν = 1/3, 0.45, 0.48, 0.49 on any grid, on a half-plane 0.44.
         return slab.poisson <= LARGEST_POISSON
 
-    def matrix(self, slab: Slab) -> NDArray[np.float64]:
+    def matrix(self, slab: Slab) -> Floats:
         return condensed(self.stiffness(slab))
 
 

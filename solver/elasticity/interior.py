@@ -11,9 +11,8 @@ from dataclasses import fields, replace
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Vector
+from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.elasticity.condensation import families, projected
 from nanoslip.solver.elasticity.fields import InteriorFields
 from nanoslip.solver.elasticity.grid import Grid, Stiffness, across, lame, slopes, value
@@ -24,7 +23,7 @@ from nanoslip.solver.slab import Slab
 _NAMES = [item.name for item in fields(InteriorFields)]
 
 
-def interior_fields(slab: Slab, nodal_force: NDArray[np.float64]) -> InteriorFields:
+def interior_fields(slab: Slab, nodal_force: Floats) -> InteriorFields:
     """The fields under nodal forces (f_x, f_z) on the surface, shape (2, n), in G·L_x per unit depth.
 
     Raises SingularOperator if the slab can move as a rigid body.
@@ -34,7 +33,7 @@ def interior_fields(slab: Slab, nodal_force: NDArray[np.float64]) -> InteriorFie
     return found if trunk(slab) == slab else _lengthened(slab, whole, found, nodal_force.ravel())
 
 
-def _solved(whole: Stiffness, poisson: float, nodal_force: NDArray[np.float64]) -> InteriorFields:
+def _solved(whole: Stiffness, poisson: float, nodal_force: Floats) -> InteriorFields:
     """The fields of a slab whose grid reaches from its surface to its bottom."""
     forces, nodes = np.zeros((2, whole.grid.nodes)), int(whole.grid.counts[0])
     forces[:, :nodes] = nodal_force

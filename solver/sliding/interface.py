@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case, Interface
 from nanoslip.solver.ensemble import ALONE, Ensemble, chance_of
 from nanoslip.solver.outcome import COMPLETED, Outcome
@@ -29,16 +30,16 @@ Counts = NDArray[np.int32]
 class Portion:
     """Sums over some contacts of an interface; forces in G·L_x·L_y."""
 
-    force: NDArray[np.float64]
+    force: Floats
     """(PIECES + 1,) Exact, at the ends of the pieces."""
     contact_size: Counts
-    highest: NDArray[np.float64]
+    highest: Floats
     """(PIECES,) Each contact's highest force in a piece, added: the sum is nowhere higher."""
     slips: NDArray[np.int64]
     releases: Counts
     touches: Counts
     extent: Counts
-    dissipated: NDArray[np.float64]
+    dissipated: Floats
     contacts: int
     load: float
     end: float
@@ -63,13 +64,13 @@ class Portion:
     outcome: Outcome = COMPLETED
 
 
-def chances(case: Case) -> NDArray[np.float64]:
+def chances(case: Case) -> Floats:
     """(N,) Numbers from 0 to below 1 that decide the contacts' loads."""
     drawn = np.random.PCG64(chance_of(case, 0, case.start).seed).random_raw(case.interface.contacts)
     return np.asarray((drawn >> np.uint64(11)) * 2.0**-53)
 
 
-def compressions(drawn: NDArray[np.float64]) -> NDArray[np.float64]:
+def compressions(drawn: Floats) -> Floats:
     """(N,) How far the plane presses each asperity down, over the mean: heights are exponentially distributed, whatever it is."""
     return -np.log1p(-drawn)
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
 from nanoslip.solver.parameter import Quantity, quantity
@@ -90,18 +90,18 @@ class Plateau(Viewed):
 class Teeth:
     """Straight pieces of force over displacement: edges (n + 1,), force at each piece's start and end (n,)."""
 
-    edges: NDArray[np.float64]
-    start: NDArray[np.float64]
-    end: NDArray[np.float64]
+    edges: Floats
+    start: Floats
+    end: Floats
 
-    def force(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def force(self, x: Floats) -> Floats:
         """F at each x within the edges; at a jump what follows it."""
         piece = self.edges[1:-1].searchsorted(x, side="right")
         part, width = x - self.edges[piece], np.diff(self.edges)[piece]
         share = np.divide(part, width, out=np.zeros_like(part), where=part > 0.0)
         return np.asarray(self.start[piece] + (self.end - self.start)[piece] * share)
 
-    def integral(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def integral(self, x: Floats) -> Floats:
         """∫F from the first edge to each x within the edges, without approximation."""
         width = self.edges[1:] - self.edges[:-1]
         whole = np.zeros(len(self.edges))
@@ -111,7 +111,7 @@ class Teeth:
         rise = (self.end - self.start)[piece] * np.divide(part, width[piece], out=np.zeros_like(part), where=part > 0.0)
         return np.asarray(whole[piece] + part * (self.start[piece] + 0.5 * rise))
 
-    def block_means(self, first: float, last: float, count: int) -> NDArray[np.float64]:
+    def block_means(self, first: float, last: float, count: int) -> Floats:
         """Mean force in `count` equal stretches of displacement from `first` to `last`."""
         whole = self.integral(np.linspace(first, last, count + 1))
         return (whole[1:] - whole[:-1]) * (count / (last - first))

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Vector
+from nanoslip.solver.arrays import Floats, Vector
 
 LEAST_TAIL = 50
 """Fewest sizes above a cut-off: below it, the error of an exponent exceeds a sixth of its distance from 1."""
@@ -46,7 +46,7 @@ class PowerLaw(NamedTuple):
     """Largest difference of the two cumulative distributions there (Kolmogorov, Smirnov)."""
 
 
-def sorted_sizes(sizes: NDArray[np.float64] | NDArray[np.int64], discrete: bool) -> SizeSample:
+def sorted_sizes(sizes: Floats | NDArray[np.int64], discrete: bool) -> SizeSample:
     """The sizes that are finite and above 0, sorted."""
     values = np.asarray(sizes, np.float64)
     return SizeSample(np.sort(values[np.isfinite(values) & (values > 0.0)]), discrete)
@@ -234,7 +234,7 @@ class Histogram(NamedTuple):
 
 
 def logarithmic_histogram(
-    sizes: NDArray[np.float64] | NDArray[np.int64], *, discrete: bool, per_decade: int = PER_DECADE
+    sizes: Floats | NDArray[np.int64], *, discrete: bool, per_decade: int = PER_DECADE
 ) -> Histogram:
     """The histogram of the sizes above 0; without any it has no bins.
 

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.outcome import Outcome
@@ -43,25 +44,23 @@ class FrictionRecord(Viewed):
     L_x, forces in G·L_x·L_y, stiffness in G·L_y, energy in G·L_x²·L_y.
     """
 
-    displacement: NDArray[np.float64] = quantity(
-        "pin displacement", along="event", coordinate=True, symbol="δ_p/L_x", measure="L_x"
-    )
+    displacement: Floats = quantity("pin displacement", along="event", coordinate=True, symbol="δ_p/L_x", measure="L_x")
     """Increasing."""
-    force_before: NDArray[np.float64] = event(
+    force_before: Floats = event(
         "F/W before the event",
         "force_before",
         per="normal_load",
         symbol="F/W",
         comment="friction force over load when the event is triggered",
     )
-    force_after: NDArray[np.float64] = event(
+    force_after: Floats = event(
         "F/W after the event",
         "force_after",
         per="normal_load",
         symbol="F/W",
         comment="friction force over load when the cascade is over",
     )
-    stiffness: NDArray[np.float64] = event(
+    stiffness: Floats = event(
         "stiffness after the event",
         "stiffness",
         symbol="dF/dδ_p",
@@ -79,12 +78,8 @@ class FrictionRecord(Viewed):
     contact_size: NDArray[np.int32] = event("nodes in contact after the event", "contact_size", dtype=np.int32)
     extent: NDArray[np.int32] = event("nodes that slip in the cascade", "extent", dtype=np.int32)
     """Each counted once. They need not be neighbours, as shear reaches far through the slab."""
-    dissipated: NDArray[np.float64] = event(
-        "energy lost in the event", "dissipated", per="normal_load", measure="W·L_x"
-    )
-    node_x: NDArray[np.float64] = node_column(
-        "position of the surface node", "x", symbol="x/L_x", coordinate=True, measure="L_x"
-    )
+    dissipated: Floats = event("energy lost in the event", "dissipated", per="normal_load", measure="W·L_x")
+    node_x: Floats = node_column("position of the surface node", "x", symbol="x/L_x", coordinate=True, measure="L_x")
     """Positions (n_x,), as is the next; a surface without ends has one more for each new node that the pin has reached."""
     node_slips: NDArray[np.int64] = node_column("slips of the surface node in all events", "slips", dtype=np.int64)
     normal_load: float
@@ -118,7 +113,7 @@ class FrictionRecord(Viewed):
     """Outcome of the run."""
 
     @property
-    def node_y(self) -> NDArray[np.float64]:
+    def node_y(self) -> Floats:
         """Positions of the surface nodes across the drag, in L_x, (n,): evenly spaced in each column; 0 in plane strain."""
         rows = int(np.count_nonzero(self.node_x == self.node_x[0]))
         return surface_y(rows, len(self.node_x))
@@ -163,7 +158,7 @@ FORCE_ROUNDING: Final = 1e-12
 """Relative rounding error of friction forces, over the load."""
 
 
-def drops(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+def drops(before: Floats, after: Floats) -> Floats:
     """Fall of F/W in each event, (e,), from F/W before and after. 0 where it is within rounding, as when a node is released."""
     fall = before - after
     return np.where(np.abs(fall) > FORCE_ROUNDING, fall, 0.0)

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Vector
+from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.ensemble import jackknife, mean_of, needed
 from nanoslip.solver.parameter import as_field, quantities, quantity
 from nanoslip.solver.sliding.plateau import Plateau
@@ -148,7 +148,7 @@ def _ranks(values: Vector) -> Vector:
 
 # Distribution of event sizes: power law and goodness of the sizes of all members of an ensemble together.
 
-Values = NDArray[np.float64] | NDArray[np.int64]
+Values = Floats | NDArray[np.int64]
 
 MEAN_FIELD = 1.5
 """Exponent of avalanche sizes where every node loads all others alike (mean field, a critical branching process)."""
@@ -209,16 +209,14 @@ def size_distribution(*members: Values, discrete: bool, draws: int = DRAWS) -> S
     return SizeDistribution(count, mean, largest, *exponent, *law[1:], goodness)
 
 
-def _together(members: Sequence[Values], discrete: bool) -> tuple[list[NDArray[np.float64]], SizeSample]:
+def _together(members: Sequence[Values], discrete: bool) -> tuple[list[Floats], SizeSample]:
     """Sizes of each member with sizes, and of all together; empty if too few members have sizes."""
     each = [values for sizes in members if len(values := sorted_sizes(sizes, discrete).values)]
     enough = len(each) >= needed(len(members))
     return each, sorted_sizes(np.concatenate([np.empty(0), *(each if enough else ())]), discrete)
 
 
-def exponent_over_members(
-    members: Sequence[NDArray[np.float64]], fitted: float, discrete: bool
-) -> tuple[float, float, int]:
+def exponent_over_members(members: Sequence[Floats], fitted: float, discrete: bool) -> tuple[float, float, int]:
     """The exponent fitted to all members together, its ± and their number; NaN at the bounds of what is looked for."""
     if math.isnan(exponent := exponent_in_range(fitted)):
         return exponent, math.nan, len(members)
@@ -303,10 +301,10 @@ class SizeBins:
     bin_of: NDArray[np.int8] = quantity(
         "size that is distributed", "", along="bin", codes=tuple(SIZES), dtype=np.int8, coordinate=True
     )
-    bin_middle: NDArray[np.float64] = quantity(
+    bin_middle: Floats = quantity(
         "middle of the bin", along="bin", coordinate=True, comment="in the size's unit; geometric mean of its ends"
     )
-    bin_density: NDArray[np.float64] = quantity(
+    bin_density: Floats = quantity(
         "share of events per unit of size", along="bin", comment="of whole numbers, per number"
     )
     bin_events: NDArray[np.int64] = quantity("events in the bin", along="bin", dtype=np.int64, comment="of all members")

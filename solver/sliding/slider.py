@@ -12,8 +12,8 @@ from typing import Any, Final
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case, Effects, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.elasticity.compliance import Compliance
@@ -31,7 +31,7 @@ _LARGEST: Final = ("end", "presliding_length", "end_nodes")
 _COUNTED: Final = ("slips", "releases", "touches", "extent")
 
 
-def shares(case: Case, compliance: Compliance) -> NDArray[np.float64]:
+def shares(case: Case, compliance: Compliance) -> Floats:
     """(N,) Load of each contact over their mean."""
     drawn, seen = chances(case), np.array(case.interface.measured_loads)
     if len(seen):
@@ -44,7 +44,7 @@ def shares(case: Case, compliance: Compliance) -> NDArray[np.float64]:
     return np.asarray(loads / loads.mean())
 
 
-def _carried(case: Case, compliance: Compliance, compressed: NDArray[np.float64]) -> NDArray[np.float64]:
+def _carried(case: Case, compliance: Compliance, compressed: Floats) -> Floats:
     """Relative forces (N,) on contacts pressed to multiples of one depth, over their mean; the depth follows from them."""
     alone = replace(contact_of(case, 0), effects=Effects(friction=False), slip_rule=SlipRule())
     loads = case.normal_load * 2.0 ** np.arange(-20.0, 8.0)
@@ -56,7 +56,7 @@ def _carried(case: Case, compliance: Compliance, compressed: NDArray[np.float64]
         raise _ended(next((state.outcome for state in found if not state.outcome.ok), unknown))
     loads, depth = loads[good], np.log([state.approach for state, fine in zip(found, good, strict=True) if fine])
 
-    def over_mean(logarithm: float) -> NDArray[np.float64]:
+    def over_mean(logarithm: float) -> Floats:
         return np.asarray(np.exp(np.interp(logarithm + np.log(compressed), depth, np.log(loads / case.normal_load))))
 
     mean = scipy.optimize.brentq(lambda each: float(over_mean(each).mean()) - 1.0, depth[0] - 1.0, depth[-1] + 1.0)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Quantity, quantity
 from nanoslip.solver.sliding.kernels.cycle import cycle
@@ -116,7 +116,7 @@ def event_statistics(record: FrictionRecord) -> EventStatistics:
     )
 
 
-def shared_by_nodes(stiffness: NDArray[np.float64], step: float) -> float:
+def shared_by_nodes(stiffness: Floats, step: float) -> float:
     """Part of the ± of a mean K that its starts do not show: with it, ± is at least the ± of one start with one node more."""
     count = len(stiffness)
     if count < 2:

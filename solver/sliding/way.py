@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.path import Events, empty_events
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction
@@ -38,7 +39,7 @@ class Run(NamedTuple):
 
     record: FrictionRecord
     end: ContactState
-    load: NDArray[np.float64]
+    load: Floats
     """(e,) after each event."""
     load_work: float
     """Work of the load, in G·L_x²·L_y."""

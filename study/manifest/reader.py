@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import BY_ROWS, Case, Effects, parameters_of_a_case
 from nanoslip.solver.drive import AUTO, INTEGRATORS, PERIODS, TRAVEL, Drive, Scales, only_length, refuse_with_memory
 from nanoslip.solver.elasticity.grid_scheme import GridScheme
@@ -519,12 +519,12 @@ def _needed_range(name: str, low: Any, high: Any, scale: Any) -> str:
     return 'numbers from < to, above 0 with scale = "log"; a scale is "linear" or "log"'
 
 
-def sampled(design: str, axes: int, count: int, seed: int) -> NDArray[np.float64]:
+def sampled(design: str, axes: int, count: int, seed: int) -> Floats:
     """Points of the unit cube (count, axes) that fill it evenly. The first ones of `sobol` stay when there are more."""
     from scipy.stats import qmc  # noqa: PLC0415  only such designs need it
 
     if design == "sobol":
-        whole: NDArray[np.float64] = qmc.Sobol(axes, seed=seed).random_base2(math.ceil(math.log2(count)))
+        whole: Floats = qmc.Sobol(axes, seed=seed).random_base2(math.ceil(math.log2(count)))
         return whole[:count]
     return np.asarray(qmc.LatinHypercube(axes, seed=seed).random(count))
 

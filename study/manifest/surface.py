@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image, image_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, Roughness, parameter, require, validate
@@ -66,20 +66,20 @@ class Surface:
     y: positions (k,) across of an image, whose heights are (k, n), also from its middle and increasing.
     """
 
-    x: NDArray[np.float64]
-    height: NDArray[np.float64]
+    x: Floats
+    height: Floats
     source: FileColumns | None = None
     rows: OneWay | None = None
     holes: int = 0
     """Lines without a position or a height."""
-    y: NDArray[np.float64] = field(default_factory=lambda: np.zeros(1))
+    y: Floats = field(default_factory=lambda: np.zeros(1))
 
     @property
     def rms_height(self) -> float:
         """Root mean square of the heights about their mean, in m."""
         return float(self.height.std())
 
-    def _even(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _even(self) -> tuple[Floats, Floats]:
         """Evenly spaced x, (n,), and the heights there less their mean, (lines, n)."""
         even, mean = np.linspace(self.x[0], self.x[-1], len(self.x)), self.height.mean()
         return even, np.array([np.interp(even, self.x, line) - mean for line in np.atleast_2d(self.height)])

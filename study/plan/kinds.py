@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.state import NODE_X, NODE_Y, ContactState, ContactSummary
 from nanoslip.solver.drive import Drive
@@ -206,7 +207,7 @@ class SurfaceNodes:
     """Event and position at which each surface node of a contact is seen."""
 
     event: NDArray[np.int64] = seen_after(along="contact_node")
-    x: NDArray[np.float64] = as_field(NODE_X)
+    x: Floats = as_field(NODE_X)
 
 
 def _planar(manifest: Manifest) -> bool:
@@ -218,14 +219,14 @@ def _planar(manifest: Manifest) -> bool:
 class RowsOfContact:
     """Position of each surface node across the drag, of a plane of nodes."""
 
-    y: NDArray[np.float64] = as_field(NODE_Y)
+    y: Floats = as_field(NODE_Y)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RowsOfRecord:
     """Position of each surface node of a record across the drag, of a plane of nodes."""
 
-    y: NDArray[np.float64] = as_field(RECORD_Y)
+    y: Floats = as_field(RECORD_Y)
 
 
 def contact_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
@@ -414,10 +415,10 @@ _AS_IN_A_CONTACT = quantities(ContactState)
 class SurfaceStates(SurfaceNodes):
     """Surface nodes after each event, one event after the other; units as in ContactState."""
 
-    pressure: NDArray[np.float64] = as_field(_AS_IN_A_CONTACT["pressure"])
-    shear: NDArray[np.float64] = as_field(_AS_IN_A_CONTACT["shear"])
-    slip: NDArray[np.float64] = as_field(_AS_IN_A_CONTACT["slip"])
-    gap: NDArray[np.float64] = as_field(_AS_IN_A_CONTACT["gap"])
+    pressure: Floats = as_field(_AS_IN_A_CONTACT["pressure"])
+    shear: Floats = as_field(_AS_IN_A_CONTACT["shear"])
+    slip: Floats = as_field(_AS_IN_A_CONTACT["slip"])
+    gap: Floats = as_field(_AS_IN_A_CONTACT["gap"])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.elasticity.grid import (
     FirstSpacing,
     Grid,
@@ -74,7 +75,7 @@ def biquadratic(grid: Grid, poisson: float, support: Support) -> Stiffness:
     rows = np.concatenate([part.rows for part in parts])
     columns = np.concatenate([part.columns for part in parts])
 
-    def block(weights: list[NDArray[np.float64]]) -> scipy.sparse.csr_array:
+    def block(weights: list[Floats]) -> scipy.sparse.csr_array:
         return scipy.sparse.csr_array((np.concatenate(weights), (rows, columns)), shape=(grid.nodes, grid.nodes))
 
     # An external nodal force balances the forces of the neighbours, hence the minus signs.
@@ -100,10 +101,10 @@ class _FaceIntegrals:
 
     rows: NDArray[np.int64]
     columns: NDArray[np.int64]
-    dx_on_sides: NDArray[np.float64]
-    dz_on_sides: NDArray[np.float64]
-    dx_on_ends: NDArray[np.float64]
-    dz_on_ends: NDArray[np.float64]
+    dx_on_sides: Floats
+    dz_on_sides: Floats
+    dx_on_ends: Floats
+    dz_on_ends: Floats
 
 
 def _column_classes(grid: Grid, row: int) -> Iterator[NDArray[np.int64]]:
@@ -127,7 +128,7 @@ def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIn
     gamma_integral = integral(gamma, lower, upper)
     gamma_rise = value(gamma, upper) - value(gamma, lower)
     entries: list[NDArray[np.int64]] = []
-    weights: list[tuple[NDArray[np.float64], ...]] = []
+    weights: list[tuple[Floats, ...]] = []
     for q, other in enumerate(used_rows):
         nodes, offsets = _nearest(grid, row, column, int(other))
         alpha = lagrange(offsets)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.arrays import Dense
+from nanoslip.solver.arrays import Dense, Floats
 from nanoslip.solver.elasticity.grid import Grid
 from nanoslip.solver.elasticity.grid_scheme import GridScheme, blank, solve_mixed, stiffness
 from nanoslip.solver.slab import Slab
@@ -89,7 +89,7 @@ class _Ends:
         """Node spacing of the coarsest level."""
         return 2.0**self.coarsest / (self.n_x - 1)
 
-    def thickness(self, levels: NDArray[np.int64]) -> NDArray[np.float64]:
+    def thickness(self, levels: NDArray[np.int64]) -> Floats:
         """Thickness of rows of these levels, in L_x."""
         return _THICKNESS * 2.0**levels / (self.n_x - 1)
 
@@ -98,7 +98,7 @@ class _Ends:
         return height - float(self.thickness(self.head).sum() + self.thickness(self.tail).sum())
 
 
-def _middle_depths(ends: _Ends, height: float) -> NDArray[np.float64]:
+def _middle_depths(ends: _Ends, height: float) -> Floats:
     """Depths of the middle's rows in L_x, its two borders included. Their number makes that of all rows odd."""
     near = max(1.0, 16.0 * ends.spacing)
     upper = float(ends.thickness(ends.head).sum()) / near
