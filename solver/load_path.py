@@ -10,7 +10,17 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import ABSENT, InvalidInput
-from nanoslip.solver.parameter import Numbers, Quantity, Roughness, parameter, quantity, require, validate
+from nanoslip.solver.parameter import (
+    ENERGY,
+    OVER_LOAD,
+    Numbers,
+    Quantity,
+    Roughness,
+    parameter,
+    quantity,
+    require,
+    validate,
+)
 
 Point = tuple[float, float]
 """δ_p in L_x, and load in G·L_x·L_y."""
@@ -140,13 +150,9 @@ class Loops:
         measure="presliding lengths",
     )
     loss_per_cycle: float = quantity(
-        "energy lost in a cycle",
-        per="normal_load",
-        ensemble=True,
-        comment="mean over the later half of the cycles",
-        measure="W·L_x",
+        "energy lost in a cycle", ensemble=True, comment="mean over the later half of the cycles", **ENERGY
     )
-    first_loss: float = quantity("energy lost in the first cycle", per="normal_load", ensemble=True, measure="W·L_x")
+    first_loss: float = quantity("energy lost in the first cycle", ensemble=True, **ENERGY)
     turn_friction: float = quantity(
         "F/W at the turns",
         symbol="F/W",
@@ -193,13 +199,11 @@ class Turns:
     first_load: Floats = of_leg("load at its begin, over normal_load", "first_load", per="normal_load")
     last_load: Floats = of_leg("load at its end, over normal_load", "last_load", per="normal_load")
     first_force: Floats = of_leg(
-        "F/W at its begin", "first_friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
+        "F/W at its begin", "first_friction", **OVER_LOAD, comment="W: normal_load of the case"
     )
-    last_force: Floats = of_leg(
-        "F/W at its end", "last_friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
-    )
-    lost: Floats = of_leg("energy lost on the leg", "loss", per="normal_load", measure="W·L_x")
-    load_work: Floats = of_leg("work of the load", "load_work", per="normal_load", measure="W·L_x")
+    last_force: Floats = of_leg("F/W at its end", "last_friction", **OVER_LOAD, comment="W: normal_load of the case")
+    lost: Floats = of_leg("energy lost on the leg", "loss", **ENERGY)
+    load_work: Floats = of_leg("work of the load", "load_work", **ENERGY)
     events: NDArray[np.int64] = of_leg("events of the leg", "events", dtype=np.int64)
     slips: NDArray[np.int64] = of_leg("node slips of the leg", "slips", dtype=np.int64)
 
@@ -214,8 +218,6 @@ class PathLine:
     """Friction force over displacement along all legs, (points,): ends of legs, and before and after each event."""
 
     displacement: Floats = of_line("pin displacement", "displacement", symbol="δ_p/L_x", coordinate=True, measure="L_x")
-    force: Floats = of_line(
-        "F/W along the path", "friction", per="normal_load", symbol="F/W", comment="W: normal_load of the case"
-    )
+    force: Floats = of_line("F/W along the path", "friction", **OVER_LOAD, comment="W: normal_load of the case")
     load: Floats = of_line("load along the path, over normal_load", "load", per="normal_load")
     leg: NDArray[np.int32] = of_line("leg of the path", "leg", dtype=np.int32, comment="from 0")

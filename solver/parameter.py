@@ -26,6 +26,11 @@ from nanoslip.solver.outcome import InvalidInput, Need
 SCALED: Final = ("", "normal_load", "contact_load", "intrinsic_friction", "length", "stiffness", "time", "velocity")
 """Scales of a number: none, the load W of all contacts or of one, μ_i (the number becomes a share of it), or the case's
 unit (the number becomes SI)."""
+OVER_LOAD: Final = {"per": "normal_load", "symbol": "F/W"}
+"""Scale and symbol of a friction force over load."""
+ENERGY: Final = {"per": "normal_load", "measure": "W·L_x"}
+STRESS: Final = {"per": "contact_load", "measure": "W/(L_x·L_y)"}
+"""Scale and unit of an energy, and of a stress."""
 PLUS_MINUS: Final = (
     "at 68 %, Student's t over independent starts, and the shared error where there is one; "
     "NaN of one member, of members with the same events, and where a member has no value"

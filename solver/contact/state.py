@@ -13,7 +13,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.pin import pin_of, surface_from_pin
 from nanoslip.solver.last import of_the_last
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import Quantity, quantity
+from nanoslip.solver.parameter import STRESS, Quantity, quantity
 from nanoslip.solver.slab import surface_x, surface_y
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
@@ -47,8 +47,8 @@ class ContactState(Viewed):
     nodal_force: Floats
     displacement: float
     outcome: Outcome
-    pressure: Vector = contact_column("pressure", "pressure", symbol="p", per="contact_load", measure="W/(L_x·L_y)")
-    shear: Vector = contact_column("shear traction", "shear", symbol="q", per="contact_load", measure="W/(L_x·L_y)")
+    pressure: Vector = contact_column("pressure", "pressure", symbol="p", **STRESS)
+    shear: Vector = contact_column("shear traction", "shear", symbol="q", **STRESS)
     slip: Vector = contact_column("slip of the node", "slip", symbol="s/L_x", measure="L_x")
     gap: Vector = contact_column("gap between slab and pin", "gap", measure="L_x")
     approach: float = quantity(
@@ -120,18 +120,12 @@ class ContactSummary:
     mean_pressure: float = quantity(
         "mean pressure",
         symbol="p",
-        per="contact_load",
         ensemble=True,
         comment="after initial contact: the load over the contact's width",
-        measure="W/(L_x·L_y)",
+        **STRESS,
     )
     maximum_pressure: float = quantity(
-        "largest pressure",
-        symbol="p",
-        per="contact_load",
-        ensemble=True,
-        comment="after initial contact",
-        measure="W/(L_x·L_y)",
+        "largest pressure", symbol="p", ensemble=True, comment="after initial contact", **STRESS
     )
     friction_force: float = quantity(
         "F/W after initial contact",

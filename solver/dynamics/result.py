@@ -9,7 +9,7 @@ import numpy as np
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import quantity
+from nanoslip.solver.parameter import ENERGY, OVER_LOAD, quantity
 from nanoslip.solver.view import Curve, OneLine, Picture, in_words
 
 BINS: Final = 256
@@ -48,7 +48,7 @@ class DynamicsResult(OneLine):
     )
     """(n + 1,) k(Vt - x)."""
     friction_force: Floats = sample_column(
-        "friction force over load", "friction", per="normal_load", symbol="F/W", comment="on the pin, Eq. 13"
+        "friction force over load", "friction", **OVER_LOAD, comment="on the pin, Eq. 13"
     )
     """(n + 1,) F of Eq. 13."""
     slip_time: Floats = slip_phase("start of macroscopic slip", "start", "s", per="time")
@@ -73,7 +73,7 @@ class DynamicsResult(OneLine):
     """(256,) mean friction force in equal stretches of time: that of spring and damper, less by the change of momentum."""
     spring_force_range: float
     """Largest less least spring force in the second half of the time, in G·L_x·L_y."""
-    friction_work: float = quantity("work against friction", per="normal_load", measure="W·L_x")
+    friction_work: float = quantity("work against friction", **ENERGY)
     """∫F dx: what friction took, the energy still stored in the elastic contact included."""
     stick_velocity: float = quantity(
         "velocity of a stuck pin",

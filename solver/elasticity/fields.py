@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from nanoslip.solver.arrays import Vector
-from nanoslip.solver.parameter import quantity
+from nanoslip.solver.parameter import STRESS, quantity
 
 EACH: Final = {"along": "interior_node"}
 """A column has one value for each node inside the slab."""
@@ -29,12 +29,6 @@ class InteriorFields:
     )
     u: Vector = quantity("displacement to the right", "u", **EACH, symbol="u/L_x", measure="L_x")
     w: Vector = quantity("displacement upwards", "w", **EACH, symbol="w/L_x", measure="L_x")
-    stress_xx: Vector = quantity(
-        "normal stress along x", "stress_xx", **EACH, symbol="σ_xx", per="contact_load", measure="W/(L_x·L_y)"
-    )
-    stress_zz: Vector = quantity(
-        "normal stress along z", "stress_zz", **EACH, symbol="σ_zz", per="contact_load", measure="W/(L_x·L_y)"
-    )
-    stress_xz: Vector = quantity(
-        "shear stress", "stress_xz", **EACH, symbol="σ_xz", per="contact_load", measure="W/(L_x·L_y)"
-    )
+    stress_xx: Vector = quantity("normal stress along x", "stress_xx", **EACH, symbol="σ_xx", **STRESS)
+    stress_zz: Vector = quantity("normal stress along z", "stress_zz", **EACH, symbol="σ_zz", **STRESS)
+    stress_xz: Vector = quantity("shear stress", "stress_xz", **EACH, symbol="σ_xz", **STRESS)

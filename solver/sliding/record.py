@@ -12,7 +12,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.state import EventKind
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.parameter import Quantity, quantities, quantity, require
+from nanoslip.solver.parameter import ENERGY, OVER_LOAD, Quantity, quantities, quantity, require
 from nanoslip.solver.slab import surface_y
 from nanoslip.solver.view import Curve, Labelled, Picture, Viewed, in_words, labelled
 
@@ -49,16 +49,11 @@ class FrictionRecord(Viewed):
     force_before: Floats = event(
         "F/W before the event",
         "force_before",
-        per="normal_load",
-        symbol="F/W",
+        **OVER_LOAD,
         comment="friction force over load when the event is triggered",
     )
     force_after: Floats = event(
-        "F/W after the event",
-        "force_after",
-        per="normal_load",
-        symbol="F/W",
-        comment="friction force over load when the cascade is over",
+        "F/W after the event", "force_after", **OVER_LOAD, comment="friction force over load when the cascade is over"
     )
     stiffness: Floats = event(
         "stiffness after the event",
@@ -78,7 +73,7 @@ class FrictionRecord(Viewed):
     contact_size: NDArray[np.int32] = event("nodes in contact after the event", "contact_size", dtype=np.int32)
     extent: NDArray[np.int32] = event("nodes that slip in the cascade", "extent", dtype=np.int32)
     """Each counted once. They need not be neighbours, as shear reaches far through the slab."""
-    dissipated: Floats = event("energy lost in the event", "dissipated", per="normal_load", measure="W·L_x")
+    dissipated: Floats = event("energy lost in the event", "dissipated", **ENERGY)
     node_x: Floats = node_column("position of the surface node", "x", symbol="x/L_x", coordinate=True, measure="L_x")
     """Positions (n_x,), as is the next; a surface without ends has one more for each new node that the pin has reached."""
     node_slips: NDArray[np.int64] = node_column("slips of the surface node in all events", "slips", dtype=np.int64)
@@ -89,9 +84,7 @@ class FrictionRecord(Viewed):
     goes on meeting what it met where it touched."""
     presliding_length: float
     """μ_i·W/K, in L_x: where a contact that stuck as a whole would reach the friction of all its nodes. Infinite if K ≤ 0."""
-    initial_force: float = quantity(
-        "F/W after initial contact", per="normal_load", symbol="F/W", comment="friction force over load"
-    )
+    initial_force: float = quantity("F/W after initial contact", **OVER_LOAD, comment="friction force over load")
     initial_stiffness: float = quantity("initial stiffness", comment="dF/dδ_p before the first event", measure="G·L_y")
     initial_slips: int = quantity("node slips of initial contact")
     initial_contact_size: int = quantity("nodes in contact after initial contact")
@@ -106,9 +99,7 @@ class FrictionRecord(Viewed):
         measure="L_x",
     )
     """The last event, or the displacement limit."""
-    final_force: float = quantity(
-        "F/W at the end of the record", per="normal_load", symbol="F/W", comment="friction force over load"
-    )
+    final_force: float = quantity("F/W at the end of the record", **OVER_LOAD, comment="friction force over load")
     outcome: Outcome
     """Outcome of the run."""
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import student
-from nanoslip.solver.parameter import Quantity, quantity
+from nanoslip.solver.parameter import ENERGY, Quantity, quantity
 from nanoslip.solver.sliding.kernels.cycle import cycle
 from nanoslip.solver.sliding.plateau import Plateau
 from nanoslip.solver.sliding.record import EVENT_KINDS, FrictionRecord, drops, require_record
@@ -75,7 +75,7 @@ class EventStatistics(Labels):
     )
     mean_slips: float = quantity("mean number of node slips per event")
     mean_drop: float = quantity("mean drop of F/W per event", ensemble=True, shared="events")
-    dissipated: float = quantity("energy lost in all events", "dissipated_energy", per="normal_load", measure="W·L_x")
+    dissipated: float = quantity("energy lost in all events", "dissipated_energy", **ENERGY)
     """Energy in G·L_x²·L_y here."""
 
     def _facts(self) -> Iterator[str]:
