@@ -170,7 +170,7 @@ class Drive:
         if strangers := parameters.keys() - {*parameters_of_a_drive(), PERIODS, TRAVEL}:
             raise TypeError(f"Drive.from_si() got unexpected keyword arguments {sorted(strangers)}")
         in_si = cls.of({**si_defaults(), **in_seconds(parameters, pin_mass)})
-        return in_si.scaled(scales or Scales(), pin_mass, lasting(parameters))
+        return in_si.scaled(scales or Scales(), pin_mass, only_length(parameters))
 
     @property
     def flat(self) -> dict[str, Any]:
@@ -181,7 +181,7 @@ class Drive:
     def scaled(self, scales: Scales, pin_mass: float, length: tuple[str, float] | None = None) -> Self:
         """A drive given in SI in the solver's units. Raises InvalidInput if a value is out of range in them.
 
-        length: which of the `DURATIONS` was given, and its value, which messages show; None for `duration` itself.
+        length: which of the `DURATIONS` was given, and its value, which messages show; None without any.
         """
         time, units = scales.time(pin_mass), scales.units(pin_mass)
         values = self.flat
@@ -248,24 +248,17 @@ DURATIONS: Final = ("duration", PERIODS, TRAVEL)
 """Keys that give the duration of a drive."""
 
 
-def lasting(parameters: Mapping[str, Any]) -> tuple[str, float] | None:
-    """Find the one of the `DURATIONS` but `duration` itself that these parameters give, and its value; None if they give
-    neither."""
-    return next(((key, parameters[key]) for key in (PERIODS, TRAVEL) if parameters.get(key) is not None), None)
-
-
 def natural_period(spring_stiffness: float, pin_mass: float) -> float:
     """2π√(m/k): the period of the pin on its spring, without friction and damper."""
     return 2.0 * math.pi * math.sqrt(pin_mass / spring_stiffness)
 
 
-def only_length(parameters: Mapping[str, Any]) -> list[str]:
-    """List the `DURATIONS` that these parameters give: one or none. Raises InvalidInput if there are two."""
-    given = [name for name in DURATIONS if parameters.get(name) is not None]
-    if len(given) > 1:
-        one, other = given[:2]
-        require(other, parameters[other], False, f"to be left out beside {one} = {quoted(parameters[one])}")
-    return given
+def only_length(parameters: Mapping[str, Any]) -> tuple[str, Any] | None:
+    """Find the one of the `DURATIONS` that these parameters give, and its value; None if none. Raises InvalidInput if two."""
+    given = [(name, parameters[name]) for name in DURATIONS if parameters.get(name) is not None]
+    for other, value in given[1:]:
+        require(other, value, False, f"to be left out beside {given[0][0]} = {quoted(given[0][1])}")
+    return given[0] if given else None
 
 
 def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]:
@@ -273,14 +266,14 @@ def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]
 
     pin_mass: in kg. Raises InvalidInput if two are given, for a stage that never gets as far, and for values out of range.
     """
-    given = only_length(parameters)
+    key, given = only_length(parameters) or ("duration", None)
     found = {name: value for name, value in parameters.items() if name not in (PERIODS, TRAVEL)}
-    if not given or given == ["duration"]:
+    if key == "duration":
         return {name: None if name == "duration" and value == AUTO else value for name, value in found.items()}
-    value = as_float(given[0], parameters[given[0]])
+    value = as_float(key, given)
     known: dict[str, Any] = {name: found[name] for name in ("spring_stiffness", "stage_velocity") if name in found}
     drive = Drive.of({**si_defaults(), **known})
-    if given == [PERIODS]:
+    if key == PERIODS:
         period = natural_period(drive.spring_stiffness, as_float("pin_mass", pin_mass))
         duration, own, others = value * period, 1.0 / period, "pin_mass and spring_stiffness"
     else:
@@ -288,7 +281,7 @@ def in_seconds(parameters: Mapping[str, Any], pin_mass: float) -> dict[str, Any]
         require("stage_velocity", own, own > 0.0, f"stage_velocity > 0 with {TRAVEL}")
         duration = value / own
     stated = declared(Drive)["duration"]
-    return {**found, "duration": _in_range(given[0], value, duration, stated, own, f" with this {others}")}
+    return {**found, "duration": _in_range(key, value, duration, stated, own, f" with this {others}")}
 
 
 def parameters_of_a_drive() -> dict[str, Parameter]:

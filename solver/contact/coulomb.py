@@ -9,10 +9,11 @@ from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import TIE
 from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind
+from nanoslip.solver.contact.normal import finite
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import Compliance, stiffness_of, stiffness_with, stiffness_without
-from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverError, TooFarApart
+from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverError
 
 # Classical Coulomb friction, residual_shear 1: some nodes slide at |shear| = μ_i·pressure, the others stick.
 #
@@ -205,9 +206,7 @@ def _set_up_for(
 
 def _everywhere(compliance: Compliance, nodes: NDArray[np.int64], answer: Vector, middle: float = 0.0) -> Rates:
     """Answers of the nodes in contact with what they make of all nodes. middle: height from which the approach counts."""
-    if not np.isfinite(answer).all():
-        # Every comparison with a NaN is false: nothing would seem to be wrong.
-        raise TooFarApart("the forces of the contact are no numbers: use a load and a radius nearer 1")
+    answer = finite(answer)
     force = np.zeros((2, compliance.slab.nodes))
     force[:, nodes] = answer[:-1].reshape(2, -1)
     u, v = compliance.displacements(force)

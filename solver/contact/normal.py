@@ -85,7 +85,7 @@ class ContactSystem:
         forces[self._entries] = answer[:-1]
         if len(changed):
             forces[changed] = np.where(members[changed], border[self._places[changed]], 0.0)
-        return _finite(forces), float(answer[-1]) + lowest
+        return finite(forces), float(answer[-1]) + lowest
 
     def answered(self, contact: Nodes, heights: Vector, normal_load: float) -> tuple[Vector, float, Vector]:
         """Forces and approach of the set that it is kept for, and the displacements [u; w] (2n,) under them."""
@@ -97,7 +97,7 @@ class ContactSystem:
         right[-1] = -normal_load
         answer = right @ self.answers
         forces[self._entries] = answer[:entries]
-        return _finite(forces), float(answer[entries]) + lowest, answer[entries + 1 :]
+        return finite(forces), float(answer[entries]) + lowest, answer[entries + 1 :]
 
     def _solved(self, rows: Dense) -> Dense:
         """Forces and approach (any, size + 1) for right sides that are rows, the load's last."""
@@ -145,7 +145,8 @@ class ContactSystem:
         return found - self.slope[nodes, None] * self._compliance.entries(nodes, columns)
 
 
-def _finite(forces: Vector) -> Vector:
+def finite(forces: Vector) -> Vector:
+    """The forces of a contact. Raises TooFarApart if they are no numbers."""
     if not np.isfinite(forces).all():
         # Every comparison with a NaN is false: nothing would seem to be wrong.
         raise TooFarApart("the forces of the contact are no numbers: use a load, a radius and heights nearer 1")

@@ -159,9 +159,7 @@ def stick_slip(
         duration = pin.first_stop(math.inf)
         return pin, duration, pin.position_at(duration)
 
-    starts: list[float] = []
-    ends: list[float] = []
-    forces: list[float] = []
+    starts, ends, forces = list[float](), list[float](), list[float]()
     places, since, limit = [0.0], 0.0, static
     while len(starts) < most_slips and not math.isnan(since):
         force = max(limit, kinetic) - damper

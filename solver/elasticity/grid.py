@@ -61,10 +61,8 @@ class Grid:
 
     def coordinates(self) -> Floats:
         """(x, z) of every node in L_x, shape (nodes, 2)."""
-        columns = [
-            np.column_stack((self.row_x(row), np.full(self.counts[row], self.depths[row]))) for row in range(self.rows)
-        ]
-        return np.concatenate(columns)
+        x = np.concatenate([self.row_x(row) for row in range(self.rows)])
+        return np.column_stack((x, np.repeat(self.depths, self.counts)))
 
 
 def binary_hierarchy(n_x: int, aspect_ratio: float, rows: int, first_spacing: FirstSpacing) -> Grid:

@@ -15,7 +15,7 @@ from nanoslip.solver.drive import (
     Drive,
     Scales,
     in_seconds,
-    lasting,
+    only_length,
     parameters_of_a_drive,
     si_defaults,
 )
@@ -107,7 +107,7 @@ class NamedDrive:
 
     def dimensionless(self, scales: Scales) -> Drive:
         """Drive in the solver's units. Raises InvalidInput if a value is out of range in them."""
-        length = lasting({PERIODS: self.duration_periods, TRAVEL: self.stage_travel})
+        length = only_length({PERIODS: self.duration_periods, TRAVEL: self.stage_travel})
         return self.in_si.scaled(scales, self.pin_mass, length)
 
 

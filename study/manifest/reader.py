@@ -469,9 +469,8 @@ def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Gi
             return {}
     if not any(isinstance(given, dict) for given in top.get("axes", {}).values()):
         checker.refuse("design", top["design"], "a range among its axes")
-    ranges = {
-        word: found for word, given in top.get("axes", {}).items() if (found := _range(checker, word, given, scales))
-    }
+    every = {word: _range(checker, word, given, scales) for word, given in top.get("axes", {}).items()}
+    ranges = {word: value_at for word, value_at in every.items() if value_at}
     draws = sampled(top["design"], len(ranges), count, seed) if ranges else ()
     columns = zip(*draws, strict=True)
     return {
@@ -491,9 +490,8 @@ def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[
         checker.refuse(word, given, need, table="axes")
         return None
     ends = given if listed else [given["from"], given["to"]]
-    values: list[Any] = [
-        each.value for each in checker.plain({word: [Given(place, word, each) for each in ends]}, scales)[word]
-    ]
+    columns = checker.plain({word: [Given(place, word, each) for each in ends]}, scales)
+    values: list[Any] = [each.value for each in columns[word]]
     if len(values) < len(ends):
         return None
     wrong = "" if listed else _needed_range(names_by_word()[word], values[0], values[1], given.get("scale", "linear"))
@@ -588,13 +586,12 @@ def _with_depth(top: Mapping[str, Any], scales: dict[str, Any]) -> dict[str, Any
 
 def refuse_with_stages(manifest: Manifest, case: Case) -> None:
     """Raise InvalidInput if the stages or outputs of its manifest exclude a case."""
-    if "slip" in manifest.stages and not case.effects.friction:
-        need = 'stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
-        raise InvalidInput("friction", False, need)
+    need = 'stages = ["contact"], as without friction there is nothing to slide against (F = 0)'
+    require("friction", False, case.effects.friction or "slip" not in manifest.stages, need)
     if any(each.drive and each.drive.in_si.memory for each in manifest.drives):
         refuse_with_memory(case)
-    if manifest.paths and not case.path:
-        raise InvalidInput("path", ABSENT, "amplitude, stroke, slid, load or legs, or no [path] at all")
+    need = "amplitude, stroke, slid, load or legs, or no [path] at all"
+    require("path", ABSENT, bool(case.path) or not manifest.paths, need)
     if manifest.outputs.subsurface and not isinstance(case.slab.scheme, GridScheme):
         need = "a scheme that has a grid, others are a surface only"
         raise InvalidInput("subsurface", True, need, {"scheme": case.slab.scheme.name})
@@ -602,10 +599,9 @@ def refuse_with_stages(manifest: Manifest, case: Case) -> None:
     if case.slab.scheme.planar and scales.slab_depth != scales.slab_width:
         beside = {"slab_width": scales.slab_width, "scheme": case.slab.scheme.name}
         raise InvalidInput("slab_depth", scales.slab_depth, "slab_width, as a plane of nodes is a square", beside)
-    if manifest.outputs.statistics and case.interface.contacts > 1:
-        raise InvalidInput(
-            "contacts", case.interface.contacts, "one contact, whose events have sizes", {"statistics": True}
-        )
+    contacts = case.interface.contacts
+    if manifest.outputs.statistics and contacts > 1:
+        raise InvalidInput("contacts", contacts, "one contact, whose events have sizes", {"statistics": True})
 
 
 def switched_effects(manifest: Manifest) -> dict[str, str]:

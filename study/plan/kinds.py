@@ -7,7 +7,7 @@ A kind is computed in nanoslip.study.run.compute; its cost is in nanoslip.study.
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -503,15 +503,8 @@ def _text_of(drive: Drive) -> CanonicalText:
 def _drive_tasks(case: Case, manifest: Manifest) -> tuple[Wanted, ...]:
     outputs = manifest.outputs
     bare = not (outputs.trajectory or outputs.phases)
-    return tuple(
-        Wanted(
-            drive_task(
-                case, drive, manifest.ensemble, scalars_only=bare, fitted=outputs.fit, critical=outputs.critical
-            ),
-            label,
-        )
-        for label, drive in _dimensionless(manifest)
-    )
+    task = partial(drive_task, scalars_only=bare, fitted=outputs.fit, critical=outputs.critical)
+    return tuple(Wanted(task(case, drive, manifest.ensemble), label) for label, drive in _dimensionless(manifest))
 
 
 @of_the_last

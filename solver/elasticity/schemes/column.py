@@ -54,13 +54,8 @@ def graded_hierarchy(n_x: int, aspect_ratio: float, rows_per_level: int, coarses
     ends = next(ends for ends in fitting if not ends.coarsest or ends.left_of(aspect_ratio) >= ends.spacing / 2)
     head, tail = ends.head, ends.tail
     middle = _middle_depths(ends, aspect_ratio)
-    depths = np.concatenate(
-        (
-            np.concatenate(([0.0], np.cumsum(ends.thickness(head))))[:-1],
-            middle,
-            aspect_ratio - np.concatenate(([0.0], np.cumsum(ends.thickness(tail)[::-1])))[::-1][1:],
-        )
-    )
+    upper, lower = (np.concatenate(([0.0], np.cumsum(ends.thickness(rows)))) for rows in (head, tail[::-1]))
+    depths = np.concatenate((upper[:-1], middle, aspect_ratio - lower[::-1][1:]))
     levels = np.concatenate((head, np.full(len(middle), ends.coarsest), tail))
     return Grid(counts=(n_x - 1) // 2**levels + 1, depths=-depths)
 
