@@ -60,7 +60,7 @@ def compiled(*, allocates: bool = False, entry: bool = False, **options: Any) ->
 
 def reporting_compilation(tell: Callable[[], object]) -> AbstractContextManager[None]:
     """Call `tell`, inside this context, when a kernel begins to be compiled; not for a kernel cached on disk."""
-    found: AbstractContextManager[None] = _compiling().reporting_compilation(tell)
+    found: AbstractContextManager[None] = _compiling().listening(tell)
     return found
 
 

@@ -15,8 +15,10 @@ from typing import Any, Final
 from numba import njit
 from numba.core import event
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
-__all__ = ["dispatcher_of", "reporting_compilation", "source_stamp"]
+__all__ = ["dispatcher_of", "listening", "source_stamp"]
 
 KERNEL_FILES: Final = ("compiled.py", "compiling.py", "*/kernels/*.py")
 """Files of kernels, of all that kernels import from this package, and of their compilation; relative to the package."""
@@ -29,9 +31,12 @@ def dispatcher_of(function: Callable[..., object], allocates: bool, options: dic
 
     Where no folder for what is compiled can be written or read, every process compiles for itself.
     """
-    dispatcher: Any = njit(**{"nogil": True, "_nrt": allocates, **options})(function)
+    internal = options["no_cpython_wrapper"]
+    # With fastmath bits depend on what is optimized together: such a kernel is optimized by itself.
+    compiler = _PartCompiler if internal and "fastmath" not in options else Compiler
+    dispatcher: Any = njit(**{"nogil": True, "_nrt": allocates, **options}, pipeline_class=compiler)(function)
     with suppress(RuntimeError, OSError):  # no folder to keep it in, or no files to watch
-        dispatcher._cache = _KernelCache(function)  # what njit(cache=True) does, with a cache of our own
+        dispatcher._cache = _KernelCache(function, internal)  # what njit(cache=True) does, with a cache of our own
     return dispatcher
 
 
@@ -58,7 +63,7 @@ def called_from(folder: Path) -> list[Path]:
 
 
 @contextmanager
-def reporting_compilation(tell: Callable[[], object]) -> Iterator[None]:
+def listening(tell: Callable[[], object]) -> Iterator[None]:
     """Call `tell`, inside this context, when a kernel begins to be compiled; not for a kernel cached on disk."""
     listener = _Starts(tell)
     event.register("numba:compile", listener)
@@ -95,6 +100,14 @@ class _KernelCache(FunctionCache):
 
     _impl_class = _StampedResults
 
+    def __init__(self, function: Callable[..., object], internal: bool) -> None:
+        """internal: whether kernels alone call it; a test may compile the same function for Python."""
+        super().__init__(function)
+        self._internal = internal
+
+    def _index_key(self, sig: object, codegen: object) -> tuple[object, ...]:
+        return *super()._index_key(sig, codegen), self._internal
+
     def load_overload(self, sig: object, target_context: object) -> object:
         """The compiled function for these argument types, None if there is none."""
         with suppress(OSError):
@@ -108,3 +121,39 @@ class _KernelCache(FunctionCache):
         """Keep a compiled function, if that is possible."""
         with suppress(OSError):
             super().save_overload(sig, data)
+
+
+class _Part(JITCodeLibrary):
+    """Code of a kernel that kernels alone call: LLVM optimizes and translates it as a part of those that Python calls.
+
+    Numba would do so at each kernel, for it and for all that it calls.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None, as there is no machine code."""
+        return 0
+
+    @property
+    def codegen(self) -> "_Part":
+        """Owner of the variables of machine code, of which there is none."""
+        return self
+
+    def set_env(self, name: str, environment: object) -> None:
+        """Set none."""
+
+    def serialize_using_object_code(self) -> object:
+        """Code as LLVM has it, for kernels that call it and are compiled later."""
+        return self.serialize_using_bitcode()
+
+
+class _PartCompiler(Compiler):
+    """Numba's compiler of a `_Part`."""
+
+    def __init__(self, typing: Any, target: Any, library: object, *how: Any) -> None:
+        super().__init__(typing, target, library or _Part(target.codegen(), "part"), *how)

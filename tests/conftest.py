@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from nanoslip.solver.compiled import Kernel
 from nanoslip.study.commands import cli
 from nanoslip.study.run.launch import pin_threads
 
@@ -56,6 +57,11 @@ PARTLY_REFUSED = SMALL.replace("n_x = 17", 'scheme = "biquadratic"').replace(
     "[axes]", "[axes]\nrows = [4, 5]\nn_x = [9, 17]"
 )
 """Sixteen cases, four of them refused: five rows are too many at n_x = 9."""
+
+
+def for_python(kernel: Kernel) -> Kernel:
+    """A kernel that kernels alone call, compiled so that a test can call it."""
+    return Kernel(kernel.py_func, kernel.allocates, True, kernel.targetoptions | {"no_cpython_wrapper": False})
 
 
 def longer(radii: int, events: int) -> str:

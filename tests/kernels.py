@@ -18,10 +18,11 @@ DRIVES = [
 
 
 def tasks() -> list[Task]:
-    """Pins whose load or stage is raised, smooth or rough, slipping by turns or in rounds; and drives."""
+    """Pins whose load or stage is raised, smooth or rough, slipping by turns or in rounds, one on a plane; and drives."""
     ways = product(("worst_first", "simultaneous"), ((), ((0.0, 0.0), (0.01, 1e-6), (0.02, 0.0))), ("stick", "gradual"))
     cases = [Case.of(dict(zip(("slip_order", "roughness", "initial_contact"), way, strict=True))) for way in ways]
     cases += [Case.of({"slip_order": order, "pin_translation": False}) for order in ("worst_first", "simultaneous")]
+    cases += [Case.of({"scheme": "half_space"})]
     drives = (drive_task(Case(), Drive.from_si(**drive)) for drive in DRIVES)
     return [contact_task(Case()), *map(record_task, cases), *drives]
 

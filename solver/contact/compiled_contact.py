@@ -4,7 +4,6 @@ import math
 import sys
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -276,8 +275,7 @@ def _state(
     if few:
         cached, padded = padded, in_lines(entries)
         padded[:] = cached
-    sticks = math.isinf(case.intrinsic_friction)
-    friction_of_nodes = np.zeros(nodes) if sticks else node_friction(case, first_node)[window]
+    friction = node_friction(case, first_node)[window]
     return KernelState(
         matrix=matrix,
         plane=plane,
@@ -287,9 +285,8 @@ def _state(
         rate=np.zeros(entries),
         contact=contact.copy(),
         x=surface_from_pin(case, first_node)[window],
-        node_friction=friction_of_nodes,
-        sticks=np.full(nodes, sticks),
-        active_friction=np.where(contact & (not sticks), friction_of_nodes, np.nan),
+        node_friction=friction,
+        active_friction=np.where(contact & (friction < np.inf), friction, np.nan),
         node_slips=np.zeros(nodes, np.int64),
         work=np.zeros((2, entries)),
         scalars=new_scalars(displacement, direction),
@@ -304,10 +301,10 @@ def _state(
 
 def _set_up(
     compliance: Compliance, window: bytes, contact: bytes
-) -> tuple[NDArray[np.float64], Plane, NDArray[np.float64]]:
+) -> tuple[NDArray[np.float64], Plane | None, NDArray[np.float64]]:
     """The compliance of the window's nodes among each other, (2n, 2n), or their places on a plane; the tableau of those in
     contact."""
-    nodes, plane, within = np.frombuffer(window, np.int64), IN_A_ROW, np.empty((0, 0))
+    nodes, plane, within = np.frombuffer(window, np.int64), None, np.empty((0, 0))
     if isinstance(compliance, EndlessCompliance) and isinstance(compliance.convolution, PlaneConvolution):
         plane = Plane(compliance.convolution.by_offset, *compliance.convolution.runs(nodes))
     else:
@@ -317,10 +314,6 @@ def _set_up(
     padded = in_lines(2 * len(nodes) + 1)
     tableau(_entries(compliance, nodes, within), np.frombuffer(contact, np.bool_), padded)
     return within, plane, padded
-
-
-IN_A_ROW: Final = Plane(np.broadcast_to(0.0, (2, 2, 1, 1)), *np.empty((3, 0), np.int64))
-"""Not a plane."""
 
 
 def _entries(compliance: Compliance, window: Window, matrix: NDArray[np.float64]) -> Entries:

@@ -189,7 +189,7 @@ SHAPES: dict[PinShape, Callable[[Case], Pin]] = {"parabola": _parabola, "flat_pu
 def node_friction(case: Case, first_node: int = 0) -> Floats:
     """μ_i of the case's surface nodes, shape (n,), from this one on."""
     mean, slab, drawn = case.intrinsic_friction, case.slab, case.heterogeneity
-    if drawn.spread == 0.0:
+    if drawn.spread == 0.0 or math.isinf(mean):
         return np.full(slab.nodes, mean)
     if slab.rows == 1:
         return mean * _factors(drawn, first_node, slab.n_x)

@@ -33,7 +33,7 @@ from nanoslip.study.run.launch import cores, task_program
 _NUMBERS = {"n_x": 17, "radius": 50.0, "max_events": 300}
 """Numbers of a small case, whose record has a steady part."""
 _SMALL = Case.of(_NUMBERS)
-_COMPLIANCE, _OF_SLABS = compliance_task(_SMALL.slab), _SMALL.slab.flat
+_OF_SLABS = _SMALL.slab.flat
 _ROUGH = ((-0.1, 0.0), (0.1, 0.0))
 """A rough pin has kernels of its own, whatever its profile."""
 
@@ -41,7 +41,7 @@ _ROUGH = ((-0.1, 0.0), (0.1, 0.0))
 def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Small tasks that run every kernel of these tasks; a drive's needs no more than `made_up`."""
     found: dict[str, Task] = {}
-    for (*_, choices), task in {(task.kind, _is_rough(task), _choices_of(task)): task for task in tasks}.items():
+    for (*_, choices), task in {(task.kind, str(_shape(task.case)), _choices_of(task)): task for task in tasks}.items():
         with suppress(InvalidInput):  # what cannot be made small compiles its kernels itself
             found |= {each.key: each for each in _small(task, dict(choices))}
     return tuple(found.values())
@@ -50,15 +50,19 @@ def miniatures(tasks: Sequence[Task]) -> tuple[Task, ...]:
 def _choices_of(task: Task) -> tuple[tuple[str, object], ...]:
     """Words and switches of a task's drive, or of its case: they decide which kernels run, the numbers do not.
 
-    The slab's are left out: nothing of a compliance is compiled.
+    The slab's are left out: of a compliance `_shape` has all that kernels know.
     """
     part = task.drive or task.case
     flat = part.flat if part else {}
     return tuple([each for each in flat.items() if isinstance(each[1], str | bool) and each[0] not in _OF_SLABS])
 
 
-def _is_rough(task: Task) -> bool:
-    return task.case is not None and bool(task.case.heterogeneity.roughness)
+def _shape(case: Case | None) -> dict[str, object]:
+    """Parameters that decide, beside the choices, which kernels a case runs: a rough pin, nodes on a plane."""
+    if case is None:
+        return {}
+    scheme: dict[str, object] = {"scheme": "half_space", "n_x": 9} if case.slab.scheme.planar else {}
+    return scheme | {"roughness": _ROUGH if case.heterogeneity.roughness else ()}
 
 
 def _small(task: Task, choices: Mapping[str, object]) -> list[Task]:
@@ -66,8 +70,8 @@ def _small(task: Task, choices: Mapping[str, object]) -> list[Task]:
         return [_short(task.drive, case_of(task) if task.drive.memory else _SMALL)]
     if task.case is None:
         return []
-    case = Case.of({**_NUMBERS, **choices, "roughness": _ROUGH if _is_rough(task) else ()})
-    return [_COMPLIANCE, (contact_task if task.kind == "contact" else record_task)(case)]
+    case = Case.of({**_NUMBERS, **choices, **_shape(task.case)})
+    return [compliance_task(case.slab), (contact_task if task.kind == "contact" else record_task)(case)]
 
 
 def _short(drive: Drive, case: Case) -> Task:
@@ -75,13 +79,7 @@ def _short(drive: Drive, case: Case) -> Task:
 
     It needs a record alone, which may be made up.
     """
-    small = Case.of(
-        {
-            **_NUMBERS,
-            "slip_order": case.slip_rule.slip_order,
-            "roughness": _ROUGH if case.heterogeneity.roughness else (),
-        }
-    )
+    small = Case.of({**_NUMBERS, "slip_order": case.slip_rule.slip_order, **_shape(case)})
     with suppress(InvalidInput):
         found = drive_task(small, replace(drive, duration=(drive.duration or 100.0) / 100, samples=2))
         return replace(found, needs=found.needs[:1])

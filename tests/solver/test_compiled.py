@@ -32,8 +32,9 @@ WATCHED = sorted(path for files in KERNEL_FILES for path in PACKAGE.glob(files))
 CALLEE, CONSTANT = (
     (
         """
-from nanoslip.solver.dynamics.kernels.motion import segment_from as kernel
-from nanoslip.solver.dynamics.kernels.motion import Motion, Pin
+from nanoslip.solver.compiled import compiled
+from nanoslip.solver.dynamics.kernels.motion import Motion, Pin, segment_from
+kernel = compiled(entry=True)(segment_from.py_func)
 value = kernel(Motion(1.0, 0.5, 2.0, 3.0, 0.1, 0.1, 9.0, 1e-8, 1, 9.0), Pin(1.0, 0.5, 0.1, 0.2), 0.3).q
 """,
         *("dynamics/kernels/motion.py", "motion.spring * stretch", "7.0 * motion.spring * stretch"),

@@ -15,14 +15,28 @@ from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics import integrators
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
 from nanoslip.solver.dynamics.integrators import RK4, integrate
-from nanoslip.solver.dynamics.kernels import motion as kernel
-from nanoslip.solver.dynamics.kernels.motion import Motion, Pin, Teeth, segment_from, tooth_at, tooth_holding
-from nanoslip.solver.dynamics.kernels.steps import integrate_exactly, monotone_end
+from nanoslip.solver.dynamics.kernels import motion as kernel, steps
+from nanoslip.solver.dynamics.kernels.motion import Motion, Pin, Teeth
+from nanoslip.solver.dynamics.kernels.steps import integrate_exactly
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.parameter import MOST_WHOLE
+from tests.conftest import for_python
 from tests.solver.drives import PROBLEMS, SMALL_TEETH, K, Problem, reference
 from tests.synthetic import constant_profile, profile_through
+
+brief_responses, offset_from_level, root, segment_from, tooth_at, tooth_holding, monotone_end = map(
+    for_python,
+    (
+        kernel.brief_responses,
+        kernel.offset_from_level,
+        kernel.root,
+        kernel.segment_from,
+        kernel.tooth_at,
+        kernel.tooth_holding,
+        steps.monotone_end,
+    ),
+)
 
 PEAK_AND_REST = Problem(profile_through([0.0, 0.1, 1.1], [1.2, 0.5], [1.2, 0.5], periodic_from=1), 0.0, 0.2, 25.0)
 FLUNG_BACK = PEAK_AND_REST._replace(profile=profile_through([0.0, 0.1, 1.1], [3.0, 0.5], [3.0, 0.5], 1), duration=40.0)
@@ -339,7 +353,7 @@ def test_brief_responses_are_their_series_in_exact_arithmetic(stiffness, damping
         terms.append(-Fraction(damping) * terms[-1] - Fraction(stiffness) * terms[-2])
     # h', h, ∫h, ∬h, ∭h
     found = zip(
-        range(-1, 4), kernel.brief_responses(damping, stiffness, tau), (2e-15, 2e-15, 2e-15, 2e-12, 5e-11), strict=True
+        range(-1, 4), brief_responses(damping, stiffness, tau), (2e-15, 2e-15, 2e-15, 2e-12, 5e-11), strict=True
     )
     for depth, value, off in found:
         powers = [(n + depth, term) for n, term in enumerate(terms) if n + depth >= 0]
@@ -358,14 +372,12 @@ def test_a_root_leaves_nothing_but_rounding(quantity, seed):
     end = (
         min(end, 0.1) if quantity == kernel.Passing.POSITION else end
     )  # short enough for the velocity to keep its sign
-    first, last = (kernel.offset_from_level(segment, drive, quantity, 0.0, tau)[0] for tau in (0.0, end))
+    first, last = (offset_from_level(segment, drive, quantity, 0.0, tau)[0] for tau in (0.0, end))
     for share in (1e-9, 1e-4, 0.01, 0.1, 0.3, 0.5, 0.8, 0.99, 1.0 - 1e-9):
         level = first + share * (last - first)
-        tau = kernel.root(segment, drive, quantity, level, end, last > first)
+        tau = root(segment, drive, quantity, level, end, last > first)
         assert 0.0 < tau <= end
-        assert (
-            abs(kernel.offset_from_level(segment, drive, quantity, level, tau)[0]) < 2e-15
-        )  # of velocities of order 1
+        assert abs(offset_from_level(segment, drive, quantity, level, tau)[0]) < 2e-15  # of velocities of order 1
 
 
 def errors(problem, steps):

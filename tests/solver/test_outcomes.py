@@ -23,6 +23,7 @@ from nanoslip.solver.outcome import (
 )
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
+from tests.conftest import for_python
 
 
 @pytest.mark.parametrize(
@@ -142,7 +143,7 @@ def test_what_is_no_number_is_a_residual_and_ends_a_cascade(one_node, entry, val
 
 def test_inputs_that_are_no_numbers_cannot_be_corrected(one_node):
     one_node.state.inputs[4] = np.nan
-    refresh(one_node.state)
+    for_python(refresh)(one_node.state)
     assert OUTCOME_OF_STOP[corrected_for_rounding(one_node, Stop.DONE)].ending is Ending.ROUNDING
 
 

@@ -25,6 +25,7 @@ from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide, slide_to_state
 from nanoslip.solver.sliding.validity import Flag, contact_flags, expected_flags
 from nanoslip.solver.sliding.way import Way, first_of, first_room
+from tests.conftest import for_python
 from tests.physics import assert_contact_laws
 
 SLAB = Slab(n_x=33)
@@ -87,12 +88,12 @@ def test_a_node_rests_where_its_shear_is_first_gone():
     height = pin_of(rough(points)).height
     knots, heights = np.ascontiguousarray(np.array(points).T)
     rise = Rise(knots, heights[None], np.zeros(1, np.int64))
-    rng, bent = np.random.default_rng(5), 0
+    rng, bent, slip = np.random.default_rng(5), 0, for_python(slip_on_rough)
     for _ in range(50):
         xi, shear = rng.uniform(-0.1, 0.1), rng.choice([-1.0, 1.0]) * rng.uniform(0.02, 0.1)
         share = 0.3 * 0.5 * np.sign(shear)  # of the pressure, 0.05
         excess, sideways, downwards = shear - 0.05 * share, 1.3 + 0.2 * share, -0.3 + 1.1 * share
-        along, down = slip_on_rough(excess, sideways, downwards, 0, xi, 1.0 / CASE.radius, rise)
+        along, down = slip(excess, sideways, downwards, 0, xi, 1.0 / CASE.radius, rise)
         path = np.linspace(0.0, along, 20_001)[:-1]
         climbed = height(xi + path) - height(np.array(xi))
         left = excess + sideways * path + downwards * climbed

@@ -13,8 +13,7 @@ import pytest
 
 from nanoslip.solver.case import Case, Effects, Heterogeneity, InitialContact, SlipRule
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.kernels import state as window
-from nanoslip.solver.contact.kernels.events import worst_violation
+from nanoslip.solver.contact.kernels import events as kernels, state as window
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.contact.soundness import DOWNHILL
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance
@@ -24,6 +23,7 @@ from nanoslip.solver.sliding import full_contact, record as friction_record, sli
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_KINDS, EVENT_TYPES, drops
 from nanoslip.solver.sliding.slide import slide, slide_to_state, states_at
+from tests.conftest import for_python
 from tests.physics import assert_contact_laws, coupled_half_plane, energy, half_plane, smallest_step
 
 SLAB = Slab(n_x=33)
@@ -514,6 +514,9 @@ def test_a_pin_that_slides_on_and_on_leaves_the_slab(monkeypatch):
     record = slide(replace(CLASSICAL, max_displacement=None, max_events=10**6), COMPLIANCE)
     assert record.outcome.ending is Ending.CONTACT_LOST
     assert record.final_displacement == record.displacement[-1]
+
+
+worst_violation = for_python(kernels.worst_violation)
 
 
 def worst(shear, pressure, limits, opposite=-1.0, ahead=1):

@@ -13,6 +13,7 @@ from nanoslip.solver.contact.kernels.state import (
     Rise,
     Stop,
     add_two_rows,
+    count,
     equilibrium_residual,
     face_height,
     first_root,
@@ -32,7 +33,7 @@ REFRESH_CHANGES = 64
 """Touches and releases after which response and rate are summed afresh."""
 
 
-@compiled(entry=True)
+@compiled()
 def pivot(state: KernelState, i: int) -> bool:
     """Exchange inputs and responses of node i (a principal pivot with a 2 × 2 block); False where the block is singular."""
     n = len(state.x)
@@ -61,7 +62,9 @@ def pivot(state: KernelState, i: int) -> bool:
     for row in (p, q):
         state.inputs[row], state.response[row] = state.response[row], state.inputs[row]
     state.contact[i] = not state.contact[i]
-    state.active_friction[i] = state.node_friction[i] if state.contact[i] and not state.sticks[i] else np.nan
+    state.active_friction[i] = (
+        state.node_friction[i] if state.contact[i] and state.node_friction[i] < np.inf else np.nan
+    )
     return True
 
 
@@ -192,7 +195,7 @@ def limited(shear: float, opposite: float) -> float:
     return max(shear, opposite * shear)
 
 
-@compiled(entry=True, fastmath={"contract"}, error_model="numpy")
+@compiled(fastmath={"contract"}, error_model="numpy")
 def worst_violation(
     shear: Floats,
     normal: Floats,
@@ -251,7 +254,7 @@ def on_steep_flank(state: KernelState, constants: KernelConstants, against_frict
     a slip downhill harder than the shear resists, which falls from μ_i·pressure to zero."""
     for i in range(len(state.x)):
         if state.contact[i]:
-            most = min(0.5 * state.node_friction[i], STEEPEST) if against_friction and not state.sticks[i] else STEEPEST
+            most = min(0.5 * state.node_friction[i], STEEPEST) if against_friction else STEEPEST
             xi = state.x[i] + state.inputs[i] - state.scalars.displacement
             if not abs(pin_slope(constants.pin.curvature, constants.pin.rise, i, xi)) <= most:
                 return True
@@ -386,7 +389,7 @@ def _slip_offenders(
 def _change_contact(state: KernelState, constants: KernelConstants, kind: EventKind, i: int) -> Stop:
     """Release node i or bring it into contact; DONE or why not."""
     if kind == EventKind.RELEASE:
-        if state.contact.sum() == 1:
+        if count(state.contact) == 1:
             return Stop.CONTACT_LOST
         changed = _release(state, i)
     else:
@@ -492,7 +495,7 @@ def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, 
     release = max(pressure, 0.0) / -pressure_rate if pressure_rate < 0.0 else np.inf
     mu = state.node_friction[i]
     slip = np.inf
-    if not state.sticks[i]:
+    if mu < np.inf:
         for sign in (1.0, opposite):
             excess = sign * state.response[i] - mu * pressure
             excess_rate = sign * state.rate[i] - mu * pressure_rate

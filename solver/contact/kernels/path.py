@@ -16,6 +16,7 @@ from nanoslip.solver.contact.kernels.state import (
     Scalars,
     SlipConstants,
     Stop,
+    count,
     equilibrium_residual,
     start_event,
     step_along,
@@ -202,7 +203,7 @@ def follow_path(
         status = answer_event(state, constants, kind, node)
         if status != Stop.DONE:
             return status, e
-        note_event(events, e, scalars, total_shear(state.contact, state.response), state.contact.sum())
+        note_event(events, e, scalars, total_shear(state.contact, state.response), count(state.contact))
         events.stiffness[e] = total_shear(state.contact, state.rate) * scalars.pin_rate
         events.extent[e] = add_slips(node_slips, state.node_slips)
         events.load[e] = -state.inputs[2 * len(state.x)]

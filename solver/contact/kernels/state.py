@@ -121,7 +121,7 @@ class Pivots(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """Places of the window's nodes on a plane, where the compliance of two nodes follows from their offset; empty in a row."""
+    """Places of the window's nodes on a plane, where the compliance of two nodes follows from their offset."""
 
     by_offset: Floats
     """(2, 2, 2m-1, 2m-1) compliance at -(m-1) … m-1 nodes along x and along y from the force, even along y."""
@@ -137,7 +137,8 @@ class KernelState(NamedTuple):
 
     matrix: Floats
     """(2n, 2n) surface compliance; (0, 0) on a plane, where it would be as large as the tableau."""
-    plane: Plane
+    plane: Plane | None
+    """None of nodes in a row."""
     tableau: Floats
     """(N, at least N), row j: response to input j, then padding."""
     response: Floats
@@ -151,9 +152,7 @@ class KernelState(NamedTuple):
     x: Floats
     """(n,) positions from the slab's middle."""
     node_friction: Floats
-    """(n,) μ_i per node; any value where `sticks`."""
-    sticks: NDArray[np.bool_]
-    """(n,) infinite μ_i: the node never slips."""
+    """(n,) μ_i per node; infinite where a node never slips."""
     active_friction: Floats
     """(n,) μ_i where a node is in contact and may slip; NaN elsewhere."""
     node_slips: NDArray[np.int64]
@@ -393,7 +392,7 @@ def slip_move(
     return distance, curvature * distance * (xi + 0.5 * distance)
 
 
-@compiled(entry=True)
+@compiled()
 def slip_on_rough(
     excess: float, along: float, down: float, i: int, xi: float, curvature: float, rise: Rise
 ) -> tuple[float, float]:
@@ -450,7 +449,7 @@ def follow_at(state: KernelState, i: int) -> None:
         follow(state, j)
 
 
-@compiled(entry=True)
+@compiled()
 def follow_all(state: KernelState) -> None:
     """Let all rows of the tableau follow all pivots, which makes room for others."""
     for j in range(len(state.inputs)):
@@ -459,7 +458,7 @@ def follow_all(state: KernelState) -> None:
     state.scalars.pivots = 0
 
 
-@compiled(entry=True)
+@compiled()
 def refresh(state: KernelState) -> None:
     """Sum the response afresh from the inputs."""
     state.response[:] = 0.0
@@ -498,6 +497,15 @@ def step_along(state: KernelState, step: float) -> None:
     scalars.displacement += moved
 
 
+@compiled(inline="always")
+def count(contact: NDArray[np.bool_]) -> int:
+    """Number of nodes in contact; numpy's sum would take longer to compile."""
+    nodes = 0
+    for i in range(len(contact)):
+        nodes += contact[i]
+    return nodes
+
+
 @compiled(entry=True)
 def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
     """Sum of the tangential entries of `values` (response or rate) over the contact, (n,)."""
@@ -509,7 +517,7 @@ def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
 
 
 @compiled(fastmath={"contract", "reassoc"})
-def _displaced(compliances: Floats, forces: Floats) -> tuple[float, float]:
+def _displaced_entry(compliances: Floats, forces: Floats) -> tuple[float, float]:
     """Displacement of one entry by forces, and the sum of magnitudes, summed in any order, as ordered sums take several times as
     long as a pivot."""
     total, moved = 0.0, 0.0
@@ -521,18 +529,20 @@ def _displaced(compliances: Floats, forces: Floats) -> tuple[float, float]:
 
 
 @compiled()
-def _displaced_in_row(state: KernelState, forces: Floats, seen: Floats) -> float:
-    """Set the displacements by forces, (2n,), from the matrix; returns the largest sum of magnitudes."""
+def _displaced(matrix: Floats, plane: Plane | None, forces: Floats, seen: Floats) -> float:
+    """Set the displacements by forces, (2n,); returns the largest sum of magnitudes."""
+    if plane is not None:
+        return _displaced_on_plane(plane, forces, seen)
     largest = 0.0
     for row in range(len(seen)):
-        seen[row], moved = _displaced(state.matrix[row], forces)
+        seen[row], moved = _displaced_entry(matrix[row], forces)
         largest = max(largest, moved)
     return largest
 
 
 @compiled()
 def _displaced_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
-    """`_displaced_in_row` on a plane: the forces of a run meet a run of the table."""
+    """`_displaced` on a plane: the forces of a run meet a run of the table."""
     n, middle, largest = len(plane.rows), plane.by_offset.shape[-1] // 2, 0.0
     for i in range(n):
         u, w, moved = 0.0, 0.0, 0.0
@@ -582,10 +592,7 @@ def equilibrium_residual(state: KernelState) -> float:
         if state.contact[i]:
             forces[i], forces[n + i] = response[i], response[n + i]
             carried += response[n + i]
-    if len(state.plane.runs) > 0:
-        largest = _displaced_on_plane(state.plane, forces[: 2 * n], missing[: 2 * n])
-    else:
-        largest = _displaced_in_row(state, forces[: 2 * n], missing[: 2 * n])
+    largest = _displaced(state.matrix, state.plane, forces[: 2 * n], missing[: 2 * n])
     blur = 8.0 * BLUR * abs(response[2 * n])  # far out on a sharp pin heights are more than all the load displaces
     for row in range(2 * n):
         seen = missing[row]
@@ -602,7 +609,7 @@ def equilibrium_residual(state: KernelState) -> float:
     return float(max(error / largest, unborne))
 
 
-@compiled()
+@compiled(inline="always")
 def _refine(state: KernelState) -> None:
     """One step of iterative refinement, where the response of a fresh tableau leaves a residual.
 

@@ -131,7 +131,7 @@ def repeated_tooth(teeth: Teeth, index: int) -> tuple[int, float]:
     return index - laps * (count - teeth.periodic_from), shift
 
 
-@compiled(entry=True, error_model="numpy")
+@compiled(error_model="numpy")
 def tooth_at(teeth: Teeth, index: int) -> tuple[float, float, float, float]:
     """Left edge, right edge, force at the left edge and slope of any tooth: periodic to the right, mirrored about 0."""
     j, shift = repeated_tooth(teeth, index if index >= 0 else -1 - index)
@@ -161,7 +161,7 @@ def _tooth_near(teeth: Teeth, x: float) -> int:
     return index if x >= 0.0 else -1 - index
 
 
-@compiled(entry=True, error_model="numpy")
+@compiled(error_model="numpy")
 def tooth_holding(teeth: Teeth, index: int, x: float) -> tuple[int, float, float, float, float]:
     """Find the tooth that holds x, searching from tooth `index` on: its index, and the values of `tooth_at`.
 
@@ -283,7 +283,7 @@ class Segment(NamedTuple):
     pace: float
 
 
-@compiled(entry=True, error_model="numpy")
+@compiled(error_model="numpy")
 def segment_from(motion: Motion, pin: Pin, slope: float) -> Segment:
     """The segment that begins at `pin`, where F changes by `slope` per distance."""
     c, total = motion.damping, motion.spring + slope
@@ -360,7 +360,7 @@ def _responses(c: float, stiffness: float, tau: float) -> tuple[float, float, fl
     return rate, h, one, two, (0.5 * tau * tau - one - c * two) / stiffness
 
 
-@compiled(entry=True, error_model="numpy")
+@compiled(error_model="numpy")
 def brief_responses(c: float, stiffness: float, tau: float) -> tuple[float, float, float, float, float]:
     """`_responses` by their series at τ = 0, to rounding where cτ ≤ 0.01 and |κ|τ² ≤ 0.004."""
     third = c * c - stiffness
@@ -408,7 +408,7 @@ class Passing(IntEnum):
     """Rate of the driving force."""
 
 
-@compiled(entry=True, error_model="numpy")
+@compiled(error_model="numpy")
 def offset_from_level(
     segment: Segment, motion: Motion, quantity: Passing, level: float, tau: float
 ) -> tuple[float, float, float]:
@@ -425,7 +425,7 @@ def offset_from_level(
     return k * (motion.stage - v) - c * a - level, -k * a - c * jerk, -k * jerk - c * fourth
 
 
-@compiled(entry=True, error_model="numpy")
+@compiled(error_model="numpy")
 def root(segment: Segment, motion: Motion, quantity: Passing, level: float, end: float, rising: bool) -> float:
     """Find the time when a quantity that is monotone on [0, end] passes `level`: Halley's method kept in its bracket."""
     low, high = 0.0, end

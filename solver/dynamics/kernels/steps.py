@@ -56,7 +56,7 @@ def _quick_crossing(segment: Segment, distance: float) -> float:
     return tau
 
 
-@compiled(entry=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float) -> float:
     """Time for which the velocity (and, if watched, the driving force's rate) stays monotone, at most to the horizon.
 
@@ -120,7 +120,7 @@ def highest_driving_force(segment: Segment, motion: Motion, end: float, new: Pin
     highest = max(at_start, driving_force(motion, new))
     rate = motion.spring * (motion.stage - segment.pin.velocity) - motion.damping * segment.q
     if rate > 0.0 and offset_from_level(segment, motion, Passing.DRIVING_RATE, 0.0, end)[0] < 0.0:
-        tau = root(segment, motion, Passing.DRIVING_RATE, 0.0, end, False)
+        tau = root(segment, motion, Passing.DRIVING_RATE, 0.0, end, rate < 0.0)  # a literal would compile it again
         y, v, _ = state_at(segment, tau)
         change = motion.spring * (motion.stage * tau - y) - motion.damping * (v - segment.pin.velocity)
         highest = max(highest, at_start + change)

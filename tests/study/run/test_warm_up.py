@@ -103,6 +103,13 @@ def test_a_rough_pin_stays_rough_and_a_large_case_becomes_small():
     assert (kept.slab.n_x, kept.normal_load) == (17, 1e-3)
 
 
+def test_a_plane_of_nodes_stays_a_plane_but_a_small_one():
+    """Nodes in a row have other kernels."""
+    kept = miniature(Case.of({"n_x": 65, "scheme": "layer", "aspect_ratio": 2.0}))
+    assert kept.slab.scheme.planar
+    assert kept.slab.nodes < 300
+
+
 def test_drives_that_differ_in_numbers_alone_are_one_miniature():
     """Thousands of them would take longer than the run."""
     numbers = "[drive_axes]\nspring_stiffness = [1e4, 1e5, 1e6]\npin_mass = [0.1, 1.0]\n"
