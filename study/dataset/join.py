@@ -11,8 +11,18 @@ import xarray as xr
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import NanoslipError
 from nanoslip.study.dataset.file import FORMAT, carrying, groups_of, with_texts
-from nanoslip.study.dataset.table import CASE
-from nanoslip.study.dataset.variables import OUTCOMES, SOFTWARE, Group, all_groups, parameters, run_names, windows
+from nanoslip.study.dataset.table import CASE, nearest
+from nanoslip.study.dataset.variables import (
+    DRIVE_MEMBERS,
+    MEMBERS,
+    OUTCOMES,
+    SOFTWARE,
+    Group,
+    all_groups,
+    parameters,
+    run_names,
+    windows,
+)
 from nanoslip.study.plan.task import PENDING
 
 
@@ -51,7 +61,9 @@ def _merged(
             )
         except xr.MergeError:
             odd = next(name for name in variables if _conflicts(found, xr.Dataset(variables, labels), name))
-            raise NotJoinableError(f"{source}: {odd} differs from that of {sources[0]} in the same cases") from None
+            same = "the same [ensemble] in all campaigns" if odd in _MEMBERS else "these cases in one of them alone"
+            said = f"{source}: {odd} differs from that of {sources[0]} in the same cases: needs {same}"
+            raise NotJoinableError(said) from None
     return found.sel({dim: _union(dim, roots) for dim in (*added, *dims)})
 
 
@@ -96,6 +108,7 @@ def _values(name: str, roots: Sequence[xr.Dataset]) -> set[Any]:
     return {root[name].item() if name in root.variables else None for root in roots}
 
 
+_MEMBERS: Final = (MEMBERS.name, DRIVE_MEMBERS.name)
 _TITLE: Final = "title"
 SOURCES: Final = "sources"
 """Attribute that lists the campaigns of a joined dataset."""
@@ -111,7 +124,7 @@ def joined(
     """
     roots = [with_texts(root) for root in roots]
     _refuse_strangers(roots, sources, scalars)
-    roots = _numbered(_scalars(roots, holes) if scalars else roots)
+    roots = _with_equal_labels(_numbered(_scalars(roots, holes) if scalars else roots))
     dims = list(dict.fromkeys(str(dim) for root in roots for dim in root.dims))
     added = added_axes(dims, roots, sources)
     names = list(dict.fromkeys(str(name) for root in roots for name in root.variables if name not in (*added, *dims)))
@@ -163,7 +176,7 @@ def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str], scala
             if odd := sorted(map(str, mine.keys() ^ theirs.keys())):
                 said = f"{', '.join(odd[:4])}: {'there alone' if odd[0] in mine else f'only in {sources[0]}'}"
                 raise NotJoinableError(
-                    f"{source}: {said}: needs the same stages and outputs in all campaigns, or scalars=True and join='outer'"
+                    f"{source}: {said}: needs the same stages, outputs and [ensemble] in all campaigns, or scalars=True and join='outer'"
                 )
         if (CASE in root.dims) != (CASE in first.dims):
             raise NotJoinableError(f"{source}: a list of cases beside a product of axes: needs all of one design")
@@ -177,6 +190,21 @@ def _numbered(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
         numbers = {CASE: (CASE, np.arange(first, first + count), root[CASE].attrs)} if count else {}
         found.append(root.assign_coords(numbers))
         first += count
+    return found
+
+
+def _with_equal_labels(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
+    """The datasets with numbers of coordinates that differ in rounding alone made those of the first that has them."""
+    known: dict[str, np.ndarray[Any, Any]] = {}
+    found = []
+    for root in roots:
+        numbers = {str(name): each for name, each in root.coords.items() if each.dtype.kind == "f"}
+        equal = {
+            name: each.copy(data=nearest(known.get(name, each.values), each.values)) for name, each in numbers.items()
+        }
+        for name, each in equal.items():
+            known[name] = np.union1d(known.get(name, each.values), each.values)
+        found.append(root.assign_coords(equal))
     return found
 
 

@@ -102,7 +102,7 @@ def selected(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
         coordinate, values = along.coords[key].variable, np.atleast_1d(np.asarray(wanted))
         if values.dtype.kind == "U" and not are_texts(coordinate):
             values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
-        hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, _nearest(coordinate.values, values)))
+        hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, nearest(coordinate.values, values)))
         if not hits.any():
             given, there = (
                 ",".join(map(str, np.ravel(wanted))),
@@ -120,13 +120,16 @@ NEAR: Final = 1e-9
 """Relative difference by which a number may differ from a coordinate, as 0.3 from 0.1 + 0.2."""
 
 
-def _nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
+def nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
     """Wanted values, with the only one of a coordinate that is nearly a number in place of that number."""
-    if there.dtype.kind not in "iuf" or wanted.dtype.kind not in "iuf":
+    if there.dtype.kind not in "iuf" or wanted.dtype.kind not in "iuf" or not there.size:
         return wanted
     known = np.unique(there)
-    near = [known[np.isclose(known, each, rtol=NEAR, atol=0.0)] for each in wanted]
-    return np.array([found[0] if len(found) == 1 else each for found, each in zip(near, wanted, strict=True)])
+    above = np.searchsorted(known, wanted).clip(max=len(known) - 1)
+    beside = known[np.array([(above - 1).clip(min=0), above])]
+    near = np.isclose(beside, wanted, rtol=NEAR, atol=0.0)
+    alone = (near[0] != near[1]) | (beside[0] == beside[1])
+    return np.where(alone & near.any(axis=0), np.where(near[0], *beside), wanted)
 
 
 def some(values: Iterable[Any], between: str = ", ") -> str:

@@ -101,13 +101,23 @@ REFUSED = {
     "other stages": (
         {},
         {"stages": ["contact"]},
-        "dataset 2: approach, .*: there alone: needs the same stages and outputs",
+        "dataset 2: approach, .*: there alone: needs the same stages, outputs",
     ),
     "other outputs": ({}, {"outputs": {"records": False}}, "dataset 2: record_id: only in dataset 1"),
     "other scales": (
         {"axes": {"radius": [50.0]}},
         {"axes": {"radius": [70.0]}, "scales": {"slab_width": "2 mm"}},
         "dataset 2: slab_width = 0.002: needs .*0.001",
+    ),
+    "other members": (
+        {"ensemble": {"members": 3}},
+        {"ensemble": {"members": 2}},
+        r"members .* needs the same \[ensemble\]",
+    ),
+    "the same cases but for rounding": (
+        {"axes": {"intrinsic_friction": [0.3]}, "limits": {"events": 5}},
+        {"axes": {"intrinsic_friction": [0.1 + 0.2]}, "limits": {"events": 5}},
+        "needs these cases in one of them alone",
     ),
     "a list beside axes": ({}, {"design": "zip", "axes": {"radius": [50.0, 60.0]}}, "needs all of one design"),
     "no full product": (
@@ -155,6 +165,14 @@ def test_each_dataset_may_have_an_axis_that_the_other_has_not():
         for case in part["case_id"].values.ravel():
             mine, theirs = (each["final_displacement"].where(each["case_id"] == case).max() for each in (joined, part))
             assert mine.item() == theirs.item()
+
+
+def test_labels_that_differ_in_rounding_are_one() -> None:
+    parts = [
+        computed(axes={"intrinsic_friction": [each], "normal_load": [load]})
+        for each, load in ((0.3, 1e-3), (0.1 + 0.2, 2e-3))
+    ]
+    assert concat(parts)["intrinsic_friction"].values.tolist() == [0.3]
 
 
 def test_results_that_contradict_each_other_are_refused():
