@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import TIE
-from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind
+from nanoslip.solver.contact.kernels.state import FORWARD, Direction, EventKind, Stop
 from nanoslip.solver.contact.normal import finite
 from nanoslip.solver.contact.pin import Pin, node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import Compliance, stiffness_of, stiffness_with, stiffness_without
-from nanoslip.solver.outcome import Ending, Outcome, SingularOperator, SolverError
+from nanoslip.solver.outcome import Outcome, SingularOperator, SolverError
 
 # Classical Coulomb friction, residual_shear 1: some nodes slide at |shear| = μ_i·pressure, the others stick.
 #
@@ -29,11 +30,11 @@ TOLERANCE = 1e-12
 
 
 class CoulombError(SolverError):
-    """The contact has no (unique) solution from here on; `ending` is the kind."""
+    """The contact has no (unique) solution from here on."""
 
-    def __init__(self, ending: Ending) -> None:
-        super().__init__(ending)
-        self.ending = ending
+    def __init__(self, stop: Stop) -> None:
+        super().__init__(OUTCOME_OF_STOP[stop].message)
+        self.ending = OUTCOME_OF_STOP[stop].ending
 
 
 @dataclass(eq=False)
@@ -174,13 +175,13 @@ class CoulombContact:
     def release(self, node: int) -> None:
         """Let a node go."""
         if self.contact.sum() == 1:
-            raise CoulombError(Ending.CONTACT_LOST)
+            raise CoulombError(Stop.CONTACT_LOST)
         self.contact[node], self.sliding[node] = False, 0.0
 
     def touch(self, node: int) -> None:
         """Bring a node into contact, sticking where it is."""
         if (np.abs(self.x) > self.pin.half_width)[node]:
-            raise CoulombError(Ending.EDGE_REACHED)
+            raise CoulombError(Stop.EDGE_REACHED)
         self.contact[node] = True
 
     def let_slide(self, node: int) -> None:
@@ -291,7 +292,7 @@ def _refuse_cycles(seen: set[bytes], solved: CoulombContact) -> None:
     roles = np.where(solved.contact, solved.sliding, 2.0).tobytes()
     if roles in seen:
         # For large μ_i there need not be an assignment of roles that satisfies all conditions.
-        raise CoulombError(Ending.SLIP_UNBOUNDED)
+        raise CoulombError(Stop.SLIP_UNBOUNDED)
     seen.add(roles)
 
 
@@ -348,7 +349,7 @@ def advance(solved: CoulombContact, step: float, rates: Rates) -> float:
         solved.mark, solved.stalled = solved.gone, 0
     if solved.stalled > MOST_STALLED * len(solved.u):
         # A node that touches is pulled off at once, and closes in at once when free: no motion is consistent.
-        raise CoulombError(Ending.SLIP_UNBOUNDED)
+        raise CoulombError(Stop.SLIP_UNBOUNDED)
     before, slip, height = solved.force, solved.u - solved.displacement, solved.v
     load, approach = solved.normal_load, solved.approach
     moved = np.where(solved.contact & (solved.sliding == 0.0), pin_rate, rates[2])

@@ -33,7 +33,7 @@ from nanoslip.solver.contact.kernels.path import empty_events, follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
 from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_axis, surface_from_pin
-from nanoslip.solver.contact.soundness import OUTCOME_OF_ENDING, OUTCOME_OF_STOP, advise, advised_of_pillars, soundness
+from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advise, advised_of_pillars, soundness
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, explained
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
@@ -218,7 +218,7 @@ def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactS
             raise_load_of_sliding(solved, case.normal_load)
     except CoulombError as error:
         stuck = case.initial_contact == "stick" and error.ending is Ending.SLIP_UNBOUNDED
-        return coulomb_state(solved, NO_STUCK_TOUCH if stuck else OUTCOME_OF_ENDING[error.ending])
+        return coulomb_state(solved, NO_STUCK_TOUCH if stuck else error.outcome)
     return coulomb_state(solved, COMPLETED)
 
 

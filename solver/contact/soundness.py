@@ -79,7 +79,7 @@ OUTCOME_OF_STOP = {
         "is small, the radius or the record's limits",
     ),
     Stop.DOWNHILL: DOWNHILL,
-    Stop.STEEP: STEEP_PIN,  # the last of its ending, which stands for it in OUTCOME_OF_ENDING
+    Stop.STEEP: STEEP_PIN,
     Stop.NOT_FINITE: NOT_FINITE,
     Stop.NO_EVENT: Outcome(
         Ending.NO_EVENT,
@@ -87,8 +87,6 @@ OUTCOME_OF_STOP = {
     ),
 }
 """Outcome of every stop at which a run ends."""
-OUTCOME_OF_ENDING = {outcome.ending: outcome for outcome in OUTCOME_OF_STOP.values()}
-"""Outcome of each ending, for solvers that are not compiled."""
 
 
 def advise(case: Case, outcome: Outcome) -> Outcome:
@@ -159,11 +157,17 @@ def soundness(
         return NOT_FINITE
     share = rounding_share(case, softness, contact, outermost)
     if not share <= COARSEST_HEIGHTS:
+        at_rest = float(surface_from_axis(case, np.zeros_like(u), first_node)[contact].max())
+        pressed = rounding_share(case, softness, contact, at_rest) <= COARSEST_HEIGHTS
+        advice = (
+            "nodes are carried so far along the pin: lower intrinsic_friction, or the record's limits"
+            if pressed
+            else "raise normal_load, or use a larger radius or lower heights in heterogeneity.roughness"
+        )
         return Outcome(
             Ending.ROUNDING,
-            f"heights of the pin are known to {share:.0e} of what the load displaces, {COARSEST_HEIGHTS:g} is needed: "
-            "raise normal_load, or use a larger radius or lower heights in heterogeneity.roughness",
-            cause="heights",
+            f"heights of the pin are known to {share:.0e} of what the load displaces, {COARSEST_HEIGHTS:g} is needed: {advice}",
+            cause="carried" if pressed else "heights",
         )
     return COMPLETED if _steepest(case, contact, xi, outermost) <= STEEPEST else STEEP_PIN
 

@@ -28,25 +28,27 @@ _DIGIT: Final = float(np.finfo(float).eps)
 def resolved(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
     """`COMPLETED`, or `ROUNDING` where spring force or teeth will drown in the rounding of the pin's position."""
     friction_force, way = friction_limit.steady_force, motion.stage * motion.duration
-    force_noise = _DIGIT * motion.spring * way
     if friction_force == 0.0 or motion.spring * way <= friction_force:  # nothing to be lost in, or it never gets away
         return COMPLETED
-    if force_noise > LARGEST_NOISE * friction_force:
-        return _refused(
-            "rounded_force",
-            f"spring_stiffness × stage_velocity × duration rounds the spring force by {force_noise / friction_force:.1e} of the "
-            "friction force: soften the spring, slow the stage or shorten the drive",
-            force_noise / friction_force,
-        )
+    force_noise = _DIGIT * motion.spring * way / friction_force
     uneven = np.ptp(friction_limit.force) > 0.0 or bool(friction_limit.slope.any())
     teeth = len(friction_limit.force) - friction_limit.periodic_from
-    position_noise = _DIGIT * way * teeth / friction_limit.period
-    if uneven and position_noise > LARGEST_NOISE:
+    position_noise = _DIGIT * way * teeth / friction_limit.period if uneven else 0.0
+    if force_noise > max(LARGEST_NOISE, position_noise):
+        return _refused(
+            "rounded_force",
+            f"spring_stiffness × stage_velocity × duration rounds the spring force by {force_noise:.1e} of the friction force: "
+            "soften the spring, slow the stage or shorten the drive",
+            force_noise,
+        )
+    if position_noise > LARGEST_NOISE:
+        mean = ', or take profile = "mean"' if force_noise <= LARGEST_NOISE else ""
         return _refused(
             "rounded_position",
             f"stage_velocity × duration rounds the position by {position_noise:.1e} of the friction profile's mean tooth: "
-            'slow the stage, shorten the drive or take profile = "mean"',
+            "slow the stage or shorten the drive",
             position_noise,
+            mean,
         )
     return COMPLETED
 
@@ -57,8 +59,9 @@ def nothing(samples: int) -> Run:
     return Run(0.0, 0, np.full((samples + 1, 3), nan), np.full(BINS + 1, nan), np.empty((0, 5)), 0, nan, nan, nan, nan)
 
 
-def _refused(cause: str, message: str, noise: float) -> Outcome:
-    return Outcome(Ending.ROUNDING, f"{message} (by a factor of {noise / LARGEST_NOISE:.2g} or more)", cause=cause)
+def _refused(cause: str, message: str, noise: float, other: str = "") -> Outcome:
+    factor = f" (by a factor of {noise / LARGEST_NOISE:.2g} or more)"
+    return Outcome(Ending.ROUNDING, f"{message}{factor}{other}", cause=cause)
 
 
 # Proportion of a dimensionless drive to the contact that it pulls: one in N/m, m/s and s hardly ever fits.

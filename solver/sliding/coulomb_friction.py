@@ -19,12 +19,12 @@ from nanoslip.solver.contact.coulomb import (
 )
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.path import Events, empty_events
-from nanoslip.solver.contact.kernels.state import EventKind
+from nanoslip.solver.contact.kernels.state import EventKind, Stop
 from nanoslip.solver.contact.pin import LONGEST_STEP, node_friction
-from nanoslip.solver.contact.soundness import OUTCOME_OF_ENDING
+from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance
-from nanoslip.solver.outcome import COMPLETED, Ending
+from nanoslip.solver.outcome import COMPLETED
 from nanoslip.solver.sliding.record import off_the_slab
 from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, record_of
 
@@ -43,9 +43,9 @@ def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Com
     try:
         run.follow()
         if math.isinf(way.end(case, run.initial_stiffness)) and run.solved.displacement >= off_the_slab(case):
-            outcome = OUTCOME_OF_ENDING[Ending.CONTACT_LOST]
+            outcome = OUTCOME_OF_STOP[Stop.CONTACT_LOST]
     except CoulombError as error:
-        outcome = OUTCOME_OF_ENDING[error.ending]
+        outcome = error.outcome
     end = coulomb_state(run.solved, outcome)
     energies = (run.solved.load_work, run.dissipated)
     return record_of(case, start, run.initial_stiffness, run.events(), run.slipped, len(run.rows), end, *energies)
@@ -152,7 +152,7 @@ def _refuse_flanks(solved: CoulombContact, dissipated: float) -> None:
     creates = dissipated < -CREATED_ON_THE_WAY * solved.normal_load**2
     above_friction = bool((slope > solved.node_friction[solved.contact]).any())
     if (creates and above_friction) or not (slope <= STEEPEST).all():
-        raise CoulombError(Ending.STEEP_PIN)
+        raise CoulombError(Stop.STEEP)
 
 
 def _as_one(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, ...]:

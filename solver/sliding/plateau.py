@@ -202,7 +202,13 @@ def _moments(steady: Teeth) -> tuple[float, float]:
 
 
 def _refused(cause: str, message: str, record: FrictionRecord) -> Plateau:
-    """Report no plateau, and the limit to raise: displacement ends a record between two events, events at the last."""
+    """Report no plateau, and the limit to raise: displacement ends a record between two events, events at the last.
+
+    A single node has one event in a presliding length: it is no contact yet.
+    """
+    if cause == "few_events" and record.contact_size.max(initial=record.initial_contact_size) == 1:
+        alone = f"{message}; one node in contact: raise n_x, or normal_load or radius"
+        return Plateau(0, 0, *(math.nan,) * 6, outcome=Outcome(Ending.NO_PLATEAU, alone, cause="one_node"))
     last = record.displacement[-1] if len(record.displacement) else -math.inf
     # Beyond the rounding of a sum of steps.
     between = record.final_displacement - last > 1e-12 * record.final_displacement

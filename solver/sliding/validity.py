@@ -251,6 +251,19 @@ def guessed_half_width(case: Case) -> float:
     return min(expected, film(case.normal_load, case.radius, slab.poisson, slab.aspect_ratio))
 
 
+def least_plateau(case: Case) -> float:
+    """Smallest F/W of steady sliding: (1 + r)/2 of μ_i, r = residual_shear (campaigns/interface/from_one_contact.md)."""
+    return 0.5 * (1.0 + case.slip_rule.residual_shear) * case.intrinsic_friction
+
+
+def may_create_energy(case: Case) -> bool:
+    """True if the slope at the contact's edge is expected above the mean shear of a slip over its pressure (see `DOWNHILL`)."""
+    if case.pin != "parabola" or not (case.effects.pin_translation and case.effects.friction):
+        return False
+    slope = min(guessed_half_width(case), 0.5) / case.radius
+    return case.slip_rule.residual_shear < 1.0 and 0.0 < least_plateau(case) < slope <= STEEPEST
+
+
 def nodes_for(image: Image) -> int | None:
     """The smallest n_x = 2^N + 1 of which nodes see enough of a roughness' slope; None if none up to 2^20 + 1 does."""
     for power in range(2, 21):

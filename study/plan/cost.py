@@ -26,6 +26,7 @@ from nanoslip.solver.load_path import length_of
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.interface import PIECES, batches
 from nanoslip.solver.sliding.record import FIRST_CAPACITY, extended, farthest, off_the_slab
+from nanoslip.solver.sliding.validity import least_plateau
 from nanoslip.study.plan.task import Task, case_of, drive_of
 
 # Rates: seconds on one core.
@@ -224,11 +225,6 @@ def _slide_seconds(case: Case, events: float) -> float:
     leaf, coupling = spring_stiffness(scheme, slab) if isinstance(scheme, Chain) else (own, 0.0)
     in_an_event = min(max((leaf + 2.0 * coupling) / EVENTS * nodes / stiffness, 1.0), nodes)
     return SLIP * row * (events * in_an_event + row)
-
-
-def least_plateau(case: Case) -> float:
-    """Smallest F/W of steady sliding: (1 + r)/2 of μ_i, r = residual_shear (campaigns/interface/from_one_contact.md)."""
-    return 0.5 * (1.0 + case.slip_rule.residual_shear) * case.intrinsic_friction
 
 
 def drive_duration(drive: Drive, case: Case) -> float:

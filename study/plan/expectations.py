@@ -10,18 +10,23 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nanoslip.solver.case import Case
-from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.soundness import DOWNHILL
 from nanoslip.solver.drive import FEWER_STEPS, TRAVEL, Drive
 from nanoslip.solver.slab import Slab
-from nanoslip.solver.sliding.validity import FLAGS, expected_flags, guessed_half_width, mask_of
+from nanoslip.solver.sliding.validity import (
+    FLAGS,
+    expected_flags,
+    guessed_half_width,
+    least_plateau,
+    mask_of,
+    may_create_energy,
+)
 from nanoslip.study.manifest.manifest import CampaignDrive, NamedDrive
 from nanoslip.study.manifest.parameters import assignments, si_text, span
 from nanoslip.study.plan.cost import (
     drive_duration,
     drive_steps,
     expected_displacement,
-    least_plateau,
     path_length,
     record_bytes,
 )
@@ -97,19 +102,11 @@ def expected_lines(plan: Plan, outlook: Outlook) -> list[str]:
         ends, scales = dict.fromkeys(f"{end:.2g}" for end in (min(widths), max(widths))), plan.manifest.stated_scales
         si = f" ({span([each * scales.slab_width for each in widths], 'm')})" if scales else ""
         lines.append(f"contacts of these cases have half-widths of about {' to '.join(ends)} L_x{si}")
-    steep = [number for number, each in enumerate(plan.cases) if each.case and _steep(each.case)]
+    steep = [number for number, each in enumerate(plan.cases) if each.case and may_create_energy(each.case)]
     if steep and "slip" in plan.manifest.stages:
         where = ", first ".join(filter(None, (f"{len(steep)} of {len(plan.cases)} cases", _words(plan, steep[0]))))
         lines.append(f"{DOWNHILL.ending.value}: {where}: {DOWNHILL.message}")
     return [*lines, *out_of_reach(plan).values()]
-
-
-def _steep(case: Case) -> bool:
-    """True if the slope at the contact's edge is above the mean shear of a slip over its pressure: slips may create energy."""
-    if case.pin != "parabola" or not (case.effects.pin_translation and case.effects.friction):
-        return False
-    slope = min(guessed_half_width(case), 0.5) / case.radius
-    return case.slip_rule.residual_shear < 1.0 and 0.0 < least_plateau(case) < slope <= STEEPEST
 
 
 def _words(plan: Plan, number: int) -> str:

@@ -571,6 +571,18 @@ def test_the_advice_is_enough(name):
     assert far(**{name: 1.1 * less}).outcome.ending is Ending.ROUNDING
 
 
+def test_one_factor_is_enough_for_force_and_teeth_together():
+    """The force alone asked for a factor of 7, then the teeth for 50,000."""
+    drive = Drive(1e-9, 1.0, 1e3, 1e12, integrator=RK4(1e9), samples=10)
+    both = replace(drive, spring_stiffness=0.1)
+    refused = integrate(FINE, both, 1e-9).outcome
+    factor = float(refused.message.split("by a factor of ")[-1].split()[0])
+    assert integrate(constant_profile(0.5), both, 1e-9).outcome.cause == "rounded_force"
+    assert (refused.cause, 'profile = "mean"' in refused.message) == ("rounded_position", False)
+    assert integrate(FINE, drive, 1e-9).outcome.message.endswith('profile = "mean"')
+    assert integrate(FINE, replace(both, stage_velocity=0.99e3 / factor), 1e-9).outcome.ending is not Ending.ROUNDING
+
+
 def test_teeth_below_the_rounding_of_the_position_are_refused_and_an_even_profile_is_not():
     """Teeth of 1e-6 at x = 1e9, known to 1e-7: 0.2 of a tooth. What is the same everywhere has no teeth to be met."""
     drive = Drive(1e-9, 1.0, 1e3, 1e6, integrator=RK4(1e3), samples=10)

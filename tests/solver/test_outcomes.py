@@ -22,6 +22,7 @@ from nanoslip.solver.outcome import (
     printable,
 )
 from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.slide import slide
 from tests.conftest import for_python
 
@@ -121,6 +122,23 @@ def test_pillars_that_sway_are_to_be_lower():
     assert record.outcome.message.count("an aspect_ratio nearer 1") == 1
     lower = replace(case, slab=replace(case.slab, aspect_ratio=10.0))
     assert slide(lower, surface_compliance(lower.slab)).outcome.ok
+
+
+@pytest.mark.parametrize(
+    ("changed", "cause", "advised"),
+    [
+        ({"intrinsic_friction": 1e10}, "carried", "intrinsic_friction"),
+        ({"normal_load": 1e-13}, "one_node", "raise n_x"),
+    ],
+)
+def test_advice_is_about_the_cause(changed, cause, advised):
+    """Friction of 1e10 blamed the pin, a contact of one node the limits of its record."""
+    record = slide(
+        case := replace(Case(max_presliding=8.0, slab=Slab(n_x=17)), **changed), surface_compliance(case.slab)
+    )
+    outcome = record.outcome if not record.outcome.ok else plateau_of(record).outcome
+    assert outcome.cause == cause
+    assert advised in outcome.message
 
 
 @pytest.fixture
