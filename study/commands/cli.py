@@ -204,7 +204,7 @@ def plan() -> None:
 
 
 @command("look:explain_case", CAMPAIGN, PARAMETERS, OUT)
-@flag("--grid", "show_grid", help="Compute on half the node spacing, too, however long that takes.")
+@flag("--grid", "show_grid", help="Compute on half the node spacing, too, if that takes over 5 s.")
 @flag("--effects", "show_effects", help="Measure what each of its effects changes and costs, too.")
 def explain() -> None:
     """Explain the cost and the errors of one case of CAMPAIGN.

@@ -16,7 +16,7 @@ from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect, coordinates, is_made_of, layout_of, made_of, write_state
 from nanoslip.study.dataset.table import one_case, scales_of
 from nanoslip.study.dataset.variables import OUTCOMES, means_of
-from nanoslip.study.manifest.cases import CampaignCase
+from nanoslip.study.manifest.cases import CampaignCase, tables
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import of_symbol
 from nanoslip.study.plan.plan import Plan
@@ -141,12 +141,20 @@ def is_of(dataset: xr.Dataset, manifest: Manifest) -> bool:
 
 
 def assignments(given: Sequence[str]) -> dict[str, str]:
-    """Words of a command line, `key=value` each, as a mapping; a key may be a parameter's symbol. Raises Refusal."""
+    """Words of a command line, `key=value` each, as a mapping; a key may be a parameter's symbol, or begin with its table.
+
+    Raises Refusal.
+    """
     found: dict[str, str] = {}
     for word in given:
         key, sign, value = word.partition("=")
         if not (sign and key and value):
             raise Refusal(f"{word}: needs key=value, as radius=50")
+        table, _, own = key.rpartition(".")
+        if owner := next((name for name, keys in tables().items() if table and own in keys), ""):
+            if table not in (owner, "axes"):
+                raise Refusal(f"{word}: {own} belongs in {owner}")
+            key = own
         key = of_symbol(key, {**parameters_of_a_case(), **drive_parameters()})
         if key in found:
             raise Refusal(f"{word}: {key} is given twice")

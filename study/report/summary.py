@@ -637,7 +637,7 @@ def errors_of(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
     """Known parts of the error of a number of one case, the largest first. cost: of four times its members, in words."""
     members = case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan))
     cures = {
-        "starts": f"{4 * float(members):g} members halve this part{cost and f': {cost}'}",
+        "starts": f"[ensemble] members = {4 * float(members):g} halves this part{cost and f': {cost}'}",
         SHARED: longer_record(case),
         _LEFT_OUT.name: "half of target.within halves it",
     }

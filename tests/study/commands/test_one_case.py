@@ -232,6 +232,12 @@ def test_a_contact_alone_is_its_pressure_and_a_punch_named_by_its_half_width_and
     assert ", a/L_x = 0.25, L_z/L_x = 1, n_x = 17\n" in said
 
 
+def test_keys_may_have_their_table_and_in_a_wrong_one_they_lead_to_it(main):
+    assert main("try", "numerics.n_x=9", "limits.events=5", "--contact")[0] == 0
+    code, _, errors = main("try", "limits.n_x=9")
+    assert (code, "n_x belongs in numerics" in errors) == (2, True)
+
+
 def test_what_the_physics_refuses_is_a_result_and_what_means_nothing_bad_input(main):
     for given, key in ((["radius=1e-3"], "radius"), (["events=20", "radius=50"], "limits.events")):
         first, *_, last = re.sub("\n    ", " ", main("try", "n_x=17", *given)[1]).splitlines()

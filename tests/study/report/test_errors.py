@@ -30,10 +30,11 @@ def test_starts_are_named_with_the_members_that_halve_their_part() -> None:
     assert error.source == "starts"
     shared, whole = (float(data[f"plateau_mean_{part}"]) for part in ("shared_error", "uncertainty"))
     assert error.share == pytest.approx(math.sqrt(whole**2 - shared**2) / float(data["plateau_mean"]))
-    assert error.cure == "16 members halve this part: about 1 s"
+    assert error.cure == "[ensemble] members = 16 halves this part: about 1 s"
     (line,) = error_lines(data)
     assert re.match(
-        r"plateau_mean 0\.\d+ ± 0\.\d+: within its ±, starts dominate \(\d+\.\d%\), 16 members halve this", line
+        r"plateau_mean 0\.\d+ ± 0\.\d+: within its ±, starts dominate \(\d+\.\d%\), \[ensemble\] members = 16 halves this",
+        line,
     )
     assert not list(error_lines(data, apart=("plateau_mean",)))
 
