@@ -176,7 +176,7 @@ def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str], scala
             if odd := sorted(map(str, mine.keys() ^ theirs.keys())):
                 said = f"{', '.join(odd[:4])}: {'there alone' if odd[0] in mine else f'only in {sources[0]}'}"
                 raise NotJoinableError(
-                    f"{source}: {said}: needs the same stages, outputs and [ensemble] in all campaigns, or scalars=True and join='outer'"
+                    f"{source}: {said}: needs the same stages, outputs and [ensemble] in all, or scalars=True and join='outer'"
                 )
         if (CASE in root.dims) != (CASE in first.dims):
             raise NotJoinableError(f"{source}: a list of cases beside a product of axes: needs all of one design")
