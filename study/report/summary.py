@@ -238,10 +238,10 @@ def _inertial(values: xr.Dataset) -> xr.DataArray:
 
 
 def _two_parts(values: xr.Dataset) -> str:
-    """The contact's own part of μ_s and that of inertia and damper, as ` (0.498 + 0.415)`; empty if the second one is small."""
-    if not bool(_inertial(values)):
+    """The contact's own part of μ_s and that of inertia and damper, as ` (0.498 + 0.415)`; empty if that is within its ±."""
+    excess = values.get("static_friction_excess", xr.DataArray(0.0)).item()
+    if not (excess > values["static_friction_uncertainty"].item() or bool(_inertial(values))):
         return ""
-    excess = values["static_friction_excess"].item()
     return f" ({values['static_friction'].item() - excess:.3g} + {excess:.3g})"
 
 

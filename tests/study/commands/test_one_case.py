@@ -225,6 +225,15 @@ def test_a_spring_force_that_is_inertia_is_told_from_friction(velocity, beyond):
     assert not found or found[1] > 1.1 * found[2] > 0.0
 
 
+def test_a_pin_in_micro_slips_is_not_advised_to_be_pulled_faster_and_slower(main):
+    said = main("try", "n_x=17", "presliding=3", "radius=50", "members=1", "spring_stiffness=2e9")[1]
+    assert ("raise stage_velocity" in said, "lower stage_velocity" in said, "is not friction alone" in said) == (
+        True,
+        False,
+        True,
+    )
+
+
 def test_a_contact_alone_is_its_pressure_and_a_punch_named_by_its_half_width_and_no_radius(main):
     code, said, _ = main("try", *PUNCH, "friction=false")
     assert (code, "pressure, in" in said, "plateau_mean" in said) == (0, True, False)
