@@ -346,7 +346,8 @@ def lawfulness(
     # Classical sliding has looked at its energy event by event.
     if case.slip_rule.residual_shear == 1.0 or not _creates_energy(case, start, record, end, load_work):
         return COMPLETED
-    steep = (np.abs(pin_of(case).slope(xi)) > 0.5 * node_friction(case, end.first_node))[end.contact].any()
+    mean_shear = 0.5 * (1.0 + case.slip_rule.residual_shear) * node_friction(case, end.first_node)
+    steep = (np.abs(pin_of(case).slope(xi)) > mean_shear)[end.contact].any()
     return DOWNHILL if steep else energy_created(case)
 
 

@@ -23,6 +23,7 @@ from nanoslip.solver.sliding import full_contact, record as friction_record, sli
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.solver.sliding.record import EVENT_KINDS, EVENT_TYPES, drops
 from nanoslip.solver.sliding.slide import slide, slide_to_state, states_at
+from nanoslip.solver.sliding.validity import lawfulness
 from tests.conftest import for_python
 from tests.physics import assert_contact_laws, coupled_half_plane, energy, half_plane, smallest_step
 
@@ -246,6 +247,16 @@ def test_a_ball_too_steep_for_its_friction_slides_with_constant_pressures_as_adv
     assert found[0.3, True] is DOWNHILL
     assert found[0.5, False] == pytest.approx(found[0.5, True], rel=0.01)
     assert found[0.3, False] == pytest.approx(found[0.5, False], rel=0.02)
+
+
+def test_energy_is_not_laid_to_a_slope_below_the_mean_shear_of_a_slip() -> None:
+    """The slope at the contact's edge is 0.7 to 0.8 of μ_i, the mean shear of a slip 0.9 of μ_i·N."""
+    case = case_with(0.8, max_events=9)
+    start = initial_contact(case, COMPLIANCE)
+    case = replace(case, intrinsic_friction=float(np.abs(start.x[start.contact]).max()) / case.radius / 0.7)
+    record, end = slide_to_state(case, COMPLIANCE)
+    created = replace(record, dissipated=-np.abs(record.dissipated))
+    assert lawfulness(case, start, created, end).ending is Ending.ENERGY_CREATED
 
 
 def test_a_failure_behind_the_end_of_the_record_is_not_the_cases():
