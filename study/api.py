@@ -172,7 +172,8 @@ def _computing(stack: ExitStack, out: AnyPath | None, jobs: int, comm: Any = Non
         _warn(
             4, f"one of {ranks} ranks computes all of this campaign itself: ranks share a run with comm=MPI.COMM_WORLD"
         )
-    stack.enter_context(_one_thread())
+    _ = scipy.linalg  # loads its library, which brings threads of its own: what is loaded later would keep them
+    stack.enter_context(threadpoolctl.threadpool_limits(limits=1))  # sums depend on their number
     folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
     program = task_program(folder)
     farm = _farm(program, jobs, stack) if comm is None else stack.enter_context(sharing(comm, program))
@@ -184,12 +185,6 @@ def _computing(stack: ExitStack, out: AnyPath | None, jobs: int, comm: Any = Non
 def _warn(level: int, text: str) -> None:
     """Warn the caller of `run`. level: number of frames from there to here."""
     warnings.warn(text, RuntimeWarning, stacklevel=level)
-
-
-def _one_thread() -> threadpoolctl.threadpool_limits:
-    """One thread for linear algebra while the context lasts, as sums depend on their number."""
-    _ = scipy.linalg  # loads its library, which brings threads of its own: what is loaded later would keep them
-    return threadpoolctl.threadpool_limits(limits=1)
 
 
 def open(path: AnyPath) -> xr.Dataset:

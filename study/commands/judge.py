@@ -108,7 +108,7 @@ def compare_datasets(first: Path, second: Path) -> None:
     """Print differences between two datasets, and exit with the code of the worst one."""
     with refusals(compare.NotComparableError), dataset_of(first) as one, dataset_of(second) as other:
         pair = one, other
-        kinds = [kind for kind in compare.ROW_KINDS if all(OUTCOMES[kind].ending.name in root for root in pair)]
+        kinds = [kind for kind, ended in OUTCOMES.items() if all(ended.ending.name in root for root in pair)]
         print_sentences([f"A: {first}, {one.attrs.get('title', '')}", f"B: {second}, {other.attrs.get('title', '')}"])
         if facts := compare.differing(pair):
             rows_of_facts = tuple((name, *both, "") for name, both in facts.items())

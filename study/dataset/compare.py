@@ -90,8 +90,6 @@ def real(values: NDArray[Any]) -> bool:
 
 # The cases that two datasets share: those with the same values of every parameter that varies in either.
 
-ROW_KINDS: Final = ("", "drive")
-"""Kinds of rows: cases, or cases with a drive."""
 Pair = tuple[xr.Dataset, xr.Dataset]
 """Two datasets."""
 
@@ -199,7 +197,8 @@ def observed(found: Matched) -> Iterator[Observed]:
     for name in _names(found):
         if _judged(found, name):
             scale = max(magnitude(root[name].values) for root in found.roots) if _number(found, name) else 0.0
-            columns = (_beside(found, each) for each in (name, f"{name}_uncertainty", variables.MEMBERS.name))
+            beside = (name, f"{name}_uncertainty", variables.MEMBERS.name)
+            columns = (zip(*(_column(rows, each) for rows in found.both), strict=True) for each in beside)
             for label, both, errors, members in zip(found.labels, *columns, strict=True):
                 yield Observed(label, name, both, *_verdict(both, errors, members, scale))
 
@@ -234,13 +233,8 @@ _NUMBERS: Final = "fiub"
 """Kinds of types that are numbers."""
 
 
-def _beside(found: Matched, name: str) -> list[tuple[Any, Any]]:
-    """The values of a variable in the shared rows of both datasets; NaN in one that has no such variable."""
-    here, there = (_column(rows, name) for rows in found.both)
-    return list(zip(here, there, strict=True))
-
-
 def _column(rows: CaseRows, name: str) -> list[Any]:
+    """The values of a variable in the shared rows; NaN in a dataset that has no such variable."""
     if name not in rows.root:
         return [math.nan] * len(rows)
     found: list[Any] = rows.values(name).tolist() if rows.root[name].dtype.kind in _NUMBERS else rows.tallies(name)

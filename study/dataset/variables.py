@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryFile
-from typing import IO, Any, Final, NamedTuple
+from tempfile import SpooledTemporaryFile
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -489,28 +489,22 @@ class Samples:
 
     def __init__(self, folder: Path | None) -> None:
         """folder: of the unnamed temporary file for many values; None for the system's own."""
-        self._folder = folder
-        self._runs: list[NDArray[Any]] = []
-        self._held = 0
-        self._file: IO[bytes] | None = None
+        self._file = SpooledTemporaryFile(HELD, dir=str(folder) if folder else None)  # noqa: SIM115  the values are mapped from it
+        self._type: np.dtype[Any] | None = None
 
     def add(self, run: NDArray[Any]) -> None:
         """Append values; all runs are of one type. Raises OSError if the disk refuses."""
-        self._runs.append(run.copy())  # a view would keep all of its result
-        self._held += run.nbytes
-        if self._held > HELD:
-            self._file = self._file or TemporaryFile(dir=self._folder)  # noqa: SIM115  the values are mapped from it
-            np.concatenate(self._runs).tofile(self._file)
-            self._runs, self._held = [run[:0].copy()], 0
+        self._file.write(run.tobytes())
+        self._type = run.dtype
 
     def values(self, dtype: DTypeLike) -> NDArray[Any]:
         """All of them; of this type where there are none."""
-        rest = np.concatenate(self._runs) if self._runs else np.empty(0, dtype)
-        if self._file is None:
-            return rest
+        kind: Any = dtype if self._type is None else self._type
         with self._file as file:
-            rest.tofile(file)
-            return np.memmap(file, rest.dtype, "c")
+            if file.tell() > HELD:
+                return np.memmap(file, kind, "c")
+            file.seek(0)
+            return np.frombuffer(bytearray(file.read()), kind)
 
 
 class Runs:

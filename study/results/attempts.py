@@ -149,8 +149,6 @@ class RunRecord:
     mpi: str = ""
     """The MPI library and its version; empty without one."""
     slurm_job: str = ""
-    threads: int = 1
-    """Threads of each process."""
     processor: str = ""
     """Model of the first process's."""
     features: str = ""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.initial import initial_contact
-from nanoslip.solver.contact.state import ContactState, contact_summary
+from nanoslip.solver.contact.state import contact_summary
 from nanoslip.solver.drive import Drive
 from nanoslip.solver.dynamics.duration import measured
 from nanoslip.solver.dynamics.regime import CriticalPoint, count_sticks
@@ -380,22 +380,16 @@ def _states(task: Task, inputs: Inputs) -> Computed:
 
         parts = [interior_fields(task.slab, state.nodal_force) for state in states]
         events = np.repeat(task.events[: len(states)], [len(each.x) for each in parts])
-        inside, across = (kinds.InteriorEvents(events), _behind(parts)), None
-    return Computed((Member((_surfaces(task.events, states), *inside, across), outcome),))
+        inside, across = (kinds.InteriorEvents(events), InteriorFields(**_columns(InteriorFields, parts))), None
+    event = np.repeat(task.events[: len(states)], len(states[0].x))
+    surfaces = kinds.SurfaceStates(**_columns(kinds.SurfaceStates, states), event=event)
+    return Computed((Member((surfaces, *inside, across), outcome),))
 
 
-def _surfaces(events: Sequence[int], states: Sequence[ContactState]) -> kinds.SurfaceStates:
-    columns = {name: np.concatenate([getattr(state, name) for state in states]) for name in _OF_STATE}
-    return kinds.SurfaceStates(event=np.repeat(events[: len(states)], len(states[0].x)), **columns)
-
-
-_OF_STATE = tuple(item.name for item in fields(kinds.SurfaceStates) if item.name != "event")
-
-
-def _behind(parts: Sequence[InteriorFields]) -> InteriorFields:
-    """Fields after several events as one."""
-    names = [item.name for item in fields(InteriorFields)]
-    return InteriorFields(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+def _columns(kind: Any, parts: Sequence[Any]) -> dict[str, NDArray[Any]]:
+    """Fields of a kind that parts have, those of one event after those of another."""
+    names = [item.name for item in fields(kind) if hasattr(parts[0], item.name)]
+    return {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
 
 
 @dataclass(slots=True)

@@ -6,7 +6,6 @@ import signal
 import sys
 import threading
 import time
-import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
@@ -165,7 +164,8 @@ class Interruption:
             return self
         self._read_end, self._write_end = os.pipe()
         os.set_blocking(self._write_end, False)
-        self._handlers = {number: signal.signal(number, _note_nothing) for number in SIGNALS}
+        # The watching thread reads the signal from the pipe.
+        self._handlers = {number: signal.signal(number, lambda *_: None) for number in SIGNALS}
         self._old_wakeup = signal.set_wakeup_fd(self._write_end)
         self._watcher = threading.Thread(target=self._watch, name="interruption", daemon=True)
         self._watcher.start()
@@ -202,7 +202,3 @@ class Interruption:
         print_notice(f"{reason}: left in the middle of a task; run again to continue")
         time.sleep(LAST_WORDS)
         self.end(INTERRUPTED)
-
-
-def _note_nothing(_number: int, _frame: types.FrameType | None) -> None:
-    """A handler that does nothing: the watching thread reads the signal from the pipe."""
