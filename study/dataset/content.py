@@ -155,10 +155,8 @@ def _of_runs(content: Content) -> Iterator[str]:
             yield f"{group.id.name}: missing" if name in content else f"group {name}: missing"
     for name, group in declared.items():
         yield from (f"group {name}: {need}" for need in _of_group(content[name], group))
-        strangers = {*content[""][group.id.name].values.ravel().tolist(), ""} - {
-            *content[name][name].values.tolist(),
-            "",
-        }
+        known = {"", *content[name][name].values.tolist()}
+        strangers = {*content[""][group.id.name].values.ravel().tolist()} - known
         if strangers:
             yield f"{group.id.name}: {min(strangers)} is not in the group {name}: join datasets with nanoslip.concat"
 

@@ -16,16 +16,8 @@ import numpy as np
 import xarray as xr
 
 from nanoslip.solver.outcome import NanoslipError
-from nanoslip.study.dataset.texts import (
-    TEXTS,
-    TextsByName,
-    are_stored,
-    are_texts,
-    as_group,
-    decode_texts,
-    encode_texts,
-    table_of,
-)
+from nanoslip.study.dataset import texts
+from nanoslip.study.dataset.texts import TEXTS, TextsByName, are_stored, are_texts
 from nanoslip.study.results.files import NO_FILE, write_to, written_whole
 from nanoslip.study.results.store import StoreError
 
@@ -118,7 +110,7 @@ def open_groups(path: Path) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
     found = {name.strip("/"): group for name, group in xr.open_groups(path, engine="netcdf4").items()}
     closing = [each._close for each in found.values() if each._close]
     try:
-        table = table_of(found.pop(TEXTS, None))
+        table = texts.table_of(found.pop(TEXTS, None))
         found = {name: _with_texts(group, table) for name, group in found.items()}
     except Exception:
         _close_all(closing)
@@ -134,7 +126,7 @@ def _with_texts(found: xr.Dataset, table: TextsByName) -> xr.Dataset:
         if are_texts(variable):
             variable.load()
     stored = {name: each for name, each in found.variables.items() if are_stored(each)}
-    again = found.assign({name: decode_texts(each, table) for name, each in stored.items()})
+    again = found.assign({name: texts.decode_texts(each, table) for name, each in stored.items()})
     again.encoding = found.encoding
     return again
 
@@ -147,7 +139,7 @@ def with_texts(root: xr.Dataset) -> xr.Dataset:
     if not source.is_file():
         return _with_texts(root, {})
     with xr.open_dataset(source, group=TEXTS, engine="netcdf4") as group:
-        return _with_texts(root, table_of(group))
+        return _with_texts(root, texts.table_of(group))
 
 
 def _close_all(closing: Sequence[Callable[[], None]]) -> None:
@@ -205,12 +197,12 @@ def _stored(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
     root, table = tree.to_dataset(inherit=False).drop_encoding(), TextsByName()
     held = {_LABEL, *root.data_vars}
     over = [name for name, each in root.variables.items() if are_texts(each) and each.ndim > (name not in held)]
-    yield ROOT, root.assign({name: encode_texts(root.variables[name], table) for name in over})
+    yield ROOT, root.assign({name: texts.encode_texts(root.variables[name], table) for name in over})
     yield from (
         (node.path, node.to_dataset(inherit=False).drop_encoding()) for node in tree.subtree if node.path != ROOT
     )
     if over:
-        yield TEXTS, as_group(table)
+        yield TEXTS, texts.as_group(table)
 
 
 def _encoding(variable: xr.Variable, coordinate: bool) -> dict[str, Any]:

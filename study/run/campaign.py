@@ -159,13 +159,7 @@ def compute_campaign(
 
 
 def _rest_of(
-    plan: Plan,
-    store: Store,
-    out: Path,
-    journal: Journal,
-    warn: Warn,
-    retry: bool = False,
-    **again: bool,
+    plan: Plan, store: Store, out: Path, journal: Journal, warn: Warn, retry: bool = False, **again: bool
 ) -> Rest:
     """Remaining tasks of a plan, after merging existing shards. Requires the lease of the folder. Raises StoreError."""
     store.prepare()

@@ -133,11 +133,7 @@ class ChildProcess:
             signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it starts with them blocked, and then ignores them
             try:
                 self._process = subprocess.Popen(
-                    words,
-                    stdin=subprocess.DEVNULL,
-                    pass_fds=files,
-                    start_new_session=True,
-                    env=os.environ | ONE_THREAD,
+                    words, stdin=subprocess.DEVNULL, pass_fds=files, start_new_session=True, env=os.environ | ONE_THREAD
                 )
             finally:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)

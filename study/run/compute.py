@@ -392,19 +392,14 @@ def _columns(kind: Any, parts: Sequence[Any]) -> dict[str, NDArray[Any]]:
     return {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
 
 
-@dataclass(slots=True)
 class _Pulling:
     """A drive of a case: the first members with all effects, the others without unneeded ones."""
 
-    task: Task
-    inputs: Inputs
-    records: list[Recorded]
-    whole: list[Member] = field(default_factory=list)
-    drive: Drive = field(init=False)
-    left_out: LeftOut = field(default=LeftOut("nothing", 0.0), init=False)
-
-    def __post_init__(self) -> None:
-        self.drive = drive_of(self.task)
+    def __init__(self, task: Task, inputs: Inputs) -> None:
+        self.task, self.inputs, self.drive = task, inputs, drive_of(task)
+        self.records = records_in(inputs[task.needs[0]])
+        self.whole: list[Member] = []
+        self.left_out = LeftOut("nothing", 0.0)
 
     def member(self, case: Case, number: int) -> Member:
         """The motion of a member and what is measured in it."""
@@ -464,7 +459,7 @@ PAIRS: Final = 2
 
 
 def _drive(task: Task, inputs: Inputs) -> Computed:
-    pulling = _Pulling(task, inputs, list(records_in(inputs[task.needs[0]])))
+    pulling = _Pulling(task, inputs)
     there = len(pulling.records)
     found = computed_members(kinds.DRIVE, task, pulling.member, there, lambda: pulling.left_out.left_out_error)
     if task.ensemble.within is not None:
