@@ -169,9 +169,7 @@ def _computing(stack: ExitStack, out: AnyPath | None, jobs: int, comm: Any = Non
     if comm is not None and (jobs != 1 or out is None):
         raise ValueError(f"comm with jobs = {jobs!r}, out = {out!r}: needs out, and no jobs")
     if comm is None and (ranks := processes_started()) > 1:
-        _warn(
-            4, f"one of {ranks} ranks computes all of this campaign itself: ranks share a run with comm=MPI.COMM_WORLD"
-        )
+        _warn(4, f"one of {ranks} ranks computes all of it itself: ranks share a run with comm=MPI.COMM_WORLD")
     _ = scipy.linalg  # loads its library, which brings threads of its own: what is loaded later would keep them
     stack.enter_context(threadpoolctl.threadpool_limits(limits=1))  # sums depend on their number
     folder = Path(stack.enter_context(TemporaryDirectory()) if out is None else out)
@@ -258,12 +256,10 @@ def _farm(program: Program, jobs: int, stack: ExitStack) -> Farm:
     return ProcessFarm(agents)
 
 
-def _shown(
-    progress: bool | None, rest: Rest, processes: int, measured: MeasuredTimes
-) -> AbstractContextManager[Report]:
+def _shown(progress: bool | None, rest: Rest, ranks: int, measured: MeasuredTimes) -> AbstractContextManager[Report]:
     """Show progress if requested, or if standard error is a terminal."""
     errors, tasks = console(stderr=True), rest.tasks
     watched = bool(tasks) and (errors.is_terminal or errors.is_jupyter)
     if watched if progress is None else progress:
-        return open_progress(tasks, errors, processes, measured)
+        return open_progress(tasks, errors, ranks, measured)
     return nullcontext(lambda *_: None)

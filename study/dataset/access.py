@@ -42,9 +42,7 @@ def id_of(root: xr.Dataset, name: str) -> str:
     known = variables.all_groups()[name].id.name
     groups = groups_of(root)
     if not groups:
-        raise ValueError(
-            f"this dataset was saved without its groups, {name} too: .nanoslip.tree.to_netcdf(path) keeps them"
-        )
+        raise ValueError(f"this dataset was saved without groups ({name}): .nanoslip.tree.to_netcdf(path) keeps them")
     if name not in groups:
         why = "its campaign leaves that out (see [outputs] and stages), or it was joined with scalars=True"
         raise ValueError(f"this dataset has no group {name}: {why}")
@@ -203,9 +201,8 @@ class Accessor:
             raise ValueError(f"this dataset has no {sample}s: its campaign leaves them out (see [outputs])")
         slices = (cut(self._dataset, name, ids[here].tolist()) or {}).get(sample, [])
         counts = [each.stop - each.start for each in slices]
-        table = group[names].isel(
-            {sample: np.concatenate([np.arange(0), *(np.arange(each.start, each.stop) for each in slices)])}
-        )
+        places = np.concatenate([np.arange(0), *(np.arange(each.start, each.stop) for each in slices)])
+        table = group[names].isel({sample: places})
         table = table.drop_vars([each for each in table.coords if each not in names])
         labels = {
             each: (sample, np.repeat(found.values(each)[here], counts), self._dataset[each].attrs)
@@ -310,7 +307,5 @@ def _long(table: xr.Dataset) -> list[Column]:
 
 
 def _column(values: xr.DataArray, rows: CaseRows) -> Column:
-    attrs = values.attrs
-    return Column(
-        str(values.name), attrs.get("units", ""), attrs.get("long_name", ""), rows.values(values.variable).tolist()
-    )
+    units, meaning = (values.attrs.get(name, "") for name in ("units", "long_name"))
+    return Column(str(values.name), units, meaning, rows.values(values.variable).tolist())

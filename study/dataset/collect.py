@@ -359,10 +359,9 @@ def software_group(counts: Mapping[Origin, int]) -> xr.Dataset:
     """The software that computed the results, one origin each."""
     origins = sorted(counts)
     results = np.array([counts[origin] for origin in origins], np.int64)
-    names, *facts = (
-        texts(getattr(each, name) for each in origins) for name in ("name", *(item.name for item in fields(Origin)))
-    )
-    columns = zip(variables.SOFTWARE, (names, results, *facts), strict=True)
+    facts = ("name", *(item.name for item in fields(Origin)))
+    names, *others = (texts(getattr(each, name) for each in origins) for name in facts)
+    columns = zip(variables.SOFTWARE, (names, results, *others), strict=True)
     return xr.Dataset({each.name: (variables.SOFTWARE[0].name, values, attributes(each)) for each, values in columns})
 
 
@@ -434,9 +433,8 @@ def collect(plan: Plan, store: Store, heard: Heard = lambda _: None) -> xr.Datas
         heard(number)
     counts = census(origins.values())  # a result counts once, however many cases share it
     root = xr.Dataset(table.variables(), coordinates(manifest, plan.cases, layout), _attributes(manifest, counts))
-    return carrying(
-        root, {each.group.name: each.dataset() for each in runs} | {variables.SOFTWARE[0].name: software_group(counts)}
-    )
+    groups = {each.group.name: each.dataset() for each in runs}
+    return carrying(root, groups | {variables.SOFTWARE[0].name: software_group(counts)})
 
 
 def _runs(manifest: Manifest, folder: Path) -> list[Runs]:

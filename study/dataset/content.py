@@ -82,9 +82,8 @@ def _of_variables(content: Content) -> Iterator[str]:
         missing = [each.name for each in together if each.name not in root]
         if 0 < len(missing) < len(together):
             yield f"no dataset of nanoslip: {missing[0]}: missing; xarray.open_dataset opens what is left of one"
-    for dim in dict.fromkeys(
-        dim for name in (variables.CASE_ID.name, *_ENDINGS) if name in root for dim in root[name].dims
-    ):
+    over_cases = [root[name] for name in (variables.CASE_ID.name, *_ENDINGS) if name in root]
+    for dim in dict.fromkeys(dim for each in over_cases for dim in each.dims):
         if dim not in root.indexes or not root.indexes[dim].is_unique or root.indexes[dim].hasnans:
             yield f"{dim}: needs different values, as cases lie along it"
 
@@ -108,9 +107,7 @@ def _of_variable(name: str, variable: xr.Variable) -> Iterator[str]:
         yield f"needs {'texts' if words else 'numbers'}"
     if name in _whole() and variable.dtype.kind not in "iu":
         yield "needs whole numbers"
-    counted = name in (variables.MEMBERS.name, variables.DRIVE_MEMBERS.name) or name in _whole() - {
-        variables.VALIDITY.name
-    }
+    counted = name in {variables.MEMBERS.name, variables.DRIVE_MEMBERS.name} | _whole() - {variables.VALIDITY.name}
     if counted and not bool(np.all(np.isnan(variable) | _counts(variable.values))):
         yield "needs whole numbers from 0 on"
 

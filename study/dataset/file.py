@@ -198,9 +198,7 @@ def _stored(tree: xr.DataTree) -> Iterator[tuple[str, xr.Dataset]]:
     held = {_LABEL, *root.data_vars}
     over = [name for name, each in root.variables.items() if are_texts(each) and each.ndim > (name not in held)]
     yield ROOT, root.assign({name: texts.encode_texts(root.variables[name], table) for name in over})
-    yield from (
-        (node.path, node.to_dataset(inherit=False).drop_encoding()) for node in tree.subtree if node.path != ROOT
-    )
+    yield from ((node.path, node.to_dataset(inherit=False).drop_encoding()) for node in tree.descendants)
     if over:
         yield TEXTS, texts.as_group(table)
 

@@ -55,12 +55,11 @@ def _merged(
             for name, own in along.items()
             if name in root.variables
         }
+        one = xr.Dataset(variables, labels)
         try:
-            found = xr.merge(
-                [found, xr.Dataset(variables, labels)], compat="no_conflicts", join="outer", combine_attrs="override"
-            )
+            found = xr.merge([found, one], compat="no_conflicts", join="outer", combine_attrs="override")
         except xr.MergeError:
-            odd = next(name for name in variables if _conflicts(found, xr.Dataset(variables, labels), name))
+            odd = next(name for name in variables if _conflicts(found, one, name))
             same = "the same [ensemble] in all campaigns" if odd in _MEMBERS else "these cases in one of them alone"
             said = f"{source}: {odd} differs from that of {sources[0]} in the same cases: needs {same}"
             raise NotJoinableError(said) from None
@@ -137,9 +136,7 @@ def joined(
         )
     kinds = {name: np.result_type(*(root[name].dtype for root in roots if name in root.variables)) for name in names}
     found = found.assign({name: _filled(name, found[name], kind) for name, kind in kinds.items()})
-    root = found.assign_attrs(_attributes(roots)).set_coords(
-        list(dict.fromkeys(n for root in roots for n in root.coords))
-    )
+    root = found.assign_attrs(_attributes(roots)).set_coords({name for root in roots for name in root.coords})
     groups = {name: _group(roots, group) for name, group in all_groups().items() if name in groups_of(roots[0])}
     software = SOFTWARE[0].name
     return carrying(root, groups | {software: _software([groups_of(each)[software] for each in roots])})
@@ -210,9 +207,8 @@ def _with_equal_labels(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
 
 def _attributes(roots: Sequence[xr.Dataset]) -> dict[str, Any]:
     """Attributes that all share, all titles, and the sources: title and checksum of each campaign."""
-    kept = {
-        name: value for name, value in roots[0].attrs.items() if all(root.attrs.get(name) == value for root in roots)
-    }
+    first, *others = roots
+    kept = {name: value for name, value in first.attrs.items() if all(root.attrs.get(name) == value for root in others)}
     sources = (root.attrs.get(SOURCES, _source(root.attrs)) for root in roots)
     named = list(dict.fromkeys(each for source in sources for each in np.atleast_1d(source).tolist()))
     return {**kept, _TITLE: "; ".join(dict.fromkeys(str(root.attrs[_TITLE]) for root in roots)), SOURCES: named}

@@ -57,13 +57,11 @@ def rebuilt(found: xr.Dataset, path: Path) -> Plan:
     manifest = parse_manifest(path, str(facts["manifest"]), beside)
     if variables.SOFTWARE[0].name not in groups_of(found) or found["case_id"].size != manifest.case_count:
         size = f"{found['case_id'].size} of {manifest.case_count} cases"
-        raise NotVerifiableError(
-            f"{path}: {size}, groups {', '.join(groups_of(found)) or 'none'}: not as nanoslip wrote it"
-        )
-    if manifest.drives and variables.OUTCOMES["drive"].ending.name not in found:
-        raise NotVerifiableError(
-            f"{path}: {variables.OUTCOMES['drive'].ending.name}: missing: needs how its drives ended"
-        )
+        groups = ", ".join(groups_of(found)) or "none"
+        raise NotVerifiableError(f"{path}: {size}, groups {groups}: not as nanoslip wrote it")
+    ending = variables.OUTCOMES["drive"].ending.name
+    if manifest.drives and ending not in found:
+        raise NotVerifiableError(f"{path}: {ending}: missing: needs how its drives ended")
     return make_plan(manifest)
 
 
@@ -274,24 +272,18 @@ class Recomputed:
             {name: each.variables[name].isel(place, missing_dims="ignore") for name in self._names}
             for each in (self._found, self._again)
         )
-        both = {
-            name: (kept[name].values, now[name].values) for name in self._names if kept[name].shape == now[name].shape
-        }
-        numbers = {
-            name: pair for name, pair in both.items() if now[name].dtype.kind == "f" and not np.isnan(pair).all()
-        }
+        both = {name: (one.values, now[name].values) for name, one in kept.items() if one.shape == now[name].shape}
+        numbers = {name: pair for name, pair in both.items() if real(pair[1]) and not np.isnan(pair).all()}
         moved = _half(not identical(*pair) for pair in numbers.values())
-        parted = _half(
-            relative(*pair, self._scales[name]) > ROUNDING for name, pair in numbers.items() if name in _of_records()
-        )
+        of_records = {name: pair for name, pair in numbers.items() if name in _of_records()}
+        parted = _half(relative(*pair, self._scales[name]) > ROUNDING for name, pair in of_records.items())
         differences = [self._scalar(name, kept, now, moved, parted) for name in self._names]
         for runs in self._groups:
             if not (parted and runs.group.kinds != ("contact",)):
                 name = runs.group.id.name
                 ids = (each.variables[name].isel(place).values.ravel() for each in (self._found, self._again))
-                differences += [
-                    each for one, other in zip(*ids, strict=True) for each in runs.differences(one, other, moved)
-                ]
+                for one, other in zip(*ids, strict=True):
+                    differences += runs.differences(one, other, moved)
         skipped = any(each.words == _NOT_COMPARED for each in differences)
         turned = "its record" if parted else "a drive" if skipped else ""
         remark = f"{turned} takes another path: compared within uncertainties" if turned else ""

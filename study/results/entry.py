@@ -184,9 +184,8 @@ def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArr
 @lru_cache(maxsize=1024)  # most results say the same of themselves
 def _meta(text: bytes) -> Meta:
     found = json.loads(text)
-    if not all(
-        isinstance(each, str) for each in (found["kind"], *(v for one in found["origins"] for v in one.values()))
-    ):
+    words = (found["kind"], *(fact for origin in found["origins"] for fact in origin.values()))
+    if not all(isinstance(each, str) for each in words):
         raise TypeError("no texts")
     outcome = Outcome(Ending(found["ending"]), found["message"], bool(found.get("longer")), found.get("cause", ""))
     return Meta(found["kind"], outcome, from_data(found["origins"]))

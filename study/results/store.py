@@ -293,9 +293,8 @@ class Lease:
             except FileExistsError:
                 raise
             except OSError as error:
-                files.create(
-                    path, self._text
-                )  # a run that is killed meanwhile leaves a lease of nobody, stale in a minute
+                # A run that is killed meanwhile leaves a lease of nobody, stale in a minute.
+                files.create(path, self._text)
                 print_notice(_NO_LINKS.format(folder=path.parent, why=error.strerror or error))
         return self._is_ours(path)
 

@@ -159,17 +159,15 @@ def merge_script(job: Job, site: Site, template: str) -> str:
     return _script(job, replace(site, nodes=1, tasks=1, restarts=0, deaths=0), template, job.shell_command("merge"))
 
 
-def _script(
-    job: Job, site: Site, template: str, run: str, number: str = "%j", this_job: str = '"$SLURM_JOB_ID"'
-) -> str:
-    """number: of the job, in the name of its log. this_job: the same to the shell."""
+def _script(job: Job, site: Site, template: str, run: str, number: str = "%j", shell: str = '"$SLURM_JOB_ID"') -> str:
+    """number: of the job, in the name of its log. shell: the same to the shell."""
     environment = SandboxedEnvironment(undefined=jinja2.StrictUndefined, trim_blocks=True, keep_trailing_newline=True)
     settings: dict[str, Any] = {item.name: getattr(site, item.name) for item in fields(site)}
     given = {
         "name": shlex.quote(job.campaign.stem),
         "run": f"{site.command} {run}",
         "log": shlex.quote(str(job.out).replace("%", "%%") + f"/slurm-{number}.log"),
-        "this_job": this_job,
+        "this_job": shell,
         "again": INTERRUPTED,
     }
     try:

@@ -158,21 +158,21 @@ def compute_campaign(
     return Ended(store, failed, len(rest.given_up))
 
 
-def _rest_of(
-    plan: Plan, store: Store, out: Path, journal: Journal, warn: Warn, retry: bool = False, **again: bool
-) -> Rest:
+def _rest_of(plan: Plan, store: Store, out: Path, journal: Journal, warn: Warn, **again: bool) -> Rest:
     """Remaining tasks of a plan, after merging existing shards. Requires the lease of the folder. Raises StoreError."""
     store.prepare()
     blame(plan, store, journal, journal.out)
     if journal.out != out:  # a shard looks at what was merged, too
         merged = Store(out)
         failures = {**merged.failures(), **store.failures()}
-        finished = finished_with(plan, store.inventory(), merged.inventory(), given_up(failures, retry))
+        finished = finished_with(
+            plan, store.inventory(), merged.inventory(), given_up(failures, again.get("retry", False))
+        )
     else:
         for problem in merge_shards(out):
             warn(problem)
         finished, failures = store.inventory(), dict(store.failures())
-    return rest_of(plan, failures, finished, retry=retry, **again)
+    return rest_of(plan, failures, finished, **again)
 
 
 def _compute(

@@ -86,9 +86,7 @@ def _serve(parent: "Connection[Any, Any]") -> None:
 def _other_software(where: Worker, different: Mapping[str, tuple[str, str]]) -> "FarmError":
     """Error of a child with other software than the run. different: property of an origin -> the run's and the child's."""
     pairs = (f"{name.removesuffix('_version')} {its} instead of {mine}" for name, (mine, its) in different.items())
-    return FarmError(
-        f"{where} has other software than the run began with: {', '.join(pairs)}; nothing is computed with it"
-    )
+    return FarmError(f"{where} has other software than the run began with: {', '.join(pairs)}; it computes nothing")
 
 
 def _end_with(parent: int) -> None:
@@ -367,17 +365,13 @@ class Agent:
         return done
 
 
-_TIMED_OUT: Final = (
-    "not finished after {:g} s, and ended: give it more by `seconds` of [limits], if it only needs longer"
-)
+_TIMED_OUT: Final = "not finished after {:g} s, and ended: raise `seconds` of [limits] if it only needs longer"
 
 
 def _death(child: ChildProcess, code: int | None) -> Outcome:
     """Cause of an unexpected end of a child."""
     if code == -9 and child.out_of_memory():
-        return Outcome(
-            Ending.OUT_OF_MEMORY, "its process was ended as no memory was left: start fewer ranks on a machine"
-        )
+        return Outcome(Ending.OUT_OF_MEMORY, "its process was ended as memory ran out: start fewer ranks on a machine")
     if code is None:
         cause, how = "connection", "closed its connection"
     else:

@@ -231,10 +231,8 @@ def joint_outcome(members: Sequence[Outcome]) -> Outcome:
     speaking = [each for each in members if each.message]
     first = {each.ending: each for each in reversed(speaking)}
     said = Counter(each.ending for each in speaking).most_common()
-    some = {
-        each: "" if count == len(members) else f"{count} of {len(members)} members {each}: " for each, count in said
-    }
-    messages = [f"{words}{first[each].message}" for each, words in some.items()]
+    some = {end: "" if count == len(members) else f"{count} of {len(members)} members {end}: " for end, count in said}
+    messages = [f"{words}{first[end].message}" for end, words in some.items()]
     kinds_of = [first[each].kind for each, _ in said]
     cause = "; ".join(kinds_of) if kinds_of != messages else ""
     return Outcome(ending, "; ".join(messages), any(each.longer for each in members), cause)
@@ -310,11 +308,11 @@ def _contacts(task: Task, inputs: Inputs) -> Computed:
 
 def _record(task: Task, inputs: Inputs) -> Computed:
     compliance = compliance_of(task, inputs)
-    return Computed(
-        computed_members(
-            kinds.RECORD, task, lambda case, number: computed_record(case, compliance, task.ensemble, inputs)
-        )
-    )
+
+    def compute(case: Case, number: int) -> Member:
+        return computed_record(case, compliance, task.ensemble, inputs)
+
+    return Computed(computed_members(kinds.RECORD, task, compute))
 
 
 def computed_record(case: Case, compliance: Compliance, places: Ensemble, inputs: Inputs) -> Member:

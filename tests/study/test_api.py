@@ -198,7 +198,7 @@ def test_progress_is_printed_when_asked_for(capsys):
 
 def test_a_rank_of_several_is_told_that_it_computes_all_by_itself(monkeypatch):
     monkeypatch.setenv("PMI_SIZE", "4")
-    told = "one of 4 ranks computes all of this campaign itself: .* with comm=MPI.COMM_WORLD"
+    told = "one of 4 ranks computes all of it itself: .* with comm=MPI.COMM_WORLD"
     campaign = {"title": "x", "stages": ["contact"], "numerics": {"n_x": 129}}
     with pytest.warns(RuntimeWarning, match=told):
         run(campaign, progress=False)
