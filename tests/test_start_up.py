@@ -84,7 +84,7 @@ def test_who_hands_tasks_on_loads_nothing_to_compute_with(environment, tmp_path:
 
 
 def test_who_computes_has_all_of_it_loaded_before_its_first_task(environment):
-    program = "from pathlib import Path; from nanoslip.study.run.launch import computing; task_program(Path('nowhere')).load()"
+    program = "from pathlib import Path; from nanoslip.study.run.launch import task_program; task_program(Path('nowhere')).load()"
     numerics = ("numba", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
     assert loaded(program, numerics, environment) == list(numerics)
 
