@@ -252,19 +252,10 @@ def stemming(*parts: Origins) -> Origins:
     return tuple(sorted({origin for part in parts for origin in part}))
 
 
-def as_data(origins: Origins) -> list[dict[str, str]]:
-    """Origins as plain data, to be written."""
-    return [{item.name: getattr(origin, item.name) for item in fields(Origin)} for origin in origins]
-
-
 def from_data(found: Iterable[Mapping[str, str]]) -> Origins:
-    """Origins from the output of `as_data`; missing entries are unknown."""
-    return tuple(_origin(*(each.get(item.name, UNKNOWN) for item in fields(Origin))) for each in found)
-
-
-@lru_cache(maxsize=256)  # thousands of results, a few origins
-def _origin(*values: str) -> Origin:
-    return Origin(*values)
+    """Origins from plain data; missing entries are unknown."""
+    known = {item.name for item in fields(Origin)}
+    return tuple(Origin(**{name: fact for name, fact in each.items() if name in known}) for each in found)
 
 
 def foreign(origins: Origins, home: Origin) -> bool:

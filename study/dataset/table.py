@@ -104,10 +104,8 @@ def selected(root: xr.Dataset, name: str, selection: Selection) -> CaseRows:
             values = np.array([value_of(key, text, scales_of(root.attrs)) for text in values.tolist()])
         hits = coordinate.to_base_variable().copy(data=np.isin(coordinate.values, nearest(coordinate.values, values)))
         if not hits.any():
-            given, there = (
-                ",".join(map(str, np.ravel(wanted))),
-                some(map(as_typed, along.coords[key].values.ravel().tolist())),
-            )
+            given = ",".join(map(str, np.ravel(wanted)))
+            there = some(map(as_typed, along.coords[key].values.ravel().tolist()))
             raise KeyError(f"{key} = {given}: no such case; there are {there}")
         chosen = chosen & hits
     found = case_rows(root, name).at(chosen.transpose(*along.dims).values.ravel())

@@ -15,6 +15,7 @@ import weakref
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import asdict, astuple
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, BinaryIO, Final, NamedTuple
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.outcome import Ending, Outcome
 from nanoslip.study.notices import print_notice
-from nanoslip.study.origin import Origins, as_data, from_data
+from nanoslip.study.origin import Origins, from_data
 from nanoslip.study.plan.kinds import is_whole
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import files
@@ -90,7 +91,7 @@ def packed(result: TaskResult) -> bytes:
     if any(array.dtype.hasobject for array in arrays.values()):
         raise ValueError(f"{result.key}: an array of objects; needs numbers or texts")
     rows = [(name, array.dtype.str, array.shape, _fortran(array)) for name, array in arrays.items()]
-    members = [(each.ending.value, each.message, each.longer, each.cause) for each in result.members]
+    members = [astuple(each) for each in result.members]
     table = _filled(_json({"scalars": dict(result.scalars), "arrays": rows, "members": members}), b" ")
     body = b"".join((table, *(_filled(array.tobytes("A"), b"\0") for array in arrays.values())))
     meta = _meta_bytes(result.kind, result.outcome, result.origins)
@@ -100,13 +101,7 @@ def packed(result: TaskResult) -> bytes:
 
 @lru_cache(maxsize=256)  # most results say the same of themselves
 def _meta_bytes(kind: str, outcome: Outcome, origins: Origins) -> bytes:
-    ending = {
-        "ending": outcome.ending.value,
-        "message": outcome.message,
-        "longer": outcome.longer,
-        "cause": outcome.cause,
-    }
-    return _filled(_json({"kind": kind, **ending, "origins": as_data(origins)}), b" ", LEAST)
+    return _filled(_json({"kind": kind, **asdict(outcome), "origins": [*map(asdict, origins)]}), b" ", LEAST)
 
 
 def read_head(file: BinaryIO) -> Head:

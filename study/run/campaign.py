@@ -165,9 +165,8 @@ def _rest_of(plan: Plan, store: Store, out: Path, journal: Journal, warn: Warn, 
     if journal.out != out:  # a shard looks at what was merged, too
         merged = Store(out)
         failures = {**merged.failures(), **store.failures()}
-        finished = finished_with(
-            plan, store.inventory(), merged.inventory(), given_up(failures, again.get("retry", False))
-        )
+        untried = given_up(failures, again.get("retry", False))
+        finished = finished_with(plan, store.inventory(), merged.inventory(), untried)
     else:
         for problem in merge_shards(out):
             warn(problem)

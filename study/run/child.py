@@ -374,8 +374,8 @@ def _death(child: ChildProcess, code: int | None) -> Outcome:
         return Outcome(Ending.OUT_OF_MEMORY, "its process was ended as memory ran out: start fewer ranks on a machine")
     if code is None:
         cause, how = "connection", "closed its connection"
+    elif code < 0:
+        cause, how = "signal", f"died of signal {-code}"
     else:
-        cause, how = (
-            ("signal", f"died of signal {-code}") if code < 0 else ("exit_code", f"ended with exit code {code}")
-        )
+        cause, how = "exit_code", f"ended with exit code {code}"
     return Outcome(Ending.CRASHED, f"its process {how}: a bug, or it was killed", cause=cause)

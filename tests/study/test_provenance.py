@@ -4,7 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
@@ -15,7 +15,6 @@ from nanoslip.study import provenance
 from nanoslip.study.origin import (
     NOBODY,
     Origin,
-    as_data,
     census,
     computing_origin,
     features,
@@ -140,7 +139,7 @@ def test_a_result_that_any_other_software_had_a_hand_in_is_foreign():
 def test_origins_come_back_as_they_were_written_and_what_is_not_there_is_unknown():
     origins = stemming((OTHER,), (HOME, OTHER))
     assert origins == (HOME, OTHER)
-    assert from_data(as_data(origins)) == origins
+    assert from_data(map(asdict, origins)) == origins
     assert from_data([{"source_hash": "aa", "since": "2031"}]) == (Origin(source_hash="aa"),)
 
 
