@@ -79,7 +79,8 @@ HOMES = {
 
 MOST_FILES, MOST_LINES, MOST_LINES_OF_CLASS = 25, 700, 150
 DEEPEST, MOST_ENTERED = 18, 86
-"""What must be known: files on the longest chain of imports, and files whose functions the smallest campaign enters (two less if no kernel is compiled)."""
+"""What must be known: files on the longest chain of imports, and files whose functions the smallest campaign enters:
+two fewer if no kernel is compiled."""
 
 BODIES = (
     *(f"contact.{name}" for name in ("normal", "convolved", "compiled_contact", "coulomb", "initial")),
