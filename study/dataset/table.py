@@ -123,11 +123,9 @@ def nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
     if there.dtype.kind not in "iuf" or wanted.dtype.kind not in "iuf" or not there.size:
         return wanted
     known = np.unique(there)
-    above = np.searchsorted(known, wanted).clip(max=len(known) - 1)
-    beside = known[np.array([(above - 1).clip(min=0), above])]
-    near = np.isclose(beside, wanted, rtol=NEAR, atol=0.0)
-    alone = (near[0] != near[1]) | (beside[0] == beside[1])
-    return np.where(alone & near.any(axis=0), np.where(near[0], *beside), wanted)
+    first = np.searchsorted(known, wanted - NEAR * np.abs(wanted))
+    end = np.searchsorted(known, wanted + NEAR * np.abs(wanted), side="right")
+    return np.where(end - first == 1, known[first.clip(max=len(known) - 1)], wanted)
 
 
 def some(values: Iterable[Any], between: str = ", ") -> str:
