@@ -15,7 +15,7 @@ def folder(name: str) -> Path:
     return (copies if copies.is_dir() else _PACKAGE.parent) / name
 
 
-def campaigns() -> dict[str, Path]:
+def campaign_files() -> dict[str, Path]:
     """Name of each campaign that comes with nanoslip -> its file."""
     root = folder("campaigns")
     return {path.relative_to(root).with_suffix("").as_posix(): path for path in sorted(root.rglob("*.toml"))}
@@ -23,9 +23,9 @@ def campaigns() -> dict[str, Path]:
 
 def starters() -> dict[str, Path]:
     """Name of each campaign that is there to be copied and changed -> its file."""
-    return {Path(name).name: path for name, path in campaigns().items() if name.startswith("starters/")}
+    return {Path(name).name: path for name, path in campaign_files().items() if name.startswith("starters/")}
 
 
 def campaign_file(given: Path) -> Path:
     """Campaign file by path or name: an existing file takes precedence over a campaign of that name."""
-    return given if given.exists() else campaigns().get(given.as_posix(), given)
+    return given if given.exists() else campaign_files().get(given.as_posix(), given)

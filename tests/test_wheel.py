@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from nanoslip.study.provenance import source_commit, version
-from nanoslip.study.shipped import campaigns
+from nanoslip.study.shipped import campaign_files
 from tests.conftest import ROOT
 
 pytestmark = pytest.mark.slow
@@ -105,7 +105,7 @@ def test_the_wheel_holds_every_file_of_the_packages_and_no_test(wheel):
         if (ROOT / name).exists() and Path(name).suffix not in DOCUMENTATION
     }
     assert there <= names
-    copies = {f"nanoslip/study/shipped/campaigns/{name}.toml" for name in campaigns()}
+    copies = {f"nanoslip/study/shipped/campaigns/{name}.toml" for name in campaign_files()}
     beside = (path for kind in ("csv", "py") for path in (ROOT / "campaigns").rglob(f"*.{kind}"))
     copies |= {f"nanoslip/study/shipped/{path.relative_to(ROOT)}" for path in beside}
     copies |= {f"nanoslip/study/shipped/slurm/{name}" for name in ("job.sh.j2", "site.toml")}

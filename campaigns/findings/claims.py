@@ -19,7 +19,7 @@ from nanoslip.solver.view import with_error
 from nanoslip.study.figures.gallery import executed, figures_of
 from nanoslip.study.figures.shared import Claim, Number, table
 from nanoslip.study.results.store import write_files
-from nanoslip.study.shipped import campaigns
+from nanoslip.study.shipped import campaign_files
 
 HERE = Path(__file__).parent
 HEADER = ("claim", "bounds", "found", "campaign")
@@ -70,13 +70,13 @@ def all_claims() -> tuple[Bounds, ...]:
 
 def number(claim: Bounds, dataset: xr.Dataset) -> Number:
     """The number of a claim, from a dataset of its campaign."""
-    found: Mapping[str, Any] = executed(campaigns()[claim.campaign].with_suffix(".py"))["NUMBERS"]
+    found: Mapping[str, Any] = executed(campaign_files()[claim.campaign].with_suffix(".py"))["NUMBERS"]
     return Number(*found[claim.number](dataset))
 
 
 def content_of(campaign: str, again: int = 0) -> dict[str, Any]:
     """The keys of a campaign, as `nanoslip.run` takes them. again: from other starts and nodes, otherwise the same."""
-    path = campaigns()[campaign]
+    path = campaign_files()[campaign]
     content = tomllib.loads(path.read_text("utf-8"))
     for place, key in ((content, "table"), (content.get("path", {}), "legs")):
         if key in place:
@@ -122,7 +122,7 @@ def main(out: Path, jobs: int, again: int) -> None:
 
 def as_row(claim: Bounds, found: Number) -> Claim:
     """A row of the table, which leads to the page of its campaign's figure."""
-    first, *_ = figures_of(campaigns()[claim.campaign])
+    first, *_ = figures_of(campaign_files()[claim.campaign])
     page = f"[{claim.campaign}](../{Path(claim.campaign).parent}/{first.name}.md)"
     return Claim(f"{claim.finding}: {claim.claim}", claim.words, in_words(found), page)
 

@@ -18,7 +18,7 @@ from nanoslip.solver.ensemble import FEWEST, Ensemble
 from nanoslip.solver.outcome import Ending, InvalidInput
 from nanoslip.solver.parameter import Quantity
 from nanoslip.solver.view import with_error
-from nanoslip.study.accuracy.effects import Done, compute, key_of, tasks_of
+from nanoslip.study.accuracy.effects import Done, compute_tasks, scalar_key, scene_tasks
 from nanoslip.study.dataset.variables import DRIVE, alike_starts, by_name, factors, mean_in_dataset
 from nanoslip.study.manifest.cases import CampaignCase
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
@@ -170,9 +170,9 @@ class _Search:
             if self.announce:
                 self.announce(found.n_x, seconds)
             if not self.rate:  # loads libraries and compiles kernels
-                compute(self._tasks(other, Ensemble()), {})
+                compute_tasks(self._tasks(other, Ensemble()), {})
             done: Done = {}
-            compute(tasks, done)
+            compute_tasks(tasks, done)
             self.rate = sum(seconds for _, seconds in done.values()) / expected
             results = [done[task.key][0] for task in wanted]
             _keep(results, self.kept)
@@ -184,7 +184,7 @@ class _Search:
             {name: np.array([values], float) for name, values in one.scalars.items()} for one in results
         ]
         result = results[-1]
-        number = quantities_of(KINDS[result.kind])[key := key_of(self.variable, result)]
+        number = quantities_of(KINDS[result.kind])[key := scalar_key(self.variable, result)]
         if key not in scalars:
             return replace(found, ending=result.outcome.ending.value)
         known, unit = mean_in_dataset(scalars, key, number), self._unit(number)
@@ -196,7 +196,7 @@ class _Search:
 
     def _tasks(self, other: Case, ensemble: Ensemble) -> list[tuple[str, Task]]:
         drives = {"": self.drive.dimensionless(self.manifest.scales)} if self.drive else {}
-        return tasks_of(self.manifest, other, drives, ensemble, (self.variable,))
+        return scene_tasks(self.manifest, other, drives, ensemble, (self.variable,))
 
     def _unit(self, number: Quantity) -> float:
         """Factor from the solver's unit of the number to that of the dataset."""

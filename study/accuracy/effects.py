@@ -157,7 +157,7 @@ def _left_out(scenes: Scenes, case: Case) -> Iterator[tuple[str, Case, Drives, s
             yield effect.name, case, {**scenes.drives, **without_it}, ""
 
 
-def tasks_of(
+def scene_tasks(
     manifest: Manifest, case: Case, drives: Drives, ensemble: Ensemble, names: Sequence[str]
 ) -> list[tuple[str, Task]]:
     """The label of a drive or nothing, and a task; needed ones first. names: the requested variables."""
@@ -183,8 +183,8 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[d
     done: results and their core seconds; new ones are added.
     """
     for ensemble in (Ensemble(), scenes.ensemble):  # the first one loads libraries and compiles kernels
-        tasks = tasks_of(scenes.manifest, case, drives, ensemble, scenes.variables)
-        compute(tasks, done)
+        tasks = scene_tasks(scenes.manifest, case, drives, ensemble, scenes.variables)
+        compute_tasks(tasks, done)
     found = {
         (variable, label): done[task.key][0]
         for label, task in tasks
@@ -194,7 +194,7 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[d
     return found, sum(done[task.key][1] for _, task in tasks if task.kind != "compliance")
 
 
-def compute(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
+def compute_tasks(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
     """Add the results of tasks, needed ones first, and their core seconds to those that are done."""
     for _, task in tasks:
         if task.key not in done:
@@ -203,14 +203,14 @@ def compute(tasks: Sequence[tuple[str, Task]], done: Done) -> None:
                 array.setflags(write=False)  # as a store gives it: kernels are compiled for that
 
 
-def key_of(variable: str, result: TaskResult) -> str:
+def scalar_key(variable: str, result: TaskResult) -> str:
     """Name in a result of the scalar that is a variable of the dataset."""
     return next(key for key, each in kinds.quantities_of(kinds.KINDS[result.kind]).items() if each.name == variable)
 
 
 def _change(where: str, variable: str, without: TaskResult, whole: TaskResult) -> Change:
     """Change of a number between two results with the same members."""
-    key = key_of(variable, whole)
+    key = scalar_key(variable, whole)
     values = np.array([each.scalars.get(key, [math.nan] * len(whole.scalars[key])) for each in (without, whole)], float)
     difference, mean = mean_of(values[0] - values[1]), abs(float(mean_of(values[1]).mean)) or math.nan
     ended = without.outcome.naming("duration")

@@ -65,7 +65,7 @@ def answer_of(
 
     given: parameters that its author gave. out: see `deciding`.
     """
-    answer, names, found = summary.numbers(case), list(summary.answered(case)), decided(case, manifest, of, out)
+    answer, names, found = summary.answer_numbers(case), list(summary.answered(case)), decided(case, manifest, of, out)
     if found is None:
         return summary.answer(case)
     named = "" if names == [found.variable] else f"{name_of(found.variable)} "

@@ -104,7 +104,7 @@ class CampaignPath(click.Path):
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """Files, and the campaigns that come with nanoslip."""
-        names = [CompletionItem(name) for name in shipped.campaigns() if name.startswith(incomplete)]
+        names = [CompletionItem(name) for name in shipped.campaign_files() if name.startswith(incomplete)]
         return [*super().shell_complete(ctx, param, incomplete), *names]
 
 

@@ -6,7 +6,7 @@ from typing import Final
 
 import click
 
-from nanoslip.study.commands.plans import advised, counted, idle_lines, planned, print_foreign, refusals
+from nanoslip.study.commands.plans import idle_lines, planned, plural, print_foreign, refusals, typed_command
 from nanoslip.study.commands.words import show
 from nanoslip.study.exit_codes import FAILURES, INTERRUPTED
 from nanoslip.study.report.console import console, note, print_sentences
@@ -51,7 +51,7 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
         else:
             print_foreign(rest.foreign, campaign, out, stderr=True)
         title = f"{plan.manifest.title}, {shard}" if shard else plan.manifest.title
-        cases, todo = counted(len(plan.cases), "case"), counted(len(rest.tasks), "task")
+        cases, todo = plural(len(plan.cases), "case"), plural(len(rest.tasks), "task")
         _warn(f"{title}: {cases}, {todo} left, {processes} {farm.unit}")
         print_sentences(idle_lines(plan), stderr=True)
         import_module(_DATASETS)  # while other processes import what they compute with
@@ -67,20 +67,20 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
             return INTERRUPTED
         pending = 0
         if shard:
-            ended = f"has ended without {counted(failed + given_up, 'task')}" if failed + given_up else "is done"
-            note(f"{shard} {ended}; {advised('merge', campaign, out)} brings all shards together")
+            ended = f"has ended without {plural(failed + given_up, 'task')}" if failed + given_up else "is done"
+            note(f"{shard} {ended}; {typed_command('merge', campaign, out)} brings all shards together")
         else:
             pending = import_module(_DATASETS).write_dataset(plan, store)
         if failed:
-            _warn(f"{counted(failed, 'task')} failed, or needed one that did: see {into / attempts.FILE}")
+            _warn(f"{plural(failed, 'task')} failed, or needed one that did: see {into / attempts.FILE}")
         if given_up:
-            _warn(f"{counted(given_up, 'task')} failed before, or needed one that did: --retry tries again")
+            _warn(f"{plural(given_up, 'task')} failed before, or needed one that did: --retry tries again")
         if failed or given_up:
             return FAILURES
         if pending:
             store.prepare()  # sets aside what could not be read
             journal.end(INTERRUPTED)
-            _warn(f"{counted(pending, 'outcome')} pending, though nothing was left to do: run again to continue")
+            _warn(f"{plural(pending, 'outcome')} pending, though nothing was left to do: run again to continue")
             return INTERRUPTED
         return 0
 

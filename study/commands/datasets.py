@@ -10,7 +10,7 @@ import xarray as xr
 
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import Scales
-from nanoslip.study.commands.plans import advised, counted, planned
+from nanoslip.study.commands.plans import planned, plural, typed_command
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect, coordinates, is_made_of, layout_of, made_of, write_state
@@ -39,7 +39,7 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = Fal
         collected = collect(plan, store, heard)
     if keep and (losses := list(_losses(path, collected))):
         campaign, into = plan.manifest.path, path.parent
-        run, replace = advised("run", campaign, into), advised("collect", campaign, into, "--replace")
+        run, replace = typed_command("run", campaign, into), typed_command("collect", campaign, into, "--replace")
         raise StoreError(
             f"{path}: not replaced: has {'; '.join(losses)}; has the campaign changed? {run} computes what is "
             f"missing, {replace} writes the dataset without it"
@@ -80,7 +80,7 @@ def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
                 if ending.name in found and ending.name in collected:
                     had, has = (int((each[ending.name] != PENDING).sum()) for each in (found, collected))
                     if has < min(had, collected[ending.name].size):
-                        what = counted(had, f"finished {kind or 'case'}")
+                        what = plural(had, f"finished {kind or 'case'}")
                         yield f"{what}, collected now {has} of {collected[ending.name].size}"
     except file.DatasetFormatError:
         yield "another format"
@@ -127,7 +127,7 @@ def dataset_of(source: Path, out: Path | None = None) -> Iterator[xr.Dataset]:
                 return
     store = Store(into)
     if not store.finished():
-        raise StoreError(f"{into}: no results of {source} there: {advised('run', source, into)} computes them")
+        raise StoreError(f"{into}: no results of {source} there: {typed_command('run', source, into)} computes them")
     note(f"{into}: no dataset of {source} as it is now: from the results that are finished", stderr=True)
     yield collect(plan, store)
 

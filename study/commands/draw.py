@@ -13,7 +13,7 @@ from nanoslip.solver.view import in_words
 from nanoslip.study import api, shipped
 from nanoslip.study.commands.answering import middle_answer
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of
-from nanoslip.study.commands.plans import advised, counted, planned, refusals
+from nanoslip.study.commands.plans import planned, plural, refusals, typed_command
 from nanoslip.study.commands.reading import in_unit_of, lines_left_out, separation
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
@@ -27,7 +27,7 @@ from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
 from nanoslip.study.report import page
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
-from nanoslip.study.report.curves import Curve, print_lines
+from nanoslip.study.report.curves import DrawnLine, print_lines
 from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.store import StoreError, write_files
 
@@ -39,12 +39,12 @@ def write_report(campaign: Path, out: Path | None) -> None:
     into, manifest = folder_of(campaign, out), load_manifest(campaign)
     with file.reading(into / file.FILE) as opened:
         if not is_of(opened, manifest):
-            run, collect = (advised(each, campaign, into) for each in ("run", "collect"))
+            run, collect = (typed_command(each, campaign, into) for each in ("run", "collect"))
             raise StoreError(
                 f"{into / file.FILE}: no dataset of {campaign} as it is now: {run} computes what is missing, "
                 f"{collect} takes what is finished"
             )
-        written = page.write(opened, into, middle_answer(opened, manifest, into))
+        written = page.write_page(opened, into, middle_answer(opened, manifest, into))
     note(whole(f"report: {written}"))
 
 
@@ -73,7 +73,7 @@ def draw_figure(
             where = assignments(names[1:])
             with refusals(ValueError), dataset_of(shipped.campaign_file(Path(names[0])), out) as dataset:
                 view = view_named(dataset, y, x, hue, where)
-                write(_files_of(view, output, table, size or ()))
+                write_and_note(_files_of(view, output, table, size or ()))
             of = ", ".join(f"{key} = {value}" for key, value in where.items())
             note(f"{view.caption} Of {of}." if of else view.caption)
         elif x or hue or output or table or size:
@@ -102,14 +102,14 @@ def _draw_named(names: tuple[str, ...], everything: bool, formats: tuple[str, ..
             own = f"a campaign of your own needs --y, or a script {Path(name).stem}.py beside it"
             raise Refusal(f"{name}: no figure; there are {', '.join(known)}; {own}")
         for figure in of_file or (known[name],):
-            chosen.setdefault(Path(name) if of_file else shipped.campaigns()[figure.campaign], []).append(figure)
+            chosen.setdefault(Path(name) if of_file else shipped.campaign_files()[figure.campaign], []).append(figure)
     for source, figures in chosen.items():
         with api.run(source, out / figures[0].campaign, progress=True) as dataset:
             for figure in figures:
                 note(figure.title)
                 head, *rows = shared.filled(figure.claims(dataset), figure.header)
                 print_table(Table(head, tuple(rows), len(head) - 1))
-                write(files_of(figure, dataset, into, formats))
+                write_and_note(files_of(figure, dataset, into, formats))
 
 
 # `nanoslip profile`: the measured profile of a surface, what is known of its roughness, and the nodes that resolve it.
@@ -126,10 +126,10 @@ def show_profile(
         raise Refusal(f"{file}: {error}") from None
     print_sentences(_surface_lines(found, slab_width))
     if picture:
-        write({picture: _surface_drawn(found, shared.format_of(picture))})
+        write_and_note({picture: _surface_drawn(found, shared.format_of(picture))})
     else:
         middle = np.atleast_2d(found.height)[len(found.y) // 2]
-        print_lines([Curve(1e6 * found.x, 1e9 * middle, "x, in μm", "height, in nm")])
+        print_lines([DrawnLine(1e6 * found.x, 1e9 * middle, "x, in μm", "height, in nm")])
 
 
 def _surface_lines(found: Surface, slab_width: float) -> list[str]:
@@ -195,14 +195,14 @@ def draw_frames(campaign: Path, parameters: tuple[str, ...], events: str | None,
         ended = shown.outcome if not shown.outcome.ok else shown.record.outcome
         missing = wanted[len(shown.moments)]
         note(f"no {shown.counted} {missing}: the record ends before ({in_words(ended)})", stderr=True)
-    until = f"{counted(len(shown.moments), 'moment')} to {shown.counted} {shown.moments[-1].event}"
+    until = f"{plural(len(shown.moments), 'moment')} to {shown.counted} {shown.moments[-1].event}"
     note(f"{whole(f'written: {output}')} ({case.point}; {until})")
 
 
 # Pictures of single cases, and what is written.
 
 
-def drawn(lines: Sequence[Curve], picture: Path) -> bytes:
+def drawn(lines: Sequence[DrawnLine], picture: Path) -> bytes:
     """A picture of the lines, one above the other. Raises Refusal if there is none."""
     if not lines:
         raise Refusal("this case has no friction record, motion or contact to be drawn: see [outputs] and stages")
@@ -213,7 +213,7 @@ def drawn(lines: Sequence[Curve], picture: Path) -> bytes:
         return shared.image(figure, shared.format_of(picture))
 
 
-def write(files: Mapping[Path, bytes]) -> None:
+def write_and_note(files: Mapping[Path, bytes]) -> None:
     """Write files and print their paths. Raises StoreError."""
     write_files(files)
     for path in files:

@@ -13,7 +13,7 @@ import click
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import Scales
 from nanoslip.study.commands.datasets import dataset_of
-from nanoslip.study.commands.plans import counted, print_json, refusals
+from nanoslip.study.commands.plans import plural, print_json, refusals
 from nanoslip.study.commands.words import Refusal, show
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.figures.points import in_text
@@ -195,14 +195,14 @@ def _computed(farm: Farm, question: Question, out: Path, points: int) -> Fit:
         known = measured.tasks({task.kind for task in left})  # a time by estimates alone may be off by ten
         time = f", {roughly(makespan(left, farm.size, measured.seconds))}" if known else ""
         most = f"then more where it is open what agrees, at most {points}"
-        warn(f"{question.manifest.title}: {counted(len(left), 'task')} at first{time}; {most} points")
+        warn(f"{question.manifest.title}: {plural(len(left), 'task')} at first{time}; {most} points")
         expected = {cause: line for plan in plans for cause, line in out_of_reach(plan).items()}
         print_sentences(expected.values(), stderr=True)
 
     def progress(rest: Rest, processes: int, measured: Any) -> Any:
         if not (tasks := rest.tasks):
             return nullcontext(lambda *_: None)
-        warn(f"{question.manifest.title}: {counted(len(tasks), 'task')} of new points, {processes} {farm.unit}")
+        warn(f"{question.manifest.title}: {plural(len(tasks), 'task')} of new points, {processes} {farm.unit}")
         return open_progress(tasks, console(stderr=True), processes, measured)
 
     with Lease(out, farm.interruption.request) as lease:

@@ -15,7 +15,7 @@ from nanoslip.study.accuracy.diagram import as_table
 from nanoslip.study.accuracy.measurement import measure_accuracy, write_measurement
 from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
 from nanoslip.study.commands.datasets import dataset_of, write_dataset
-from nanoslip.study.commands.plans import advised, counted, planned, print_json, refusals
+from nanoslip.study.commands.plans import planned, plural, print_json, refusals, typed_command
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import compare, file, verify as verification
 from nanoslip.study.dataset.access import columns_of
@@ -45,7 +45,7 @@ def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
     into = folder_of(campaign, out)
     write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
     if shards := shard_folders(into):
-        note(f"without {counted(len(shards), 'shard')}; {advised('merge', campaign, into)} takes them in")
+        note(f"without {plural(len(shards), 'shard')}; {typed_command('merge', campaign, into)} takes them in")
 
 
 # `nanoslip merge`: move the results of shards into the campaign's folder, and write its dataset.
@@ -58,7 +58,7 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
     if plan.distinct and not (shard_folders(into) or store.finished() or store.failures()):
         raise StoreError(
             f"{into}: no shards and no results of {campaign} there, nothing to merge: "
-            f"{advised('run', campaign, into)} computes all of it; results of runs with another --out are found with it"
+            f"{typed_command('run', campaign, into)} computes all of it; results of runs with another --out are found with it"
         )
     with Lease(into):
         store.prepare()
@@ -69,10 +69,11 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
     for problem in problems:
         note(problem, stderr=True)
     if rest.given_up:
-        said = f"{counted(len(rest.given_up), 'task')} failed, or need one that did"
-        note(f"{said}: {advised('run', campaign, into, '--retry')} tries again", stderr=True)
+        said = f"{plural(len(rest.given_up), 'task')} failed, or need one that did"
+        note(f"{said}: {typed_command('run', campaign, into, '--retry')} tries again", stderr=True)
     if rest.tasks:
-        note(f"{counted(len(rest.tasks), 'task')} left: {advised('run', campaign, into)} computes them", stderr=True)
+        run = typed_command("run", campaign, into)
+        note(f"{plural(len(rest.tasks), 'task')} left: {run} computes them", stderr=True)
     sys.exit(INTERRUPTED if rest.tasks else FAILURES if rest.given_up else 0)
 
 
@@ -221,7 +222,7 @@ def _recompute(tasks: tuple[Task, ...], out: Path) -> int:
         note("interrupted: nothing is compared", stderr=True)
         return INTERRUPTED
     if tally.crashed:
-        note(f"{counted(tally.crashed, 'task')} failed, or needed one that did: nothing is compared", stderr=True)
+        note(f"{plural(tally.crashed, 'task')} failed, or needed one that did: nothing is compared", stderr=True)
         return FAILURES
     return 0
 

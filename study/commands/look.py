@@ -22,7 +22,7 @@ from nanoslip.study.accuracy.deciding import SECONDS
 from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scenes_of
 from nanoslip.study.commands.answering import answer_of, ranking
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
-from nanoslip.study.commands.plans import BALL, counted, refusals
+from nanoslip.study.commands.plans import BALL, plural, refusals
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file, variables
 from nanoslip.study.dataset.table import scales_of
@@ -155,7 +155,7 @@ def show_effects(campaign: Path, cases: int, members: int | None) -> None:
 
 def print_changes(campaign: Path, scenes: Scenes) -> None:
     """Compute these scenes with everything and without each effect, and print the changes."""
-    size = f"{counted(len(scenes.cases), 'case')}, {counted(scenes.ensemble.members, 'member')} each"
+    size = f"{plural(len(scenes.cases), 'case')}, {plural(scenes.ensemble.members, 'member')} each"
     note(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
     found, failures = influences(scenes)
     labels = (summary.label_text(each.parameters, scenes.manifest.stated_scales) for each in scenes.cases)
@@ -275,7 +275,7 @@ def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, name
     if lines and variables.are_means(case):
         note("lines are those of the first member")
     if picture:
-        _draw().write({picture: _draw().drawn(lines, picture)})
+        _draw().write_and_note({picture: _draw().drawn(lines, picture)})
     else:
         print_lines(lines)
     if found := beyond_contact(case):

@@ -145,7 +145,7 @@ def standing(
     return Standing(campaign, into, plan, stores, kinds, rest.tasks, rest.given_up, rest.foreign, measured, outcomes)
 
 
-def advised(command: str, campaign: Path, into: Path, *options: str) -> str:
+def typed_command(command: str, campaign: Path, into: Path, *options: str) -> str:
     """A command on a campaign, for advice: as it is to be typed, with the folder of its results where that is not its own."""
     out = () if into == folder_of(campaign, None) else ("--out", str(into))
     return whole(f"nanoslip {shlex.join([command, str(campaign), *out, *options])}")
@@ -158,12 +158,12 @@ def print_foreign(foreign: Mapping[str, Origins], campaign: Path, into: Path, st
     parts = "; ".join(f"{count} of {origin}" for origin, count in sorted(census(foreign.values()).items()))
     note(
         f"{len(foreign)} finished results are other software's: {parts}; here is {here()}. They are used as they are; "
-        f"{advised('run', campaign, into, '--recompute-foreign')} computes them again",
+        f"{typed_command('run', campaign, into, '--recompute-foreign')} computes them again",
         stderr=stderr,
     )
 
 
-def counted(number: int, what: str) -> str:
+def plural(number: int, what: str) -> str:
     """A number of things in words: `1 case`, `2 cases`."""
     return f"{number} {what}{'' if number == 1 else 's'}"
 
@@ -176,7 +176,7 @@ LONGEST: Final = 5.0
 
 def measured_here(plan: Plan) -> MeasuredTimes:
     """Compute of each kind the longest task that is predicted to take a few seconds at most, and what it needs."""
-    from nanoslip.study.accuracy.effects import Done, compute  # noqa: PLC0415  few plans are measured
+    from nanoslip.study.accuracy.effects import Done, compute_tasks  # noqa: PLC0415  few plans are measured
 
     places = {task.key: place for place, task in enumerate(plan.tasks)}
     chosen: dict[str, list[Task]] = {}
@@ -187,8 +187,8 @@ def measured_here(plan: Plan) -> MeasuredTimes:
     tasks = [("", task) for task in {task.key: task for chain in chosen.values() for task in chain}.values()]
     found, done = MeasuredTimes(), Done()
     with threadpoolctl.threadpool_limits(limits=1):
-        compute(tasks, {})  # loads libraries and compiles kernels
-        compute(tasks, done)
+        compute_tasks(tasks, {})  # loads libraries and compiles kernels
+        compute_tasks(tasks, done)
     for _, task in tasks:
         found.learn(task, TASK + done[task.key][1])
     return found

@@ -33,7 +33,7 @@ from nanoslip.study.toml_text import from_toml
 
 def list_campaigns(as_json: bool) -> None:
     """Print name and title of each campaign that comes with nanoslip."""
-    found = shipped.campaigns()
+    found = shipped.campaign_files()
     if as_json:
         plans.print_json([{"name": name, "title": title_of(path), "file": str(path)} for name, path in found.items()])
         return
@@ -106,13 +106,13 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
 def _counted(campaign: Path, plan: Plan) -> str:
     """Report the number of cases, drives of each case and tasks of a campaign."""
     drives = f", each with {_with_refused(plan.manifest.drives, 'drive')}" if plan.manifest.drives else ""
-    tasks = plans.counted(len(plan.distinct), "task")
+    tasks = plans.plural(len(plan.distinct), "task")
     return f"{whole(campaign)}: valid: {_with_refused(plan.cases, 'case')}{drives}, {tasks}"
 
 
 def _with_refused(found: Sequence[CampaignCase | CampaignDrive], what: str, members: str = "") -> str:
     refused = sum(not each.outcome.ok for each in found)
-    return f"{plans.counted(len(found), what)}{members}" + (f" ({refused} of them refused)" if refused else "")
+    return f"{plans.plural(len(found), what)}{members}" + (f" ({refused} of them refused)" if refused else "")
 
 
 FEW: Final = 8
@@ -222,7 +222,7 @@ def _time(found: plans.Standing, ranks: int) -> str:
     times = (makespan(tasks, number, found.measured.seconds) for number in (1, ranks))
     alone, together = (_range(each / guess, each * most) for each in times)
     several = f", {together} on {ranks} (--ranks for another number)" if ranks > 1 else ""
-    known = f"by what {plans.counted(count, 'task')} took" if count else "a first guess"
+    known = f"by what {plans.plural(count, 'task')} took" if count else "a first guess"
     return f"time left: {alone} on 1 rank{several}, {known}"
 
 
@@ -300,11 +300,12 @@ def show_status(campaign: Path, out: Path | None, as_json: bool) -> None:
         note(found.plan.manifest.title)
         print_table(*_tables(found))
         if found.given_up:
-            again = plans.advised("run", campaign, found.into, "--retry")
-            tasks = plans.counted(len(found.given_up), "task")
+            again = plans.typed_command("run", campaign, found.into, "--retry")
+            tasks = plans.plural(len(found.given_up), "task")
             note(f"{tasks} are not tried any more: failed, or need one that has; {again} tries again")
         if len(found.stores) > 1:
-            merge, shards = plans.advised("merge", campaign, found.into), plans.counted(len(found.stores) - 1, "shard")
+            merge = plans.typed_command("merge", campaign, found.into)
+            shards = plans.plural(len(found.stores) - 1, "shard")
             note(f"counted with the results of {shards} not merged yet; {merge} brings them together")
         plans.print_foreign(found.foreign, campaign, found.into)
 
@@ -380,7 +381,7 @@ def _idle(found: plans.Standing, ranks: int) -> Iterator[str]:
         return
     alone, shortest = (makespan(tasks, number, found.measured.seconds) for number in (1, len(tasks)))
     if ranks > (useful := math.ceil(alone / shortest)):
-        yield f"{ranks} ranks: only about {useful} can be at work, on {plans.counted(len(tasks), 'task')} left"
+        yield f"{ranks} ranks: only about {useful} can be at work, on {plans.plural(len(tasks), 'task')} left"
 
 
 def _submit(scripts: list[Path]) -> int:

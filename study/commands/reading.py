@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from nanoslip.solver.outcome import quoted
 from nanoslip.solver.parameter import Parameter
-from nanoslip.study.commands.plans import counted
+from nanoslip.study.commands.plans import plural
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.manifest.columns import FileColumns, OneWay
 from nanoslip.study.manifest.parameters import as_written, plain
@@ -27,8 +27,8 @@ def in_unit_of(name: str, text: str | None, unit: str, positive: bool = False) -
 
 def separation(columns: FileColumns) -> str:
     """Separator of the numbers, and how many lines are above and below them."""
-    above = f", below {counted(columns.skipped, 'line')}" if columns.skipped else ""
-    below = f", above {counted(columns.below, 'line')}" if columns.below else ""
+    above = f", below {plural(columns.skipped, 'line')}" if columns.skipped else ""
+    below = f", above {plural(columns.below, 'line')}" if columns.below else ""
     return f"numbers are separated by {columns.separator}{above}{below}"
 
 
@@ -36,10 +36,10 @@ def lines_left_out(columns: FileColumns, rows: OneWay, holes: int) -> Iterator[s
     """Lines that were left out, and equal places."""
     number, line, text = columns.left_out
     if number:
-        yield f"{counted(number, 'line')} of other text left out, the first is line {line}: {quoted(text)}"
+        yield f"{plural(number, 'line')} of other text left out, the first is line {line}: {quoted(text)}"
     if holes:
-        yield f"{counted(holes, 'line')} with a hole left out"
+        yield f"{plural(holes, 'line')} with a hole left out"
     if rows.restored:
-        yield f"{counted(rows.restored, 'place')} equal to the one before by rounding: taken as evenly spaced"
+        yield f"{plural(rows.restored, 'place')} equal to the one before by rounding: taken as evenly spaced"
     if rows.merged:
-        yield f"{counted(rows.merged, 'line')} at the place of the one before: averaged with it"
+        yield f"{plural(rows.merged, 'line')} at the place of the one before: averaged with it"

@@ -11,7 +11,7 @@ import xarray as xr
 from nanoslip.solver.outcome import InvalidInput, quoted
 from nanoslip.solver.view import with_error
 from nanoslip.study.commands.datasets import assignments, dataset_of, reason_of
-from nanoslip.study.commands.plans import counted, print_json
+from nanoslip.study.commands.plans import plural, print_json
 from nanoslip.study.commands.reading import in_unit_of, lines_left_out, separation
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset.access import Accessor
@@ -154,9 +154,9 @@ def _left_out(source: TraceSource) -> Iterator[str]:
         yield f"columns {', '.join(map(quoted, source.taken))}"
     yield from lines_left_out(source.columns, source.rows, source.holes)
     if source.spikes:
-        yield f"{counted(source.spikes, 'sample')} far from the neighbours left out"
+        yield f"{plural(source.spikes, 'sample')} far from the neighbours left out"
     if source.unloaded:
-        yield f"{counted(source.unloaded, 'sample')} at less than half of the median normal load left out"
+        yield f"{plural(source.unloaded, 'sample')} at less than half of the median normal load left out"
 
 
 def _of_drive(source: Path, parameters: tuple[str, ...]) -> xr.Dataset:
@@ -185,7 +185,7 @@ def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
             TRACE_SYMBOLS.get(name, ""),
             with_error(number.value, number.uncertainty) if number.of > 1 else f"{number.value:.4g}",
             "" if number.unit == "1" else as_written(number.unit),
-            counted(number.of, "value") if number.of else "given",
+            plural(number.of, "value") if number.of else "given",
             *([] if computed is None else [_beside(computed, name, "mean_force" in found.numbers)]),
         )
         for name, number in found.numbers.items()

@@ -13,13 +13,13 @@ import xarray as xr
 
 from nanoslip.study.figures.shared import CampaignFigure, image, table
 from nanoslip.study.results.store import StoreError
-from nanoslip.study.shipped import campaigns
+from nanoslip.study.shipped import campaign_files
 
 
 @cache
 def shipped_figures() -> dict[str, CampaignFigure]:
     """Name -> each figure of the campaigns that come with nanoslip: the paper's by their numbers, then the others."""
-    found = [each for name, path in campaigns().items() for each in figures_of(path, name)]
+    found = [each for name, path in campaign_files().items() for each in figures_of(path, name)]
     return {each.name: each for each in sorted(found, key=_number)}
 
 

@@ -43,21 +43,21 @@ def label(name: str, over: str = "") -> str:
     sign = f" {found.symbol}" if found.symbol not in found.meaning else ""
     measure = "" if "/" in sign else found.measure
     if over:
-        return in_measure(f"{in_unit(found.meaning + sign, name)} over {short(over)}", measure)
+        return in_measure(f"{in_unit(found.meaning + sign, name)} over {symbol_and_unit(over)}", measure)
     return in_unit(in_measure(found.meaning, measure) + sign, name)
 
 
-def short(name: str) -> str:
+def symbol_and_unit(name: str) -> str:
     """A variable where there is little room: symbol and unit."""
     return in_unit(symbol(name), name)
 
 
 def in_unit(text: str, name: str) -> str:
     """Symbol of a variable with its unit, if any: `V_o (m/s)`."""
-    return f"{text} ({unit})" if (unit := unit_of(name)) else text
+    return f"{text} ({unit})" if (unit := written_unit(name)) else text
 
 
-def unit_of(name: str) -> str:
+def written_unit(name: str) -> str:
     """The unit of a variable as people write it; empty of pure numbers and words."""
     return readable(description_of(name).units)
 
@@ -106,7 +106,9 @@ def worded(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
 
 def in_symbols(values: Mapping[str, Any]) -> str:
     """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 0.002 m/s`."""
-    return ", ".join(f"{symbol(name)} = {in_text(value)} {unit_of(name)}".rstrip() for name, value in values.items())
+    return ", ".join(
+        f"{symbol(name)} = {in_text(value)} {written_unit(name)}".rstrip() for name, value in values.items()
+    )
 
 
 DrawnColumns = Mapping[str, NDArray[Any]]
@@ -365,7 +367,7 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     )[min(len(variables.called([str(name) for name in dataset.variables], word)), 2)]
     own = {name: twin.name for name, twin in variables.in_si_too().items() if twin.name in dataset}
     names = (each for name in points.axes for each in (name, own.get(name)) if each)
-    known = (f"{name} ({short(name)})" if description_of(name).symbol else name for name in names)
+    known = (f"{name} ({symbol_and_unit(name)})" if description_of(name).symbol else name for name in names)
     raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")
 
 

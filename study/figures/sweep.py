@@ -14,7 +14,7 @@ from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
-from nanoslip.study.figures.points import Points, hyphenated, in_symbols, in_text, label, short, typeset
+from nanoslip.study.figures.points import Points, hyphenated, in_symbols, in_text, label, symbol_and_unit, typeset
 from nanoslip.study.figures.roles import Roles, axis_sizes, held_at, is_logarithmic, places_of, set_axis, values_of
 from nanoslip.study.figures.shared import COLORS, REGIME_COLORS, WIDTH, column, edges, legend, series_styles
 
@@ -75,7 +75,7 @@ def figure_of(points: Points, roles: Roles, make: Callable[..., Figure] = Figure
             else:
                 figure.colorbar(mesh, ax=found, label=typeset(points.label))
         else:
-            _finish(figure, points, typeset(short(roles.hue)) if roles.hue else "")
+            _finish(figure, points, typeset(symbol_and_unit(roles.hue)) if roles.hue else "")
         figure.supxlabel(typeset(label(roles.x)))
     return figure
 
@@ -90,7 +90,7 @@ def draw_scattered(points: Points, make: Callable[..., Figure] = Figure) -> Figu
             one_way = bool((steps > 0).all() or (steps < 0).all())
             _draw_series(axes, points, points, x, next(series_styles()), line=one_way)
             set_axis(axes.xaxis, points, name)
-            axes.set_xlabel(typeset(short(name)))
+            axes.set_xlabel(typeset(symbol_and_unit(name)))
         _finish(figure, points)
     return figure
 

@@ -17,7 +17,7 @@ from nanoslip.solver.ensemble import student
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import Points, points_named
-from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, fit
+from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, search_parameters
 from nanoslip.study.inference.sensitivity import axis_of
 from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
@@ -81,7 +81,9 @@ class Question:
             return list({cause: line for each in found for cause, line in each.items()}.values())
 
         known = self.finished_points(Store(out))
-        return fit(self.targets, self.ranges, simulate, simulate(known) if len(known) else None, most, reasons)
+        return search_parameters(
+            self.targets, self.ranges, simulate, simulate(known) if len(known) else None, most, reasons
+        )
 
     def at(self, x: Floats) -> str:
         """The campaign at a point (d,) in the unit cube, as the text of a file."""

@@ -317,7 +317,7 @@ FEW_POINTS: Final = 10
 """Points at each end of a set whose middle is that end."""
 
 
-def fit(
+def search_parameters(
     targets: Sequence[Target],
     ranges: Sequence[Range],
     simulate: Simulate,

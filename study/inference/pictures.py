@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from nanoslip.study.figures.points import DrawnColumns, label, points_of, short, typeset
+from nanoslip.study.figures.points import DrawnColumns, label, points_of, symbol_and_unit, typeset
 from nanoslip.study.figures.roles import set_few_ticks
 from nanoslip.study.figures.shared import COLORS, PAGE, WIDTH, Sort, View, column, legend
 from nanoslip.study.inference.fit import LEVELS, Fit, Range
@@ -43,8 +43,8 @@ def bars(found: Sensitivity) -> Figure:
             reach = np.clip([middle - low, high - middle], 0.0, None)
             axes.barh(rows + shift, middle, 0.34, color=color, label=name)
             axes.errorbar(middle, rows + shift, xerr=reach, fmt="none", ecolor="#555555", capsize=1.6)
-        axes.set_yticks(rows, [typeset(short(name)) for name in found.axes])
-        axes.set(xlim=(0.0, 1.05), xlabel=typeset(f"share of the variance of {short(found.of)}"))
+        axes.set_yticks(rows, [typeset(symbol_and_unit(name)) for name in found.axes])
+        axes.set(xlim=(0.0, 1.05), xlabel=typeset(f"share of the variance of {symbol_and_unit(found.of)}"))
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
         legend(figure)

@@ -14,7 +14,7 @@ from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.report.console import console
 
 
-class Curve(NamedTuple):
+class DrawnLine(NamedTuple):
     """One line: values over places, and what both are."""
 
     x: NDArray[np.float64]
@@ -23,7 +23,7 @@ class Curve(NamedTuple):
     y_label: str
 
 
-def curves(case: xr.Dataset) -> Iterator[Curve]:
+def curves(case: xr.Dataset) -> Iterator[DrawnLine]:
     """The lines that a case has: F/W over δ_p; of a single drive the spring force over time; p over x without either.
 
     case: of nanoslip.study.dataset.access, one member of an ensemble.
@@ -57,8 +57,8 @@ def _has(case: xr.Dataset, group: str, sample: str) -> bool:
     return own and group in groups_of(case) and sample in groups_of(case)[group].dims
 
 
-def _curve(run: xr.Dataset, x: str, y: str) -> Curve:
-    return Curve(run[x].values, run[y].values, _label(run[x].attrs), _label(run[y].attrs))
+def _curve(run: xr.Dataset, x: str, y: str) -> DrawnLine:
+    return DrawnLine(run[x].values, run[y].values, _label(run[x].attrs), _label(run[y].attrs))
 
 
 def _label(attributes: dict[Any, Any]) -> str:
@@ -120,7 +120,7 @@ def _letters(dots: NDArray[np.bool_]) -> list[str]:
     return ["".join(map(chr, line)) for line in codes.tolist()]
 
 
-def print_lines(lines: Iterable[Curve]) -> None:
+def print_lines(lines: Iterable[DrawnLine]) -> None:
     """Plot lines in text, as wide as there is room."""
     width = min(WIDTH, console().width - MARGIN)
     for line in lines:

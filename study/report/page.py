@@ -99,7 +99,7 @@ def _time(seconds: float) -> str:
 # Notes on the numbers of a page: sizes in SI, and effects left out.
 
 
-def in_si(dataset: xr.Dataset) -> Iterator[str]:
+def sizes_in_si(dataset: xr.Dataset) -> Iterator[str]:
     """The sizes of cases and of what they give in SI, a line each; none if a dataset does not state its scales."""
     scales = scales_of(dataset.attrs)
     if scales is None:
@@ -135,7 +135,7 @@ _INK: Final = (("#000000", "ink", "#e6e6e6"), ("#ffffff", "paper", "#16181c"), (
 """Colour on a light page, its name, colour on a dark page."""
 
 
-class Picture(NamedTuple):
+class PageFigure(NamedTuple):
     """One figure of a page. source and data: the drawing and its numbers, as addresses that hold them. width, height: pixels."""
 
     name: str
@@ -146,13 +146,13 @@ class Picture(NamedTuple):
     data: str
 
 
-def picture(view: View) -> Picture:
+def picture(view: View) -> PageFigure:
     """Draw a view for a page."""
     figure = view.draw()
     drawn = themed(image(figure, "svg").decode())
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     data = address(csv_of(view.columns()), "text/csv")
-    return Picture(view.name, view.caption, address(drawn, "image/svg+xml"), width, height, data)
+    return PageFigure(view.name, view.caption, address(drawn, "image/svg+xml"), width, height, data)
 
 
 def themed(svg: str) -> str:
@@ -187,7 +187,7 @@ class Section(NamedTuple):
     """The figures of one sort."""
 
     title: str
-    pictures: tuple[Picture, ...]
+    pictures: tuple[PageFigure, ...]
     notes: tuple[str, ...]
     """Sentences on what is not drawn."""
 
@@ -205,7 +205,7 @@ def placed(sections: Sequence[Section]) -> list[tuple[str, Section]]:
     return found
 
 
-def write(dataset: xr.Dataset, out: Path, answer: str = "") -> Path:
+def write_page(dataset: xr.Dataset, out: Path, answer: str = "") -> Path:
     """Write the page of a dataset into a folder, with the runs that are written down there. Raises StoreError."""
     path = out / FILE
     write_files({path: page(dataset, runs.read_runs(out), answer).encode()})
@@ -239,7 +239,7 @@ def page(dataset: xr.Dataset, journal: Sequence[RunRecord], answer: str = "") ->
         flags=summary.cautions(dataset),
         facts={
             "Cost": [cost(journal)],
-            "In SI": list(in_si(dataset)),
+            "In SI": list(sizes_in_si(dataset)),
             "Not shown": list(_not_shown(dataset, sections, len(table.rows))),
         },
         sections=placed(sections),

@@ -25,7 +25,7 @@ from nanoslip.study.dataset.access import run_of
 from nanoslip.study.dataset.file import groups_of
 from nanoslip.study.dataset.table import CASE, CaseRows, case_rows, scales_of
 from nanoslip.study.dataset.texts import are_texts
-from nanoslip.study.figures.points import hyphenated, in_text, in_unit, readable, symbol, unit_of, worded
+from nanoslip.study.figures.points import hyphenated, in_text, in_unit, readable, symbol, worded, written_unit
 from nanoslip.study.manifest.manifest import Stage, TargetTable
 from nanoslip.study.manifest.parameters import Value, as_written, compact, si_text
 from nanoslip.study.plan.expectations import flag_lines
@@ -130,10 +130,10 @@ def answer(case: xr.Dataset) -> str:
 
     A drive without a slip is named by its regime. Numbers with a size in SI begin with it.
     """
-    return "; ".join(filter(None, (numbers(case), *failures_of(case))))
+    return "; ".join(filter(None, (answer_numbers(case), *failures_of(case))))
 
 
-def numbers(case: xr.Dataset) -> str:
+def answer_numbers(case: xr.Dataset) -> str:
     """Friction, regime and plateau of one case in a line, of a contact its half-width."""
     return ", ".join(f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in answered(case).items())
 
@@ -533,7 +533,7 @@ def label_text(label: Mapping[str, Value], scales: Scales | None = None) -> str:
     return ", ".join(
         f"{variables.in_si_too()[name].symbol} = {sizes[name]}"
         if name in sizes
-        else f"{_name(name)} = {in_text(value)} {unit_of(name)}".rstrip()
+        else f"{_name(name)} = {in_text(value)} {written_unit(name)}".rstrip()
         for name, value in known.items()
     )
 

@@ -14,7 +14,7 @@ from nanoslip.study.accuracy.effects import Influence, influences, scenes_of
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import USUAL_MEMBERS
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.shipped import campaigns
+from nanoslip.study.shipped import campaign_files
 from tests.written_tables import show
 
 SCENES: Final = {"the paper's pin": "smoke", "a ball on rubber": "starters/ball", "an AFM tip": "starters/afm"}
@@ -24,7 +24,7 @@ HEADER: Final = ("scene", "without", "number", "change", "time")
 
 def influences_of(campaign: str) -> list[Influence]:
     """Influence of each effect of the first case of a campaign."""
-    manifest = load_manifest(campaigns()[campaign])
+    manifest = load_manifest(campaign_files()[campaign])
     found, failures = influences(scenes_of(manifest, expand(manifest), 1, USUAL_MEMBERS))
     assert not failures, failures
     return found

@@ -26,7 +26,7 @@ from nanoslip.solver.simulate import drive_result
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.plateau import plateau_of
 from nanoslip.study.manifest.reader import load_manifest
-from nanoslip.study.shipped import campaigns
+from nanoslip.study.shipped import campaign_files
 from tests.solver.drives import PROBLEMS, SMALL_TEETH, K
 from tests.synthetic import LOAD, STIFFNESS, constant_profile, noisy_record, profile_through
 
@@ -612,7 +612,7 @@ PAPERS = 0.4, 1.5e-4
 
 def test_drives_of_shipped_campaigns_are_in_proportion():
     """On contacts ten times as stiff or as soft as the paper's, and at its lightest and heaviest loads in the maps."""
-    manifests = {path.stem: load_manifest(path) for path in campaigns().values()}
+    manifests = {path.stem: load_manifest(path) for path in campaign_files().values()}
     drives = [(name, each) for name, each in manifests.items() if "dynamics" in each.stages]
     pulls = [(name, pull.drive.dimensionless(each.scales)) for name, each in drives for pull in each.drives]
     assert len(pulls) > 100

@@ -11,7 +11,7 @@ from tests.conftest import ROOT
 
 def test_a_source_tree_has_its_own_folders():
     assert shipped.folder("campaigns") == ROOT / "campaigns"
-    assert shipped.campaigns()["smoke"] == ROOT / "campaigns" / "smoke.toml"
+    assert shipped.campaign_files()["smoke"] == ROOT / "campaigns" / "smoke.toml"
 
 
 def test_copies_come_first_and_campaigns_in_folders_have_names_too(tmp_path, monkeypatch):
@@ -19,7 +19,7 @@ def test_copies_come_first_and_campaigns_in_folders_have_names_too(tmp_path, mon
     figure.parent.mkdir(parents=True)
     figure.touch()
     monkeypatch.setattr(shipped, "_PACKAGE", tmp_path)
-    assert shipped.campaigns() == {"figures/one": figure}
+    assert shipped.campaign_files() == {"figures/one": figure}
     assert shipped.campaign_file(Path("figures/one")) == figure
     assert shipped.campaign_file(Path("figures/two")) == Path("figures/two")
 

@@ -18,7 +18,7 @@ from rich.cells import cell_len
 
 from nanoslip.study import provenance
 from nanoslip.study.commands.cli import cli
-from nanoslip.study.commands.plans import advised, print_json
+from nanoslip.study.commands.plans import print_json, typed_command
 from tests.conftest import ROOT, SMALL
 
 FILES = {path.stem for path in (ROOT / "study" / "commands").glob("*.py")}
@@ -173,7 +173,7 @@ def test_a_folder_that_cannot_be_written_is_one_clear_message(main, campaign, co
 )
 def test_advice_can_be_typed_as_it_stands(into, options, said):
     """With the folder of the results where it is not the campaign's own, and quoted."""
-    found = advised("merge", Path("mine.toml"), Path(into), *options).replace("\xa0", " ")
+    found = typed_command("merge", Path("mine.toml"), Path(into), *options).replace("\xa0", " ")
     assert found == f"nanoslip merge mine.toml{said}"
 
 

@@ -10,7 +10,7 @@ import pytest
 import nanoslip
 from nanoslip.study import origin
 from nanoslip.study.results import attempts
-from nanoslip.study.shipped import campaigns, starters
+from nanoslip.study.shipped import campaign_files, starters
 from tests.conftest import PARTLY_REFUSED, SMALL
 
 SMALLER = {"numerics": {"n_x": 17}, "limits": {"events": 150}, "ensemble": {"members": 1}}
@@ -18,7 +18,7 @@ SMALLER = {"numerics": {"n_x": 17}, "limits": {"events": 150}, "ensemble": {"mem
 
 
 def test_starters_and_campaigns_are_listed_by_name_and_title(main):
-    for command, names in (("new", starters()), ("campaigns", campaigns())):
+    for command, names in (("new", starters()), ("campaigns", campaign_files())):
         code, said, _ = main(command)
         lines = said.splitlines()[:-1]
         assert (code, [line.split()[0] for line in lines]) == (0, list(names))

@@ -91,7 +91,7 @@ class Shared:
 @cache
 def small(campaign: str, form: str = "") -> xr.Dataset:
     """The dataset of a shipped campaign with the values of a form; those of `SMALLER` without one."""
-    path = shipped.campaigns()[campaign]
+    path = shipped.campaign_files()[campaign]
     content = tomllib.loads(path.read_text("utf-8"))
     for place, key in ((content, "table"), (content.get("path", {}), "legs")):
         if key in place:

@@ -495,7 +495,7 @@ def test_tiles_lie_at_their_coordinates_whatever_the_order_of_dimensions() -> No
 
 def test_the_table_is_what_its_script_writes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Radii are searched for: every seventh of them."""
-    path = shipped.campaigns()["figures/layers"].with_suffix(".csv")
+    path = shipped.campaign_files()["figures/layers"].with_suffix(".csv")
     header, *written = csv.reader(path.read_text("utf-8").splitlines())
     assert tuple(header) == COLUMNS
     radius = layers._radius
@@ -563,7 +563,7 @@ FIGURES = shipped_figures()
 
 def test_every_campaign_of_figures_has_a_figure_and_the_other_way_round() -> None:
     folders = ("figures/", "maps/", "interface/", "paths/", "findings/")
-    campaigns = {name for name in shipped.campaigns() if name.startswith(folders) or name == "schemes"}
+    campaigns = {name for name in shipped.campaign_files() if name.startswith(folders) or name == "schemes"}
     assert {figure.campaign for figure in FIGURES.values()} == campaigns
     assert set(SMALLER) <= campaigns
 

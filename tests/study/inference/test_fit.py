@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import nanoslip
-from nanoslip.study.inference.fit import ComputedPoint, Range, Target, fit, sentences
+from nanoslip.study.inference.fit import ComputedPoint, Range, Target, search_parameters, sentences
 from nanoslip.study.inference.pictures import contours
 from nanoslip.study.inference.surrogate import TooFewError
 
@@ -45,7 +45,7 @@ def measured(static: float, kinetic: float, error: float) -> tuple[Target, Targe
 def test_the_set_holds_the_truth_as_often_as_it_states():
     """200 truths with noise: 68 ± 7 % and 95 ± 4 % are two standard deviations of such a count."""
     draw = np.random.default_rng(1)
-    found = fit(measured(0.29, 0.26, 0.003), RANGES, Laboratory())
+    found = search_parameters(measured(0.29, 0.26, 0.003), RANGES, Laboratory())
     held = []
     for _ in range(200):
         truth = draw.random((1, 2))
@@ -61,7 +61,7 @@ def test_a_point_within_reach_is_found():
     laboratory = Laboratory()
     truth = np.array([[0.6, 0.3]])
     static, kinetic = friction(truth)[0]
-    found = fit(measured(static, kinetic, 2e-3), RANGES, laboratory)
+    found = search_parameters(measured(static, kinetic, 2e-3), RANGES, laboratory)
     assert found.reached
     for axis, each in enumerate(RANGES):
         low, high = found.intervals(axis, 0.95)[0] or (np.nan, np.nan)
@@ -75,7 +75,7 @@ def test_a_point_within_reach_is_found():
 def test_more_points_are_put_where_it_is_open():
     """A narrow set: the points that come after the first ones lie closer to it than those."""
     laboratory = Laboratory()
-    found = fit(measured(0.288, 0.26, 3e-4), RANGES, laboratory, most=60)
+    found = search_parameters(measured(0.288, 0.26, 3e-4), RANGES, laboratory, most=60)
     first, *later = laboratory.calls
     off = [np.abs(friction(x)[:, 1] - 0.26).mean() for x in (first, np.concatenate(later))]
     assert off[1] < 0.2 * off[0]
@@ -83,7 +83,7 @@ def test_more_points_are_put_where_it_is_open():
 
 
 def test_what_is_out_of_reach_is_said_with_the_nearest():
-    found = fit(measured(0.30, 0.20, 2e-3), RANGES, Laboratory())
+    found = search_parameters(measured(0.30, 0.20, 2e-3), RANGES, Laboratory())
     assert not found.reached
     assert len(found.agreeing(0.95)) == 0
     (sentence, *_) = sentences(found)
@@ -95,12 +95,12 @@ def test_what_is_out_of_reach_is_said_with_the_nearest():
 def test_of_a_number_far_out_of_reach_the_nearest_is_that_of_the_nearest_number():
     """Its points show that at once, so that no more are computed than at first; those of another target before even these."""
     laboratory = Laboratory()
-    found = fit([Target("mu_s", 30.0, 0.01), Target("mu_k", 0.3, 0.01)], RANGES, laboratory)
+    found = search_parameters([Target("mu_s", 30.0, 0.01), Target("mu_k", 0.3, 0.01)], RANGES, laboratory)
     assert found.ranges[0].at(found.best)[0] == pytest.approx(0.8, abs=0.005)
     assert found.predict(found.best[None])[0][0, 0] > 0.98 * friction(np.array([[1.0, 0.0]]))[0, 0]
     assert [len(x) for x in laboratory.calls] == [32, 1]
     again = Laboratory()
-    fit(found.targets, RANGES, again, found.computed)
+    search_parameters(found.targets, RANGES, again, found.computed)
     assert [len(x) for x in again.calls] == [1]
 
 
@@ -111,7 +111,9 @@ def test_two_islands_are_two_ranges():
         values = np.column_stack([(x[:, 0] - 0.5) ** 2, x[:, 1]])
         return ComputedPoint(x, values, *np.full((2, *values.shape), 1e-4))
 
-    found = fit([Target("a", 0.09, 0.01), Target("b", 0.5, 0.05)], (Range("x", 0, 1, False), RANGES[1]), simulate)
+    found = search_parameters(
+        [Target("a", 0.09, 0.01), Target("b", 0.5, 0.05)], (Range("x", 0, 1, False), RANGES[1]), simulate
+    )
     ends = sorted(each for each in found.intervals(0, 0.95) if each)
     assert np.array(ends) == pytest.approx(np.array([[0.156, 0.244], [0.756, 0.844]]), abs=0.01)  # 0.3 ± 2.4·0.01/0.6
     text = str(found)
@@ -126,7 +128,7 @@ def test_a_measured_number_may_be_zero():
     def simulate(x: Floats) -> ComputedPoint:
         return ComputedPoint(x, x, *np.full((2, *x.shape), 1e-3))
 
-    found = fit([Target("a", 1.0, 0.01), Target("b", 0.0, 0.01)], RANGES, simulate)
+    found = search_parameters([Target("a", 1.0, 0.01), Target("b", 0.0, 0.01)], RANGES, simulate)
     assert found.reached
     assert "ratio" not in "".join(sentences(found))
     assert ": mu_i, radius" in "".join(sentences(found))
@@ -141,7 +143,7 @@ def test_what_cannot_be_told_apart_is_named():
         values = 0.5 * ranges[0].at(x[:, :1]) * (1.0 + ranges[1].at(x[:, 1:]))
         return ComputedPoint(x, values, *np.full((2, *values.shape), 1e-4))
 
-    found = fit([Target("mu_k", 0.26, 0.005)], ranges, simulate)
+    found = search_parameters([Target("mu_k", 0.26, 0.005)], ranges, simulate)
     assert found.undetermined() == ["residual_shear"]
     ((first, second, ends),) = found.tied()
     assert (first.name, second.name) == ("mu_i", "residual_shear")
@@ -162,7 +164,7 @@ def test_the_figure_of_one_parameter_shows_the_measured_number_as_a_band():
         values = RANGES[0].at(x[:, :1])
         return ComputedPoint(x, values, *np.zeros((2, *values.shape)))
 
-    found = fit([Target("mu_k", 0.3, 0.02)], RANGES[:1], simulate)
+    found = search_parameters([Target("mu_k", 0.3, 0.02)], RANGES[:1], simulate)
     (axes,) = contours(found).axes
     (band,) = [each for each in axes.patches if each.get_label() == "measured"]
     assert band.get_extents().transformed(axes.transData.inverted()).intervaly == pytest.approx([0.28, 0.32])
@@ -175,7 +177,7 @@ def test_a_region_without_numbers_does_not_agree():
         values = np.where(x[:, 1:] > 0.5, np.nan, friction(x)[:, 1:])
         return ComputedPoint(x, values, *np.zeros((2, *values.shape)))
 
-    found = fit([Target("mu_k", 0.26, 0.01)], RANGES, simulate)
+    found = search_parameters([Target("mu_k", 0.26, 0.01)], RANGES, simulate)
     assert found.agreeing(0.95)[:, 1].max() < 0.62  # half a distance of points beyond
     assert any(each.startswith("Without a number") for each in sentences(found))
 
@@ -186,7 +188,7 @@ def test_where_too_few_points_have_a_number_it_is_said_how_many_and_what_helps()
         return ComputedPoint(x, values, *np.zeros((2, *values.shape)))
 
     with pytest.raises(TooFewError, match=r"mu_k: \d values .* 8; 2\d of 32 points .*\nstep_limit: \d+"):
-        fit([Target("mu_k", 0.26, 0.01)], RANGES, simulate, why=lambda x: [f"step_limit: {len(x)}"])
+        search_parameters([Target("mu_k", 0.26, 0.01)], RANGES, simulate, why=lambda x: [f"step_limit: {len(x)}"])
 
 
 STAGE = """\

@@ -209,7 +209,7 @@ def test_axes_that_vary_together_are_not_told_apart():
 @pytest.mark.slow
 def test_the_map_of_friction_from_two_fifths_of_its_cases():
     """The shipped map, smaller: what its full table says of plateau/μ_i, and the same from two fifths of its cases."""
-    content = tomllib.loads(shipped.campaigns()["maps/friction"].read_text("utf-8"))
+    content = tomllib.loads(shipped.campaign_files()["maps/friction"].read_text("utf-8"))
     loads, frictions, heights = [5e-4, 7.5e-4, 1e-3, 1.5e-3], [0.2, 0.35, 0.5, 0.8], [0.35, 0.5, 1.0]
     content["axes"] = {
         "intrinsic_friction": frictions,

@@ -166,13 +166,13 @@ def test_a_single_case_needs_no_name(collected):
 @pytest.mark.slow
 def test_the_report_shows_flags_with_their_advice(mapped, tmp_path):
     found = mapped
-    page = report_page.write(found, tmp_path).read_text("utf-8")
+    page = report_page.write_page(found, tmp_path).read_text("utf-8")
     for line in flag_summary(found).values():
         assert f"<li>{line}</li>" in page
     assert "[few_nodes]" in page
     unflagged = found.copy()
     unflagged["validity_flags"] = found["validity_flags"] * 0
-    assert "take with care" not in report_page.write(unflagged, tmp_path).read_text("utf-8")
+    assert "take with care" not in report_page.write_page(unflagged, tmp_path).read_text("utf-8")
 
 
 def test_a_plan_says_what_is_to_be_expected(tmp_path):

@@ -73,7 +73,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         out = tmp_path_factory.mktemp(name)
         numerics = {} if "n_x" in campaign["axes"] else {"n_x": 17}
         with nanoslip.run({**campaign, "numerics": {**numerics, **campaign.get("numerics", {})}}, out) as dataset:
-            made[name] = page.write(dataset, out)
+            made[name] = page.write_page(dataset, out)
     return made
 
 

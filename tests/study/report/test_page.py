@@ -12,7 +12,7 @@ import xarray as xr
 from nanoslip.study.dataset.file import carrying
 from nanoslip.study.figures.shared import COLORS, column, image
 from nanoslip.study.report import page as report_page, summary
-from nanoslip.study.report.page import DARK, in_si, left_out, themed
+from nanoslip.study.report.page import DARK, left_out, sizes_in_si, themed
 from nanoslip.study.results.store import StoreError
 
 
@@ -83,7 +83,7 @@ def test_a_case_without_numbers_shows_dashes_and_its_advice():
 @pytest.fixture(scope="module")
 def failing(tmp_path_factory) -> str:
     """The page of one completed and one invalid case, alone in its folder."""
-    path = report_page.write(made_up(outcome="invalid"), tmp_path_factory.mktemp("page"))
+    path = report_page.write_page(made_up(outcome="invalid"), tmp_path_factory.mktemp("page"))
     assert [each.name for each in path.parent.iterdir()] == [report_page.FILE]
     return path.read_text("utf-8")
 
@@ -134,20 +134,20 @@ def test_the_numbers_of_a_figure_are_behind_its_link(failing):
 def test_a_dataset_of_words_alone_has_a_table_and_no_figures(tmp_path):
     only = made_up()[["outcome", "message"]]
     assert summary.scalar_table(only).header == ("μ_i", "outcome")
-    text = report_page.write(only, tmp_path).read_text("utf-8")
+    text = report_page.write_page(only, tmp_path).read_text("utf-8")
     assert "<img" not in text
     assert "thinned" not in text
     assert "No case" in text
     (tmp_path / "file").touch()
     with pytest.raises(StoreError, match=r"report\.html: "):
-        report_page.write(only, tmp_path / "file")
+        report_page.write_page(only, tmp_path / "file")
 
 
 def test_sizes_are_said_in_si_and_left_out_where_a_dataset_does_not_say() -> None:
     step = {"long_name": "mean step per event", "units": "m"}
     data = xr.Dataset({"mean_step_si": ("radius", [1e-9, np.nan, 2e-9], step)}, {"radius": [50.0, 100.0, 200.0]})
-    assert list(in_si(data)) == []
-    assert list(in_si(data.assign_attrs(slab_width=1e-3, slab_depth=1e-2, shear_modulus=1e10))) == [
+    assert list(sizes_in_si(data)) == []
+    assert list(sizes_in_si(data.assign_attrs(slab_width=1e-3, slab_depth=1e-2, shear_modulus=1e10))) == [
         "L_x = 1 mm, R = 50 mm to 200 mm, W = 100 N, L_z = 1 mm, L_y = 10 mm, G = 10 GPa, E = 26.67 GPa, nodes 7.812 μm apart",
         "Mean step per event: 1 nm to 2 nm",
     ]
