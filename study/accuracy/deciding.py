@@ -180,17 +180,14 @@ class _Search:
 
     def _with_value(self, found: Spacing, results: Sequence[TaskResult]) -> Spacing:
         """With the mean and its ± as a dataset would have them. results: of the record, if any, and last of the number's task."""
-        *_, scalars = each = [
-            {name: np.array([values], float) for name, values in one.scalars.items()} for one in results
-        ]
-        result = results[-1]
+        each = [{name: np.array([values], float) for name, values in one.scalars.items()} for one in results]
+        result, scalars = results[-1], each[-1]
         number = quantities_of(KINDS[result.kind])[key := scalar_key(self.variable, result)]
         if key not in scalars:
             return replace(found, ending=result.outcome.ending.value)
         known, unit = mean_in_dataset(scalars, key, number), self._unit(number)
-        one_start = any(
-            bool(alike_starts(of)[0]) for of, one in zip(each, results, strict=True) if one.kind == "record"
-        )
+        records = [of for of, one in zip(each, results, strict=True) if one.kind == "record"]
+        one_start = any(bool(alike_starts(of)[0]) for of in records)
         error = math.nan if one_start else float(known.uncertainty[0]) * unit
         return replace(found, value=float(known.mean[0]) * unit, error=error, ending=result.outcome.ending.value)
 

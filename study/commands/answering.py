@@ -32,9 +32,7 @@ from nanoslip.study.run.progress import roughly
 from nanoslip.study.toml_text import from_toml
 
 
-def decided(
-    case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None, most: float = SECONDS
-) -> Deciding | None:
+def decided(case: xr.Dataset, manifest: Manifest, of: CampaignCase, out: Path | None, most: float) -> Deciding | None:
     """Influences on a computed case beside its starts; None if its main number is unknown. out, most: see `deciding`."""
     names = ["critical_velocity", *summary.main_numbers(case), MAIN["slip" in manifest.stages]]
     for main in names if of.case is not None else ():
@@ -58,14 +56,16 @@ def _drive_of(case: xr.Dataset, manifest: Manifest) -> CampaignDrive | None:
     return next(itertools.compress(manifest.drives, here), None)
 
 
-def answer_of(
-    case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str], out: Path | None = None
-) -> str:
+def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Collection[str], out: Path | None) -> str:
     """Friction of a case with its ±, and what decides it beside the starts, in a line.
 
     given: parameters that its author gave. out: see `deciding`.
     """
-    answer, names, found = summary.answer_numbers(case), list(summary.answered(case)), decided(case, manifest, of, out)
+    answer, names, found = (
+        summary.answer_numbers(case),
+        list(summary.answered(case)),
+        decided(case, manifest, of, out, SECONDS),
+    )
     if found is None:
         return summary.answer(case)
     named = "" if names == [found.variable] else f"{name_of(found.variable)} "
@@ -148,9 +148,8 @@ def middle_answer(dataset: xr.Dataset, manifest: Manifest, out: Path) -> str:
     place = dict(zip(ids.dims, np.argwhere(ids.values == middle.case_id)[0].tolist(), strict=True))
     case = dataset.isel(place).squeeze()
     parameters = {name: middle.parameters[name] for name in manifest.axes if name in middle.parameters}
-    where = (
-        f"The middle case, {summary.label_text(parameters, manifest.stated_scales)}" if len(possible) > 1 else "Answer"
-    )
+    label = summary.label_text(parameters, manifest.stated_scales)
+    where = f"The middle case, {label}" if len(possible) > 1 else "Answer"
     answer = answer_of(case, manifest, middle, {*manifest.fixed, *manifest.axes}, out)
     return f"{where}: {answer}." if answer else ""
 
@@ -208,4 +207,4 @@ def _beside(case: xr.Dataset, found: Deciding, value: float) -> Iterator[summary
     if math.isfinite(found.without_drop):
         own = value - (float(case.get("static_friction_excess", 0.0)) if found.variable == "static_friction" else 0.0)
         cure = "residual_shear from 0 to 1: nanoslip fit finds it from measured friction"
-        yield summary.Error("slips that drop no stress", abs(found.without_drop / own - 1.0), cure, plural=True)
+        yield summary.Error("slips that drop no stress", abs(found.without_drop / own - 1.0), cure)

@@ -82,20 +82,16 @@ def try_campaign(
         typed = api.manifest_of(content).fixed.keys()
         print_sentences(_on_quick_grid(content), stderr=True)
         manifest, found = api.manifest_of(content), api.run(content, progress=True)
-    endings = {
-        found[each.name].item(): found[why.name].item()
-        for each, why, *_ in variables.OUTCOMES.values()
-        if each.name in found
-    }
+    outcomes = [(each.name, why.name) for each, why, *_ in variables.OUTCOMES.values() if each.name in found]
+    endings = {found[each].item(): found[why].item() for each, why in outcomes}
     if Ending.INVALID in endings:
         raise Refusal(endings[Ending.INVALID])
     print_sentences([*_idle(given, contact), *([BALL] if resembles_ball(given) else [])])
     case = single(found, {})
-    answer = answer_of(case, manifest, expand(manifest)[0], typed)
+    answer = answer_of(case, manifest, expand(manifest)[0], typed, None)
     note(answer)
-    _show_case(
-        case, found, picture, () if everything else BRIEF["path" if "loss_per_cycle" in case else manifest.stages[-1]]
-    )
+    last = "path" if "loss_per_cycle" in case else manifest.stages[-1]
+    _show_case(case, found, picture, () if everything else BRIEF[last])
     note(answer)  # which has scrolled away
     if endings.keys() & UNDONE:
         sys.exit(FAILURES)
@@ -297,9 +293,8 @@ def _print_numbers(case: xr.Dataset, dataset: xr.Dataset, names: Collection[str]
     in_si = [f"in SI: {si_line(scales, values, {})}"] if scales else []
     driven = drive_sizes({name: (values[name],) for name in drive_parameters().keys() & values.keys()})
     endings = summary.ending_lines(case, brief=bool(names))
-    print_sentences(
-        [f"case {_label(case, dataset)}", *in_si, *([f"drive: {', '.join(driven)}"] if driven else []), *endings]
-    )
+    drive = [f"drive: {', '.join(driven)}"] if driven else []
+    print_sentences([f"case {_label(case, dataset)}", *in_si, *drive, *endings])
     table, others = summary.case_table(case, names)
     if table.rows:
         print_table(table)

@@ -132,11 +132,8 @@ def view_of(points: Points, x: str = "", hue: str = "") -> View:
 def _against(roles: Roles) -> str:
     """Title: y against x, and the values of axes that are not shown."""
     panels = f", one panel for each {' and '.join(map(symbol, roles.panels))}" if roles.panels else ""
-    held = (
-        f"; drawn for {in_symbols(dict(roles.held))} only, counts in this caption are for all cases"
-        if roles.held
-        else ""
-    )
+    only = in_symbols(roles.held)
+    held = f"; drawn for {only} only, counts in this caption are for all cases" if only else ""
     if roles.mapped:
         return f"over {symbol(roles.x)} and {symbol(roles.hue)}{panels}{held}"
     hue = f", one colour for each {symbol(roles.hue)}" if roles.hue else ""
@@ -179,10 +176,8 @@ def _members(points: Points) -> str:
     lacking = points.lacking & points.there
     if not lacking.any():
         return ""
-    least = int(points.members[lacking].min())
-    return (
-        f" Of {int(lacking.sum())} of {len(points.values)} points some members have no value; the least have {least}."
-    )
+    some, least = f"{int(lacking.sum())} of {len(points.values)} points", int(points.members[lacking].min())
+    return f" Of {some} some members have no value; the least have {least}."
 
 
 def figure(dataset: xr.Dataset, y: str, x: str = "", hue: str = "", **where: Any) -> Axes:

@@ -198,9 +198,8 @@ def _not_found(values: xr.Dataset, name: str) -> str:
 def _searches(values: xr.Dataset, name: str) -> Iterator[tuple[str, int]]:
     """Results of the search for a critical value, in words, and how many starts have each; none of other numbers."""
     if (search := f"{name}_search") in values:
-        yield from (
-            (word.replace("_", " "), count) for word, count in case_rows(values, search).tallies(search)[0].items()
-        )
+        for word, count in case_rows(values, search).tallies(search)[0].items():
+            yield word.replace("_", " "), count
 
 
 OF_CRITICAL: Final = {"critical_velocity": ("spring_stiffness", "N/m"), "critical_stiffness": ("stage_velocity", "m/s")}
@@ -606,20 +605,6 @@ class Error(NamedTuple):
     source: str
     share: float
     cure: str
-    plural: bool = False
-    """True if the source is a plural noun."""
-
-
-def _parts(dataset: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
-    """Known parts of a number's error, relative to it, of all cases, by source."""
-    value, found = abs(dataset[name]), {}
-    if f"{name}{UNCERTAINTY}" in dataset:
-        shared = dataset.get(f"{name}{SHARED_ERROR}", xr.DataArray(0.0)).fillna(0.0)
-        own = (dataset[f"{name}{UNCERTAINTY}"] ** 2 - shared**2).clip(min=0.0) ** 0.5
-        found["starts"], found[SHARED] = own / value.where(value > 0.0), shared / value.where(value > 0.0)
-    if _LEFT_OUT_ERROR.name in dataset:
-        found[_LEFT_OUT.name] = dataset[_LEFT_OUT_ERROR.name].where(dataset[_LEFT_OUT.name] != "nothing")
-    return found
 
 
 SHARED: Final = "length of the record"
@@ -635,17 +620,17 @@ def longer_record(case: xr.Dataset) -> str:
 
 def errors_of(case: xr.Dataset, name: str, cost: str = "") -> list[Error]:
     """Known parts of the error of a number of one case, the largest first. cost: of four times its members, in words."""
-    members = case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan))
-    cures = {
-        "starts": f"[ensemble] members = {4 * float(members):g} halves this part{cost and f': {cost}'}",
-        SHARED: longer_record(case),
-        _LEFT_OUT.name: "half of target.within halves it",
-    }
-    left_out = f"{str(case[_LEFT_OUT.name].item()).replace('_', ' ')} left out" if _LEFT_OUT.name in case else ""
-    found = []
-    for source, share in _parts(case, name).items():
-        named = left_out if source == _LEFT_OUT.name else source
-        found.append(Error(named, float(share), cures[source], source == "starts"))
+    value, found = abs(float(case[name])) or math.nan, list[Error]()
+    if (error := f"{name}{UNCERTAINTY}") in case:
+        shared = float(np.nan_to_num(case.get(f"{name}{SHARED_ERROR}", 0.0)))
+        own = math.sqrt(max(float(case[error]) ** 2 - shared**2, 0.0))
+        four = 4.0 * float(case.get(f"{name}_members", case.get(variables.MEMBERS.name, math.nan)))
+        cure = f"[ensemble] members = {four:g} halves this part{cost and f': {cost}'}"
+        found.append(Error("starts", own / value, cure))
+        found.append(Error(SHARED, shared / value, longer_record(case)))
+    if _LEFT_OUT.name in case and (effect := str(case[_LEFT_OUT.name].item())) != "nothing":
+        share, cure = float(case[_LEFT_OUT_ERROR.name]), "half of target.within halves it"
+        found.append(Error(f"{effect.replace('_', ' ')} left out", share, cure))
     return sorted((each for each in found if each.share > 0.0), key=lambda each: -each.share)
 
 
@@ -675,6 +660,5 @@ def _line(case: xr.Dataset, name: str, where: str, errors: list[Error]) -> str:
         return f"{name} {value:.3g}{where} {variables.without_error(case, [name])}"
     first, *others = errors
     beside = "".join(f"; {each.source} {each.share:.1%}" for each in others)
-    verb = "dominate" if first.plural else "dominates"
-    largest = f"within its ±, {first.source} {verb} ({first.share:.1%})"
+    largest = f"largest part of its error: {first.source} ({first.share:.1%})"
     return f"{name} {with_error(value, error)}{where}: {largest}, {first.cure}{beside}"

@@ -33,7 +33,7 @@ def test_starts_are_named_with_the_members_that_halve_their_part() -> None:
     assert error.cure == "[ensemble] members = 16 halves this part: about 1 s"
     (line,) = error_lines(data)
     assert re.match(
-        r"plateau_mean 0\.\d+ ± 0\.\d+: within its ±, starts dominate \(\d+\.\d%\), \[ensemble\] members = 16 halves this",
+        r"plateau_mean 0\.\d+ ± 0\.\d+: largest part of its error: starts \(\d+\.\d%\), \[ensemble\] members = 16 halves this",
         line,
     )
     assert not list(error_lines(data, apart=("plateau_mean",)))
