@@ -40,10 +40,8 @@ def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = Fal
     if keep and (losses := list(_losses(path, collected))):
         campaign, into = plan.manifest.path, path.parent
         run, replace = typed_command("run", campaign, into), typed_command("collect", campaign, into, "--replace")
-        raise StoreError(
-            f"{path}: not replaced: has {'; '.join(losses)}; has the campaign changed? {run} computes what is "
-            f"missing, {replace} writes the dataset without it"
-        )
+        cure = f"{run} computes what is missing, {replace} writes the dataset without it"
+        raise StoreError(f"{path}: not replaced: has {'; '.join(losses)}; has the campaign changed? {cure}")
     file.write_netcdf(collected, path)
     write_state(path, store, made_of(plan.manifest, store))
     _print(collected, path)

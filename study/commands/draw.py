@@ -40,10 +40,8 @@ def write_report(campaign: Path, out: Path | None) -> None:
     with file.reading(into / file.FILE) as opened:
         if not is_of(opened, manifest):
             run, collect = (typed_command(each, campaign, into) for each in ("run", "collect"))
-            raise StoreError(
-                f"{into / file.FILE}: no dataset of {campaign} as it is now: {run} computes what is missing, "
-                f"{collect} takes what is finished"
-            )
+            cure = f"{run} computes what is missing, {collect} takes what is finished"
+            raise StoreError(f"{into / file.FILE}: no dataset of {campaign} as it is now: {cure}")
         written = page.write_page(opened, into, middle_answer(opened, manifest, into))
     note(whole(f"report: {written}"))
 
@@ -152,11 +150,8 @@ def _surface_lines(found: Surface, slab_width: float) -> list[str]:
         points = f"{count} by {len(found.y)} points over {compact(length, 'm')} by {compact(wide, 'm')}, {apart} apart"
     elif found.source and found.rows:
         read += lines_left_out(found.source, found.rows, found.holes)
-    return [
-        "; ".join((points, *read)),
-        f"root mean square height {compact(found.rms_height, 'm')}, {slopes}; correlation length {longer}",
-        resolved,
-    ]
+    height = f"root mean square height {compact(found.rms_height, 'm')}, {slopes}; correlation length {longer}"
+    return ["; ".join((points, *read)), height, resolved]
 
 
 def _surface_drawn(found: Surface, form: str) -> bytes:

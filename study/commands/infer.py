@@ -51,9 +51,8 @@ def show_sensitivity(dataset: Path, of: str, out: Path | None, picture: Path | N
     shares = dict(zip(found.axes, zip(found.first.tolist(), found.total.tolist(), strict=True), strict=True))
     if as_json:
         axes = {axis: {"first": first, "total": total} for axis, (first, total) in shares.items()}
-        print_json(
-            {"of": found.of, "axes": axes, "noise": found.noise, "scatter": found.scatter, "note": caution(found)}
-        )
+        parts = {"noise": found.noise, "scatter": found.scatter, "note": caution(found)}
+        print_json({"of": found.of, "axes": axes, **parts})
         return
     if not found.unknown:
         largest = sorted(shares.items(), key=lambda each: -each[1][1][0])
@@ -151,10 +150,8 @@ def read_trace_numbers(file: Path, given: Collection[str] = ()) -> list[Target]:
         found = json.loads(read_text(file))
         found["kinetic_friction"] = found.get("mean_force", found.get("kinetic_friction"))  # as of a computed drive
         numbers = {name: found[name] for name in OF_TRACES if found.get(name)}
-        targets = [
-            Target(name, float(each["value"]), float(each["uncertainty"] or 0.0), one_start=True)
-            for name, each in numbers.items()
-        ]
+        known = [(name, float(each["value"]), float(each["uncertainty"] or 0.0)) for name, each in numbers.items()]
+        targets = [Target(*each, one_start=True) for each in known]
         coefficients = all(each["unit"] == "1" for each in numbers.values())
     except json.JSONDecodeError:
         raise Refusal(f"{file}: {needs.replace('FILE', str(file))}, and is no JSON") from None
@@ -235,10 +232,8 @@ def _as_json(found: Fit) -> dict[str, Any]:
         }
         for axis, each in enumerate(found.ranges)
     }
-    numbers = {
-        target.name: {"value": target.value, "uncertainty": target.error, "best": mean}
-        for target, mean in zip(found.targets, means, strict=True)
-    }
+    pairs = zip(found.targets, means, strict=True)
+    numbers = {each.name: {"value": each.value, "uncertainty": each.error, "best": mean} for each, mean in pairs}
     points = len(found.computed.x)
     return {"reached": found.reached, "parameters": parameters, "numbers": numbers, "points": points}
 

@@ -55,11 +55,10 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
     """Move the results of all shards into the campaign's, and write and print its dataset. Ends the process."""
     into = folder_of(campaign, out)
     plan, store = planned(campaign), Store(into)
+    run, retry = (typed_command("run", campaign, into, *options) for options in ((), ("--retry",)))
     if plan.distinct and not (shard_folders(into) or store.finished() or store.failures()):
-        raise StoreError(
-            f"{into}: no shards and no results of {campaign} there, nothing to merge: "
-            f"{typed_command('run', campaign, into)} computes all of it; results of runs with another --out are found with it"
-        )
+        cure = f"{run} computes all of it; results of runs with another --out are found with it"
+        raise StoreError(f"{into}: no shards and no results of {campaign} there, nothing to merge: {cure}")
     with Lease(into):
         store.prepare()
         problems = merge_shards(into)
@@ -70,9 +69,8 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
         note(problem, stderr=True)
     if rest.given_up:
         said = f"{plural(len(rest.given_up), 'task')} failed, or need one that did"
-        note(f"{said}: {typed_command('run', campaign, into, '--retry')} tries again", stderr=True)
+        note(f"{said}: {retry} tries again", stderr=True)
     if rest.tasks:
-        run = typed_command("run", campaign, into)
         note(f"{plural(len(rest.tasks), 'task')} left: {run} computes them", stderr=True)
     sys.exit(INTERRUPTED if rest.tasks else FAILURES if rest.given_up else 0)
 

@@ -239,10 +239,8 @@ def _ensembles(found: plans.Standing) -> Iterator[str]:
     """Caution of the estimate if a target determines the number of members."""
     ensemble = found.plan.manifest.ensemble
     if ensemble.within is not None:
-        yield (
-            f"estimated for {ensemble.likely} members of each case; to know {', '.join(ensemble.of)} within {ensemble.within:g} "
-            f"may take up to {ensemble.members}"
-        )
+        known = f"to know {', '.join(ensemble.of)} within {ensemble.within:g} may take up to {ensemble.members}"
+        yield f"estimated for {ensemble.likely} members of each case; {known}"
 
 
 def _refused(plan: Plan) -> Iterator[str]:

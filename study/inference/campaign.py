@@ -81,9 +81,8 @@ class Question:
             return list({cause: line for each in found for cause, line in each.items()}.values())
 
         known = self.finished_points(Store(out))
-        return search_parameters(
-            self.targets, self.ranges, simulate, simulate(known) if len(known) else None, most, reasons
-        )
+        before = simulate(known) if len(known) else None
+        return search_parameters(self.targets, self.ranges, simulate, before, most, reasons)
 
     def at(self, x: Floats) -> str:
         """The campaign at a point (d,) in the unit cube, as the text of a file."""

@@ -53,9 +53,8 @@ def bars(found: Sensitivity) -> Figure:
 
 def indices_of(found: Sensitivity) -> DrawnColumns:
     """The indices as a table."""
-    parts = {
-        f"{kind}{end}": getattr(found, kind)[:, place] for kind in ("first", "total") for place, end in enumerate(_ENDS)
-    }
+    both = {"first": found.first, "total": found.total}
+    parts = {f"{kind}{end}": shares[:, place] for kind, shares in both.items() for place, end in enumerate(_ENDS)}
     return {"axis": np.array(found.axes, dtype=object), **parts}
 
 

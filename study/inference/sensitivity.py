@@ -152,19 +152,19 @@ def indices(
         first, total = (np.array([each[part] for each in tables]) for part in (0, 1))
     else:
 
-        def of_set(seed: int) -> Any:
+        def of_set(seed: int) -> tuple[Floats, Floats]:
             paths = surrogate.paths(PATHS // SETS, seed)
             evenly: Any = [scipy.stats.uniform()] * len(axes)
 
             def of_shares(shares: Floats) -> Floats:
                 return paths(np.hstack([axis.drawn(share) for axis, share in zip(axes, shares, strict=True)]))
 
-            return scipy.stats.sobol_indices(func=of_shares, n=POINTS, dists=evenly, rng=np.random.default_rng(seed))
+            draw = np.random.default_rng(seed)
+            found = scipy.stats.sobol_indices(func=of_shares, n=POINTS, dists=evenly, rng=draw)
+            return found.first_order, found.total_order
 
         sums = [of_set(seed) for seed in range(SETS)]
-        first, total = (
-            np.concatenate([getattr(each, part) for each in sums]) for part in ("first_order", "total_order")
-        )
+        first, total = (np.concatenate(each) for each in zip(*sums, strict=True))
     missed = float(np.clip(1.0 - surrogate.predictivity, scatter, 1.0))
     return replace(found, first=_interval(first, missed), total=_interval(total, missed))
 
@@ -202,10 +202,8 @@ def _of_tables(values: Floats, errors: Floats) -> tuple[Floats, Floats]:
     noise = float(np.mean(errors**2))
     draw, here = np.random.default_rng(SEED_OF_DRAWS), _shares(values, noise)
     again = [_shares(values + errors * draw.standard_normal(values.shape), 2.0 * noise) for _ in range(PATHS)]
-    first, total = (
-        np.column_stack([here[part], np.percentile([each[part] for each in again], ENDS, axis=0).T]) for part in (0, 1)
-    )
-    return first, total
+    ends = np.percentile(again, ENDS, axis=0)  # (2, first and total, axes)
+    return np.column_stack([here[0], *ends[:, 0]]), np.column_stack([here[1], *ends[:, 1]])
 
 
 def _shares(table: Floats, noise: float) -> tuple[Floats, Floats]:

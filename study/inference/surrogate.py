@@ -5,6 +5,7 @@ Parameters lie in the unit cube. Beside the smooth dependence there is scatter: 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -152,10 +153,8 @@ def regress(x: Floats, y: Floats, errors: Floats, most: int = MOST_REGRESSED) ->
     inverse, known = scipy.linalg.cho_solve(factor, np.eye(len(x))), float(variance.mean())
     squares = ((inverse @ residual) / np.diag(inverse)) ** 2  # of what all others miss of each (Eq. 5.12)
     missed = max(float(squares.mean()) - known, float(squares.std()) / len(x) ** 0.5)
-    return Surrogate(
-        *(x, residual, noise, kernel, lengths, amplitude, scale * scatter**0.5, mean, scale, factor),
-        predictivity=1.0 - missed / max(1.0 - known, 1e-12),
-    )
+    share, own = 1.0 - missed / max(1.0 - known, 1e-12), scale * scatter**0.5
+    return Surrogate(x, residual, noise, kernel, lengths, amplitude, own, mean, scale, factor, share)
 
 
 def _likeliest(x: Floats, residual: Floats, variance: Floats) -> tuple[Covariance, Floats]:
@@ -164,21 +163,13 @@ def _likeliest(x: Floats, residual: Floats, variance: Floats) -> tuple[Covarianc
     apart = (x[:, None, :] - x[None, :, :]) ** 2
     bounds = np.log([LENGTHS] * dimensions + [AMPLITUDES, SCATTERS])
     minimize: Any = scipy.optimize.minimize
-    found = [
-        (
-            kernel,
-            minimize(
-                lambda logs, kernel=kernel: _unlikelihood(kernel, np.exp(logs), apart, residual, variance),
-                np.log([*[length] * dimensions, amplitude, scatter]),
-                jac=True,
-                bounds=bounds,
-                method="L-BFGS-B",
-                options={"maxiter": 60},
-            ),
-        )
-        for kernel in KERNELS
-        for length, amplitude, scatter in STARTS
-    ]
+    starts = [np.log([*[length] * dimensions, amplitude, scatter]) for length, amplitude, scatter in STARTS]
+    climb = partial(minimize, jac=True, bounds=bounds, method="L-BFGS-B", options={"maxiter": 60})
+
+    def unlikelihood(logs: Floats, kernel: Covariance) -> tuple[float, Floats]:
+        return _unlikelihood(kernel, np.exp(logs), apart, residual, variance)
+
+    found = [(kernel, climb(unlikelihood, start, (kernel,))) for kernel in KERNELS for start in starts]
     kernel, best = min(found, key=lambda each: float(each[1].fun))
     return kernel, np.exp(best.x)
 
