@@ -61,11 +61,8 @@ def answer_of(case: xr.Dataset, manifest: Manifest, of: CampaignCase, given: Col
 
     given: parameters that its author gave. out: see `deciding`.
     """
-    answer, names, found = (
-        summary.answer_numbers(case),
-        list(summary.answered(case)),
-        decided(case, manifest, of, out, SECONDS),
-    )
+    answer, names = summary.answer_numbers(case), list(summary.answered(case))
+    found = decided(case, manifest, of, out, SECONDS)
     if found is None:
         return summary.answer(case)
     named = "" if names == [found.variable] else f"{name_of(found.variable)} "

@@ -86,17 +86,11 @@ def check_campaign(campaigns: tuple[Path, ...]) -> None:
             plan = plans.planned(campaign)
             note(_counted(campaign, plan))
             scaled = [_in_si(plan)] if plan.manifest.stated_scales else []
-            advice = [
-                *_axes(plan),
-                *scaled,
-                *plans.idle_lines(plan),
-                *plans.ball_lines(plan),
-                *expectations.duration_lines(plan),
-            ]
-            expected = (
-                f"expected: {line}" for line in expectations.expected_lines(plan, expectations.outlook_of(plan))
-            )
-            print_sentences([*advice, *expected, *(f"refused: {line}" for line in _refused(plan))])
+            print_sentences([*_axes(plan), *scaled, *plans.idle_lines(plan), *plans.ball_lines(plan)])
+            outlook = expectations.outlook_of(plan)
+            expected = [f"expected: {line}" for line in expectations.expected_lines(plan, outlook)]
+            refused = [f"refused: {line}" for line in _refused(plan)]
+            print_sentences([*expectations.duration_lines(plan), *expected, *refused])
         except ManifestError as error:
             problems += error.problems
     if problems:

@@ -106,9 +106,8 @@ def worded(tally: Mapping[str, int], most: float = LONGEST_TALLY) -> str:
 
 def in_symbols(values: Mapping[str, Any]) -> str:
     """Coordinates with their values and units: `R/L_x = 200, n_x = 65, V_o = 0.002 m/s`."""
-    return ", ".join(
-        f"{symbol(name)} = {in_text(value)} {written_unit(name)}".rstrip() for name, value in values.items()
-    )
+    parts = (f"{symbol(name)} = {in_text(value)} {written_unit(name)}" for name, value in values.items())
+    return ", ".join(part.rstrip() for part in parts)
 
 
 DrawnColumns = Mapping[str, NDArray[Any]]
@@ -341,18 +340,20 @@ def points_named(dataset: xr.Dataset, word: str, where: Mapping[str, Any] = Mapp
     raise unknown
 
 
+def _twins_in_si(dataset: xr.Dataset) -> dict[str, str]:
+    """Coordinate -> the same in SI, where a dataset has it."""
+    return {name: twin.name for name, twin in variables.in_si_too().items() if twin.name in dataset}
+
+
 def over_si(points: Points, dataset: xr.Dataset, words: Collection[str]) -> Points:
     """Points over coordinates in SI, of those whose names are among these words, in place of the scaled ones."""
-    twins = {
-        name: twin.name for name, twin in variables.in_si_too().items() if twin.name in words and twin.name in dataset
-    }
+    twins = {name: twin for name, twin in _twins_in_si(dataset).items() if twin in words}
     axes = {}
     for name, values in points.axes.items():
         twin = twins.get(name, name)
-        sizes = dict(zip(dataset[name].values.ravel().tolist(), dataset[twin].values.ravel().tolist(), strict=True))
-        axes[twin] = (
-            np.array([sizes.get(each, each) for each in values.tolist()], values.dtype) if name in twins else values
-        )
+        scaled, in_si = (dataset[each].values.ravel().tolist() for each in (name, twin))
+        sizes = dict(zip(scaled, in_si, strict=True))
+        axes[twin] = np.array([sizes.get(each, each) for each in values.tolist()], values.dtype)
     return replace(points, axes=axes, zipped=tuple(twins.get(name, name) for name in points.zipped))
 
 
@@ -365,8 +366,7 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
         "cases do not differ in it",
         "cases do not differ in what is called so",
     )[min(len(variables.called([str(name) for name in dataset.variables], word)), 2)]
-    own = {name: twin.name for name, twin in variables.in_si_too().items() if twin.name in dataset}
-    names = (each for name in points.axes for each in (name, own.get(name)) if each)
+    names = (each for name in points.axes for each in (name, _twins_in_si(dataset).get(name)) if each)
     known = (f"{name} ({symbol_and_unit(name)})" if description_of(name).symbol else name for name in names)
     raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")
 

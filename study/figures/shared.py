@@ -172,9 +172,8 @@ def styled(sheet: str = "") -> Iterator[None]:
         try:
             style.use(sheet or {})
         except OSError:
-            raise InvalidInput(
-                f"{sheet}: no style sheet: needs a file, or one of {', '.join(style.available)}"
-            ) from None
+            names = ", ".join(style.available)
+            raise InvalidInput(f"{sheet}: no style sheet: needs a file, or one of {names}") from None
         yield
 
 

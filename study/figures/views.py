@@ -182,13 +182,8 @@ def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     x, pressure, shear = x[near], pressure[:, near], shear[:, near]
     shown = [np.union1d(thinned(x, p), thinned(x, q)) for p, q in zip(pressure, shear, strict=True)]
     row, node = np.repeat(np.arange(len(shown)), list(map(len, shown))), np.concatenate(shown)
-    return {
-        "event": events[row],
-        "x": x[node],
-        "pressure": pressure[row, node],
-        "shear": shear[row, node],
-        "half_plane_pressure": half_plane(seen, x)[node],
-    }
+    tractions = {"pressure": pressure[row, node], "shear": shear[row, node]}
+    return {"event": events[row], "x": x[node], **tractions, "half_plane_pressure": half_plane(seen, x)[node]}
 
 
 def half_plane(case: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -297,13 +292,9 @@ def size_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     if fit["goodness"] >= SIGNIFICANT and np.isfinite(fit["exponent"]):
         there = middles >= fit["cutoff"]
         law[there] = fit["tail"] / events.sum() * density(middles[there], fit["exponent"], fit["cutoff"], True)
-    return {
-        "event_slips": middles,
-        "density": found["bin_density"].values,
-        "events": events,
-        "power_law": law,
-        **{name: np.full(len(middles), fit[name]) for name in FITTED},
-    }
+    stated = {name: np.full(len(middles), fit[name]) for name in FITTED}
+    shares = found["bin_density"].values
+    return {"event_slips": middles, "density": shares, "events": events, "power_law": law, **stated}
 
 
 def draw_sizes(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:

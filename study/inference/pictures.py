@@ -67,9 +67,8 @@ def sensitivity_view(found: Sensitivity) -> View:
         f"Share of the variance of {label(found.of)} that each parameter has alone (first-order Sobol' index), and in all, "
         f"together with others (total index), with intervals of 95 %. {caution(found)}"
     )
-    return View(
-        f"sensitivity_{found.of.replace('/', '_over_')}", caption, partial(bars, found), partial(indices_of, found)
-    )
+    name = f"sensitivity_{found.of.replace('/', '_over_')}"
+    return View(name, caption, partial(bars, found), partial(indices_of, found))
 
 
 def _on_page(dataset: xr.Dataset) -> Iterator[View | str]:

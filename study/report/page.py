@@ -214,12 +214,9 @@ def write_page(dataset: xr.Dataset, out: Path, answer: str = "") -> Path:
 
 def page(dataset: xr.Dataset, journal: Sequence[RunRecord], answer: str = "") -> str:
     """The page as HTML. journal: the runs that computed its results, as far as they are known. answer: its first sentence."""
+    loader, strict = jinja2.PackageLoader("nanoslip.study.report"), jinja2.StrictUndefined
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("nanoslip.study.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
+        loader=loader, autoescape=True, undefined=strict, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {"lowered": lowered, "slug": lambda title: title.lower().replace(" ", "-")}
     drawn = SENSITIVITY, *SORTS.values()

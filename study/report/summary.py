@@ -222,10 +222,8 @@ def starts_of(case: xr.Dataset, name: str) -> Iterator[str]:
         values, failed = starts[name].values, np.isnan(starts["time_stuck"].values)
         found.update(list(Ending)[code].value for code in starts["member_outcome"].values[np.isnan(values) & failed])
         if np.isfinite(values).any():
-            low, high = (
-                compact(extreme(values), as_written(variables.by_name()[name].units))
-                for extreme in (np.nanmin, np.nanmax)
-            )
+            unit = as_written(variables.by_name()[name].units)
+            low, high = (compact(extreme(values), unit) for extreme in (np.nanmin, np.nanmax))
             yield f"single starts: {low} to {high}"
     yield from (f"{count} {word}" for word, count in found.items())
 

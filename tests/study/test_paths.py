@@ -14,7 +14,7 @@ from nanoslip.solver.simulate import friction_path
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.path import line_of, loops_of, turns_of
 from nanoslip.study import api
-from nanoslip.study.accuracy.effects import scenes_of, tasks_of
+from nanoslip.study.accuracy.effects import scene_tasks, scenes_of
 from nanoslip.study.dataset import file
 from nanoslip.study.dataset.collect import collect
 from nanoslip.study.dataset.file import loaded
@@ -235,7 +235,7 @@ def test_effects_of_a_campaign_with_paths_change_its_loops(tmp_path):
     manifest = manifest_of(tmp_path, LOOPS)
     scenes = scenes_of(manifest, expand(manifest), 1)
     assert "loss_per_cycle" in scenes.variables
-    tasks = tasks_of(manifest, scenes.cases[0].case, scenes.drives, scenes.ensemble, scenes.variables)
+    tasks = scene_tasks(manifest, scenes.cases[0].case, scenes.drives, scenes.ensemble, scenes.variables)
     assert {task.kind for _, task in tasks} == {"path"}
 
 

@@ -20,8 +20,8 @@ from nanoslip.study.figures.points import (
     label,
     points_named,
     points_of,
-    short,
     symbol,
+    symbol_and_unit,
     typeset,
     variable_of,
 )
@@ -112,7 +112,11 @@ def test_labels_say_meaning_symbol_and_unit() -> None:
     assert label("mean_step", "plateau_mean") == f"{meaning('mean_step')} over F/W, in L_x"
     assert label("surface_stiffness", "normal_load") == f"{meaning('surface_stiffness')} K over W/(G·L_x·L_y), in G·L_y"
     assert label("stage_velocity", "spring_stiffness") == f"{meaning('stage_velocity')} V_o (m/s) over k (N/m)"
-    assert (short("stage_velocity"), short("radius"), short("slip_order")) == ("V_o (m/s)", "R/L_x", "slip order")
+    assert (symbol_and_unit("stage_velocity"), symbol_and_unit("radius"), symbol_and_unit("slip_order")) == (
+        "V_o (m/s)",
+        "R/L_x",
+        "slip order",
+    )
     assert (symbol("n_x"), symbol("stage_travel")) == ("n_x", "stage travel")
     assert typeset("μ_i over R/L_x") == "$μ_{i}$ over R/$L_{x}$"
     assert typeset("support = right_side, slip order = worst_first") == "support = right_side, slip order = worst_first"
