@@ -35,12 +35,8 @@ lateral stiffness K of the stuck contact, and approach, half-width (from the sec
 frictionless contact."""
 COUPLING: Final = "coupling"
 GRADINGS: Final[tuple[dict[str, int], ...]] = (
-    {"coarsest_row": 5},
-    {"coarsest_row": 9},
-    {"coarsest_row": 33},
-    {"coarsest_row": 65},
-    {"rows_per_level": 1},
-    {"rows_per_level": 4},
+    *({"coarsest_row": rows} for rows in (5, 9, 33, 65)),
+    *({"rows_per_level": rows} for rows in (1, 4)),
     {"rows_per_level": 4, "coarsest_row": 33},
 )
 """Gradings of the Galerkin scheme that are tried besides its own."""

@@ -224,16 +224,12 @@ def _print(found: Fit, scales: Scales) -> None:
 
 def _as_json(found: Fit) -> dict[str, Any]:
     means = found.predict(found.best[None])[0][0].tolist()
-    parameters = {
-        each.name: {
-            "best": each.at(found.best)[axis],
-            **{f"{100 * level:.0f}": found.intervals(axis, level) for level in LEVELS},
-            "range": (each.low, each.high),
-        }
-        for axis, each in enumerate(found.ranges)
-    }
+    parameters = {}
+    for axis, each in enumerate(found.ranges):
+        intervals = {f"{100 * level:.0f}": found.intervals(axis, level) for level in LEVELS}
+        parameters[each.name] = {"best": each.at(found.best)[axis], **intervals, "range": (each.low, each.high)}
     pairs = zip(found.targets, means, strict=True)
-    numbers = {each.name: {"value": each.value, "uncertainty": each.error, "best": mean} for each, mean in pairs}
+    numbers = {name: {"value": value, "uncertainty": error, "best": mean} for (name, value, error, _), mean in pairs}
     points = len(found.computed.x)
     return {"reached": found.reached, "parameters": parameters, "numbers": numbers, "points": points}
 

@@ -179,19 +179,14 @@ def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
 
 
 def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
-    rows = tuple(
-        (
-            name,
-            TRACE_SYMBOLS.get(name, ""),
-            with_error(number.value, number.uncertainty) if number.of > 1 else f"{number.value:.4g}",
-            "" if number.unit == "1" else as_written(number.unit),
-            plural(number.of, "value") if number.of else "given",
-            *([] if computed is None else [_beside(computed, name, "mean_force" in found.numbers)]),
-        )
-        for name, number in found.numbers.items()
-    )
-    beside = ["computed ±"] if computed is not None else []
-    return Table(("number", "symbol", "value ±", "unit", "mean of", *beside), rows)
+    rows = []
+    for name, (value, error, count, unit) in found.numbers.items():
+        known = with_error(value, error) if count > 1 else f"{value:.4g}"
+        of = plural(count, "value") if count else "given"
+        beside = [] if computed is None else [_beside(computed, name, "mean_force" in found.numbers)]
+        rows.append((name, TRACE_SYMBOLS.get(name, ""), known, "" if unit == "1" else as_written(unit), of, *beside))
+    header = ("number", "symbol", "value ±", "unit", "mean of", *(["computed ±"] if computed is not None else []))
+    return Table(header, tuple(rows))
 
 
 def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr.Dataset | None = None) -> bytes:

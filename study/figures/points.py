@@ -361,11 +361,9 @@ def axis_named(points: Points, dataset: xr.Dataset, word: str) -> str:
     """The coordinate that a word means, among those in which cases differ. Raises UnknownNameError."""
     if len(found := variables.called(list(points.axes), word)) == 1:
         return found[0]
-    wrong = (
-        "no variable of this dataset",
-        "cases do not differ in it",
-        "cases do not differ in what is called so",
-    )[min(len(variables.called([str(name) for name in dataset.variables], word)), 2)]
+    count = len(variables.called([str(name) for name in dataset.variables], word))
+    alike = f"cases do not differ in {'it' if count == 1 else 'what is called so'}"
+    wrong = alike if count else "no variable of this dataset"
     names = (each for name in points.axes for each in (name, _twins_in_si(dataset).get(name)) if each)
     known = (f"{name} ({symbol_and_unit(name)})" if description_of(name).symbol else name for name in names)
     raise UnknownNameError(f"{word}: {wrong}; they differ in {', '.join(known) or 'nothing'}")

@@ -472,14 +472,9 @@ def _mindlin(dataset: xr.Dataset) -> NDArray[np.float64]:
     return np.array(found)
 
 
+FAMILIES: Final = (CONTACT_VIEWS, DRIVES, SIZE_VIEWS, INTERIORS, RECORDS, LOOPS, CYCLE_VIEWS)
 SORTS: Final = {
-    sort.name: sort
-    for sort in (
-        Sort("answer", "Answer", beside_closed_forms),
-        *(
-            Sort(family.name, family.title, partial(views_of, family=family))
-            for family in (CONTACT_VIEWS, DRIVES, SIZE_VIEWS, INTERIORS, RECORDS, LOOPS, CYCLE_VIEWS)
-        ),
-    )
+    "answer": Sort("answer", "Answer", beside_closed_forms),
+    **{each.name: Sort(each.name, each.title, partial(views_of, family=each)) for each in FAMILIES},
 }
 """Every sort by name, in the order of a page."""
