@@ -104,12 +104,9 @@ def deciding(
     search = _Search(manifest, case, variable, most, drive, Store(out / FOLDER) if out else None, announce)
     coarser = search.best(FACTORS["coarser"])  # the cheap one tells what the other takes
     spacings = (search.best(FACTORS["finer"]), coarser)
-    if case.case.slip_rule.residual_shear == 1.0 or math.isinf(case.case.intrinsic_friction):
-        without_drop = math.nan
-    else:
-        without_drop = (
-            case.case.intrinsic_friction if variable in OF_FRICTION else _WITHOUT_DROP.get(variable, math.nan)
-        )
+    friction, without_drop = case.case.intrinsic_friction, math.nan
+    if case.case.slip_rule.residual_shear < 1.0 and math.isfinite(friction):
+        without_drop = friction if variable in OF_FRICTION else _WITHOUT_DROP.get(variable, math.nan)
     return Deciding(variable, tuple(each for each in spacings if each), without_drop)
 
 

@@ -246,7 +246,7 @@ def _shard(_context: click.Context, _option: click.Parameter, text: str | None) 
 @command("run:run_campaign", CAMPAIGN, OUT)
 @flag("--serial", help="Compute in this process alone, without MPI; no time limit ends a task.")
 @click.option("-j", "--jobs", type=POSITIVE, help="Number of processes on this machine, without MPI.")
-@defaulted("--grace", type=FiniteNumber(min=0.0), default=GRACE, help="Seconds for running tasks after a signal.")
+@defaulted("--grace", type=FiniteNumber(min=0.0), default=GRACE, help="Seconds for tasks to end after a signal.")
 @flag("--recompute-foreign", help="Compute results of other software again (`nanoslip status` lists it).")
 @flag("--retry", help="Try failed tasks again (`nanoslip status` counts them).")
 @click.option(

@@ -117,10 +117,8 @@ def sizes_in_si(dataset: xr.Dataset) -> Iterator[str]:
 
 def left_out(dataset: xr.Dataset) -> Iterator[str]:
     """Groups of runs and fits that the dataset does not have, a line each."""
-    for group, words, asked in (
-        ("record_id", "Friction records", "plateau_mean"),
-        ("trajectory_id", "Motions of pins", "drive_outcome"),
-    ):
+    kept = {"record_id": ("Friction records", "plateau_mean"), "trajectory_id": ("Motions of pins", "drive_outcome")}
+    for group, (words, asked) in kept.items():
         if asked in dataset and group not in dataset:
             yield f"{words} are not kept ([outputs] of the campaign): there are no figures of single cases."
     if "record_id" in dataset and "slips_exponent" not in dataset:

@@ -449,16 +449,12 @@ def _kinds(rows: CaseRows, run: str) -> list[str]:
 def endings(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     """Numbers of cases, then drives by ending, each with True if it is a failure: failures first, the most frequent first."""
     answered = _answered(dataset)
-    found = [
-        (
-            f"{count} {kind or 'case'}{'s' if count > 1 else ''}: {word.replace('_', ' ')}",
-            word != COMPLETED and not bool(answered.where(dataset[ending.name] == word, True).all()),
-        )
-        for kind, (ending, *_) in variables.OUTCOMES.items()
-        if ending.name in dataset
-        for word, count in Counter(dataset[ending.name].values.ravel().tolist()).most_common()
-        if word
-    ]
+    found = []
+    for kind, (ending, *_) in variables.OUTCOMES.items():
+        words = dataset[ending.name].values.ravel().tolist() if ending.name in dataset else []
+        for word, count in Counter(filter(None, words)).most_common():
+            failed = word != COMPLETED and not bool(answered.where(dataset[ending.name] == word, True).all())
+            found.append((f"{count} {kind or 'case'}{'s' if count > 1 else ''}: {word.replace('_', ' ')}", failed))
     return sorted(found, key=lambda each: not each[1])
 
 
@@ -525,14 +521,13 @@ def label_text(label: Mapping[str, Value], scales: Scales | None = None) -> str:
 
     Parameters that it has not, as a scheme its settings, are left out. scales: to have lengths and loads in SI: `R = 5 mm`.
     """
-    known = {name: value for name, value in label.items() if value != "" and value == value}  # noqa: PLR0124  NaN is not
-    sizes = {name: si for name, value in known.items() if scales and (si := si_text(scales, name, value))}
-    return ", ".join(
-        f"{variables.in_si_too()[name].symbol} = {sizes[name]}"
-        if name in sizes
-        else f"{_name(name)} = {in_text(value)} {written_unit(name)}".rstrip()
-        for name, value in known.items()
-    )
+    parts = []
+    for name, value in label.items():
+        if value != "" and value == value:  # noqa: PLR0124  NaN is not
+            si = si_text(scales, name, value) if scales else ""
+            size = f"{variables.in_si_too()[name].symbol} = {si}" if si else ""
+            parts.append(size or f"{_name(name)} = {in_text(value)} {written_unit(name)}".rstrip())
+    return ", ".join(parts)
 
 
 def _name(parameter: str) -> str:
