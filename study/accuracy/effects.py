@@ -185,12 +185,10 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[d
     for ensemble in (Ensemble(), scenes.ensemble):  # the first one loads libraries and compiles kernels
         tasks = scene_tasks(scenes.manifest, case, drives, ensemble, scenes.variables)
         compute_tasks(tasks, done)
-    found = {
-        (variable, label): done[task.key][0]
-        for label, task in tasks
-        for variable in scenes.variables
-        if variable in kinds.names_of(kinds.KINDS[task.kind])
-    }
+    found = dict[Place, TaskResult]()
+    for label, task in tasks:
+        own = {*scenes.variables} & kinds.names_of(kinds.KINDS[task.kind])
+        found |= {(variable, label): done[task.key][0] for variable in scenes.variables if variable in own}
     return found, sum(done[task.key][1] for _, task in tasks if task.kind != "compliance")
 
 

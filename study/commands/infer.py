@@ -24,11 +24,11 @@ from nanoslip.study.inference.pictures import bars, contours
 from nanoslip.study.inference.sensitivity import caution, sensitivity
 from nanoslip.study.manifest.checker import number_or_text, read_text
 from nanoslip.study.manifest.manifest import drive_parameters
-from nanoslip.study.manifest.parameters import of_symbol, si_text
+from nanoslip.study.manifest.parameters import of_symbol
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.expectations import out_of_reach
 from nanoslip.study.report.console import Table, console, note, print_sentences, print_table, whole
-from nanoslip.study.report.summary import holes
+from nanoslip.study.report.summary import holes, with_size
 from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.store import Lease, Store, write_files
 from nanoslip.study.run.campaign import ShortageError, UnfinishedError, compute_campaign
@@ -214,10 +214,9 @@ def _print(found: Fit, scales: Scales) -> None:
     for place, (x, _) in enumerate(found.islands or [(found.best[None], None)]):
         for axis, each in enumerate(found.ranges):
             value = float(f"{each.at(x[0])[axis]:.4g}")
-            si = si_text(scales, each.name, value)
-            best = f"{in_text(value)} ({si})" if si else in_text(value)
             ends = [_interval([*found.intervals(axis, level), None][place]) for level in LEVELS]
-            rows.append((each.name, best, *ends, f"{in_text(each.low)} to {in_text(each.high)}"))
+            best, searched = with_size(each.name, value, scales), f"{in_text(each.low)} to {in_text(each.high)}"
+            rows.append((each.name, best, *ends, searched))
     best, levels = "best" if found.reached else "nearest", (f"{100 * level:.0f} %" for level in LEVELS)
     print_table(Table(("parameter", best, *levels, "looked at"), tuple(rows), asked=3))
 

@@ -252,22 +252,18 @@ def _data(found: plans.Standing, ranks: int) -> dict[str, Any]:
     """The plan for scripts."""
     plan = found.plan
     results, dataset = expectations.disk_of_plan(plan)
+    refused = [{"case": each.parameters, "message": each.outcome.message} for each in plan.cases if not each.case]
+    drives = [(each.label, "" if each.drive else each.outcome.message) for each in plan.manifest.drives]
+    times = {number: makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})}
     return {
         "title": plan.manifest.title,
         "cases": len(plan.cases),
         "members": plan.manifest.ensemble.members,
-        "refused": [
-            {"case": each.parameters, "message": each.outcome.message} for each in plan.cases if each.case is None
-        ],
-        "drives": [
-            {"drive": each.label, "refused": each.outcome.message if each.drive is None else ""}
-            for each in plan.manifest.drives
-        ],
+        "refused": refused,
+        "drives": [{"drive": label, "refused": message} for label, message in drives],
         "effects": switched_effects(plan.manifest),
         "tasks": found.kinds,
-        "seconds_left": {
-            number: makespan(found.remaining, number, found.measured.seconds) for number in sorted({1, ranks})
-        },
+        "seconds_left": times,
         "measured": {kind: found.measured.factor(kind) for kind in found.measured.as_data()},
         "disk_bytes": {"results": results, "dataset": dataset},
         "expected": expectations.expected_lines(plan, expectations.outlook_of(plan)),

@@ -95,15 +95,13 @@ def runs_of(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> lis
     firsts = [ids.index(each) for each in dict.fromkeys(ids) if isinstance(each, str) and each]
     needed = need if need and need.variable in dataset else None
     enough = found.values(needed.variable) >= needed.least if needed else np.ones(len(ids), np.bool_)
-    return [
-        DrawnRun(
-            number,
-            {name: values[place : place + 1].tolist()[0] for name, values in labels.items()},
-            {dim: dataset[dim].values[along[place]] for dim, along in positions.items()},
-        )
-        for number, place in enumerate(firsts, 1)
-        if enough[place]
-    ]
+    runs = []
+    for number, place in enumerate(firsts, 1):
+        if enough[place]:
+            own = {name: values[place : place + 1].tolist()[0] for name, values in labels.items()}
+            selection = {dim: dataset[dim].values[along[place]] for dim, along in positions.items()}
+            runs.append(DrawnRun(number, own, selection))
+    return runs
 
 
 def views_of(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:

@@ -324,7 +324,7 @@ def scalar_table(dataset: xr.Dataset, why: bool = True, most: int = MOST_ROWS, s
             failed.add(len(rows))
         told = f"{ending}{flags if flagged else ''}{message if why else ''}"
         cells = (_text(case, name, 5) + variables.fewer(case, name) for name in columns)
-        rows.append((*(_label(case, name, scales) for name in varying), *cells, told))
+        rows.append((*(with_size(name, case[name].item(), scales) for name in varying), *cells, told))
     if more := len(all_rows) - len(rows):
         rows.append((*("…" for _ in header[1:]), f"{more} more"))
     return Table(header, tuple(rows), len(varying), frozenset(failed), len(asked))
@@ -574,8 +574,8 @@ def _varying(rows: CaseRows) -> list[str]:
     return found if CASE not in rows.sizes or set(found) - rows.sizes.keys() else [CASE, *found]
 
 
-def _label(values: xr.Dataset, name: str, scales: Scales | None) -> str:
-    value = values[name].item()
+def with_size(name: str, value: Value, scales: Scales | None) -> str:
+    """Value of a parameter, and beside a length or load its size in SI."""
     si = si_text(scales, name, value) if scales else ""
     return f"{in_text(value)} ({si})" if si else in_text(value)
 
