@@ -213,10 +213,8 @@ def deciding_words(found: Deciding, title: str = "") -> Iterator[str]:
     title: of the number.
     """
     unit = as_written(by_name()[found.variable].units)
-    values = [
-        f"{with_error(each.value, each.error) if unit == '1' else compact(each.value, unit, each.error)} with {times(each)}"
-        for each in found.computed
-    ]
+    worded = with_error if unit == "1" else lambda value, error: compact(value, unit, error)
+    values = [f"{worded(each.value, each.error)} with {times(each)}" for each in found.computed]
     if values:
         yield f"{title}{', '.join(values)} the node spacing"
     yield from map(missing_words, (each for each in found.spacings if not each.has_value))

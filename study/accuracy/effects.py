@@ -187,8 +187,8 @@ def _computed(scenes: Scenes, case: Case, drives: Drives, done: Done) -> tuple[d
         compute_tasks(tasks, done)
     found = dict[Place, TaskResult]()
     for label, task in tasks:
-        own = {*scenes.variables} & kinds.names_of(kinds.KINDS[task.kind])
-        found |= {(variable, label): done[task.key][0] for variable in scenes.variables if variable in own}
+        names = kinds.names_of(kinds.KINDS[task.kind])
+        found |= {(variable, label): done[task.key][0] for variable in scenes.variables if variable in names}
     return found, sum(done[task.key][1] for _, task in tasks if task.kind != "compliance")
 
 

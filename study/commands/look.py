@@ -276,12 +276,10 @@ def _show_case(case: xr.Dataset, dataset: xr.Dataset, picture: Path | None, name
         print_lines(lines)
     if found := beyond_contact(case):
         least, most, holds = found
+        alone = f"{least:.3g} to {most:.3g}, is not friction alone: the contact holds {holds:.3g}"
         stuck = Ending.NO_SLIP.value == case["drive_outcome"].item()  # whose advice is to pull harder
         advice = "" if stuck else "; lower stage_velocity, spring_stiffness or pin_mass"
-        note(
-            f"the spring force over load, {least:.3g} to {most:.3g}, is not friction alone: the contact holds {holds:.3g}, the "
-            f"rest is inertia and damper{advice}"
-        )
+        note(f"the spring force over load, {alone}, the rest is inertia and damper{advice}")
     if lines and not names and (answer := summary.answer(case)):  # which has scrolled away
         note(answer)
 

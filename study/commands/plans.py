@@ -135,13 +135,11 @@ def standing(
     failures = {key: attempt for store in stores for key, attempt in store.failures().items()}
     rest = rest_of(plan, failures, {key: meta.origins for key, meta in metas.items()})
     measured = measure(plan) if measure else measured_in(into, *shard_folders(into))
-    kinds = {
-        kind: replace(count, core_seconds_left=measured.factor(kind) * count.core_seconds_left)
-        for kind, count in kind_counts(plan.tasks if sized else plan.distinct, rest.tasks, rest.given_up).items()
-    }
-    outcomes = plan.outcomes(
-        {key: meta.outcome for key, meta in metas.items()}, {key: each.outcome for key, each in failures.items()}
-    )
+    counts = kind_counts(plan.tasks if sized else plan.distinct, rest.tasks, rest.given_up)
+    seconds = {kind: measured.factor(kind) * count.core_seconds_left for kind, count in counts.items()}
+    kinds = {kind: replace(count, core_seconds_left=seconds[kind]) for kind, count in counts.items()}
+    finished, failed = ({key: each.outcome for key, each in found.items()} for found in (metas, failures))
+    outcomes = plan.outcomes(finished, failed)
     return Standing(campaign, into, plan, stores, kinds, rest.tasks, rest.given_up, rest.foreign, measured, outcomes)
 
 
@@ -156,11 +154,9 @@ def print_foreign(foreign: Mapping[str, Origins], campaign: Path, into: Path, st
     if not foreign:
         return
     parts = "; ".join(f"{count} of {origin}" for origin, count in sorted(census(foreign.values()).items()))
-    note(
-        f"{len(foreign)} finished results are other software's: {parts}; here is {here()}. They are used as they are; "
-        f"{typed_command('run', campaign, into, '--recompute-foreign')} computes them again",
-        stderr=stderr,
-    )
+    again = typed_command("run", campaign, into, "--recompute-foreign")
+    found = f"{len(foreign)} finished results are other software's: {parts}; here is {here()}"
+    note(f"{found}. They are used as they are; {again} computes them again", stderr=stderr)
 
 
 def plural(number: int, what: str) -> str:

@@ -182,12 +182,11 @@ def question_of(
     tables: list[dict[str, Any]] = given.get("drives", [{}] if "drive_axes" in given else [])
     document["drives"] = [{"name": DEFAULT, **each} for each in tables]
     document["drive_axes"] = {key: each for key, each in given.get("drive_axes", {}).items() if key not in asked}
-    for word, values in axes.items():
-        if word not in asked and word not in fixed:
-            if len(set(values)) > 1:
-                remark = f"has {len(set(values))} values in the campaign"
-                raise ManifestError.of(word, need=f"{word}=VALUE, or --vary", remark=remark)
-            fixed = {**fixed, word: values[0]}
+    for word in several:
+        if word not in asked:
+            remark = f"has {len(set(axes[word]))} values in the campaign"
+            raise ManifestError.of(word, need=f"{word}=VALUE, or --vary", remark=remark)
+    fixed = fixed | {word: values[0] for word, values in axes.items() if word not in {*asked, *fixed}}
     for table in TABLES:
         document[table] = {key: value for key, value in given.get(table, {}).items() if key not in asked}
     for word, value in fixed.items():

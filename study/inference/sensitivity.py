@@ -138,11 +138,9 @@ def indices(
     scatter = (surrogate.scatter / surrogate.scale) ** 2
     found = replace(found, scatter=scatter, predictivity=surrogate.predictivity)
     if surrogate.predictivity < LEAST_PREDICTED:
-        why = (
-            f"a smooth dependence predicts {100.0 * max(surrogate.predictivity, 0.0):.0f} % of the variance of cases left "
-            f"out, and {100.0 * LEAST_PREDICTED:.0f} % are needed: add cases, or members"
-        )
-        return replace(found, unknown=why)
+        share, least = (f"{100.0 * each:.0f} %" for each in (max(surrogate.predictivity, 0.0), LEAST_PREDICTED))
+        why = f"a smooth dependence predicts {share} of the variance of cases left out, and {least} are needed"
+        return replace(found, unknown=f"{why}: add cases, or members")
     if all(axis.levels for axis in axes):
         shape = [len(axis.levels) for axis in axes]
         places = np.indices(shape).reshape(len(axes), -1)

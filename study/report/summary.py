@@ -509,10 +509,9 @@ def drive_summary(dataset: xr.Dataset) -> list[str]:
     counted = [(each, ", ".join(f"{count} {hyphenated(word)}" for word, count in tally)) for each, tally in counts]
     found = _inertial(dataset) if "static_friction" in dataset else xr.DataArray(False)
     inertial = int(found.sum())
-    advice = (
-        f"μ_s of {inertial} of {found.size} drives: inertia and damper add over {INERTIAL:.0%} to the "
-        "contact's peak, as (peak + addition); lower stage_velocity, spring_stiffness or damping_ratio"
-    )
+    share = f"inertia and damper add over {INERTIAL:.0%} to the contact's peak, as (peak + addition)"
+    cure = "lower stage_velocity, spring_stiffness or damping_ratio"
+    advice = f"μ_s of {inertial} of {found.size} drives: {share}; {cure}"
     return [*(f"{each.name} of {each.size} drives: {said}" for each, said in counted if said), *[advice][:inertial]]
 
 
