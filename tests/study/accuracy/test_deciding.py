@@ -205,7 +205,7 @@ def test_what_decides_is_computed_once_in_a_folder_that_can_be_written(tmp_path:
     kept.unlink()
     found.append(found_in(CASE, out=tmp_path))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("nanoslip.study.accuracy.deciding.compute", None)
+        patch.setattr("nanoslip.study.accuracy.deciding.compute_tasks", None)
         found.append(found_in(CASE, out=tmp_path))
         with pytest.raises(TypeError):
             found_in({**CASE, "limits": {"presliding": 2}}, out=tmp_path)
