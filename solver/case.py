@@ -397,10 +397,8 @@ def _refuse_combinations(case: Case) -> None:
         first, *others = STOP_CONDITIONS
         raise InvalidInput(first, None, "at least one limit of the record", dict.fromkeys(others))
     if loads.contacts > 1 and endless:
-        need = (
-            "presliding, displacement or spacings among the limits, as contacts of one slider end at one displacement"
-        )
-        raise InvalidInput("contacts", loads.contacts, need)
+        limits = "presliding, displacement or spacings among the limits"
+        raise InvalidInput("contacts", loads.contacts, f"{limits}, as contacts of one slider end at one displacement")
     if case.path:
         _refuse_with_a_path(case)
     _refuse_by_rows(case)

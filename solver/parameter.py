@@ -122,10 +122,8 @@ class Quantity:
 
     def counts(self) -> "dict[str, Quantity]":
         """Word -> the variable that counts the members that have it."""
-        meant = "members with {} {}".format
-        return {
-            word: Quantity(f"{self.name}_{word}_members", meant(self.name, word), dtype=np.int32) for word in self.words
-        }
+        names = {word: (f"{self.name}_{word}_members", f"members with {self.name} {word}") for word in self.words}
+        return {word: Quantity(*name, dtype=np.int32) for word, name in names.items()}
 
     @property
     def beside(self) -> "tuple[Quantity, ...]":
@@ -350,9 +348,8 @@ class _Check(NamedTuple):
         if self.plain is None:
             return given
         value = _CONVERSIONS[self.plain](self.name, given)
-        for each in (
-            (value,) if self.plain in (int, float) else value if self.stated.columns or self.stated.listed else ()
-        ):
+        several = value if self.stated.columns or self.stated.listed else ()
+        for each in (value,) if self.plain in (int, float) else several:
             numbers = each if self.plain is Roughness else (each,)
             if not all(map(self.stated.holds, numbers)):
                 require(self.name, each, False, partial(self.stated.allowed, whole=self.plain is int))

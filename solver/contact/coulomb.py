@@ -370,13 +370,6 @@ def _time(room: Vector, rate: Vector, which: NDArray[np.bool_]) -> Vector:
 
 def coulomb_state(solved: CoulombContact, outcome: Outcome) -> ContactState:
     """A contact with classical Coulomb friction as a value."""
-    found = (
-        solved.contact.copy(),
-        solved.force,
-        solved.u,
-        solved.v,
-        solved.approach,
-        solved.displacement,
-        solved.slips,
-    )
-    return state_from_forces(solved.case, solved.compliance.widths, *found, outcome, solved.first_node)
+    found = (solved.contact.copy(), solved.force, solved.u, solved.v, solved.approach)
+    moved = (solved.displacement, solved.slips, outcome, solved.first_node)
+    return state_from_forces(solved.case, solved.compliance.widths, *found, *moved)

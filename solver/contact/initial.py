@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from nanoslip.solver.case import Case
+from nanoslip.solver.contact import coulomb
 from nanoslip.solver.contact.compiled_contact import (
     CompiledContact,
     answer_violations,
@@ -21,14 +22,6 @@ from nanoslip.solver.contact.compiled_contact import (
     within_reach,
 )
 from nanoslip.solver.contact.convolved import convolved_contact
-from nanoslip.solver.contact.coulomb import (
-    CoulombContact,
-    CoulombError,
-    coulomb_state,
-    raise_load_of_sliding,
-    resolve_violations,
-    stick_and_slide_at_rest,
-)
 from nanoslip.solver.contact.kernels.path import empty_events, follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
@@ -209,17 +202,17 @@ def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactS
     else:
         found = normal_contact(case, compliance, case.initial_contact == "stick")
         contact, u, normal_load = found.contact, np.where(found.contact, found.u, 0.0), case.normal_load
-    solved = CoulombContact(case, compliance, contact, np.zeros_like(x), u, normal_load, direction=PRESSED)
+    solved = coulomb.CoulombContact(case, compliance, contact, np.zeros_like(x), u, normal_load, direction=PRESSED)
     try:
         if case.initial_contact == "stick":
-            stick_and_slide_at_rest(solved)
+            coulomb.stick_and_slide_at_rest(solved)
         else:
-            resolve_violations(solved)
-            raise_load_of_sliding(solved, case.normal_load)
-    except CoulombError as error:
+            coulomb.resolve_violations(solved)
+            coulomb.raise_load_of_sliding(solved, case.normal_load)
+    except coulomb.CoulombError as error:
         stuck = case.initial_contact == "stick" and error.ending is Ending.SLIP_UNBOUNDED
-        return coulomb_state(solved, NO_STUCK_TOUCH if stuck else error.outcome)
-    return coulomb_state(solved, COMPLETED)
+        return coulomb.coulomb_state(solved, NO_STUCK_TOUCH if stuck else error.outcome)
+    return coulomb.coulomb_state(solved, COMPLETED)
 
 
 def _nothing(case: Case, outcome: Outcome) -> ContactState:

@@ -7,16 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import Case
+from nanoslip.solver.contact import coulomb
 from nanoslip.solver.contact.compiled_contact import left_behind
-from nanoslip.solver.contact.coulomb import (
-    CoulombContact,
-    CoulombError,
-    advance,
-    change,
-    coulomb_state,
-    next_change,
-    stick_and_slide_in_motion,
-)
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.path import Events, empty_events
 from nanoslip.solver.contact.kernels.state import EventKind, Stop
@@ -44,20 +36,20 @@ def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Com
         run.follow()
         if math.isinf(way.end(case, run.initial_stiffness)) and run.solved.displacement >= off_the_slab(case):
             outcome = OUTCOME_OF_STOP[Stop.CONTACT_LOST]
-    except CoulombError as error:
+    except coulomb.CoulombError as error:
         outcome = error.outcome
-    end = coulomb_state(run.solved, outcome)
+    end = coulomb.coulomb_state(run.solved, outcome)
     energies = (run.solved.load_work, run.dissipated)
     return record_of(case, start, run.initial_stiffness, run.events(), run.slipped, len(run.rows), end, *energies)
 
 
-def _contact_at(case: Case, start: ContactState, compliance: Compliance, way: Way) -> CoulombContact:
+def _contact_at(case: Case, start: ContactState, compliance: Compliance, way: Way) -> coulomb.CoulombContact:
     """The contact in this state; nodes at their limit of friction slide."""
     limits = node_friction(case, start.first_node) * -start.nodal_force[1]
     slides = np.abs(start.nodal_force[0]) >= limits * (1 - 1e-9)
     sign = np.where(start.contact & slides, np.sign(start.nodal_force[0]), 0.0)
     place = (start.u.copy(), way.load, start.displacement, start.first_node)
-    return CoulombContact(case, compliance, start.contact.copy(), sign, *place, way.direction)
+    return coulomb.CoulombContact(case, compliance, start.contact.copy(), sign, *place, way.direction)
 
 
 @dataclass(eq=False)
@@ -65,7 +57,7 @@ class CoulombRun:
     """A run in the making: the contact, and a row per event in the order of `Events`."""
 
     case: Case
-    solved: CoulombContact
+    solved: coulomb.CoulombContact
     way: Way
     rows: list[tuple[float, ...]] = field(default_factory=list)
     initial_stiffness: float = math.nan
@@ -96,15 +88,15 @@ class CoulombRun:
     def follow(self) -> None:
         """Step from change of roles to change of roles. Raises CoulombError if the contact has no solution."""
         case, solved = self.case, self.solved
-        rates = stick_and_slide_in_motion(solved)
+        rates = coulomb.stick_and_slide_in_motion(solved)
         self.initial_stiffness = self.way.stiffness(float(rates[0][0].sum()))
         while len(self.rows) < (case.max_events or math.inf) and (left := self._left()) > 0.0:
-            step, kind, node = next_change(solved, rates)
+            step, kind, node = coulomb.next_change(solved, rates)
             longest = min(self._longest(), left)
-            self.dissipated += advance(solved, min(step, longest), rates)
+            self.dissipated += coulomb.advance(solved, min(step, longest), rates)
             before, touching, slips = float(solved.force[0].sum()), solved.contact.copy(), solved.node_slips.copy()
-            change(solved, kind if step <= longest else EventKind.NOTHING, node)
-            rates = stick_and_slide_in_motion(solved)
+            coulomb.change(solved, kind if step <= longest else EventKind.NOTHING, node)
+            rates = coulomb.stick_and_slide_in_motion(solved)
             if step <= longest:
                 _refuse_flanks(solved, self.dissipated)
                 changes = ((touching & ~solved.contact).sum(), (solved.contact & ~touching).sum())
@@ -125,16 +117,8 @@ class CoulombRun:
         again = bool(self.rows) and self.rows[-1][0] == solved.displacement
         self.last_slips = self.last_slips + slips if again else slips
         sizes = (int(solved.contact.sum()), int(np.count_nonzero(self.last_slips)))
-        row: tuple[float, ...] = (
-            *forces,
-            self.dissipated,
-            kind,
-            solved.first_node + node,
-            int(slips.sum()),
-            *changes,
-            *sizes,
-            solved.normal_load,
-        )
+        what = (kind, solved.first_node + node, int(slips.sum()), *changes)
+        row: tuple[float, ...] = (*forces, self.dissipated, *what, *sizes, solved.normal_load)
         self.rows.append(_as_one(self.rows.pop(), row) if again else row)
         self.dissipated = 0.0
 
@@ -146,13 +130,13 @@ class CoulombRun:
         return events
 
 
-def _refuse_flanks(solved: CoulombContact, dissipated: float) -> None:
+def _refuse_flanks(solved: coulomb.CoulombContact, dissipated: float) -> None:
     """Raises CoulombError if a node is on a flank above 45°, or on one above its μ_i in an event that creates energy."""
     slope = np.abs(solved.pin.slope(solved.xi))[solved.contact]
     creates = dissipated < -CREATED_ON_THE_WAY * solved.normal_load**2
     above_friction = bool((slope > solved.node_friction[solved.contact]).any())
     if (creates and above_friction) or not (slope <= STEEPEST).all():
-        raise CoulombError(Stop.STEEP)
+        raise coulomb.CoulombError(Stop.STEEP)
 
 
 def _as_one(first: tuple[float, ...], then: tuple[float, ...]) -> tuple[float, ...]:

@@ -132,11 +132,8 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     events, whole = len(record.displacement), 0
     begins = RUN_IN * record.presliding_length
     if not begins < record.final_displacement:
-        return _refused(
-            "run_in",
-            f"the record ends after {record.presliding_lengths:.2g} presliding lengths, run-in takes {RUN_IN:g}",
-            record,
-        )
+        reached = f"the record ends after {record.presliding_lengths:.2g} presliding lengths"
+        return _refused("run_in", f"{reached}, run-in takes {RUN_IN:g}", record)
     if events and (whole := math.floor((record.displacement[-1] - begins) / record.spacing)):
         begins = record.displacement[-1] - whole * record.spacing
     first, last = int(np.searchsorted(record.displacement, begins)), events - 1
@@ -213,7 +210,6 @@ def _refused(cause: str, message: str, record: FrictionRecord) -> Plateau:
     # Beyond the rounding of a sum of steps.
     between = record.final_displacement - last > 1e-12 * record.final_displacement
     limit = "limits.presliding, spacings or displacement, whichever ended it" if between else "limits.events"
-    outcome = Outcome(
-        Ending.NO_PLATEAU, f"{message}; raise {limit}", cause=f"{cause} {'travel' if between else 'events'}"
-    )
+    cause = f"{cause} {'travel' if between else 'events'}"
+    outcome = Outcome(Ending.NO_PLATEAU, f"{message}; raise {limit}", cause=cause)
     return Plateau(0, 0, *(math.nan,) * 6, outcome=outcome)

@@ -11,18 +11,8 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats, Vector
 from nanoslip.solver.ensemble import jackknife, mean_of, needed
 from nanoslip.solver.parameter import as_field, quantities, quantity
+from nanoslip.solver.sliding import power_law
 from nanoslip.solver.sliding.plateau import Plateau
-from nanoslip.solver.sliding.power_law import (
-    DRAWS,
-    EXPONENTS,
-    SIGNIFICANT,
-    SizeSample,
-    exponent_in_range,
-    fitted_power_law,
-    goodness_of_fit,
-    logarithmic_histogram,
-    sorted_sizes,
-)
 from nanoslip.solver.sliding.record import FrictionRecord, event, require_record
 from nanoslip.solver.view import Curve, OneLine, Picture, Viewed, with_error
 
@@ -188,43 +178,44 @@ class SizeDistribution(OneLine):
             known = math.isfinite(self.exponent)
             found = with_error(self.exponent, self.exponent_uncertainty) if known else "at a bound"
             yield f"exponent {found} from {self.cutoff:.4g} on"
-            yield f"goodness {self.goodness:.2g}{', no power law' if self.goodness < SIGNIFICANT else ''}"
+            yield f"goodness {self.goodness:.2g}{', no power law' if self.goodness < power_law.SIGNIFICANT else ''}"
 
 
-def size_distribution(*members: Values, discrete: bool, draws: int = DRAWS) -> SizeDistribution:
+def size_distribution(*members: Values, discrete: bool, draws: int = power_law.DRAWS) -> SizeDistribution:
     """The distribution of the sizes of all members together, each in any order; sizes not above 0 are left out.
 
     All numbers are NaN if too few members have sizes (`needed`). discrete: whole numbers, such as slips. draws: samples for the
     goodness of fit, which is NaN for 0.
     """
     each, sample = _together(members, discrete)
-    count, law = len(sample.values), fitted_power_law(sample)
+    count, law = len(sample.values), power_law.fitted_power_law(sample)
     mean = float(sample.values.mean()) if count else math.nan
     largest = float(sample.values[-1]) if count else math.nan
     if law is None:
         nothing = (math.nan, math.nan, len(each), math.nan, 0, math.nan, math.nan)
         return SizeDistribution(count, mean, largest, *nothing)
-    goodness = goodness_of_fit(sample, law, draws)
+    goodness = power_law.goodness_of_fit(sample, law, draws)
     exponent = exponent_over_members(each, law.exponent, discrete)
     return SizeDistribution(count, mean, largest, *exponent, *law[1:], goodness)
 
 
-def _together(members: Sequence[Values], discrete: bool) -> tuple[list[Floats], SizeSample]:
+def _together(members: Sequence[Values], discrete: bool) -> tuple[list[Floats], power_law.SizeSample]:
     """Sizes of each member with sizes, and of all together; empty if too few members have sizes."""
-    each = [values for sizes in members if len(values := sorted_sizes(sizes, discrete).values)]
+    each = [values for sizes in members if len(values := power_law.sorted_sizes(sizes, discrete).values)]
     enough = len(each) >= needed(len(members))
-    return each, sorted_sizes(np.concatenate([np.empty(0), *(each if enough else ())]), discrete)
+    return each, power_law.sorted_sizes(np.concatenate([np.empty(0), *(each if enough else ())]), discrete)
 
 
 def exponent_over_members(members: Sequence[Floats], fitted: float, discrete: bool) -> tuple[float, float, int]:
     """The exponent fitted to all members together, its ± and their number; NaN at the bounds of what is looked for."""
-    if math.isnan(exponent := exponent_in_range(fitted)):
+    if math.isnan(exponent := power_law.exponent_in_range(fitted)):
         return exponent, math.nan, len(members)
     # The cut-off is looked for without each member anew, as its choice is a part of the error: with that of all members as given
     # ± held in 57 to 69 of 100 ensembles of 2 to 16 members, so in 67 to 84.
     rest = (np.concatenate([np.empty(0), *members[:left], *members[left + 1 :]]) for left in range(len(members)))
-    laws = [fitted_power_law(sorted_sizes(sizes, discrete)) for sizes in rest]
-    return exponent, jackknife([exponent_in_range(law.exponent) if law else math.nan for law in laws]), len(members)
+    laws = [power_law.fitted_power_law(power_law.sorted_sizes(sizes, discrete)) for sizes in rest]
+    error = jackknife([power_law.exponent_in_range(law.exponent) if law else math.nan for law in laws])
+    return exponent, error, len(members)
 
 
 SIZES: Final = {
@@ -250,7 +241,7 @@ def _of_size(size: str, meaning: str) -> list[tuple[str, Any, Field[Any]]]:
     of, reference = f"of {meaning}", f"; {_REFERENCE[size]}" if size in _REFERENCE else ""
     exponent = (
         f"{of}, from {size}_cutoff on, of all members together{reference}; no power law where {size}_goodness is below "
-        f"{SIGNIFICANT:g}; NaN outside of {EXPONENTS[0]:.0f} to {EXPONENTS[1]:g}"
+        f"{power_law.SIGNIFICANT:g}; NaN outside of {power_law.EXPONENTS[0]:.0f} to {power_law.EXPONENTS[1]:g}"
     )
     goodness = f"{of}; share of synthetic samples farther from the power law; below 0.1 it is rejected"
     return [
@@ -310,7 +301,9 @@ class SizeBins:
     bin_events: NDArray[np.int64] = quantity("events in the bin", along="bin", dtype=np.int64, comment="of all members")
 
 
-def event_distributions(members: Sequence[tuple[FrictionRecord, Plateau]], draws: int = DRAWS) -> tuple[Any, SizeBins]:
+def event_distributions(
+    members: Sequence[tuple[FrictionRecord, Plateau]], draws: int = power_law.DRAWS
+) -> tuple[Any, SizeBins]:
     """The EventDistributions and SizeBins of an ensemble: of the steady parts of its usable records."""
     each = [event_sizes(record, plateau.start if record.outcome.usable else math.nan) for record, plateau in members]
     counts = [len(sizes.slips) for sizes in each if len(sizes.slips)]
@@ -337,7 +330,7 @@ def _alone(sizes: EventSizes) -> dict[str, float]:
 
 def _bins(members: Sequence[EventSizes]) -> SizeBins:
     samples = [_together([getattr(sizes, size) for sizes in members], DISCRETE[size])[1] for size in SIZES]
-    found = [logarithmic_histogram(sample.values, discrete=sample.discrete) for sample in samples]
+    found = [power_law.logarithmic_histogram(sample.values, discrete=sample.discrete) for sample in samples]
     seen = [each.counts > 0 for each in found]
     columns = [
         np.concatenate([column[there] for column, there in zip(of_size, seen, strict=True)])

@@ -200,9 +200,8 @@ def read_columns(path: Path, text: str, titled: bool = True) -> FileColumns:
     between = sorted({*range(start, rows[-1] + 1)} - {*rows})
     left = [lines[place] for place in between if not _is_comment(lines[place][1])]
     if len(left) > len(rows):
-        raise InvalidInput(
-            f"line {left[0][0]}: {quoted(left[0][1])}: needs {width} columns of numbers, as line {lines[rows[0]][0]}"
-        )
+        need = f"{width} columns of numbers, as line {lines[rows[0]][0]}"
+        raise InvalidInput(f"line {left[0][0]}: {quoted(left[0][1])}: needs {need}")
     wide = int(np.flatnonzero(np.isfinite(values).any(axis=0))[-1]) + 1
     titles = _titles([line for _, line in lines[: first * titled]], kind, wide, values)
     return FileColumns(
@@ -367,10 +366,8 @@ def one_way(rows: Rows, name: str, need: str, turns: bool = True) -> OneWay:
         values, lines, places, at = values[:, 1:], lines[1:], places[1:], at[1:]
     steps = np.diff(at) * way
     if (back := np.flatnonzero(steps < 0.0)).size:
-        place = back[0]
-        raise InvalidInput(
-            f"line {lines[place + 1]}: {name} = {at[place + 1]:g} after {at[place]:g}: needs {name} that {need}"
-        )
+        last, now = back[0], back[0] + 1
+        raise InvalidInput(f"line {lines[now]}: {name} = {at[now]:g} after {at[last]:g}: needs {name} that {need}")
     equal = int((steps == 0.0).sum())
     if not equal:
         return OneWay(way * at, values[1:], lines, way < 0.0, 0, 0)

@@ -227,10 +227,9 @@ class Outputs:
 
     def __post_init__(self) -> None:
         validate(self)
-        require(
-            "tractions_at", self.tractions_at, _increasing(self.tractions_at), declared(Outputs)["tractions_at"].need
-        )
-        object.__setattr__(self, "tractions_at", tuple(self.tractions_at))
+        events, need = self.tractions_at, declared(Outputs)["tractions_at"].need
+        require("tractions_at", events, _increasing(events), need)
+        object.__setattr__(self, "tractions_at", tuple(events))
 
 
 @dataclass(frozen=True, slots=True)

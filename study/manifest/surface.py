@@ -13,16 +13,7 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image, image_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, Roughness, parameter, require, validate
-from nanoslip.study.manifest.columns import (
-    FileColumn,
-    FileColumns,
-    OneWay,
-    is_unit,
-    one_way,
-    read_columns,
-    scale_of,
-    unit_for,
-)
+from nanoslip.study.manifest import columns
 from nanoslip.study.manifest.parameters import plain
 from nanoslip.study.manifest.units import factor
 
@@ -68,8 +59,8 @@ class Surface:
 
     x: Floats
     height: Floats
-    source: FileColumns | None = None
-    rows: OneWay | None = None
+    source: columns.FileColumns | None = None
+    rows: columns.OneWay | None = None
     holes: int = 0
     """Lines without a position or a height."""
     y: Floats = field(default_factory=lambda: np.zeros(1))
@@ -123,7 +114,7 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     """A profile from its file's text, one from right to left is turned; or an image. Raises InvalidInput with line and value."""
     stated = dict(_STATED.findall(text))
     matrix = bool(given.pixel) or {"Width", "Height"} <= stated.keys()
-    source = read_columns(path, text, titled=not matrix)
+    source = columns.read_columns(path, text, titled=not matrix)
     if matrix or given.y or {"x", "y", "z"} <= {each.name.casefold() for each in source.columns}:
         return _read_image(source, given, stated if matrix else None)
     chosen = [_column(source, _LATERAL, 0), _column(source, _HEIGHT, 1)]
@@ -137,7 +128,7 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
         raise InvalidInput(
             f"line {line}: x = {x:g}, height = {height:g}: needs both within {FARTHEST_POINT / 1e3:g} km"
         )
-    found = one_way(rows, "x", "goes one way, by 1e-12 m at least")
+    found = columns.one_way(rows, "x", "goes one way, by 1e-12 m at least")
     if (near := np.flatnonzero(np.diff(found.at) * across < LEAST_APART)).size:
         before, now = (abs(float(found.at[place])) for place in (near[0], near[0] + 1))
         line = found.lines[near[0] + 1]
@@ -151,7 +142,7 @@ def read_surface(path: Path, text: str, given: NamedSurface) -> Surface:
     return Surface(x, height, source, found, rows.holes)
 
 
-def _read_image(source: FileColumns, given: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
+def _read_image(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str] | None) -> Surface:
     """An image of a matrix of heights, with what is stated above it, or of columns x, y, z in any order."""
     found = _from_columns(source, given) if stated is None else _matrix(source, given, stated)
     x, y = (axis - (axis[0] + axis[-1]) / 2.0 for axis in (found.xi, found.y))
@@ -162,10 +153,10 @@ def _read_image(source: FileColumns, given: NamedSurface, stated: Mapping[str, s
     return Surface(x, (found.height.ravel() - trend).reshape(found.height.shape), source, y=y)
 
 
-def _matrix(source: FileColumns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
+def _matrix(source: columns.FileColumns, given: NamedSurface, stated: Mapping[str, str]) -> Image:
     require("x", given.x, not (given.x or given.y), "no unit of x or y of a matrix")
     values = np.array([each.values for each in source.columns]).T
-    heights = FileColumn("heights", stated.get("Value units", ""), values)
+    heights = columns.FileColumn("heights", stated.get("Value units", ""), values)
     height = values * _scale_of("z", given.z, heights, "m" if given.pixel else "")
     x, y = (
         apart * np.arange(float(count))
@@ -191,7 +182,7 @@ def _apart(pixel: str, stated: Mapping[str, str], counts: tuple[int, ...]) -> It
         yield size if pixel else size / count
 
 
-def _from_columns(source: FileColumns, given: NamedSurface) -> Image:
+def _from_columns(source: columns.FileColumns, given: NamedSurface) -> Image:
     lengths = [number for number, each in enumerate(source.columns) if _may_be_length(each)]
     named = {source.columns[number].name.casefold(): number for number in lengths}
     chosen = [named[name] for name in "xyz"] if {"x", "y", "z"} <= named.keys() else lengths
@@ -206,18 +197,18 @@ def _from_columns(source: FileColumns, given: NamedSurface) -> Image:
     return Image(found.xi * scales[0], found.y * scales[1], found.height * scales[2])
 
 
-def _scale_of(key: str, given: str, column: FileColumn, usual: str = "m") -> float:
+def _scale_of(key: str, given: str, column: columns.FileColumn, usual: str = "m") -> float:
     """Metres of one unit of a column. Raises InvalidInput if its unit is no length and none is given."""
-    unit = unit_for(key, given, column, usual)
-    require(key, unit, scale_of(unit, "m") > 0.0, "a unit of length, as nm")
-    return scale_of(unit, "m")
+    unit = columns.unit_for(key, given, column, usual)
+    require(key, unit, columns.scale_of(unit, "m") > 0.0, "a unit of length, as nm")
+    return columns.scale_of(unit, "m")
 
 
-def _may_be_length(column: FileColumn) -> bool:
-    return column.dimension in ("m", "1") or not is_unit(column.unit)
+def _may_be_length(column: columns.FileColumn) -> bool:
+    return column.dimension in ("m", "1") or not columns.is_unit(column.unit)
 
 
-def _column(source: FileColumns, names: re.Pattern[str], place: int) -> int:
+def _column(source: columns.FileColumns, names: re.Pattern[str], place: int) -> int:
     """The column of a length that has such a name, or this place of two. Raises InvalidInput with the columns that there are."""
     lengths = [number for number, each in enumerate(source.columns) if _may_be_length(each)]
     named = [number for number in lengths if names.search(source.columns[number].name)]

@@ -354,9 +354,8 @@ def _record(task: Task) -> Estimate:
     if task.free:
         return Estimate(0.0, 0.0)
     numbers = members * (_PER_EVENT * sizes_of(case).events + 2.0 * case.slab.nodes)
-    return Estimate(
-        members * (RECORD_SECONDS + record_seconds(case)), sliding_bytes(case) + members * record_bytes(case), numbers
-    )
+    seconds, memory = RECORD_SECONDS + record_seconds(case), sliding_bytes(case) + members * record_bytes(case)
+    return Estimate(members * seconds, memory, numbers)
 
 
 def _path(task: Task) -> Estimate:

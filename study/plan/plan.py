@@ -89,9 +89,8 @@ class Plan:
             cost, memory, disk = estimate(task)
             limit = self.manifest.task_seconds
             limit = max(LEAST_LIMIT, DOUBT * cost) if limit is None else limit
-            found = self._estimates[task.key] = task.planned(
-                _label(task, *self.firsts[task.key]), cost, memory, disk, limit
-            )
+            label = _label(task, *self.firsts[task.key])
+            found = self._estimates[task.key] = task.planned(label, cost, memory, disk, limit)
         return found
 
     def _left(self, finished: Collection[str]) -> list[Task]:

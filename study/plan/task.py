@@ -90,10 +90,8 @@ class Task:
     def label(self) -> str:
         """Label for humans, in the words of a manifest."""
         pairs = zip(self.names, self.values, strict=True)
-        labels = [
-            f"{words_by_name().get(name, name)}={label_value(value)}" for name, value in pairs if value is not None
-        ]
-        return " ".join((self.kind, *labels))
+        given = {words_by_name().get(name, name): label_value(value) for name, value in pairs if value is not None}
+        return " ".join((self.kind, *(f"{word}={value}" for word, value in given.items())))
 
 
 _CONTENT = attrgetter(*itertools.takewhile(lambda name: name != "cost", (item.name for item in fields(Task))))
