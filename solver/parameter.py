@@ -253,14 +253,11 @@ class Parameter:
             return self.need
         if whole:
             return f"{self.least:.0f} to {int(self.most)}{self.note}"
-        low = f"{_short(self.above)} < " if self.above > -math.inf else f"{_short(self.least)} ≤ "
-        high = f" < {_short(self.below)}" if self.below < math.inf else f" ≤ {_short(self.most)}"
+        open_below = self.above > -math.inf
         if min(self.most, self.below) == math.inf:
-            return (
-                f"{name} > {_short(self.above)}{self.note}"
-                if self.above > -math.inf
-                else f"{name} ≥ {_short(self.least)}"
-            )
+            return f"{name} > {_short(self.above)}{self.note}" if open_below else f"{name} ≥ {_short(self.least)}"
+        low = f"{_short(self.above)} < " if open_below else f"{_short(self.least)} ≤ "
+        high = f" < {_short(self.below)}" if self.below < math.inf else f" ≤ {_short(self.most)}"
         return f"{low}{name}{high}{self.note}"
 
 
