@@ -311,9 +311,13 @@ CONTACTS: Final = Kind(
 # does not keep, it is intermediate, and another task reads off its scalars.
 
 
-@lru_cache(maxsize=4)  # asked again by each of its drives
 def record_task(case: Case, ensemble: Ensemble = ALONE, *, scalars_only: bool = False) -> Task:
     """The friction records of a case's members."""
+    return _record(case, ensemble, scalars_only)
+
+
+@lru_cache(maxsize=4)  # asked again by each of its drives
+def _record(case: Case, ensemble: Ensemble, scalars_only: bool) -> Task:
     contacts = (batch.key for batch in all_batches(case, own_ensemble("record", ensemble)[0]))
     return _of_members("record", of_record(case), case, ensemble, scalars_only, *contacts)
 
