@@ -123,8 +123,8 @@ def nearest(there: NDArray[Any], wanted: NDArray[Any]) -> NDArray[Any]:
     if there.dtype.kind not in "iuf" or wanted.dtype.kind not in "iuf" or not there.size:
         return wanted
     known = np.unique(there)
-    first = np.searchsorted(known, wanted - NEAR * np.abs(wanted))
-    end = np.searchsorted(known, wanted + NEAR * np.abs(wanted), side="right")
+    least, most = np.sort([wanted * (1.0 - NEAR), wanted * (1.0 + NEAR)], axis=0)  # without NaN from infinite ones
+    first, end = np.searchsorted(known, least), np.searchsorted(known, most, side="right")
     return np.where(end - first == 1, known[first.clip(max=len(known) - 1)], wanted)
 
 

@@ -164,6 +164,7 @@ def test_a_number_is_found_that_differs_in_its_last_digits(full):
     assert len(selected(moved, "case_id", {"radius": 50.0})) == 2
     with pytest.raises(KeyError):
         selected(moved, "case_id", {"radius": 50.0 * (1 - 1e-10)})
+    assert len(selected(full.assign_coords(radius=[-50.0, np.inf]), "case_id", {"radius": [-50.0, np.inf]})) == 4
 
 
 def test_what_xarray_saved_without_groups_is_refused_for_that_reason(full, tmp_path):
