@@ -222,12 +222,8 @@ def concat(
 
 def manifest_of(campaign: Campaign) -> Manifest:
     """Read a campaign: a file, the name of a shipped one, or a dict. Raises ManifestError."""
-    require(
-        "campaign",
-        campaign,
-        isinstance(campaign, Mapping | str | os.PathLike),
-        "a file, a shipped campaign's name, or a dict",
-    )
+    need = "a file, a shipped campaign's name, or a dict"
+    require("campaign", campaign, isinstance(campaign, Mapping | str | os.PathLike), need)
     if not isinstance(campaign, Mapping):
         return load_manifest(shipped.campaign_file(Path(campaign)))
     given, frames = dict(campaign), dict[str, str]()

@@ -121,11 +121,8 @@ class Matched:
 def matched(pair: Pair, kind: str) -> Matched:
     """Match the rows of cases ("") or drives that both datasets have. Raises NotComparableError if rows are ambiguous."""
     one, other = (case_rows(root, variables.OUTCOMES[kind].ending.name) for root in pair)
-    names = [
-        name
-        for name in (*variables.parameters(), variables.DRIVE_NAME.name)
-        if any(rows.has(name) and len(values(rows.root, name)) > 1 for rows in (one, other))
-    ]
+    known = (*variables.parameters(), variables.DRIVE_NAME.name)
+    names = [name for name in known if any(row.has(name) and len(values(row.root, name)) > 1 for row in (one, other))]
     here, there = _places(one, names), _places(other, names)
     endings = [rows.values(variables.OUTCOMES[kind].ending.name) for rows in (one, other)]
     shared = [(key, (place, there[key])) for key, place in here.items() if key in there]

@@ -221,11 +221,8 @@ class Recomputed:
         self._groups = [_Runs(group, [each[group.name] for each in groups]) for group in declared]
         self._along = set(again["case_id"].dims)
         apart = variables.run_names() | _SOFTWARE
-        self._names = [
-            str(name)
-            for name, values in again.data_vars.items()
-            if self._along <= set(values.dims) and name not in apart and name in found.variables
-        ]
+        own = (name for name, each in again.data_vars.items() if self._along <= set(each.dims) and name in found)
+        self._names = [str(name) for name in own if name not in apart]
         self._scales = {name: magnitude(again[name].values) for name in self._names if real(again[name].values)}
 
     @property
