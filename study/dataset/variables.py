@@ -5,6 +5,7 @@ stiffness in G·L_y, forces over the load W; trajectories of drives are in SI.
 """
 
 import difflib
+import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
@@ -490,6 +491,7 @@ class Samples:
     def __init__(self, folder: Path | None) -> None:
         """folder: of the unnamed temporary file for many values; None for the system's own."""
         self._file = SpooledTemporaryFile(HELD, dir=str(folder) if folder else None)  # noqa: SIM115  the values are mapped from it
+        weakref.finalize(self, self._file.close)
         self._type: np.dtype[Any] | None = None
 
     def add(self, run: NDArray[Any]) -> None:

@@ -35,5 +35,5 @@ def main(out: Path, *campaigns: str) -> None:
 
 if __name__ == "__main__":
     deadly = {2e-3: "kill -9"}
-    api.computing = lambda out: Program("tests.study.run.faults", "campaign_executor", (out, deadly))  # type: ignore[assignment]
+    api.task_program = lambda out: Program("tests.study.run.faults", "campaign_executor", (out, deadly))  # type: ignore[assignment]
     main(Path(sys.argv[1]), *sys.argv[2:])

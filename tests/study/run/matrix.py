@@ -69,8 +69,8 @@ def compute(folder: Path, rank: int) -> None:
 
 def command() -> None:
     """Run the command line."""
-    real = run.computing
-    run.computing = lambda out: Program(faults.__name__, "campaign_executor", (real(out).argument, FAULTY))
+    real = run.task_program
+    run.task_program = lambda out: Program(faults.__name__, "campaign_executor", (real(out).argument, FAULTY))
     sys.argv[:] = sys.argv[2:]
     cli.main()
 
