@@ -248,10 +248,17 @@ def new_scalars(displacement: float, direction: Direction) -> Scalars:
     return scalars
 
 
+@compiled()
+def clear(values: NDArray[Any]) -> None:
+    """Set all to 0; a slice would take longer to compile."""
+    for k in range(len(values)):
+        values[k] = 0
+
+
 @compiled(inline="always")
 def start_event(scalars: Scalars, node_slips: NDArray[np.int64]) -> None:
     """Set the counters of an event to 0."""
-    node_slips[:] = 0
+    clear(node_slips)
     scalars.slips = 0
     scalars.releases = 0
     scalars.touches = 0
@@ -454,14 +461,14 @@ def follow_all(state: KernelState) -> None:
     """Let all rows of the tableau follow all pivots, which makes room for others."""
     for j in range(len(state.inputs)):
         follow(state, j)
-    state.pivots.followed[:] = 0
+    clear(state.pivots.followed)
     state.scalars.pivots = 0
 
 
 @compiled()
 def refresh(state: KernelState) -> None:
     """Sum the response afresh from the inputs."""
-    state.response[:] = 0.0
+    clear(state.response)
     for j in range(len(state.inputs)):
         if state.inputs[j] != 0.0:
             follow(state, j)
@@ -472,7 +479,7 @@ def refresh(state: KernelState) -> None:
 @compiled()
 def set_rate(state: KernelState) -> None:
     """Set the rate to the response per unit step along the path: contact nodes move with the pin, the load changes."""
-    state.rate[:] = 0.0
+    clear(state.rate)
     if state.scalars.pin_rate != 0.0:
         for i in range(len(state.x)):
             if state.contact[i]:
@@ -587,7 +594,7 @@ def equilibrium_residual(state: KernelState) -> float:
     """
     n, response, inputs, missing, forces = len(state.x), state.response, state.inputs, state.work[0], state.work[1]
     error, carried = 0.0, 0.0
-    forces[:] = 0.0
+    clear(forces)
     for i in range(n):
         if state.contact[i]:
             forces[i], forces[n + i] = response[i], response[n + i]
