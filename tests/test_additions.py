@@ -15,7 +15,7 @@ import xarray as xr
 from nanoslip.solver.case import PARTS, SlipRule
 from nanoslip.solver.drive import INTEGRATORS, Drive
 from nanoslip.solver.dynamics.integrators import RK4, Method
-from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
+from nanoslip.solver.dynamics.kernels.motion import Course, Motion, ToothTable
 from nanoslip.solver.outcome import InvalidInput, Outcome
 from nanoslip.solver.parameter import parameter, validate
 from nanoslip.solver.slab import SCHEMES, Scheme, Slab
@@ -125,7 +125,7 @@ class HalfSteps(Method):
     def fit(self, drive: Drive) -> None:
         """Every drive fits."""
 
-    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+    def run(self, teeth: ToothTable, motion: Motion, drive: Drive) -> tuple[Course, Outcome]:
         step = 2.0 * np.pi / np.sqrt(motion.spring) / self.steps_per_period
         return RK4(float(step)).run(teeth, motion, drive)
 

@@ -221,7 +221,7 @@ def _everywhere(compliance: Compliance, nodes: NDArray[np.int64], answer: Vector
 # its own shear. Where an earlier assignment of roles comes back, none (or no unique one) satisfies all constraints.
 
 
-def resolve_violations(solved: CoulombContact) -> None:
+def settle_roles(solved: CoulombContact) -> None:
     """Change one role per violated constraint, the worst first, until none is violated: tension, shear, penetration."""
     seen: set[bytes] = set()
     while True:
@@ -268,7 +268,7 @@ def stick_and_slide_at_rest(solved: CoulombContact) -> None:
     """Find the roles at rest: resolve violations, and let nodes stick again at u = 0 that slide against their shear."""
     seen: set[bytes] = set()
     while True:
-        resolve_violations(solved)
+        settle_roles(solved)
         _refuse_cycles(seen, solved)
         # Without friction the sign of a sliding node means nothing.
         against = (solved.sliding * solved.u > solved.tolerance) & (solved.case.intrinsic_friction > 0.0)
@@ -320,7 +320,7 @@ def change(solved: CoulombContact, kind: EventKind, node: int) -> None:
     if kind != EventKind.NOTHING:
         answers = {EventKind.SLIP: solved.let_slide, EventKind.RELEASE: solved.release, EventKind.TOUCH: solved.touch}
         answers[kind](node)
-    resolve_violations(solved)
+    settle_roles(solved)
 
 
 def next_change(solved: CoulombContact, rates: Rates) -> tuple[float, EventKind, int]:

@@ -207,7 +207,7 @@ def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactS
         if case.initial_contact == "stick":
             coulomb.stick_and_slide_at_rest(solved)
         else:
-            coulomb.resolve_violations(solved)
+            coulomb.settle_roles(solved)
             coulomb.raise_load_of_sliding(solved, case.normal_load)
     except coulomb.CoulombError as error:
         stuck = case.initial_contact == "stick" and error.ending is Ending.SLIP_UNBOUNDED

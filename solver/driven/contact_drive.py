@@ -14,7 +14,7 @@ from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.drive import Drive, refuse_with_memory
 from nanoslip.solver.driven.kernels.drive import drive_contact
 from nanoslip.solver.dynamics.integrators import Pulled, outcome_of_segments, part_reached
-from nanoslip.solver.dynamics.kernels.motion import Motion, Pin, Run, Slip, Tally
+from nanoslip.solver.dynamics.kernels.motion import Course, Motion, PinState, Slip, Tally
 from nanoslip.solver.dynamics.kernels.steps import empty_record, finished_run
 from nanoslip.solver.dynamics.result import BINS
 from nanoslip.solver.elasticity.compliance import Compliance
@@ -29,7 +29,7 @@ ANY_WAY: Final = Direction(0.0, 0.0, 1)
 class DrivenContact(NamedTuple):
     """A drive over a contact: the motion, how it ended, and the contact then."""
 
-    run: Run
+    run: Course
     outcome: Outcome
     end: ContactState
     events: int
@@ -42,7 +42,7 @@ def pulling(case: Case, compliance: Compliance, drive: Drive) -> Pulled:
     return partial(_pulled, case, compliance, drive)
 
 
-def _pulled(case: Case, compliance: Compliance, drive: Drive, motion: Motion) -> tuple[Run, Outcome]:
+def _pulled(case: Case, compliance: Compliance, drive: Drive, motion: Motion) -> tuple[Course, Outcome]:
     found = driven_contact(case, compliance, drive, motion)
     return found.run, found.outcome
 
@@ -68,7 +68,7 @@ def _followed(
     """The drive within windows, or on the whole surface; None if a node beyond a window proves to lie inside the pin."""
     compiled = compiled_at(case, compliance, start, whole, Way(case.normal_load, ANY_WAY))
     record = empty_record(motion, drive.samples, BINS)
-    pin, slip, tally = Pin(0.0, 0.0, 0.0, 0.0), Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
+    pin, slip, tally = PinState(0.0, 0.0, 0.0, 0.0), Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
     slips, events, lost = np.empty((0, 5)), 0, 0.0
     while True:
         left, origin = motion.most_slips - len(slips), start.displacement
@@ -93,7 +93,7 @@ def _followed(
     return DrivenContact(run, _outcome(stop, run, motion, drive), end, events, lost)
 
 
-def _outcome(stop: Stop, run: Run, motion: Motion, drive: Drive) -> Outcome:
+def _outcome(stop: Stop, run: Course, motion: Motion, drive: Drive) -> Outcome:
     """Ending of a drive over a contact."""
     if stop == Stop.DONE:
         return outcome_of_segments(run, motion, drive.step_limit)

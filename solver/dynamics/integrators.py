@@ -14,7 +14,7 @@ import numpy as np
 
 from nanoslip.solver.drive import FEWER_STEPS, INTEGRATORS, Drive, Integrator, expected_duration, settling_time
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
-from nanoslip.solver.dynamics.kernels.motion import Motion, Run, Teeth
+from nanoslip.solver.dynamics.kernels.motion import Course, Motion, ToothTable
 from nanoslip.solver.dynamics.kernels.steps import integrate_by_steps, integrate_exactly, integrate_rigidly
 from nanoslip.solver.dynamics.result import BINS, DynamicsResult
 from nanoslip.solver.outcome import COMPLETED, Ending, InvalidInput, Outcome
@@ -53,10 +53,12 @@ def resolved(friction_limit: FrictionLimit, motion: Motion) -> Outcome:
     return COMPLETED
 
 
-def nothing(samples: int) -> Run:
+def nothing(samples: int) -> Course:
     """Run of a refused drive: NaN at all times."""
     nan = math.nan
-    return Run(0.0, 0, np.full((samples + 1, 3), nan), np.full(BINS + 1, nan), np.empty((0, 5)), 0, nan, nan, nan, nan)
+    return Course(
+        0.0, 0, np.full((samples + 1, 3), nan), np.full(BINS + 1, nan), np.empty((0, 5)), 0, nan, nan, nan, nan
+    )
 
 
 def _refused(cause: str, message: str, noise: float, other: str = "") -> Outcome:
@@ -102,11 +104,11 @@ class Method(Integrator):
     """An integrator of this package."""
 
     @abstractmethod
-    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+    def run(self, teeth: ToothTable, motion: Motion, drive: Drive) -> tuple[Course, Outcome]:
         """Integrate to the drive's end or its last slip, to its `step_limit`, or to where F would follow -F̃ unless it may."""
 
 
-def outcome_of_segments(run: Run, motion: Motion, step_limit: int) -> Outcome:
+def outcome_of_segments(run: Course, motion: Motion, step_limit: int) -> Outcome:
     """Outcome of a run of segments: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
     if run.reached >= motion.duration or slipped_enough(run, motion):
         return COMPLETED
@@ -116,17 +118,17 @@ def outcome_of_segments(run: Run, motion: Motion, step_limit: int) -> Outcome:
     return Outcome(Ending.STEP_LIMIT, message, cause="segments")
 
 
-def part_reached(run: Run, motion: Motion) -> str:
+def part_reached(run: Course, motion: Motion) -> str:
     """Part of the duration that a run reached, in words without a unit: the reader gave the duration in seconds."""
     return f"{100.0 * run.reached / motion.duration:.4g} % of the duration"
 
 
-def slipped_enough(run: Run, motion: Motion) -> bool:
+def slipped_enough(run: Course, motion: Motion) -> bool:
     """True if the number of macroscopic slips that ends the drive has been reached."""
     return int(np.count_nonzero(np.isfinite(run.slips[:, 3]))) >= motion.most_slips
 
 
-def reversed_at(run: Run, motion: Motion) -> Outcome:
+def reversed_at(run: Course, motion: Motion) -> Outcome:
     """The end of a run whose pin was not to move back."""
     message = f"the pin slips back after {part_reached(run, motion)}: needs reverse_motion = true"
     return Outcome(Ending.REVERSED, message, cause="reversed")
@@ -152,7 +154,7 @@ class Exact(Method):
     def fit(self, drive: Drive) -> None:
         """Every drive fits."""
 
-    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+    def run(self, teeth: ToothTable, motion: Motion, drive: Drive) -> tuple[Course, Outcome]:
         one_way = None if drive.reverse_motion else True
         if drive.surface_compliance:
             run = integrate_exactly(teeth, motion, drive.samples, BINS, drive.step_limit, one_way, True)
@@ -186,7 +188,7 @@ class RK4(Method):
         allowed = step is not None and 0.0 < step <= (drive.duration or math.inf)
         require("time_step", step, allowed, "0 < time_step ≤ duration with rk4")
 
-    def run(self, teeth: Teeth, motion: Motion, drive: Drive) -> tuple[Run, Outcome]:
+    def run(self, teeth: ToothTable, motion: Motion, drive: Drive) -> tuple[Course, Outcome]:
         """Integrate in equal steps of at most `time_step` that fill the duration; refused if more than `step_limit`.
 
         A step that makes free vibrations of the stuck pin grow is refused with the outcome `UNSTABLE_STEP`. Unless the pin
@@ -235,7 +237,7 @@ def longest(motion: Motion) -> float:
 # initial contact may have left in the record.
 
 
-Pulled = Callable[[Motion], tuple[Run, Outcome]]
+Pulled = Callable[[Motion], tuple[Course, Outcome]]
 """A way to pull the pin: a run of its motion and how that ended."""
 
 
@@ -302,13 +304,13 @@ def integrate(
     )
 
 
-def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive, pulled: Pulled | None) -> tuple[Run, Outcome]:
+def _run(friction_limit: FrictionLimit, motion: Motion, drive: Drive, pulled: Pulled | None) -> tuple[Course, Outcome]:
     """The motion by the drive's method, and how it ended; nothing where rounding would drown it."""
     outcome = resolved(friction_limit, motion)
     if not outcome.ok:
         return nothing(drive.samples), outcome
     if pulled is not None:
         return pulled(motion)
-    teeth = Teeth(friction_limit.edges, friction_limit.force, friction_limit.slope, friction_limit.periodic_from)
+    teeth = ToothTable(friction_limit.edges, friction_limit.force, friction_limit.slope, friction_limit.periodic_from)
     method: Method = drive.integrator
     return method.run(teeth, motion, drive)

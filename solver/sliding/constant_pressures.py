@@ -18,7 +18,7 @@ from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.elasticity.compliance import Compliance, inverse
 from nanoslip.solver.outcome import Outcome
-from nanoslip.solver.sliding.kernels.constant_pressures import TangentialState, refresh, slide_tangentially
+from nanoslip.solver.sliding.kernels.constant_pressures import TangentialState, refresh_shear, slide_tangentially
 from nanoslip.solver.sliding.way import Run, SlippedNodes, Way, first_of, first_room, grown, record_of
 
 
@@ -85,5 +85,5 @@ def _tangential_state(
         node_slips=np.zeros(len(nodes), np.int64),
         scalars=new_scalars(start.displacement, direction),
     )
-    refresh(state)
+    refresh_shear(state)
     return state

@@ -16,7 +16,7 @@ from nanoslip.solver.dynamics import integrators
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
 from nanoslip.solver.dynamics.integrators import RK4, integrate
 from nanoslip.solver.dynamics.kernels import motion as kernel, steps
-from nanoslip.solver.dynamics.kernels.motion import Motion, Pin, Teeth
+from nanoslip.solver.dynamics.kernels.motion import Motion, PinState, ToothTable
 from nanoslip.solver.dynamics.kernels.steps import integrate_exactly
 from nanoslip.solver.dynamics.stick_slip import Oscillator
 from nanoslip.solver.outcome import Ending, InvalidInput
@@ -57,7 +57,7 @@ def every(problems):
 
 
 def teeth_of(profile):
-    return Teeth(profile.edges, profile.force, profile.slope, profile.periodic_from)
+    return ToothTable(profile.edges, profile.force, profile.slope, profile.periodic_from)
 
 
 @every(PROBLEMS)
@@ -367,7 +367,9 @@ def test_a_root_leaves_nothing_but_rounding(quantity, seed):
     """Wherever the quantity is monotone, and however close the root is to either end, where a rate may vanish."""
     rng = np.random.default_rng(seed)
     drive = motion(damping=float(rng.choice([0.0, 0.2, 5.0])))
-    segment = segment_from(drive, Pin(rng.uniform(0.0, 5.0), 0.0, rng.uniform(0.0, 0.5), rng.uniform(-1.0, 1.0)), K)
+    segment = segment_from(
+        drive, PinState(rng.uniform(0.0, 5.0), 0.0, rng.uniform(0.0, 0.5), rng.uniform(-1.0, 1.0)), K
+    )
     end = monotone_end(segment, drive, False, 10.0)
     end = (
         min(end, 0.1) if quantity == kernel.Passing.POSITION else end

@@ -23,7 +23,7 @@ from nanoslip.solver.contact.kernels.state import (
     piece_entered,
     pin_height,
     pin_slope,
-    refresh,
+    refresh_response,
     rise_slope,
     set_rate,
     slip_move,
@@ -102,7 +102,7 @@ def _refresh_after_changes(state: KernelState) -> None:
     if state.scalars.changes_since_refresh < REFRESH_CHANGES:
         return
     state.scalars.changes_since_refresh = 0
-    refresh(state)
+    refresh_response(state)
     set_rate(state)
     state.scalars.residual = max(state.scalars.residual, equilibrium_residual(state))
 
@@ -172,7 +172,7 @@ def from_front(k: int, n: int, ahead: int) -> int:
 
 
 @compiled(inline="always")
-def counted(ahead: int) -> int:
+def reversing_bits(ahead: int) -> int:
     """Bits that turn a node's number round, so that nodes rank higher further ahead: none if that is to the right."""
     return 0 if ahead > 0 else PLACE
 
@@ -185,7 +185,7 @@ def ranked(ratio: int, place: int) -> int:
 
 @compiled(inline="always")
 def highest_ranked(cut: int, shifted: int, turned: int) -> int:
-    """The node in the largest rank of either cut, or -1 where there is none. turned: as from `counted`."""
+    """The node in the largest rank of either cut, or -1 where there is none. turned: as from `reversing_bits`."""
     return max(cut & PLACE, shifted & PLACE) ^ turned if cut > 0 else -1
 
 
@@ -210,7 +210,7 @@ def worst_violation(
     A node without shear never counts. Both are maxima of integers, for vector instructions: a ratio's lowest bits hold the node.
     Ratios nearer than half of the cut coincide in at least one of two cuts, half a step apart.
     """
-    cut, shifted, tension, turned = 0, 0, 0, counted(ahead)
+    cut, shifted, tension, turned = 0, 0, 0, reversing_bits(ahead)
     for i in range(len(active_friction)):
         size, allowed = limited(shear[i], opposite), -active_friction[i] * normal[i]
         ratio = bits(size / max(allowed, tolerance))
@@ -282,7 +282,7 @@ def _refreshed_downhill(state: KernelState, constants: KernelConstants) -> bool:
     """Sum the response afresh where that is due; whether energy has then come from a flank."""
     if state.scalars.slips_since_refresh < REFRESH_SLIPS:
         return False
-    refresh(state)
+    refresh_response(state)
     return driven_downhill(state, constants)
 
 

@@ -269,7 +269,7 @@ def start_event(scalars: Scalars, node_slips: NDArray[np.int64]) -> None:
 
 
 @compiled(fastmath={"contract"})
-def add(total: Floats, factor: float, row: Floats) -> None:
+def add_row(total: Floats, factor: float, row: Floats) -> None:
     """total += factor·row, in place; both of one length."""
     for k in range(len(total)):
         total[k] += factor * row[k]
@@ -433,7 +433,7 @@ RESIDUAL_LIMIT = 1e-11
 
 
 @compiled()
-def follow(state: KernelState, j: int) -> None:
+def follow_row(state: KernelState, j: int) -> None:
     """Let row j of the tableau follow the pivots that it has not followed yet."""
     n, t, pivots = len(state.x), state.tableau, state.pivots
     for k in range(pivots.followed[j], state.scalars.pivots):
@@ -451,28 +451,28 @@ def follow_at(state: KernelState, i: int) -> None:
     """Let both rows of node i follow all pivots."""
     j, followed, pivots = len(state.x) + i, state.pivots.followed, state.scalars.pivots
     if followed[i] != pivots:
-        follow(state, i)
+        follow_row(state, i)
     if followed[j] != pivots:
-        follow(state, j)
+        follow_row(state, j)
 
 
 @compiled()
 def follow_all(state: KernelState) -> None:
     """Let all rows of the tableau follow all pivots, which makes room for others."""
     for j in range(len(state.inputs)):
-        follow(state, j)
+        follow_row(state, j)
     clear(state.pivots.followed)
     state.scalars.pivots = 0
 
 
 @compiled()
-def refresh(state: KernelState) -> None:
+def refresh_response(state: KernelState) -> None:
     """Sum the response afresh from the inputs."""
     clear(state.response)
     for j in range(len(state.inputs)):
         if state.inputs[j] != 0.0:
-            follow(state, j)
-            add(state.response, state.inputs[j], state.tableau[j])
+            follow_row(state, j)
+            add_row(state.response, state.inputs[j], state.tableau[j])
     state.scalars.slips_since_refresh = 0
 
 
@@ -483,11 +483,11 @@ def set_rate(state: KernelState) -> None:
     if state.scalars.pin_rate != 0.0:
         for i in range(len(state.x)):
             if state.contact[i]:
-                follow(state, i)
-                add(state.rate, state.scalars.pin_rate, state.tableau[i])
+                follow_row(state, i)
+                add_row(state.rate, state.scalars.pin_rate, state.tableau[i])
     if state.scalars.load_rate != 0.0:
-        follow(state, 2 * len(state.x))
-        add(state.rate, -state.scalars.load_rate, state.tableau[2 * len(state.x)])
+        follow_row(state, 2 * len(state.x))
+        add_row(state.rate, -state.scalars.load_rate, state.tableau[2 * len(state.x)])
 
 
 @compiled()
@@ -629,8 +629,8 @@ def _refine(state: KernelState) -> None:
         if state.contact[i]:
             follow_at(state, i)
             add_two_rows(state.response, state.tableau, i, missing[i], n + i, missing[n + i])
-    follow(state, 2 * n)
-    add(state.response, missing[2 * n], state.tableau[2 * n])
+    follow_row(state, 2 * n)
+    add_row(state.response, missing[2 * n], state.tableau[2 * n])
     equilibrium_residual(state)
     for i in range(n):
         if not state.contact[i]:
@@ -641,7 +641,7 @@ def _refine(state: KernelState) -> None:
 @compiled(entry=True)
 def respond(state: KernelState) -> None:
     """Recompute response and rate from a fresh tableau."""
-    refresh(state)
+    refresh_response(state)
     _refine(state)
     set_rate(state)
 

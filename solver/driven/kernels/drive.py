@@ -23,7 +23,7 @@ from nanoslip.solver.contact.kernels.state import (
 from nanoslip.solver.dynamics.kernels.motion import (
     Floats,
     Motion,
-    Pin,
+    PinState,
     Record,
     Slip,
     Tally,
@@ -52,11 +52,11 @@ class Pulled(NamedTuple):
 
     stop: Stop
     """DONE, or why the contact cannot go on as it is set up."""
-    pin: Pin
+    pin: PinState
     slip: Slip
     tally: Tally
     slips: Floats
-    """(s, 5) macroscopic slips that ended in this stretch (see `Run.slips`)."""
+    """(s, 5) macroscopic slips that ended in this stretch (see `Course.slips`)."""
     events: int
     lost: float
     """Energy that events dissipated."""
@@ -117,7 +117,7 @@ def drive_contact(
     constants: KernelConstants,
     motion: Motion,
     record: Record,
-    pin: Pin,
+    pin: PinState,
     slip: Slip,
     tally: Tally,
     step_limit: int,
@@ -132,7 +132,7 @@ def drive_contact(
     begun = state.scalars.displacement
     _turn(state, pin.velocity >= 0.0)
     ahead = _ahead(state, constants, origin)
-    pin = Pin(pin.time, pin.position, pin.velocity, total_shear(state.contact, state.response))
+    pin = PinState(pin.time, pin.position, pin.velocity, total_shear(state.contact, state.response))
     while stop == Stop.DONE and pin.time < motion.duration and tally.steps < step_limit and len(finished) < slips_left:
         forward = moves_forward(motion, pin, ahead.slope)
         if forward != (state.scalars.pin_rate > 0.0):
@@ -156,7 +156,7 @@ def drive_contact(
             stop = _check(state, constants, begun, events) if stop == Stop.DONE else stop
             ahead = _ahead(state, constants, origin)
             x, friction_force = state.scalars.displacement - origin, total_shear(state.contact, state.response)
-        pin = Pin(t, x, v, friction_force)
+        pin = PinState(t, x, v, friction_force)
         if tau > 0.0:
             peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
             slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)

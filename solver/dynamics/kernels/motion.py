@@ -18,7 +18,7 @@ from nanoslip.solver.compiled import compiled
 Floats = NDArray[np.float64]
 
 SlipRow = tuple[float, float, float, float, float]
-"""A row of `Run.slips`."""
+"""A row of `Course.slips`."""
 
 
 class Motion(NamedTuple):
@@ -42,7 +42,7 @@ class Motion(NamedTuple):
     """Time over which samples and impulse are spread; the spring force's range is that of its second half."""
 
 
-class Teeth(NamedTuple):
+class ToothTable(NamedTuple):
     """The limit F̃: see nanoslip.solver.dynamics.friction_limit.FrictionLimit."""
 
     edges: Floats
@@ -51,7 +51,7 @@ class Teeth(NamedTuple):
     periodic_from: int
 
 
-class Pin(NamedTuple):
+class PinState(NamedTuple):
     """State at one instant; friction_force is F of Eq. 13."""
 
     time: float
@@ -73,7 +73,7 @@ class Slip(NamedTuple):
     micro_travel: float
 
 
-class Run(NamedTuple):
+class Course(NamedTuple):
     """Result of every method."""
 
     reached: float
@@ -94,7 +94,7 @@ class Run(NamedTuple):
 
 
 class Record(NamedTuple):
-    """Arrays filled during a run: see `Run`."""
+    """Arrays filled during a run: see `Course`."""
 
     samples: Floats
     impulse: Floats
@@ -121,7 +121,7 @@ class Tally(NamedTuple):
 
 
 @compiled(error_model="numpy")
-def repeated_tooth(teeth: Teeth, index: int) -> tuple[int, float]:
+def repeated_tooth(teeth: ToothTable, index: int) -> tuple[int, float]:
     """Find the given tooth that tooth `index` ≥ 0 repeats, and its distance to the right."""
     count = teeth.force.size
     if index < count:
@@ -132,7 +132,7 @@ def repeated_tooth(teeth: Teeth, index: int) -> tuple[int, float]:
 
 
 @compiled(error_model="numpy")
-def tooth_at(teeth: Teeth, index: int) -> tuple[float, float, float, float]:
+def tooth_at(teeth: ToothTable, index: int) -> tuple[float, float, float, float]:
     """Left edge, right edge, force at the left edge and slope of any tooth: periodic to the right, mirrored about 0."""
     j, shift = repeated_tooth(teeth, index if index >= 0 else -1 - index)
     left, right = teeth.edges[j] + shift, teeth.edges[j + 1] + shift
@@ -150,7 +150,7 @@ _COUNTABLE = 4.5e15
 
 
 @compiled(error_model="numpy")
-def _tooth_near(teeth: Teeth, x: float) -> int:
+def _tooth_near(teeth: ToothTable, x: float) -> int:
     """The tooth that holds x, or one beside it where rounding blurs an edge: by whole periods, then bisection."""
     count, first = teeth.force.size, teeth.periodic_from
     start, far = teeth.edges[first], abs(x)
@@ -162,7 +162,7 @@ def _tooth_near(teeth: Teeth, x: float) -> int:
 
 
 @compiled(error_model="numpy")
-def tooth_holding(teeth: Teeth, index: int, x: float) -> tuple[int, float, float, float, float]:
+def tooth_holding(teeth: ToothTable, index: int, x: float) -> tuple[int, float, float, float, float]:
     """Find the tooth that holds x, searching from tooth `index` on: its index, and the values of `tooth_at`.
 
     NaN for an x so far out that teeth cannot be told apart any more, or that is no number.
@@ -191,14 +191,14 @@ def tooth_holding(teeth: Teeth, index: int, x: float) -> tuple[int, float, float
 
 
 @compiled(error_model="numpy")
-def driving_force(motion: Motion, pin: Pin) -> float:
+def driving_force(motion: Motion, pin: PinState) -> float:
     """Spring and damper together."""
     stretch = motion.stage * pin.time - pin.position
     return motion.spring * stretch + motion.damping * (motion.stage - pin.velocity)
 
 
 @compiled(error_model="numpy")
-def acceleration_rounding(motion: Motion, pin: Pin, slope: float) -> float:
+def acceleration_rounding(motion: Motion, pin: PinState, slope: float) -> float:
     """Rounding error of an acceleration of 0, which is a small difference of large forces and positions.
 
     slope: of the friction force, which is read off the position.
@@ -225,7 +225,7 @@ def _macroscopic(motion: Motion, begin: float, end: float) -> bool:
 
 
 @compiled(allocates=True, error_model="numpy")
-def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: Pin, new: Pin, peak: float) -> Slip:
+def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: PinState, new: PinState, peak: float) -> Slip:
     """Follow the pin from one instant to the next, from slip to stick and back; macroscopic slips that end are added
     to `finished`.
 
@@ -253,7 +253,7 @@ def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: Pin, n
 
 
 @compiled(allocates=True, error_model="numpy")
-def slip_table(slip: Slip, rows: list[SlipRow], motion: Motion, pin: Pin) -> Floats:
+def slip_table(slip: Slip, rows: list[SlipRow], motion: Motion, pin: PinState) -> Floats:
     """Slips as rows of an array; one that still lasts has no re-stick."""
     if slip.sliding and _macroscopic(motion, slip.position, pin.position):
         rows.append((slip.time, slip.position, slip.peak, math.nan, math.nan))
@@ -272,7 +272,7 @@ class Segment(NamedTuple):
     q, p: acceleration and its rate at the start. pace: bound on the rates of the motion.
     """
 
-    pin: Pin
+    pin: PinState
     slope: float
     damping: float
     stiffness: float
@@ -284,7 +284,7 @@ class Segment(NamedTuple):
 
 
 @compiled(error_model="numpy")
-def segment_from(motion: Motion, pin: Pin, slope: float) -> Segment:
+def segment_from(motion: Motion, pin: PinState, slope: float) -> Segment:
     """The segment that begins at `pin`, where F changes by `slope` per distance."""
     c, total = motion.damping, motion.spring + slope
     ramp = motion.spring * motion.stage

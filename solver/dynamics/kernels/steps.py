@@ -7,16 +7,16 @@ import numpy as np
 
 from nanoslip.solver.compiled import compiled
 from nanoslip.solver.dynamics.kernels.motion import (
+    Course,
     Floats,
     Motion,
     Passing,
-    Pin,
+    PinState,
     Record,
-    Run,
     Segment,
     Slip,
     Tally,
-    Teeth,
+    ToothTable,
     acceleration_rounding,
     brief_responses,
     driving_force,
@@ -114,7 +114,7 @@ def segment_end(
 
 
 @compiled(error_model="numpy")
-def highest_driving_force(segment: Segment, motion: Motion, end: float, new: Pin) -> float:
+def highest_driving_force(segment: Segment, motion: Motion, end: float, new: PinState) -> float:
     """Maximum over [0, end] of the driving force, whose rate is monotone there; `new` is the pin at the end."""
     at_start = driving_force(motion, segment.pin)
     highest = max(at_start, driving_force(motion, new))
@@ -137,7 +137,7 @@ def limited_friction(x: float, relaxed: float, surface_stiffness: float, limit: 
 
 
 @compiled(error_model="numpy", inline="always")
-def moves_forward(motion: Motion, pin: Pin, slope: float) -> bool:
+def moves_forward(motion: Motion, pin: PinState, slope: float) -> bool:
     """Direction of the motion; from rest the acceleration decides, or its rate where that is 0 to rounding. slope: of F̃."""
     if pin.velocity != 0.0:
         return pin.velocity > 0.0
@@ -194,7 +194,7 @@ def note_spring_force(record: Record, motion: Motion, time: float, position: flo
 
 
 @compiled(error_model="numpy", inline="always")
-def note_brief(record: Record, motion: Motion, pin: Pin, tau: float, v_end: float) -> None:
+def note_brief(record: Record, motion: Motion, pin: PinState, tau: float, v_end: float) -> None:
     """`note_segment` of a stretch so brief that its acceleration is constant; its end is left to what follows."""
     rate = (v_end - pin.velocity) / tau
     late = max(record.half - pin.time, 0.0)
@@ -274,7 +274,7 @@ def pass_segment(
 
 
 @compiled(error_model="numpy")
-def pass_rest(record: Record, motion: Motion, pin: Pin, tally: Tally, until: float) -> Tally:
+def pass_rest(record: Record, motion: Motion, pin: PinState, tally: Tally, until: float) -> Tally:
     """Let time pass at rest: friction balances the driving force, which grows as the stage moves on."""
     samples, impulse, duration = record.samples, record.impulse, record.duration
     last, bins = samples.shape[0] - 1, impulse.size - 1
@@ -297,9 +297,9 @@ def pass_rest(record: Record, motion: Motion, pin: Pin, tally: Tally, until: flo
 
 
 @compiled(allocates=True, entry=True, error_model="numpy")
-def finished_run(record: Record, tally: Tally, slip: Slip, slips: Floats, reached: float) -> Run:
+def finished_run(record: Record, tally: Tally, slip: Slip, slips: Floats, reached: float) -> Course:
     """Result of a run of segments."""
-    return Run(
+    return Course(
         reached,
         tally.steps,
         record.samples,
@@ -363,16 +363,16 @@ def _cross_tooth(
 
 @compiled(error_model="numpy")
 def cruise(
-    teeth: Teeth,
+    teeth: ToothTable,
     motion: Motion,
     record: Record,
     index: int,
-    pin: Pin,
+    pin: PinState,
     slip: Slip,
     tally: Tally,
     step_limit: int,
     rigid: bool | None,
-) -> tuple[int, Pin, Slip, Tally]:
+) -> tuple[int, PinState, Slip, Tally]:
     """Slide on from the left edge of tooth `index` ≥ 0 over whole teeth, as long as `_cross_tooth` is sure of them, F
     does not meet its limit within one, and the velocity stays well above the stick velocity. Nearly all of a long drive is this.
 
@@ -405,16 +405,16 @@ def cruise(
         if not (sure and after <= base + rise * width and v_end > slowest and end < duration):
             break
         if climbing:
-            if _may_turn(segment_from(motion, Pin(t, x, v, friction_force), rate), motion, tau):
+            if _may_turn(segment_from(motion, PinState(t, x, v, friction_force), rate), motion, tau):
                 break
             peak = max(peak, k * (V * end - right) + c * (V - v_end))
             climbing = v_end < V
         if end >= due:
-            segment = segment_from(motion, Pin(t, x, v, friction_force), rate)
+            segment = segment_from(motion, PinState(t, x, v, friction_force), rate)
             row, edge = write_samples(record, row, edge, segment, resisted, end)
             due = next_due(record, row, edge)
         if end >= half and (t < half or (v < V) != (v_end < V)):
-            note_brief(record, motion, Pin(t, x, v, friction_force), tau, v_end)
+            note_brief(record, motion, PinState(t, x, v, friction_force), tau, v_end)
         resisted += friction_force * tau + rate * area
         work += 0.5 * width * (friction_force + after)
         t, x, v, friction_force = end, right, v_end, after
@@ -425,7 +425,7 @@ def cruise(
             laps += 1
             shift = laps * (edges[count] - edges[first])
     slip = Slip(slip.sliding, climbing, slip.time, slip.position, peak, slip.micro_slips, slip.micro_travel)
-    return index + steps - tally.steps, Pin(t, x, v, friction_force), slip, Tally(steps, resisted, work, row, edge)
+    return index + steps - tally.steps, PinState(t, x, v, friction_force), slip, Tally(steps, resisted, work, row, edge)
 
 
 # The event-driven method with an elastic contact.
@@ -433,14 +433,14 @@ def cruise(
 
 @compiled(entry=True, allocates=True, error_model="numpy")
 def integrate_exactly(
-    teeth: Teeth,
+    teeth: ToothTable,
     motion: Motion,
     sample_count: int,
     bin_count: int,
     step_limit: int,
     one_way: bool | None,
     cruising: bool,
-) -> Run:
+) -> Course:
     """Follow the pin from rest in closed-form segments, each to a tooth's edge, F = ±F̃, velocity 0 or of stick, or an extremum.
 
     one_way: stop if F would follow -F̃; None compiles a function without it. cruising: cross teeth the short way if exact.
@@ -448,7 +448,7 @@ def integrate_exactly(
     K, duration = motion.surface_stiffness, motion.duration
     record = empty_record(motion, sample_count, bin_count)
     slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
-    pin, tally = Pin(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
+    pin, tally = PinState(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0)
     index = int(np.int64(0))  # of a plain 0 numba would compile all that it is handed to once more, and then not use it
     while pin.time < duration and tally.steps < step_limit and len(finished) < motion.most_slips:
         left, right, base, slope = tooth_at(teeth, index)
@@ -468,7 +468,7 @@ def integrate_exactly(
         if one_way is not None and friction_force < -limit:
             break
         friction_force = min(max(friction_force, -limit), limit)
-        pin = Pin(t, x, v, friction_force)
+        pin = PinState(t, x, v, friction_force)
         forward = moves_forward(motion, pin, slope)
         way = right - x if forward else left - x
         if way <= 0.0 if forward else way >= 0.0:
@@ -496,7 +496,7 @@ def integrate_exactly(
             branch = 1 if friction_force >= 0.0 else -1
         if branch:  # exactly on the limit, or the next segment would have to find it again
             friction_force = branch * (base + slope * (x - left))
-        pin = Pin(t, x, v, friction_force)
+        pin = PinState(t, x, v, friction_force)
         peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
         slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
     table = slip_table(slip, finished, motion, pin)
@@ -515,14 +515,14 @@ def _let_go(segment: Segment) -> Segment:
 
 @compiled(entry=True, allocates=True, error_model="numpy")
 def integrate_rigidly(
-    teeth: Teeth, motion: Motion, sample_count: int, bin_count: int, step_limit: int, one_way: bool | None
-) -> Run:
+    teeth: ToothTable, motion: Motion, sample_count: int, bin_count: int, step_limit: int, one_way: bool | None
+) -> Course:
     """`integrate_exactly` with a contact that does not yield: at rest while spring and damper pull no harder than F̃,
     in motion against a force of F̃.
     """
     duration, record = motion.duration, empty_record(motion, sample_count, bin_count)
     slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
-    pin, tally, heading = Pin(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0), 0
+    pin, tally, heading = PinState(0.0, 0.0, 0.0, 0.0), Tally(0, 0.0, 0.0, 0, 0), 0
     index = int(np.int64(0))  # as in `integrate_exactly`
     while pin.time < duration and tally.steps < step_limit and len(finished) < motion.most_slips:
         left, right, base, slope = tooth_at(teeth, index)
@@ -546,7 +546,7 @@ def integrate_rigidly(
                 let_go, heading = wait < duration - pin.time, 1
                 until = pin.time + wait if let_go else duration
                 tally = pass_rest(record, motion, pin, tally, until)
-                pin = Pin(until, pin.position, 0.0, limit)
+                pin = PinState(until, pin.position, 0.0, limit)
                 if not let_go:
                     break
             if one_way is not None and heading < 0:
@@ -559,7 +559,7 @@ def integrate_rigidly(
             tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
             continue
 
-        segment = segment_from(motion, Pin(pin.time, x, pin.velocity, heading * limit), heading * slope)
+        segment = segment_from(motion, PinState(pin.time, x, pin.velocity, heading * limit), heading * slope)
         segment = _let_go(segment) if let_go else segment
         friction_force = segment.pin.friction_force
         watched = pin.velocity >= motion.stick_velocity and (slip.climbing or not slip.sliding)
@@ -572,7 +572,7 @@ def integrate_rigidly(
             x = right if forward else left
             index += heading
         heading = heading if v != 0.0 else 0
-        pin = Pin(t, x, v, friction_force + segment.slope * y)
+        pin = PinState(t, x, v, friction_force + segment.slope * y)
         peak = highest_driving_force(segment, motion, tau, pin) if watched else driving_force(motion, pin)
         slip = follow_slip(slip, finished, motion, segment.pin, pin, peak)
     table = slip_table(slip, finished, motion, pin)
@@ -590,7 +590,7 @@ def _cubic(s: float, old: float, new: float, old_rate: float, new_rate: float) -
 
 @compiled(error_model="numpy", inline="always")
 def _write_step(
-    record: Record, motion: Motion, old: Pin, new: Pin, row: int, edge: int, pushed: float
+    record: Record, motion: Motion, old: PinState, new: PinState, row: int, edge: int, pushed: float
 ) -> tuple[int, int]:
     """Write samples within a step; returns the next row and entry. pushed: ∫ of the driving force up to the step's start.
 
@@ -617,8 +617,8 @@ def _write_step(
 
 @compiled(entry=True, allocates=True, error_model="numpy")
 def integrate_by_steps(
-    teeth: Teeth, motion: Motion, steps: int, sample_count: int, bin_count: int, one_way: bool | None
-) -> Run:
+    teeth: ToothTable, motion: Motion, steps: int, sample_count: int, bin_count: int, one_way: bool | None
+) -> Course:
     """Classical Runge-Kutta steps of equal length; F at every stage with the relaxation point of the step's start,
     which Eq. 14 updates after the step. Samples by cubic interpolation, impulse by the trapezoidal rule.
 
@@ -627,7 +627,7 @@ def integrate_by_steps(
     k, c, V, K = motion.spring, motion.damping, motion.stage, motion.surface_stiffness
     record = empty_record(motion, sample_count, bin_count)
     slip, finished = Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), no_slips()
-    pin = Pin(0.0, 0.0, 0.0, 0.0)
+    pin = PinState(0.0, 0.0, 0.0, 0.0)
     driving = driving_force(motion, pin)
     relaxed = pushed = work = 0.0
     index = row = edge = int(np.int64(0))  # as in `integrate_exactly`
@@ -657,7 +657,7 @@ def integrate_by_steps(
             break
         if one_way is not None and K * (x - relaxed) < -(base + slope * (x - left)):
             break
-        new = Pin(end, x, v, limited_friction(x, relaxed, K, base + slope * (x - left)))
+        new = PinState(end, x, v, limited_friction(x, relaxed, K, base + slope * (x - left)))
         new_driving = driving_force(motion, new)
 
         row, edge = _write_step(record, motion, pin, new, row, edge, pushed)

@@ -18,11 +18,11 @@ from nanoslip.solver.contact.kernels.events import (
     REFRESH_SLIPS,
     TIE,
     bits,
-    counted,
     from_front,
     highest_ranked,
     limited,
     ranked,
+    reversing_bits,
 )
 from nanoslip.solver.contact.kernels.path import Events, add_slips, note_event, note_trigger, overshot, smallest_step
 from nanoslip.solver.contact.kernels.state import (
@@ -31,7 +31,7 @@ from nanoslip.solver.contact.kernels.state import (
     Scalars,
     SlipConstants,
     Stop,
-    add,
+    add_row,
     move_along,
     start_event,
 )
@@ -62,12 +62,12 @@ class TangentialState(NamedTuple):
 
 
 @compiled(entry=True)
-def refresh(state: TangentialState) -> None:
+def refresh_shear(state: TangentialState) -> None:
     """Sum the shear afresh."""
     for i in range(len(state.u)):
         state.shear[i] = state.base[i]
     for i in range(len(state.u)):
-        add(state.shear, state.u[i], state.tableau[i])
+        add_row(state.shear, state.u[i], state.tableau[i])
     state.scalars.slips_since_refresh = 0
 
 
@@ -77,7 +77,7 @@ def _worst_violation(
 ) -> int:
     """The offender with the largest limited shear over μ_i·N, of ties the one further ahead, or -1; without a branch, as in
     `nanoslip.solver.contact.kernels.events.worst_violation`."""
-    cut, shifted, turned = 0, 0, counted(ahead)
+    cut, shifted, turned = 0, 0, reversing_bits(ahead)
     for i in range(len(shear)):
         size = limited(shear[i], opposite)
         ratio = bits(size * weights[i])
@@ -98,7 +98,7 @@ def _distance(shear: Floats, tableau: Floats, shear_limit: Floats, residual_shea
 def _displace(shear: Floats, tableau: Floats, u: Floats, i: int, along: float) -> float:
     """Displace node i; returns the work that its shear does on the slab."""
     before = shear[i]
-    add(shear, along, tableau[i])
+    add_row(shear, along, tableau[i])
     u[i] += along
     return float(0.5 * (before + shear[i]) * along)
 
@@ -123,7 +123,7 @@ def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) 
         scalars.slips += 1
         scalars.slips_since_refresh += 1
         if scalars.slips_since_refresh >= REFRESH_SLIPS:
-            refresh(state)
+            refresh_shear(state)
         node = _worst_violation(shear, shear_limit, weights, tolerance, constants.opposite, scalars.ahead)
     return Stop.DONE
 
@@ -153,7 +153,7 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
                 scalars.slips += 1
                 scalars.slips_since_refresh += 1
         if scalars.slips_since_refresh >= REFRESH_SLIPS:
-            refresh(state)
+            refresh_shear(state)
 
 
 @compiled()
