@@ -4,6 +4,8 @@ import csv
 import io
 import itertools
 from collections import Counter
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from nanoslip.study.dataset.variables import describe
 from nanoslip.study.figures.answer import differs, view_of, words_of_alike
 from nanoslip.study.figures.points import points_of
 from nanoslip.study.figures.shared import View, csv_of, image, spread
-from nanoslip.study.figures.views import SORTS, half_plane, thinned
+from nanoslip.study.figures.views import SORTS, half_plane, size_columns, thinned
 from nanoslip.study.report.summary import scalar_table
 from tests.study.figures.cases import listed, product
 
@@ -379,3 +381,18 @@ def test_a_contact_of_very_many_nodes_is_thinned_to_what_can_be_seen() -> None:
     assert len(columns["x"]) <= 1200
     assert columns["pressure"].max() == found.nanoslip.contact()["pressure"].values.max()
     assert len(image(view.draw(), "svg")) < SVG_AT_MOST
+
+
+def test_the_power_law_of_slips_is_drawn_over_the_share_of_events_in_its_tail(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over single sizes it adds up to that share; below the cut-off it is not drawn."""
+    sizes = np.arange(1.0, 5001.0)
+    fit = {"exponent": 2.5, "exponent_uncertainty": 0.1, "goodness": 0.5, "cutoff": 5.0, "tail": 300.0}
+    bins = {"bin_middle": sizes, "bin_events": np.full(5000, 0.2), "bin_density": sizes}
+    columns = {name: ("bin", each) for name, each in bins.items()}
+    found = xr.Dataset(columns | {f"slips_{name}": each for name, each in fit.items()})
+    accessor = SimpleNamespace(event_sizes=lambda _: found)
+    monkeypatch.setattr("nanoslip.study.figures.views.Accessor", lambda _: accessor)
+    run: Any = SimpleNamespace(selection={})
+    law = size_columns(xr.Dataset(), run)["power_law"]
+    assert np.nansum(law) == pytest.approx(0.3, rel=1e-3)
+    np.testing.assert_array_equal(np.isnan(law), sizes < 5.0)

@@ -2,12 +2,16 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import nanoslip
+from nanoslip.solver.ensemble import student
+from nanoslip.study.inference.campaign import _of_one_start
 from nanoslip.study.inference.fit import ComputedPoint, Range, Target, search_parameters, sentences
 from nanoslip.study.inference.pictures import contours
 from nanoslip.study.inference.surrogate import TooFewError
@@ -245,3 +249,11 @@ def test_the_set_holds_computed_truths_as_often_as_it_states(tmp_path: Path):
         # 0.66 to 0.68 and 0.94 to 0.96 seen, two of each scatter by 0.04. Of one start 0.74 to 0.79: the error of a short record,
         # which truths of as short a record share, counts as scatter of starts.
         assert shares == pytest.approx([0.75 if alone else 0.68, 0.95], abs=0.07), shares
+
+
+def test_the_scatter_of_one_start_is_that_which_made_the_error_of_the_mean() -> None:
+    """Beside the part of ± that all members share; one member alone has none."""
+    members, scatter, shared = np.array([2, 8, 32, 1]), 0.3, 0.2
+    errors = np.hypot(scatter * student(members) / np.sqrt(members), shared)
+    points: Any = SimpleNamespace(members=members, errors=errors, shared=shared)
+    np.testing.assert_allclose(_of_one_start(points), [scatter, scatter, scatter, np.nan], rtol=1e-12)
