@@ -41,6 +41,7 @@ INTEGRATORS: Family[Integrator] = Family("integrator")
 
 
 FEWER_STEPS: Final = "raise step_limit, shorten the drive, slow the stage or soften the spring"
+FEWER_RESTS: Final = "the pin comes to rest many times on each tooth: raise step_limit, pin_mass or stage_velocity"
 """Advice where a drive needs more segments than its step_limit."""
 
 

@@ -12,7 +12,15 @@ from typing import Final
 
 import numpy as np
 
-from nanoslip.solver.drive import FEWER_STEPS, INTEGRATORS, Drive, Integrator, expected_duration, settling_time
+from nanoslip.solver.drive import (
+    FEWER_RESTS,
+    FEWER_STEPS,
+    INTEGRATORS,
+    Drive,
+    Integrator,
+    expected_duration,
+    settling_time,
+)
 from nanoslip.solver.dynamics.friction_limit import FrictionLimit
 from nanoslip.solver.dynamics.kernels.motion import Course, Motion, ToothTable
 from nanoslip.solver.dynamics.kernels.steps import integrate_by_steps, integrate_exactly, integrate_rigidly
@@ -108,14 +116,19 @@ class Method(Integrator):
         """Integrate to the drive's end or its last slip, to its `step_limit`, or to where F would follow -F̃ unless it may."""
 
 
-def outcome_of_segments(run: Course, motion: Motion, step_limit: int) -> Outcome:
-    """Outcome of a run of segments: `COMPLETED`, `STEP_LIMIT` or `REVERSED`."""
+def outcome_of_segments(run: Course, motion: Motion, step_limit: int, tooth: float = 0.0) -> Outcome:
+    """Outcome of a run of segments: `COMPLETED`, `STEP_LIMIT` or `REVERSED`. tooth: mean width of a tooth.
+
+    A light pin on a slow stage may come to rest after every period of its oscillation, many times on a tooth.
+    """
     if run.reached >= motion.duration or slipped_enough(run, motion):
         return COMPLETED
     if run.steps < step_limit:
         return reversed_at(run, motion)
-    message = f"{step_limit} segments reached {part_reached(run, motion)}: {FEWER_STEPS}"
-    return Outcome(Ending.STEP_LIMIT, message, cause="segments")
+    periods = tooth * math.sqrt(motion.spring + motion.surface_stiffness) / (2.0 * math.pi)
+    rests = math.isfinite(motion.surface_stiffness) and motion.stage < periods
+    message = f"{step_limit} segments reached {part_reached(run, motion)}: {FEWER_RESTS if rests else FEWER_STEPS}"
+    return Outcome(Ending.STEP_LIMIT, message, cause="rests" if rests else "segments")
 
 
 def part_reached(run: Course, motion: Motion) -> str:
@@ -160,7 +173,8 @@ class Exact(Method):
             run = integrate_exactly(teeth, motion, drive.samples, BINS, drive.step_limit, one_way, True)
         else:
             run = integrate_rigidly(teeth, motion, drive.samples, BINS, drive.step_limit, one_way)
-        return run, outcome_of_segments(run, motion, drive.step_limit)
+        tooth = float(np.diff(teeth.edges[teeth.periodic_from :]).mean())
+        return run, outcome_of_segments(run, motion, drive.step_limit, tooth)
 
 
 # The paper's method (§2.2.3): classical fourth-order Runge-Kutta steps of a given length.

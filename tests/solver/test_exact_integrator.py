@@ -243,6 +243,16 @@ def test_chance_profiles_agree_with_small_steps(seed):
     assert np.abs(problem.driven().position - problem.driven(integrator=RK4(1e-5)).position).max() < 50 * 1.5 * 1e-5
 
 
+@pytest.mark.parametrize(
+    ("stage", "cause", "advised"), [(1e-7, "rests", "pin_mass"), (1.0, "segments", "slow the stage")]
+)
+def test_a_light_pin_that_rests_on_every_tooth_is_not_advised_to_be_slower(stage, cause, advised):
+    """A pin of 0.1 ng met the limit at half the velocity, too, and passed at a million times its mass."""
+    profile = profile_through([0.0, 1e-3, 2e-3], [0.4, 0.4], [0.6, 0.6])
+    outcome = integrate(profile, Drive(1e-2, 0.1, stage, 1e3 / stage, samples=2, step_limit=200), 1.0).outcome
+    assert (outcome.cause, advised in outcome.message) == (cause, True)
+
+
 @pytest.mark.everyday(1)
 @pytest.mark.parametrize("compliant", [False, True])
 def test_a_pin_that_creeps_up_a_far_tooth_takes_a_few_segments_for_each_oscillation(compliant):
