@@ -26,6 +26,7 @@ from nanoslip.study.manifest.manifest import OF_CONTACTS, USUAL_MEMBERS, Manifes
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import refuse_with_stages
 from nanoslip.study.plan import kinds
+from nanoslip.study.plan.cost import estimate
 from nanoslip.study.plan.plan import evenly, key_of_duration
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.run.compute import run_task
@@ -108,6 +109,16 @@ def scenes_of(manifest: Manifest, cases: Sequence[CampaignCase], count: int, mem
 
 OF_LOOPS: Final = ("loss_per_cycle", "turn_friction")
 """Main numbers of a campaign with paths."""
+
+
+def seconds_of(scenes: Scenes) -> float:
+    """Estimated core seconds of these scenes with everything."""
+    of = (
+        tasks_of(scenes.manifest, each.case, scenes.drives, scenes.ensemble, scenes.variables)
+        for each in scenes.cases
+        if each.case
+    )
+    return math.fsum(estimate(task)[0] for tasks in of for _, task in tasks)
 
 
 def influences(scenes: Scenes) -> tuple[list[Influence], list[str]]:

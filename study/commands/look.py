@@ -19,7 +19,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import SECONDS
-from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scenes_of
+from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scenes_of, seconds_of
 from nanoslip.study.commands.answering import answer_of, ranking
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
 from nanoslip.study.commands.plans import BALL, plural, refusals
@@ -152,7 +152,10 @@ def show_effects(campaign: Path, cases: int, members: int | None) -> None:
 def print_changes(campaign: Path, scenes: Scenes) -> None:
     """Compute these scenes with everything and without each effect, and print the changes."""
     size = f"{plural(len(scenes.cases), 'case')}, {plural(scenes.ensemble.members, 'member')} each"
-    note(f"{campaign}: computing {size}, with everything and without one effect at a time", stderr=True)
+    each = roughly(seconds_of(scenes))
+    note(
+        f"{campaign}: computing {size}, with everything and without one effect at a time, each time {each}", stderr=True
+    )
     found, failures = influences(scenes)
     labels = (summary.label_text(each.parameters, scenes.manifest.stated_scales) for each in scenes.cases)
     print_sentences(f"case {number}: {label}" for number, label in enumerate(labels, start=1))
