@@ -114,7 +114,7 @@ OF_LOOPS: Final = ("loss_per_cycle", "turn_friction")
 def seconds_of(scenes: Scenes) -> float:
     """Estimated core seconds of these scenes with everything."""
     of = (
-        tasks_of(scenes.manifest, each.case, scenes.drives, scenes.ensemble, scenes.variables)
+        scene_tasks(scenes.manifest, each.case, scenes.drives, scenes.ensemble, scenes.variables)
         for each in scenes.cases
         if each.case
     )
