@@ -52,7 +52,6 @@ class Effort:
     """Repetitions of a short timing; the shortest counts."""
 
 
-POINT: Final = "frictionless"
 POINTLESS: Final = "has no accuracy: what is held at one node gives way without limit as rows get finer"
 
 FULL: Final = Effort(
@@ -94,8 +93,8 @@ def setup_of(manifest: Manifest) -> Setup:
         raise ManifestError.in_file(manifest.path, remark=f"its first case is no case: {case.outcome.message}")
     if first.pin != "parabola":
         raise ManifestError.of("pin", first.pin, "a parabola, with which accuracy is measured")
-    if first.slab.support == POINT:
-        raise ManifestError.of("support", POINT, remark=POINTLESS)
+    if first.slab.support == "frictionless":
+        raise ManifestError.of("support", first.slab.support, remark=POINTLESS)
     drive = next((each.drive for each in manifest.drives if each.drive), NamedDrive("paper"))
     return Setup(manifest.title, first, drive, manifest.scales)
 

@@ -31,6 +31,8 @@ from nanoslip.study.toml_text import as_toml, from_toml
 
 Compute = Callable[[Plan], Store]
 """Computes what is left of a plan; returns where the results are."""
+Reasons = Callable[[xr.Dataset], Mapping[Hashable, str]]
+"""Lists what ended the cases of a dataset, and what helps, by cause."""
 Ends = tuple[Any, Any]
 
 TABLE: Final = "points of the fit"
@@ -63,13 +65,10 @@ class Question:
         """
         return self._plans(np.column_stack([each.at(x[:, axis]) for axis, each in enumerate(self.ranges)]))
 
-    def answer(
-        self, compute: Compute, out: Path, most: int, why: Callable[[xr.Dataset], Mapping[Hashable, str]]
-    ) -> Fit:
+    def answer(self, compute: Compute, out: Path, most: int, why: Reasons) -> Fit:
         """Find the parameters that agree, from at most `most` computed points; finished points of the campaign are used.
 
-        out: folder of the campaign's results. why: what ended the cases of a dataset, and what helps. Raises what `compute`
-        does, TooFewError.
+        out: folder of the campaign's results. Raises what `compute` does, TooFewError.
         """
 
         def simulate(x: Floats) -> ComputedPoint:

@@ -101,11 +101,6 @@ def turned(at: Floats, slips: Sequence[TraceSlip]) -> bool:
     return bool(falls > 1.5 * rises)
 
 
-def beginnings(slips: Sequence[TraceSlip]) -> list[int]:
-    """Positions where the force begins to rise towards each slip."""
-    return [0, *(slip.trough for slip in slips[:-1])] if slips else []
-
-
 def rate_of(at: Floats, force: Floats, low: int, high: int) -> float:
     """Rate of the force in the middle of its rise between two samples; at the beginning a stage may be at rest."""
     if low == 0:

@@ -29,7 +29,6 @@ from nanoslip.study.inference.slips import (
     Averaged,
     TraceSlip,
     averaged,
-    beginnings,
     end_of_pull,
     ramp,
     rate_of,
@@ -127,7 +126,8 @@ def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
         flags.append(TraceFlag("turned", {}))
         slips = []
     slides = slides_on(averages._replace(slips=slips))
-    rates = [rate_of(at, force, low, slip.peak) for low, slip in zip(beginnings(slips), slips, strict=True)]
+    lows = [0, *(slip.trough for slip in slips)]  # where the force begins to rise
+    rates = [rate_of(at, force, low, slip.peak) for low, slip in zip(lows, slips, strict=False)]
     whole = [number for number, slip in enumerate(slips) if slip.ended] if not slides else []
     fitted = fitted_cycles(averages, whole, rates, pull.damping)
     cycles = tuple(fitted.cycles)
