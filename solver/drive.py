@@ -45,13 +45,17 @@ FEWER_RESTS: Final = "the pin comes to rest many times on each tooth: raise step
 """Advice where a drive needs more segments than its step_limit."""
 
 
+ANY_SIZE: Final[dict[str, Any]] = {"least": 1e-30, "most": 1e30}
+"""Bounds of a number above 0 in any unit."""
+
+
 @dataclass(frozen=True, slots=True)
 class Scales:
     """Scales of the dimensionless numbers: slab width L_x (m), slab depth L_y (m), shear modulus G (Pa)."""
 
-    slab_width: float = parameter(1e-3, meaning="slab width", symbol="L_x", unit="m", least=1e-30, most=1e30)
-    slab_depth: float = parameter(1e-2, meaning="slab depth", symbol="L_y", unit="m", least=1e-30, most=1e30)
-    shear_modulus: float = parameter(1e10, meaning="shear modulus", symbol="G", unit="Pa", least=1e-30, most=1e30)
+    slab_width: float = parameter(1e-3, meaning="slab width", symbol="L_x", unit="m", **ANY_SIZE)
+    slab_depth: float = parameter(1e-2, meaning="slab depth", symbol="L_y", unit="m", **ANY_SIZE)
+    shear_modulus: float = parameter(1e10, meaning="shear modulus", symbol="G", unit="Pa", **ANY_SIZE)
 
     def __post_init__(self) -> None:
         validate(self)
@@ -94,13 +98,7 @@ class Drive:
     """
 
     spring_stiffness: float = parameter(
-        meaning="stiffness of the coupling spring",
-        symbol="k",
-        unit="N m-1",
-        scale="stiffness",
-        si=2e5,
-        least=1e-30,
-        most=1e30,
+        meaning="stiffness of the coupling spring", symbol="k", unit="N m-1", scale="stiffness", si=2e5, **ANY_SIZE
     )
     damping_ratio: float = parameter(meaning="damping ratio", symbol="ζ", si=0.1, least=0.0, most=1e30)
     stage_velocity: float = parameter(
@@ -112,8 +110,7 @@ class Drive:
         comment='"auto", the default: to the first slip and as many cycles as μ_k needs; in a dataset NaN, beside end_time',
         unit="s",
         scale="time",
-        least=1e-30,
-        most=1e30,
+        **ANY_SIZE,
     )
     integrator: Any = parameter("exact", meaning="integrator of the dynamic stage")
     profile: ProfileShape = parameter(

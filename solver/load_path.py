@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -182,6 +182,10 @@ class Loops:
     path_stiffness: float = _stiffness("stiffness before the path", "dF/dδ_p of the contact with all nodes stuck")
 
 
+FORCE: Final = OVER_LOAD | {"comment": "W: normal_load of the case"}
+"""A friction force along a path."""
+
+
 def of_leg(meaning: str, name: str, **more: Any) -> Any:
     """Declare a column over the legs of a path. name: the part after `leg_`."""
     return quantity(meaning, f"leg_{name}", along="turn", **more)
@@ -198,10 +202,8 @@ class Turns:
     end: Floats = of_leg("displacement at its end", "end", symbol="δ_p/L_x", measure="L_x")
     first_load: Floats = of_leg("load at its begin, over normal_load", "first_load", per="normal_load")
     last_load: Floats = of_leg("load at its end, over normal_load", "last_load", per="normal_load")
-    first_force: Floats = of_leg(
-        "F/W at its begin", "first_friction", **OVER_LOAD, comment="W: normal_load of the case"
-    )
-    last_force: Floats = of_leg("F/W at its end", "last_friction", **OVER_LOAD, comment="W: normal_load of the case")
+    first_force: Floats = of_leg("F/W at its begin", "first_friction", **FORCE)
+    last_force: Floats = of_leg("F/W at its end", "last_friction", **FORCE)
     lost: Floats = of_leg("energy lost on the leg", "loss", **ENERGY)
     load_work: Floats = of_leg("work of the load", "load_work", **ENERGY)
     events: NDArray[np.int64] = of_leg("events of the leg", "events", dtype=np.int64)
@@ -218,6 +220,6 @@ class PathLine:
     """Friction force over displacement along all legs, (points,): ends of legs, and before and after each event."""
 
     displacement: Floats = of_line("pin displacement", "displacement", symbol="δ_p/L_x", coordinate=True, measure="L_x")
-    force: Floats = of_line("F/W along the path", "friction", **OVER_LOAD, comment="W: normal_load of the case")
+    force: Floats = of_line("F/W along the path", "friction", **FORCE)
     load: Floats = of_line("load along the path, over normal_load", "load", per="normal_load")
     leg: NDArray[np.int32] = of_line("leg of the path", "leg", dtype=np.int32, comment="from 0")

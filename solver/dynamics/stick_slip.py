@@ -195,6 +195,7 @@ _MOST_TRIALS: Final = 60
 _UNKNOWNS: Final = 3
 _STARTS: Final = (0.0, 0.5, 1.0)
 """Start values of the static friction of later slips: kinetic friction plus this share of the last slip's excess over it."""
+_FITTED: Final = "best fit of Eq. 16-19 to the spring force"
 _FOUND: Final = 1e-6
 """Relative change of misfit and coefficients at which a search ends."""
 
@@ -207,17 +208,11 @@ class StickSlipFit:
     """
 
     motion: StickSlip = field(repr=False)
-    static_friction: float = quantity(
-        "fitted static friction coefficient", symbol="μ_s", comment="best fit of Eq. 16-19 to the spring force"
-    )
+    static_friction: float = quantity("fitted static friction coefficient", symbol="μ_s", comment=_FITTED)
     later_static_friction: float = quantity(
-        "fitted static friction of later slips",
-        symbol="μ_s",
-        comment="best fit of Eq. 16-19 to the spring force, of every slip except the first",
+        "fitted static friction of later slips", symbol="μ_s", comment=f"{_FITTED}, of every slip except the first"
     )
-    kinetic_friction: float = quantity(
-        "fitted kinetic friction coefficient", symbol="μ_k", comment="best fit of Eq. 16-19 to the spring force"
-    )
+    kinetic_friction: float = quantity("fitted kinetic friction coefficient", symbol="μ_k", comment=_FITTED)
     residual: float = quantity(
         "residual of the fit, over load",
         "fit_residual",

@@ -10,6 +10,7 @@ from typing import Any, Final, Literal, Self, get_args
 
 from nanoslip.solver.case import MOST_EVENTS, Case
 from nanoslip.solver.drive import (
+    ANY_SIZE,
     PERIODS,
     TRAVEL,
     Drive,
@@ -73,14 +74,12 @@ class NamedDrive:
     """One way to pull the pin: its name, the pin's mass, and a drive in SI (N/m, m/s, s); the paper's by default."""
 
     name: str
-    pin_mass: float = parameter(0.5, meaning="mass of the pin", symbol="m", unit="kg", least=1e-30, most=1e30)
+    pin_mass: float = parameter(0.5, meaning="mass of the pin", symbol="m", unit="kg", **ANY_SIZE)
     duration_periods: float | None = parameter(
-        None, meaning="duration in periods of the pin", comment="on its spring, 2π√(m/k)", least=1e-30, most=1e30
+        None, meaning="duration in periods of the pin", comment="on its spring, 2π√(m/k)", **ANY_SIZE
     )
     """Duration in units of 2π√(m/k), if it was given so; `in_si` has it in s."""
-    stage_travel: float | None = parameter(
-        None, meaning="distance that the stage moves", unit="m", least=1e-30, most=1e30
-    )
+    stage_travel: float | None = parameter(None, meaning="distance that the stage moves", unit="m", **ANY_SIZE)
     """Stage travel, if the duration was given by it; `in_si` has the duration in s."""
     in_si: Drive = field(default_factory=lambda: Drive.of(si_defaults()))
     """The drive with its values in SI. The ranges of its parameters are the same as in the solver's units."""
