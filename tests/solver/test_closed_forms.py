@@ -7,6 +7,7 @@ from scipy.integrate import quad
 from nanoslip.solver.contact.closed_forms import (
     SlidingContact,
     cattaneo_mindlin,
+    film_radius,
     flat_punch_pressure,
     hertz,
     sliding_parabola,
@@ -97,3 +98,12 @@ def test_sliding_without_friction_is_hertz_and_the_flat_punch():
     np.testing.assert_allclose(
         sliding_punch(0.02, 0.3, 0.0, 0.1).pressure(x), flat_punch_pressure(x, 0.3, 0.02), rtol=1e-12
     )
+
+
+def test_a_film_under_a_ball_bears_the_load_of_springs_or_of_what_flows_sideways():
+    """W = π k a⁴/(4R) with k = 2(1-ν)/((1-2ν)H), and W = π a⁶/(32 R H³) where nothing is compressed."""
+    a, radius, height = 0.25, 100.0, 0.01
+    springs = np.pi * (2.0 / height) * a**4 / (4.0 * radius)
+    assert film_radius(springs, radius, 0.0, height) == pytest.approx(a)
+    flowing = np.pi * a**6 / (32.0 * radius * height**3)
+    assert film_radius(flowing, radius, 0.5, height) == pytest.approx(a)

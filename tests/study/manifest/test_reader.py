@@ -10,7 +10,7 @@ from nanoslip.solver.drive import Scales
 from nanoslip.solver.ensemble import ALONE, Ensemble
 from nanoslip.study.manifest.cases import expand
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive
-from nanoslip.study.manifest.problems import MOST_LINES, ManifestError
+from nanoslip.study.manifest.problems import LONGEST_PATH, MOST_LINES, ManifestError, path_shown
 from nanoslip.study.manifest.reader import load_manifest, parse_manifest
 from nanoslip.study.plan.plan import make_plan
 from tests.study.manifest.problems import lines_of
@@ -409,3 +409,10 @@ def test_a_drive_loses_its_units_by_the_scales():
     assert drive.stage_velocity == pytest.approx(2.0 * time, rel=1e-15)
     assert drive.duration == pytest.approx(0.2 / time, rel=1e-15)
     assert drive.integrator.time_step == pytest.approx(1e-7 / time, rel=1e-15)
+
+
+@pytest.mark.parametrize("length", [1, LONGEST_PATH, LONGEST_PATH + 1, 2 * LONGEST_PATH])
+def test_a_path_of_any_length_is_named_by_its_beginning(length: int) -> None:
+    shown = path_shown(Path("x" * length))
+    assert len(shown) == min(length, LONGEST_PATH)
+    assert (shown == "x" * length) == (length <= LONGEST_PATH)
