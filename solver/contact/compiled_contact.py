@@ -150,11 +150,13 @@ def within_reach(
     return np.asarray(contact | (lowest - deeper <= v))
 
 
-def good_until(case: Case, state: KernelState, ends: Window) -> tuple[float, Window, Vector]:
+def good_until(case: Case, state: KernelState, ends: Window) -> tuple[float, Window, Vector] | None:
     """Displacement in the pin's direction, nodes at the window's ends and their heights under the pin, up to which none beyond
-    can meet a rough pin. ends: their numbers in the window."""
+    can meet a rough pin. ends: their numbers in the window. None of a smooth pin."""
     nodes, moved = len(state.x), float(state.scalars["pin_rate"] * state.scalars["displacement"])
-    if not case.heterogeneity.roughness or (nodes == case.slab.nodes and not case.slab.scheme.endless):
+    if not case.heterogeneity.roughness:
+        return None
+    if nodes == case.slab.nodes and not case.slab.scheme.endless:
         return math.inf, ends[:0], np.zeros(0)
     farther, deeper = _reach(case)
     if nodes == case.slab.nodes:  # the next grid is to follow halfway to this one's end

@@ -207,7 +207,9 @@ def follow_path(
         events.stiffness[e] = total_shear(state.contact, state.rate) * scalars.pin_rate
         events.extent[e] = add_slips(node_slips, state.node_slips)
         events.load[e] = -state.inputs[2 * len(state.x)]
-        if scalars.touches_near_end or left_window(state, constants, scalars.pin_rate * scalars.displacement):
+        if scalars.touches_near_end or left_window(
+            constants.window_until, state, scalars.pin_rate * scalars.displacement
+        ):
             return Stop.WINDOW_TOO_NARROW, e + 1
         if scalars.releases + scalars.touches > 0 or e % CHECK_EVENTS == 0:
             project_onto_pin(state, constants)
@@ -219,12 +221,12 @@ def follow_path(
     return Stop.FULL, len(events.displacement)
 
 
-@compiled(inline="always")
-def left_window(state: KernelState, constants: KernelConstants, moved: float) -> bool:
+@compiled()
+def left_window(window_until: tuple[float, NDArray[np.int64], Floats] | None, state: KernelState, moved: float) -> bool:
     """True if nodes beyond the window could meet a rough pin, as it has moved so far or sunk or the surface has heaved."""
-    if constants.pin.rise is None:
+    if window_until is None:
         return False
-    displacement, ends, heights = constants.window_until
+    displacement, ends, heights = window_until
     n, y = len(state.x), state.response
     for k in range(len(ends)):
         if y[n + ends[k]] > heights[k]:

@@ -219,9 +219,9 @@ class KernelConstants(NamedTuple):
     """Penetration below which a free node counts as free."""
     outer: NDArray[np.bool_]
     """(n,) True if a node beyond the window may be near when this one touches."""
-    window_until: tuple[float, NDArray[np.int64], Floats]
+    window_until: tuple[float, NDArray[np.int64], Floats] | None
     """Displacement of the pin in its direction; nodes at the window's ends and heights of them as the pin sees them, at which one
-    beyond could be near though no outer one touches. Infinite and none under a smooth pin: it meets one node after another."""
+    beyond could be near though no outer one touches. None of a smooth pin: it meets one node after another."""
 
 
 _SCALARS = np.dtype(list(Scalars.__annotations__.items()))

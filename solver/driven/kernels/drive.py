@@ -102,7 +102,7 @@ def _check(state: KernelState, constants: KernelConstants, begun: float, events:
     scalars = state.scalars
     if _at_an_end(state, constants):
         return Stop.CONTACT_LOST
-    if scalars.touches_near_end or left_window(state, constants, abs(scalars.displacement - begun)):
+    if scalars.touches_near_end or left_window(constants.window_until, state, abs(scalars.displacement - begun)):
         return Stop.WINDOW_TOO_NARROW
     if scalars.releases + scalars.touches > 0 or events % CHECK_EVENTS == 0:
         project_onto_pin(state, constants)
