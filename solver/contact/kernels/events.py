@@ -39,12 +39,14 @@ def pivot(state: KernelState, i: int) -> bool:
     n = len(state.x)
     p, q = i, n + i
     t, pivots, scalars = state.tableau, state.pivots, state.scalars
+    # Full: a row that lags behind could never follow a pivot that is not noted.
     if scalars.pivots == len(pivots.nodes):
         follow_all(state)
     follow_at(state, i)
     a, b, c, d = t[p, p], t[q, p], t[p, q], t[q, q]  # the block itself is [[a, b], [c, d]]: storage is transposed
     determinant = a * d - b * c
     scale = abs(a * d) + abs(b * c)
+    # A difference of two products keeps no digit below some dozens of machine epsilon. NaN counts as singular too.
     if not abs(determinant) > 1e-14 * scale:
         return False
     ia, ib, ic, id_ = d / determinant, -b / determinant, -c / determinant, a / determinant
@@ -54,6 +56,7 @@ def pivot(state: KernelState, i: int) -> bool:
     for j in range(t.shape[1]):
         pivots.rows[k, 0, j], pivots.rows[k, 1, j] = row_p[j], row_q[j]
     scalars.pivots = k + 1
+    # These two rows change here and now; every other one follows when it is next read.
     pivots.followed[p], pivots.followed[q] = k + 1, k + 1
     for j in range(2 * n + 1):  # whole rows at once would take numba longer to compile
         first, second = row_p[j], row_q[j]
@@ -62,6 +65,7 @@ def pivot(state: KernelState, i: int) -> bool:
     for row in (p, q):
         state.inputs[row], state.response[row] = state.response[row], state.inputs[row]
     state.contact[i] = not state.contact[i]
+    # NaN keeps a node out of every comparison with its limit: one that is free, or never slips.
     state.active_friction[i] = (
         state.node_friction[i] if state.contact[i] and state.node_friction[i] < np.inf else np.nan
     )
@@ -76,6 +80,7 @@ def displace(y: Floats, tableau: Floats, inputs: Floats, i: int, along: float, d
     add_two_rows(y, tableau, i, along, j, down)
     inputs[i] += along
     inputs[j] += down
+    # Forces are linear along the straight way, so the mean of both ends is exact.
     return float(0.5 * ((before_x + y[i]) * along + (before_z + y[j]) * down))
 
 
@@ -87,6 +92,7 @@ def project_onto_pin(state: KernelState, constants: KernelConstants) -> bool:
         if state.contact[i]:
             height = pin_height(constants, i, state.x[i] + state.inputs[i] - state.scalars.displacement)
             lift = height - state.inputs[n + i]
+            # Beyond the edge of a punch there is no height to go back to.
             if abs(lift) > constants.slip.tolerance + BLUR * abs(height) and height < np.inf:
                 follow_at(state, i)
                 displace(state.response, state.tableau, state.inputs, i, 0.0, lift)
@@ -104,6 +110,7 @@ def _refresh_after_changes(state: KernelState) -> None:
     state.scalars.changes_since_refresh = 0
     refresh_response(state)
     set_rate(state)
+    # The response has just been summed: what residual is left is the tableau's own, from its pivots.
     state.scalars.residual = max(state.scalars.residual, equilibrium_residual(state))
 
 
@@ -115,8 +122,10 @@ def _release(state: KernelState, i: int) -> bool:
     n, y, rate = len(state.x), state.response, state.rate
     j = n + i
     force_x, force_z, before_x, before_z = state.inputs[i], state.inputs[j], y[i], y[j]
+    # The pivot alone moves nothing: it only makes the forces inputs, which can be taken away.
     add_two_rows(y, state.tableau, i, -force_x, j, -force_z)
     state.inputs[i], state.inputs[j] = 0.0, 0.0
+    # Forces that fall to 0 in proportion to the displacement do half of the work of constant ones.
     state.scalars.dissipated -= 0.5 * (force_x * (y[i] - before_x) + force_z * (y[j] - before_z))
     # The rate is a response like any other: its forces are taken away, the node's own rates were those of the pin.
     rate_x, rate_z = rate[i], rate[j]
@@ -130,11 +139,13 @@ def _release(state: KernelState, i: int) -> bool:
 def _touch(state: KernelState, constants: KernelConstants, i: int) -> bool:
     """Bring node i into contact, stuck where it is; a penetration is pushed back along z."""
     j = len(state.x) + i
+    # Before the pivot: as long as the node is free its u is a response.
     height = pin_height(constants, i, state.x[i] + state.response[i] - state.scalars.displacement)
     if not pivot(state, i):
         return False
     state.scalars.dissipated -= displace(state.response, state.tableau, state.inputs, i, 0.0, height - state.inputs[j])
     rate_x, rate_z = state.rate[i], state.rate[j]
+    # A free node's forces stay 0 while it moves; from now on it moves with the pin, and they change.
     state.rate[i], state.rate[j] = 0.0, 0.0
     add_two_rows(state.rate, state.tableau, i, state.scalars.pin_rate - rate_x, j, -rate_z)
     state.scalars.touches += 1
@@ -212,8 +223,12 @@ def worst_violation(
     """
     cut, shifted, tension, turned = 0, 0, 0, reversing_bits(ahead)
     for i in range(len(active_friction)):
+        # Normal entries are forces on the slab, so pressure is their negative.
         size, allowed = limited(shear[i], opposite), -active_friction[i] * normal[i]
+        # Where the limit is 0 or below, the tolerance keeps the ratio finite and in order of the shear.
         ratio = bits(size / max(allowed, tolerance))
+        # `&`, as `and` is a branch, which keeps a loop from vector instructions. With μ_i above 1 a tension within the
+        # tolerance lowers the limit by more than that: without its second half a node without shear would offend.
         offends = (size - allowed > tolerance) & (size > tolerance)
         cut = max(cut, ranked(ratio, i ^ turned) if offends else 0)
         shifted = max(shifted, ranked(ratio + HALF_PLACE, i ^ turned) if offends else 0)
@@ -228,6 +243,7 @@ def largest_tension(state: KernelState, constants: KernelConstants) -> int:
     found, largest = -1, 0.0
     for k in range(n):
         i = from_front(k, n, state.scalars.ahead)
+        # From the front on, and only by more than the tolerance: of ties the first one that is met stays.
         if state.contact[i] and state.response[n + i] > largest + constants.slip.tolerance:
             found, largest = i, state.response[n + i]
     return found
@@ -299,10 +315,12 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
     shear, normal, contact = y[:n], y[n : 2 * n], state.contact
     node_friction, active_friction, node_slips = state.node_friction, state.active_friction, state.node_slips
     displacement, opposite = scalars.displacement, constants.slip.opposite
+    # The trigger slips unasked: it is at its limit, though rounding may leave its shear a little below.
     node = first
     while True:
         if node < 0:
             node, tension = worst_violation(shear, normal, active_friction, contact, tolerance, opposite, scalars.ahead)
+            # Before any slip: a node that pulls has a negative limit, which no shear meets.
             if tension > tolerance:
                 return Stop.DONE, EventKind.RELEASE, largest_tension(state, constants)
             if node < 0:
@@ -312,12 +330,14 @@ def _slip_in_turn(state: KernelState, constants: KernelConstants, first: int) ->
         xi = x[node] + inputs[node] - displacement
         follow_at(state, node)
         along, down = slip_move(y, tableau, node_friction, node, xi, curvature, rise, residual_shear)
+        # NaN ends here as well.
         if not abs(along) < np.inf:
             return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
         scalars.dissipated -= displace(y, tableau, inputs, node, along, down)
         node_slips[node] += 1
         scalars.slips += 1
         scalars.slips_since_refresh += 1
+        # Slipped off the edge of a punch; a parabola's half-width is infinite.
         if abs(xi + along) > constants.half_width[node]:
             return Stop.DONE, EventKind.RELEASE, node
         if _refreshed_downhill(state, constants):
@@ -342,6 +362,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
         if state.scalars.slips >= constants.slip.cascade_limit:
             return Stop.CASCADE_LIMIT, EventKind.NOTHING, -1
         for i in range(n):
+            # All distances are found before any node moves, so that the order of nodes does not matter.
             along[i] = 0.0
             size = limited(y[i], opposite)
             offends = size > tolerance and size + state.active_friction[i] * y[n + i] > tolerance
@@ -360,6 +381,7 @@ def _slip_together(state: KernelState, constants: KernelConstants, first: int) -
                 )
                 if not abs(along[i]) < np.inf:
                     return Stop.SLIP_UNBOUNDED, EventKind.NOTHING, -1
+        # The trigger slips unasked in the first round only.
         left, first = -1, -1
         for i in range(n):
             if along[i] != 0.0:
@@ -389,6 +411,7 @@ def _slip_offenders(
 def _change_contact(state: KernelState, constants: KernelConstants, kind: EventKind, i: int) -> Stop:
     """Release node i or bring it into contact; DONE or why not."""
     if kind == EventKind.RELEASE:
+        # Without any node the load is borne by nothing, and the approach has no value.
         if count(state.contact) == 1:
             return Stop.CONTACT_LOST
         changed = _release(state, i)
@@ -427,11 +450,13 @@ def resolve(state: KernelState, constants: KernelConstants, kind: EventKind, nod
             status = _change_contact(state, constants, kind, node)
             if status != Stop.DONE:
                 return status
+            # The change of contact was the answer to the trigger: no node slips unasked.
             node = -1
         status, kind, node = _slip_offenders(state, constants, node, constants.slip.simultaneous)
         if status != Stop.DONE:
             return status
         if kind == EventKind.NOTHING:
+            # Last, as a touch costs a pivot of the tableau, hundreds of slips.
             node = deepest_penetration(state, constants)
             if node < 0:
                 return _soundness(state, constants)
@@ -462,6 +487,7 @@ def next_event(state: KernelState, constants: KernelConstants) -> tuple[float, E
     """
     n = len(state.x)
     nearest, kind, node = np.inf, EventKind.NOTHING, -1
+    # Slips and releases are cheap to find: once known, no search along a rough pin goes further.
     horizon = _horizon(constants.pin.rise, state, constants.slip.opposite)
     for k in range(n):
         i = from_front(k, n, state.scalars.ahead)
@@ -469,6 +495,7 @@ def next_event(state: KernelState, constants: KernelConstants) -> tuple[float, E
             step, what = _step_to_limit(state, constants.slip.opposite, i)
         else:
             step, what = _step_to_touch(state, constants, i, min(nearest, horizon)), EventKind.TOUCH
+        # Of ties the first node met stays, but the step is the smallest of theirs: no limit is passed.
         if step < nearest * (1.0 - TIE):
             kind, node = what, i
         nearest = min(nearest, step)
@@ -492,6 +519,7 @@ def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, 
     """Step at which contact node i slips (limited shear = μ_i·pressure) or is released (pressure = 0)."""
     n = len(state.x)
     pressure, pressure_rate = -state.response[n + i], -state.rate[n + i]
+    # Below 0 by rounding: released where it is, not at a step back.
     release = max(pressure, 0.0) / -pressure_rate if pressure_rate < 0.0 else np.inf
     mu = state.node_friction[i]
     slip = np.inf
@@ -499,8 +527,10 @@ def _step_to_limit(state: KernelState, opposite: float, i: int) -> tuple[float, 
         for sign in (1.0, opposite):
             excess = sign * state.response[i] - mu * pressure
             excess_rate = sign * state.rate[i] - mu * pressure_rate
+            # The factor 0 stands for shear against the drag that is not limited: it has no limit to reach.
             if excess_rate > 0.0 and sign != 0.0:
                 slip = min(slip, max(-excess, 0.0) / excess_rate)
+    # Both at once only if shear and pressure vanish together: then nothing is left to slip.
     if release <= slip * (1.0 + 1e-12):
         return release, EventKind.RELEASE
     return slip, EventKind.SLIP
@@ -517,6 +547,7 @@ def _step_to_touch(state: KernelState, constants: KernelConstants, i: int, neare
         # Outside a flat punch: the edge arrives, and meets a node that stands above the punch's face.
         if xi * xi_rate >= 0.0:
             return np.inf
+        # Just inside, as exactly at the edge rounding decides whether the node is under the punch.
         step = (abs(xi) - constants.half_width[i] * (1.0 - EDGE)) / abs(xi_rate)
         return step if height + height_rate * step >= 0.0 else np.inf
     pin = constants.pin
@@ -540,6 +571,7 @@ def _step_to_profile(
     gap = 0.5 * curvature * xi * xi - height
     linear = curvature * xi * xi_rate - height_rate
     quadratic = 0.5 * curvature * xi_rate * xi_rate
+    # First: a node that rounding has left inside the pin has not met it if it moves away.
     if linear >= 0.0:
         return np.inf
     if gap <= 0.0:
@@ -547,6 +579,7 @@ def _step_to_profile(
     discriminant = linear * linear - 4.0 * quadratic * gap
     if discriminant < 0.0:
         return np.inf
+    # The smaller root, in the form that does not cancel on a nearly flat pin.
     return float(2.0 * gap / (-linear + np.sqrt(discriminant)))
 
 

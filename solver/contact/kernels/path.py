@@ -104,7 +104,9 @@ def smallest_step(constants: SlipConstants, stiffness: float, displacement: floa
     It is in stretches of the contact if these are shorter than a node spacing (not in the paper's case), and large enough to
     change a force beyond its tolerance and δ_p beyond rounding. stiffness: change of shear and its limits per displacement.
     """
+    # Two units of rounding of δ_p: less might not move it at all.
     least = 4.5e-16 * displacement
+    # Without friction or sticking nodes (or with a NaN) no force gives a length.
     if not stiffness > 0.0:
         return float(max(constants.event_floor * constants.spacing, least))
     unit = min(constants.spacing, STRETCHES * constants.friction_bound / stiffness)
@@ -158,6 +160,7 @@ def overshoot(state: KernelState, opposite: float) -> float:
 def _floor(state: KernelState, constants: SlipConstants) -> float:
     """The smallest step along the path; of a load, `load_floor`, or what pushes shear beyond its limits by half of OVERSHOOT."""
     stiffness = stretching(state)
+    # A moving pin has lengths to count in, a growing load has not.
     if state.scalars.pin_rate != 0.0:
         return float(smallest_step(constants, stiffness, abs(state.scalars.displacement)))
     if not stiffness > 0.0:
@@ -171,6 +174,7 @@ def _left(state: KernelState, until: float) -> float:
     """Length of the path up to δ_p = until, or up to this load where the pin rests."""
     scalars = state.scalars
     if scalars.pin_rate == 0.0:
+        # The last input is -W.
         return float((until + state.inputs[2 * len(state.x)]) * scalars.load_rate)
     return float((until - scalars.displacement) * scalars.pin_rate)
 
@@ -192,6 +196,7 @@ def follow_path(
     for e in range(first, len(events.displacement)):
         step, kind, node = next_event(state, constants)
         left = _left(state, until)
+        # No event and no end: the step would be infinite.
         if node < 0 and left == np.inf:
             return Stop.NO_EVENT, e
         if step >= left:
@@ -204,14 +209,17 @@ def follow_path(
         if status != Stop.DONE:
             return status, e
         note_event(events, e, scalars, total_shear(state.contact, state.response), count(state.contact))
+        # The rate is per step along the path: backward it has the other sign per displacement.
         events.stiffness[e] = total_shear(state.contact, state.rate) * scalars.pin_rate
         events.extent[e] = add_slips(node_slips, state.node_slips)
         events.load[e] = -state.inputs[2 * len(state.x)]
         if scalars.touches_near_end or left_window(
             constants.window_until, state, scalars.pin_rate * scalars.displacement
         ):
+            # This event is sound and stays in the record: only the next one may need nodes beyond the window.
             return Stop.WINDOW_TOO_NARROW, e + 1
         if scalars.releases + scalars.touches > 0 or e % CHECK_EVENTS == 0:
+            # Slips follow the parabola exactly but for rounding, which no later slip would undo.
             project_onto_pin(state, constants)
             if _is_due(state, e):
                 scalars.unchecked = 0
@@ -238,10 +246,12 @@ def left_window(window_until: tuple[float, NDArray[np.int64], Floats] | None, st
 def answer_event(state: KernelState, constants: KernelConstants, kind: EventKind, node: int) -> Stop:
     """The cascade of one event; DONE, or why the event means nothing."""
     start_event(state.scalars, state.node_slips)
+    # Before the cascade, which would hide that the step went too far.
     if overshot(constants.slip, overshoot(state, constants.slip.opposite), len(state.x)):
         return Stop.OVERSHOT
     last = 2 * len(state.x)
     approach = state.response[last]
     status = resolve(state, constants, kind, node)
+    # In a cascade the load is constant and the pin only sinks or rises under it. The input is -W.
     state.scalars.load_work -= state.inputs[last] * (state.response[last] - approach)
     return Stop.DOWNHILL if status == Stop.DONE and driven_downhill(state, constants) else status

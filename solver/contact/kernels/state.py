@@ -361,6 +361,7 @@ def first_root(constant: float, linear: float, quadratic: float) -> float:
     discriminant = linear * linear - 4.0 * quadratic * constant
     if discriminant < 0.0:
         return np.inf
+    # In this form a vanishing quadratic term is no special case, and nothing cancels while it falls.
     bottom = -linear + np.sqrt(discriminant)
     return float(2.0 * constant / bottom) if bottom > 0.0 else np.inf
 
@@ -384,17 +385,21 @@ def slip_move(
     On a smooth pin the shear that exceeds residual_shear·μ_i·pressure is quadratic in the distance, as the pin's height is.
     """
     n = len(node_friction)
+    # The normal entry is -pressure: excess is the shear beyond what the slip leaves, both along its sign.
     share = residual_shear * node_friction[i] * (1.0 if y[i] > 0.0 else -1.0)
     excess = y[i] + share * y[n + i]
     along = tableau[i, i] + share * tableau[i, n + i]
     down = tableau[n + i, i] + share * tableau[n + i, n + i]
     if rise is not None:
         return slip_on_rough(excess, along, down, i, xi, curvature, rise)
+    # Along the pin the height changes by curvature·(ξ d + d²/2): excess + linear·d + quadratic·d²/2 = 0.
     quadratic = curvature * down
     linear = along + quadratic * xi
     discriminant = linear * linear - 2.0 * quadratic * excess
+    # linear ≤ 0: moving back raises the shear, on a steep flank or by a compliance that is not positive definite.
     if not (linear > 0.0 and discriminant >= 0.0):
         return np.inf, 0.0
+    # The root nearest to 0, without the cancellation of the usual form where the pin is nearly flat.
     distance = -2.0 * excess / (linear + np.sqrt(discriminant))
     return distance, curvature * distance * (xi + 0.5 * distance)
 
@@ -442,7 +447,9 @@ def follow_row(state: KernelState, j: int) -> None:
         first = -(pivots.inverses[k, 0] * t[j, p] + pivots.inverses[k, 1] * t[j, q])
         second = -(pivots.inverses[k, 2] * t[j, p] + pivots.inverses[k, 3] * t[j, q])
         add_two(t[j], first, pivots.rows[k, 0], second, pivots.rows[k, 1])
+        # The sum has run over these two columns too; what belongs there are the exchanged inputs themselves.
         t[j, p], t[j, q] = first, second
+    # Now as of the last pivot: a row is read from memory once for all of them.
     pivots.followed[j] = state.scalars.pivots
 
 
@@ -485,6 +492,7 @@ def set_rate(state: KernelState) -> None:
             if state.contact[i]:
                 follow_row(state, i)
                 add_row(state.rate, state.scalars.pin_rate, state.tableau[i])
+    # The last input is -W, hence the minus below.
     if state.scalars.load_rate != 0.0:
         follow_row(state, 2 * len(state.x))
         add_row(state.rate, -state.scalars.load_rate, state.tableau[2 * len(state.x)])
@@ -495,6 +503,7 @@ def step_along(state: KernelState, step: float) -> None:
     """Go on by `step` along the path, every contact node stuck to the pin."""
     last, scalars = 2 * len(state.x), state.scalars
     moved, raised = step * scalars.pin_rate, step * scalars.load_rate
+    # The last input is -W: this is the mean load over the step times the change of the approach.
     scalars.load_work += (0.5 * raised - state.inputs[last]) * step * state.rate[last]
     move_along(state.response, step, state.rate)
     for i in range(len(state.x)):
@@ -605,6 +614,7 @@ def equilibrium_residual(state: KernelState) -> float:
         seen = missing[row]
         if row >= n:
             seen += response[2 * n]
+        # In contact displacements are given, elsewhere they are what responds.
         missing[row] = inputs[row] - seen if state.contact[row % n] else seen - response[row]
         off = abs(missing[row]) - blur
         if not off <= error:
@@ -623,6 +633,7 @@ def _refine(state: KernelState) -> None:
     An inverse alone loses the digits of its condition number; an inverse and its residual do not.
     """
     n, missing = len(state.x), state.work[0]
+    # A step costs as much as all nodes in contact slipping once: not where there is nothing to gain.
     if not equilibrium_residual(state) > 0.01 * RESIDUAL_LIMIT:
         return
     for i in range(n):
@@ -631,6 +642,7 @@ def _refine(state: KernelState) -> None:
             add_two_rows(state.response, state.tableau, i, missing[i], n + i, missing[n + i])
     follow_row(state, 2 * n)
     add_row(state.response, missing[2 * n], state.tableau[2 * n])
+    # Once more for the corrected forces: free nodes then lack displacement alone, which can be added as it is.
     equilibrium_residual(state)
     for i in range(n):
         if not state.contact[i]:

@@ -67,6 +67,7 @@ def _ahead(state: KernelState, constants: KernelConstants, origin: float) -> Ahe
     """The next event, at least the event floor away. origin: δ_p of the contact at x = 0."""
     scalars = state.scalars
     step, kind, node = next_event(state, constants)
+    # As in `follow_path`: events nearer than the floor are answered at the floor.
     least = smallest_step(constants.slip, stretching(state), abs(scalars.displacement))
     position = scalars.displacement + scalars.pin_rate * max(step, least) - origin
     return Ahead(position, kind, node, total_shear(state.contact, state.rate) * scalars.pin_rate)
@@ -90,6 +91,7 @@ def _turn(state: KernelState, forward: bool) -> None:
 def _at_an_end(state: KernelState, constants: KernelConstants) -> bool:
     """True if a node in contact is the last one that there is."""
     last = len(state.x) - 1
+    # Nodes are outer where there are others beyond the window.
     return bool((state.contact[0] and not constants.outer[0]) or (state.contact[last] and not constants.outer[last]))
 
 
@@ -135,6 +137,7 @@ def drive_contact(
     pin = PinState(pin.time, pin.position, pin.velocity, total_shear(state.contact, state.response))
     while stop == Stop.DONE and pin.time < motion.duration and tally.steps < step_limit and len(finished) < slips_left:
         forward = moves_forward(motion, pin, ahead.slope)
+        # The contact lags behind the pin, as all is linear between events: it is moved at events, turns and the end.
         if forward != (state.scalars.pin_rate > 0.0):
             _move_to(state, pin.position + origin)
             _turn(state, forward)
@@ -143,6 +146,7 @@ def drive_contact(
         segment = segment_from(motion, pin, ahead.slope)
         watched = v >= motion.stick_velocity and (slip.climbing or not slip.sliding)
         way, tau, met = ahead.position - x, 0.0, True
+        # By rounding the pin may already be past an event, which then comes without any motion.
         if way > 0.0 if forward else way < 0.0:
             tau, met, y, v, area = segment_end(segment, motion, watched, way, forward)
             until = motion.duration if tau >= motion.duration - t else t + tau
@@ -155,6 +159,7 @@ def drive_contact(
             lost += state.scalars.dissipated
             stop = _check(state, constants, begun, events) if stop == Stop.DONE else stop
             ahead = _ahead(state, constants, origin)
+            # Read off the contact: what F rose by along the segment is rounded, and drops in the event.
             x, friction_force = state.scalars.displacement - origin, total_shear(state.contact, state.response)
         pin = PinState(t, x, v, friction_force)
         if tau > 0.0:
@@ -163,5 +168,6 @@ def drive_contact(
         else:
             tally = Tally(tally.steps + 1, tally.resisted, tally.work, tally.row, tally.edge)
     _move_to(state, pin.position + origin)
+    # A contact that has to be set up again is driven on: its slip lasts into the next stretch, and is stated there.
     lasting = Slip(slip.sliding and stop == Stop.DONE, slip.climbing, slip.time, slip.position, slip.peak, 0, 0.0)
     return Pulled(stop, pin, slip, tally, slip_table(lasting, finished, motion, pin), events, lost)

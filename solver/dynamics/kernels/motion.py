@@ -126,6 +126,7 @@ def repeated_tooth(teeth: ToothTable, index: int) -> tuple[int, float]:
     count = teeth.force.size
     if index < count:
         return index, 0.0
+    # Teeth before `periodic_from` (run-in) do not repeat.
     laps = (index - teeth.periodic_from) // (count - teeth.periodic_from)
     shift = laps * (teeth.edges[count] - teeth.edges[teeth.periodic_from])
     return index - laps * (count - teeth.periodic_from), shift
@@ -139,6 +140,7 @@ def tooth_at(teeth: ToothTable, index: int) -> tuple[float, float, float, float]
     force, slope = teeth.force[j], teeth.slope[j]
     if index >= 0:
         return left, right, force, slope
+    # F̃ is even in x: a tooth's force at its left edge is that at the right edge of its image.
     return -right, -left, force + slope * (right - left), -slope
 
 
@@ -156,6 +158,7 @@ def _tooth_near(teeth: ToothTable, x: float) -> int:
     start, far = teeth.edges[first], abs(x)
     period = teeth.edges[count] - start
     laps = max(0, int((far - start) / period))
+    # After `laps` periods off, the position lies in the first of the repeated stretches, or before all of them.
     within = int(np.searchsorted(teeth.edges, far - laps * period, side="right")) - 1
     index = min(max(within, 0), count - 1) + laps * (count - first)
     return index if x >= 0.0 else -1 - index
@@ -168,6 +171,7 @@ def tooth_holding(teeth: ToothTable, index: int, x: float) -> tuple[int, float, 
     NaN for an x so far out that teeth cannot be told apart any more, or that is no number.
     """
     count, first = teeth.force.size, teeth.periodic_from
+    # Written so that NaN is too far out as well.
     if not abs(x) <= _COUNTABLE / (count - first) * (teeth.edges[count] - teeth.edges[first]):
         return index, math.nan, math.nan, math.nan, math.nan
     left, right, base, slope = tooth_at(teeth, index)
@@ -178,6 +182,7 @@ def tooth_holding(teeth: ToothTable, index: int, x: float) -> tuple[int, float, 
         left, right, base, slope = tooth_at(teeth, index)
     index = _tooth_near(teeth, x)
     left, right, base, slope = tooth_at(teeth, index)
+    # Rounding of whole periods may miss the tooth by one.
     while x >= right:
         index += 1
         left, right, base, slope = tooth_at(teeth, index)
@@ -233,12 +238,14 @@ def follow_slip(slip: Slip, finished: list[SlipRow], motion: Motion, old: PinSta
     """
     sliding, climbing, time, position, highest, micro_slips, micro_travel = slip
     change = new.velocity - old.velocity
+    # Linear between the two instants; segments end at the stick velocity, so that theirs is exact.
     share = (motion.stick_velocity - old.velocity) / change if change != 0.0 else 1.0
     passing_time = old.time + share * (new.time - old.time)
     passing_position = old.position + share * (new.position - old.position)
     if not sliding and new.velocity > motion.stick_velocity:
         sliding = climbing = True
         time, position, highest = passing_time, passing_position, peak
+    # Before the slip is ended below: its last instants may hold the largest force.
     if climbing:
         highest = max(highest, peak)
         climbing = new.velocity < motion.stage
@@ -302,10 +309,12 @@ def series(segment: Segment, tau: float) -> tuple[float, float, float]:
     y, moved, area = first + before + term, first + 2.0 * before + 3.0 * term, first / 2.0 + before / 3.0 + term / 4.0
     scale = 1e-18 * (abs(first) + abs(before) + abs(term))
     for n in range(4, 60):
+        # Two terms are kept, as the damper couples each to the last one and the spring to the one before.
         before, term = term, -(damped * (n - 1) * term + stiff * before) / (n * (n - 1))
         y += term
         moved += n * term
         area += term / (n + 1)
+        # Both, as one alone may vanish in passing.
         if abs(term) + abs(before) <= scale:
             break
     return y, moved / tau, area * tau
@@ -315,11 +324,13 @@ def series(segment: Segment, tau: float) -> tuple[float, float, float]:
 def _exponential_integrals(r: float, tau: float) -> tuple[float, float, float]:
     """∫e^(rs) from 0 to τ once, twice and three times over, without cancellation where z = rτ is small."""
     z = r * tau
+    # Below that the quotients would cancel, two and three times over.
     if abs(z) > 0.5:
         one = math.expm1(z) / r
         two = (one - tau) / r
         return one, two, (two - 0.5 * tau * tau) / r
     term, one, two, three = 1.0, 1.0, 0.5, 1.0 / 6.0
+    # At |z| = 0.5 the next term is 1e-21 of the first.
     for n in range(2, 18):
         term *= z / n
         one += term
@@ -337,6 +348,7 @@ def _responses(c: float, stiffness: float, tau: float) -> tuple[float, float, fl
     a = 0.5 * c
     square = a * a - stiffness
     if square > 0.25 * a * a:  # two real rates far apart: κ may vanish
+        # No cancellation in this rate; the other would be a small difference.
         fast = -a - math.sqrt(square)
         slow = stiffness / fast  # the product of the rates is κ
         one, two, three = _exponential_integrals(slow, tau)
@@ -347,6 +359,7 @@ def _responses(c: float, stiffness: float, tau: float) -> tuple[float, float, fl
     w = math.sqrt(abs(square))
     if a * tau > 700.0:  # nothing is left, and cosh would overflow
         sine = cosine = 0.0
+    # Nearly critical damping: sin(wτ)/w by its series, whose next term is below rounding, as w may be 0.
     elif w * tau < 1e-4:
         sine, cosine = tau * (1.0 + square * tau * tau / 6.0), 1.0 + 0.5 * square * tau * tau
     elif square > 0.0:
@@ -355,6 +368,7 @@ def _responses(c: float, stiffness: float, tau: float) -> tuple[float, float, fl
         sine, cosine = math.sin(w * tau) / w, math.cos(w * tau)
     decay = math.exp(-a * tau)
     h, rate = decay * sine, decay * (cosine - a * sine)
+    # Integrals of the equation itself give those of h, each from the ones before.
     one = (1.0 - rate - c * h) / stiffness
     two = (tau - h - c * one) / stiffness
     return rate, h, one, two, (0.5 * tau * tau - one - c * two) / stiffness
@@ -387,6 +401,7 @@ def state_at(segment: Segment, tau: float) -> tuple[float, float, float]:
     if tau <= 0.0:
         return 0.0, v, 0.0
     phase = segment.pace * tau
+    # 0.06² is below the bound 0.004 of |κ|τ².
     if phase <= 0.06 and segment.damping * tau <= 0.01:
         rate, h, one, two, three = brief_responses(segment.damping, segment.stiffness, tau)
     elif phase <= 1.0:
@@ -456,16 +471,19 @@ def next_zero(c: float, stiffness: float, g: float, rate: float, earliest: float
     a = 0.5 * c
     square = a * a - stiffness
     slanted = rate + a * g
+    # It stays 0: a motion without extremum.
     if g == 0.0 and slanted == 0.0:
         return math.inf
     if square < 0.0:
         w = math.sqrt(-square)
         phase = math.atan2(-g * w, slanted)
+        # A zero at the start is the extremum at which the last segment ended.
         while phase <= earliest * w:
             phase += math.pi
         return phase / w
     s = math.sqrt(square)
     ratio = -g * s / slanted
+    # atanh(x) is x there, to rounding.
     if s == 0.0 or abs(ratio) < 1e-8:
         tau = -g / slanted
     elif 0.0 < ratio < 1.0:

@@ -41,9 +41,11 @@ def _quick_crossing(segment: Segment, distance: float) -> float:
     Within the phases allowed here |q| and |p| grow by less than a fifth, which makes the bound on the velocity a proof.
     """
     speed = segment.pin.velocity
+    # At half of its velocity the pin is there by then, and the rest shows that it keeps more than that.
     late = 2.0 * distance / speed
     if segment.damping * late > 0.1 or abs(segment.stiffness) * late * late > 0.01:
         return math.nan
+    # 1.2 for the growth by less than a fifth, 2 as half of the velocity may be lost.
     if 2.4 * (abs(segment.q) + abs(segment.p) * late) * late > abs(speed):
         return math.nan
     tau = 0.5 * late
@@ -67,7 +69,9 @@ def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float
     end = min(horizon, next_zero(c, stiffness, q if abs(q) > doubt else 0.0, p, motion.instant))
     if watched:
         k = motion.spring
+        # -g is the second rate of the driving force; it obeys the same free oscillation as the acceleration.
         g, rate = k * q + c * p, k * p - c * (c * p + stiffness * q)
+        # p = ramp - c q - κ v: the rounding of g is that of q, k + c² times, and that of p's other terms.
         doubt = (k + c * c) * doubt + 4.4e-16 * c * (segment.ramp + abs(stiffness * segment.pin.velocity))
         end = min(end, next_zero(c, stiffness, g if abs(g) > doubt else 0.0, rate, motion.instant))
     if stiffness < 0.0:  # growth: stay far from overflow
@@ -79,6 +83,7 @@ def monotone_end(segment: Segment, motion: Motion, watched: bool, horizon: float
 def _velocity_level(motion: Motion, v0: float, v1: float) -> float:
     """The first of the velocities 0 and that of stick that lies strictly between v0 and v1, or NaN."""
     stick_velocity = motion.stick_velocity
+    # In the order in which a falling, or a rising, velocity meets the two.
     if v1 < v0:
         if v0 > stick_velocity > v1:
             return stick_velocity
@@ -94,8 +99,10 @@ def segment_end(
 ) -> tuple[float, bool, float, float, float]:
     """Time when the segment ends, True if by reaching `distance`, and y, y' and ∫y then."""
     v, horizon = segment.pin.velocity, motion.duration - segment.pin.time
+    # A crossing at half of this velocity or more passes neither level of the velocity, 0 or that of stick.
     if v < 0.0 or (v > 2.0 * motion.stick_velocity and not watched):
         tau = _quick_crossing(segment, distance)
+        # NaN, where nothing is sure, fails here too.
         if tau <= horizon:
             _, v1, area = state_at(segment, tau)
             return tau, True, distance, v1, area
@@ -110,6 +117,7 @@ def segment_end(
         return tau, False, y, v1, area
     tau = root(segment, motion, Passing.POSITION, distance, tau, forward)
     _, v1, area = state_at(segment, tau)
+    # By rounding alone a pin that just reaches the edge must not seem to head back.
     return tau, True, distance, max(v1, 0.0) if forward else min(v1, 0.0), area
 
 
@@ -122,6 +130,7 @@ def highest_driving_force(segment: Segment, motion: Motion, end: float, new: Pin
     if rate > 0.0 and offset_from_level(segment, motion, Passing.DRIVING_RATE, 0.0, end)[0] < 0.0:
         tau = root(segment, motion, Passing.DRIVING_RATE, 0.0, end, rate < 0.0)  # a literal would compile it again
         y, v, _ = state_at(segment, tau)
+        # The change alone: in the whole force the ways of stage and pin, both long, would cancel.
         change = motion.spring * (motion.stage * tau - y) - motion.damping * (v - segment.pin.velocity)
         highest = max(highest, at_start + change)
     return highest
@@ -151,6 +160,7 @@ def moves_forward(motion: Motion, pin: PinState, slope: float) -> bool:
 @compiled(error_model="numpy", inline="always")
 def limit_followed(friction_force: float, limit: float, slope: float, surface_stiffness: float, forward: bool) -> int:
     """1 or -1 where F follows F̃ or -F̃, because elastic contact would exceed it; 0 where the contact sticks."""
+    # Elastic friction changes by K per distance: ahead it passes a limit that rises less, backward one that rises more.
     if friction_force >= limit and slope != surface_stiffness and (slope < surface_stiffness) == forward:
         return 1
     if friction_force <= -limit and slope != -surface_stiffness and (slope < -surface_stiffness) == forward:
@@ -229,6 +239,7 @@ def note_segment(record: Record, motion: Motion, segment: Segment, tau: float) -
 def next_due(record: Record, row: int, edge: int) -> float:
     """Time when the next row of `samples` or entry of `impulse` is to be written."""
     last, bins = record.samples.shape[0] - 1, record.impulse.size - 1
+    # The share first: the last sample then falls exactly on the duration.
     sample = record.duration * (row / last) if row <= last else math.inf
     return min(sample, record.duration * (edge / bins)) if edge <= bins else sample
 
@@ -357,6 +368,7 @@ def _cross_tooth(
     area = v * one + (load * two + ramp * three)
     late = (width - y) * new.inverse * (2.0 - v_end * new.inverse)  # over v_end, to the square of the forecast's error
     v_end += late * (load + ramp * tau - c * v_end - stiffness * width)
+    # The bounds of the phase are those of `brief_responses`; the last is that of the forecast, squared in `late`.
     sure = abs(a) + abs(b) <= 0.005 and c * g <= 0.01 and abs(stiffness) * (g * g) <= 0.004 and abs(late) <= 1e-6 * g
     return sure, tau + late, v_end, area + width * late, new
 
@@ -396,15 +408,18 @@ def cruise(
     forecast = Forecast(t, v, 1.0 / v)
     while steps < step_limit:
         right, base, rise = edges[j + 1] + shift, force[j], slope[j]
+        # A rigid contact is at its limit at once; an elastic one at most, where the limit has dropped.
         width, friction_force = right - x, min(friction_force, base) if rigid is None else base
         rate = rise if friction_force == base and rise < surface_stiffness else surface_stiffness
         after = friction_force + rate * width
         pull = drag - k * x - friction_force
         sure, tau, v_end, area, forecast = _cross_tooth(c, k + rate, pull, ramp, width, t, v, forecast)
         end = t + tau
+        # F and F̃ are both straight within a tooth: F that is not above F̃ at either end is not above it between.
         if not (sure and after <= base + rise * width and v_end > slowest and end < duration):
             break
         if climbing:
+            # The slip's largest driving force may lie within this tooth: only the long way finds it.
             if _may_turn(segment_from(motion, PinState(t, x, v, friction_force), rate), motion, tau):
                 break
             peak = max(peak, k * (V * end - right) + c * (V - v_end))
@@ -423,6 +438,7 @@ def cruise(
         if j == count:
             j = first
             laps += 1
+            # A product: a sum over laps would gather their rounding.
             shift = laps * (edges[count] - edges[first])
     slip = Slip(slip.sliding, climbing, slip.time, slip.position, peak, slip.micro_slips, slip.micro_travel)
     return index + steps - tally.steps, PinState(t, x, v, friction_force), slip, Tally(steps, resisted, work, row, edge)
@@ -467,6 +483,7 @@ def integrate_exactly(
         limit = max(base + slope * (x - left), 0.0)
         if one_way is not None and friction_force < -limit:
             break
+        # Where F̃ drops at an edge, F drops to it, and with it the relaxation point (Eq. 14), which F stands for.
         friction_force = min(max(friction_force, -limit), limit)
         pin = PinState(t, x, v, friction_force)
         forward = moves_forward(motion, pin, slope)
@@ -479,16 +496,19 @@ def integrate_exactly(
         branch = limit_followed(friction_force, limit, slope, K, forward)
         if one_way is not None and branch < 0:
             break
+        # Stuck, F rises with K whatever the tooth: its slope bounds F, and is followed on the limit alone.
         segment = segment_from(motion, pin, branch * slope if branch else K)
         reach = way if branch else stuck_reach(friction_force, limit, slope, K, forward)
         distance = min(way, reach) if forward else max(way, reach)
         watched = v >= motion.stick_velocity and (slip.climbing or not slip.sliding)
         tau, met, y, v, area = segment_end(segment, motion, watched, distance, forward)
+        # Exactly at the end, or a last segment as long as rounding would follow.
         t = duration if tau >= duration - t else t + tau
         tally = pass_segment(record, motion, segment, tally, t, tau, y, area)
 
         x += y
         friction_force += segment.slope * y
+        # At an edge of the tooth, exactly: the next one begins there.
         if met and distance == way:
             x = right if forward else left
             index += 1 if forward else -1
@@ -540,8 +560,10 @@ def integrate_rigidly(
         let_go = False
         if heading == 0:
             driving = driving_force(motion, pin)
+            # No pull at all is no motion: the limit is at least 0, so the pin then rests.
             heading = 1 if driving > 0.0 else -1
             if abs(driving) <= limit:
+                # A stage at rest never pulls harder: infinite, or NaN at the limit, and then the pin rests to the end.
                 wait = (limit - driving) / (motion.spring * motion.stage)
                 let_go, heading = wait < duration - pin.time, 1
                 until = pin.time + wait if let_go else duration
@@ -652,6 +674,7 @@ def integrate_by_steps(
         x, v = pin.position + dt / 6.0 * dx, pin.velocity + dt / 6.0 * dv
         if not left <= x < right:
             index, left, right, base, slope = tooth_holding(teeth, index, x)
+        # No tooth can be told where the motion has run away to.
         if math.isnan(left):
             work = math.nan
             break
@@ -664,8 +687,10 @@ def integrate_by_steps(
         slip = follow_slip(slip, finished, motion, pin, new, max(driving, new_driving))
         pushed += 0.5 * dt * (driving + new_driving)
         work += 0.5 * (pin.friction_force + new.friction_force) * (x - pin.position)
+        # Eq. 14, after the step: within one the relaxation point rests, as the paper words it.
         relaxed = x - new.friction_force / K
         if end >= record.half:
+            # A step has no closed form to look into: its acceleration counts as constant.
             note_brief(record, motion, pin, dt, v)
             note_spring_force(record, motion, end, x)
         pin, driving, computed = new, new_driving, computed + 1
