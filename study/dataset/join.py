@@ -197,12 +197,18 @@ def _with_equal_labels(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
     for root in roots:
         numbers = {str(name): each for name, each in root.coords.items() if each.dtype.kind == "f"}
         equal = {
-            name: each.copy(data=nearest(known.get(name, each.values), each.values)) for name, each in numbers.items()
+            name: each.copy(data=_equal(known.get(name, each.values), each.values)) for name, each in numbers.items()
         }
         for name, each in equal.items():
             known[name] = np.union1d(known.get(name, each.values), each.values)
         found.append(root.assign_coords(equal))
     return found
+
+
+def _equal(known: np.ndarray[Any, Any], own: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """A dataset's own numbers, known ones in place of those that are nearly these and no others; different ones stay so."""
+    near = nearest(known, own)
+    return np.where(nearest(own, near) == own, near, own)
 
 
 def _attributes(roots: Sequence[xr.Dataset]) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Several campaigns' datasets are one: their scalars side by side, every run cut as it was in its own."""
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -173,6 +174,15 @@ def test_labels_that_differ_in_rounding_are_one() -> None:
         for each, load in ((0.3, 1e-3), (0.1 + 0.2, 2e-3))
     ]
     assert concat(parts)["intrinsic_friction"].values.tolist() == [0.3]
+
+
+def test_two_labels_of_one_dataset_stay_two() -> None:
+    """Also where each differs from one of another dataset in rounding alone."""
+    loads = [[1e-3], [1e-3, 1e-3 * (1.0 + 1e-12)], [1e-3 * (1.0 - 1e-12), 1e-3 * (1.0 + 2e-12)]]
+    parts = [computed(axes={"normal_load": each}) for each in loads]
+    for first, second in itertools.permutations(range(3), 2):
+        joined = concat([parts[first], parts[second]], join="outer")
+        assert joined["normal_load"].values.tolist() == sorted({*loads[first], *loads[second]})
 
 
 def test_results_that_contradict_each_other_are_refused():
