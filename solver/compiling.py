@@ -46,6 +46,7 @@ def source_stamp(folder: Path) -> str:
     stamp = hashlib.sha256()
     for path in called_from(folder):
         content = path.read_bytes()
+        # With its length, so that no text could move from one file to the next unseen.
         stamp.update(f"{path.relative_to(_PACKAGE)} {len(content)} ".encode())
         stamp.update(content)
     return stamp.hexdigest()
@@ -106,6 +107,7 @@ class _KernelCache(FunctionCache):
         self._internal = internal
 
     def _index_key(self, sig: object, codegen: object) -> tuple[object, ...]:
+        # Internal code is bitcode without wrappers: Python cannot call what a kernel has cached.
         return *super()._index_key(sig, codegen), self._internal
 
     def load_overload(self, sig: object, target_context: object) -> object:
@@ -133,6 +135,7 @@ class _Part(JITCodeLibrary):
         pass
 
     def _finalize_final_module(self) -> None:
+        # Numba's own method would besides have LLVM translate the code to the machine's.
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:

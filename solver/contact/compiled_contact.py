@@ -116,6 +116,7 @@ def left_behind(case: Case, followed: Nodes, contact: Nodes, pin_rate: float) ->
     more = margin(columns) if rows == 1 else RINGS + 1
     off = int(nodes[0] + nodes[-1] + 1 - columns)  # twice the distance from the grid's middle
     near = (int(nodes[-1]) + more >= columns and pin_rate != -1.0) if off > 0 else (nodes[0] < more and pin_rate != 1.0)
+    # Towards 0, not down: to the left the grid goes on as to the right.
     return rows * int(off / 2) if case.slab.scheme.endless and near else 0
 
 
@@ -126,6 +127,7 @@ def following(case: Case, compliance: Compliance, state: ContactState, nodes: in
     uv[1] += state.approach
     now, before = slice(max(-nodes, 0), -nodes if nodes > 0 else None), slice(max(nodes, 0), min(nodes, 0) or None)
     kept = contact[now]
+    # Nodes in contact keep their places to the last bit: those of the compliance are rounded.
     uv[0, now][kept] = state.u[before][kept]
     uv[1, now][kept] = (state.w + state.approach)[before][kept]
     first, found = state.first_node + nodes, (contact, forces, uv[0], uv[1], state.approach)
@@ -275,6 +277,7 @@ def _state(
     matrix, plane, padded = set_up(compliance, window.tobytes(), contact.tobytes())
     entries, nodes = 2 * len(contact) + 1, len(contact)
     if few:
+        # Kernels write into a tableau: the cached one has to stay as it was.
         cached, padded = padded, in_lines(entries)
         padded[:] = cached
     friction = node_friction(case, first_node)[window]
@@ -341,6 +344,7 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
     Lifted nodes are moved back onto the pin, a tableau whose residual is above its limit is inverted afresh, and violations
     that both had hidden are resolved; INACCURATE where that does not help.
     """
+    # A run that stopped inside a cascade is in no equilibrium that could be restored.
     if status not in (Stop.DONE, Stop.FULL, Stop.NO_EVENT):
         return status
     state, constants = compiled.state, compiled.constants
@@ -351,12 +355,14 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
             return status
         if inaccurate:
             tableau(_entries(compiled.compliance, compiled.window, state.matrix), state.contact, state.tableau)
+            # A fresh tableau has followed all pivots.
             state.scalars["pivots"], state.pivots.followed[:] = 0, 0
             state.scalars["residual"] = 0.0
             respond(state)
         resolved = answer_violations(compiled)
         if resolved != Stop.DONE:
             return resolved
+    # The 1e-10 of the message that users get: what misses the limit by less still means something.
     return status if equilibrium_residual(state) <= 10.0 * RESIDUAL_LIMIT else Stop.INACCURATE
 
 
@@ -384,6 +390,7 @@ def _constants(case: Case, window: Window, state: KernelState, pin_rate: float |
         pin=KernelPin(pin.curvature, Rise(pin.knots, pin.rises, window % len(pin.rises)) if pin.rough else None),
         half_width=_under(pin.half_width, window),
         across=_under(pin.across, window),
+        # The second part: some roundings of a parabola's height, L_x from its lowest point.
         tolerance_gap=1e-12 * case.normal_load + 2 * sys.float_info.epsilon * pin.curvature,
         outer=outer,
         window_until=good_until(case, state, ends),
@@ -405,6 +412,7 @@ def state_of(compiled: CompiledContact, outcome: Outcome) -> ContactState:
     forces[:, compiled.window] = np.where(state.contact, response, 0.0)
     approach = float(state.response[-1])
     whole = len(state.x) == n
+    # A window of all nodes leaves nothing to compute.
     uv = np.zeros((2, n)) if whole else compiled.compliance.displacements(forces)
     uv[1] += approach
     uv[:, compiled.window] = np.where(state.contact, given, response)

@@ -42,7 +42,7 @@ def pressed(
     free = ~contact
     of_unit = _cut(convolution.forces_about(contact.astype(np.float64)), free)
     share = 1.0 / of_unit.sum()
-    force, depth = start, convolution.w(start)  # pushed down as far as pulled up
+    force, depth = start, convolution.w(start)  # N pushes down as far as f_z lifts
     gradient, approach = _cut(depth + heights, free), 0.0
     direction, slope = np.zeros_like(start), np.inf
     for _ in range(MOST_STEPS):
@@ -62,6 +62,7 @@ def pressed(
             break
         step = slope / work
         force = force + step * direction
+        # Updated, not convolved again: a step costs one convolution for forces and one for displacements.
         depth += step * moved
         gradient += step * _cut(moved, free)
     return Pressed(force, approach - depth, approach)
@@ -111,9 +112,11 @@ def convolved_contact(case: Case, convolution: SurfaceConvolution) -> NormalCont
         if not wrong.any():
             if precision == LAST and np.abs(u - before).max() <= rounding_at_rest(case, found):
                 return found
+            # The set is right at a coarse precision: once more, as exactly as it will be stated.
             precision = LAST
             continue
         contact, all_at_once, _ = exchange.exchanged(contact, wrong)
+        # One node at a time rests on the sign of single forces: only exact ones can decide it.
         precision = max(precision * FINER, LAST) if all_at_once else LAST
         force = _spread(case, contact, force)
     return found._replace(contact=contact, normal_force=force, converged=False)

@@ -76,6 +76,7 @@ class CoulombContact:
 
     def __post_init__(self) -> None:
         self.node_slips = np.zeros(len(self.contact), np.int64)
+        # No contact yet, and as many changes as nodes: the first stiffness is inverted.
         self._set_up = np.zeros_like(self.contact).tobytes(), np.empty((0, 0)), len(self.contact)
         self.go_on(0)
 
@@ -138,6 +139,7 @@ class CoulombContact:
             if np.abs(moved).max() <= 1e-14 * self.normal_load:
                 break
         self.force, self.approach, u, self.v = _everywhere(self.compliance, nodes, answer, middle)
+        # In contact u is prescribed, and stays as it is.
         self.u[~self.contact] = u[~self.contact]
 
     def rates(self) -> Rates:
@@ -153,6 +155,7 @@ class CoulombContact:
         m, slide, stiffness = len(nodes), np.flatnonzero(self.sliding[nodes]), self._stiffness
         slope, share = self.pin.curvature * self.xi[nodes[slide]], (self.sliding * self.node_friction)[nodes[slide]]
         lifted = m + slide
+        # f_x + σ μ_i f_z of the sliding nodes, which is 0 at their limits, N being -f_z.
         beyond = stiffness.take(lifted, 0)
         beyond *= share[:, None]
         beyond += stiffness.take(slide, 0)
@@ -227,7 +230,9 @@ def settle_roles(solved: CoulombContact) -> None:
     while True:
         solved.solve()
         tolerance = solved.tolerance
+        # A node beyond the edge of a punch leaves whatever it bears: that counts as much as the load.
         tension = np.where(np.abs(solved.xi) > solved.pin.half_width, solved.normal_load, -solved.normal_force)
+        # In the order of `resolve`: without pressure a limit of shear means nothing.
         answers = ((solved.release, np.where(solved.contact, tension, -1.0)), (solved.let_slide, solved.excess))
         for answer, violation in (*answers, (solved.touch, -solved.gap)):
             worst = _largest(violation, tolerance, solved.direction.ahead)
@@ -250,6 +255,7 @@ def stick_and_slide_in_motion(solved: CoulombContact) -> Rates:
         none = np.abs(solved.force[0]) <= near
         sign = np.sign(np.where(none, force_rate[0], solved.force[0]))
         growth = sign * force_rate[0] + solved.node_friction * force_rate[1]
+        # Only a node at its limit (its excess is 0) may begin to slide.
         growth = np.where(solved.excess > -near, growth, -1.0)
         dragged = np.where(solved.sliding != 0.0, solved.sliding * (u_rate - pin_rate), -1.0)
         least = TOLERANCE * max(np.abs(force_rate).max(), 1.0)
@@ -257,6 +263,7 @@ def stick_and_slide_in_motion(solved: CoulombContact) -> Rates:
             node = _largest(growth, least, ahead)
             solved.sliding[node] = sign[node]
             solved.node_slips[node] += 1
+        # After all growth is answered: whether a node is dragged along depends on which others slide.
         elif solved.case.intrinsic_friction > 0.0 and dragged.max() > 1e-9:
             solved.sliding[_largest(dragged, 1e-9, ahead)] = 0.0
         else:
@@ -352,12 +359,14 @@ def advance(solved: CoulombContact, step: float, rates: Rates) -> float:
         raise CoulombError(Stop.SLIP_UNBOUNDED)
     before, slip, height = solved.force, solved.u - solved.displacement, solved.v
     load, approach = solved.normal_load, solved.approach
+    # Sticking nodes move exactly with the pin; their rates have passed through a solve.
     moved = np.where(solved.contact & (solved.sliding == 0.0), pin_rate, rates[2])
     solved.u = solved.u + step * moved
     solved.displacement += pin_rate * step
     solved.normal_load += load_rate * step
     solved.solve()
     solved.load_work += (load + solved.normal_load) / 2 * (solved.approach - approach)
+    # Work by the trapezoidal rule: forces are straight along the step but for the pin's curvature.
     mean = (before + solved.force) / 2
     return float(-(mean[0] @ (solved.u - solved.displacement - slip) + mean[1] @ (solved.v - height)))
 

@@ -141,6 +141,7 @@ def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
     contact, u, converged = found.contact, np.where(found.contact, found.u, 0.0), found.converged
     if converged and case.initial_contact == "frictionless":
         return _free_of_shear(case, compliance, found, COMPLETED)  # then there is nothing to slip
+    # Only nodes in contact are brought to a height; others may stand beyond the edge, where it is infinite.
     height = pin_of(case).height(np.where(contact, surface_from_pin(case) + u, 0.0))
     everywhere = np.ones_like(contact)
     if not converged and math.isinf(case.intrinsic_friction):
@@ -148,6 +149,7 @@ def _touch_at_once(case: Case, compliance: Compliance) -> ContactState:
         return state_of(unfinished, OUTCOME_OF_STOP[Stop.CONTACT_CYCLE])
     # Stuck at once, a node near the edge may be pulled in contact and pushed when free; slips then decide.
     expected = contact if converged else contact | (surface_from_axis(case) <= expected_half_width(case))
+    # In a window, whose slips cost less; on the whole surface if a node beyond proves to lie inside the pin.
     for followed in (within_reach(case, expected, found.u, found.v), everywhere):
         compiled = compiled_contact(case, compliance, contact, u, height, followed)
         status = answer_violations(compiled)
@@ -198,6 +200,7 @@ def _touch_with_coulomb_friction(case: Case, compliance: Compliance) -> ContactS
     x = surface_from_pin(case)
     if case.initial_contact == "gradual":
         height = pin_of(case).height(x)
+        # A load so small that it displaces less than heights differ: the lowest nodes alone bear it.
         contact, u, normal_load = height == height.min(), np.zeros_like(x), 1e-9 * case.normal_load
     else:
         found = normal_contact(case, compliance, case.initial_contact == "stick")

@@ -40,6 +40,7 @@ class ContactSystem:
         self._ones = (self._entries >= len(base)).astype(np.float64)
         symmetric = compliance.slab.scheme.reciprocal and slope is None
         self._solve = _factorized(self._block(self._entries, self._entries), symmetric, int(base.sum()))
+        # The load's row and column by elimination: forces of equal heights, and their sum, give the approach.
         self._alone = self._solve(self._ones[None])[0]
         self._share = float(self._ones @ self._alone)
         # The border so far: a row for every entry that has changed, its column solved for, and the products of the two.
@@ -111,6 +112,7 @@ class ContactSystem:
         """Forces on added entries, and corrections for removed ones, by the current border's rows."""
         self._extend(changed[self._places[changed] < 0])
         at = self._places[changed]
+        # Schur complement of the border: its own entries less what the base answers to it.
         corner = -self._products[at[:, None], at]
         corner[come[:, None] & come] += self._block(changed[come], changed[come]).ravel()
         border = np.zeros(len(self._rows))
@@ -156,9 +158,11 @@ def finite(forces: Vector) -> Vector:
 def _factorized(matrix: Dense, symmetric: bool, nodes: int) -> Callable[[Dense], Dense]:
     """Solve for right sides that are rows, (any, size). Overwrites the matrix; raises SingularOperator."""
     if symmetric:
+        # Into a copy: rounding may leave the matrix without such a factor, and then it is needed as it is.
         factor, failed = scipy.linalg.lapack.dpotrf(matrix.T, clean=0)
         if not failed:
             return lambda rows: np.asarray(scipy.linalg.lapack.dpotrs(factor, rows.T)[0].T)
+    # The transpose is what LAPACK, which counts by columns, reads without a copy; trans=1 below undoes it.
     factors, pivots, failed = scipy.linalg.lapack.dgetrf(matrix.T, overwrite_a=1)
     if failed:
         raise _singular(nodes)
@@ -206,6 +210,7 @@ class Exchange:
         count = int(wrong.sum())
         if count < self._fewest:
             self._fewest, self._patience = count, PATIENCE
+            # Fewer wrong nodes than ever: none of the earlier sets can come back.
             self._left.clear()
         self._patience -= 1
         if self._patience >= 0:
@@ -214,6 +219,7 @@ class Exchange:
         again = known in self._left
         self._left.add(known)
         following = contact.copy()
+        # Always the one furthest right: a fixed order excludes cycles, the worst node first may go round in them.
         following[np.flatnonzero(wrong)[-1]] ^= True
         return Exchanged(self._kept(following), all_at_once=False, again=again)
 
@@ -281,6 +287,7 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
         if right:
             if system.is_of(contact) and moved <= rounding_at_rest(case, found):
                 return found
+            # The set is right, u still moves: with fresh slopes the next step is Newton's, which converges at once.
             if not system.is_of(contact) or moved > SLOW * before:
                 system = _system(case, compliance, contact, u, stuck)
             continue
@@ -288,6 +295,7 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
         # Nodes stuck at u = 0 have no memory but their set: one that comes back comes back for ever.
         if following.again and (stuck or not case.effects.coupling):
             break
+        # In another set u changes anew: the last change is no measure.
         contact, moved = following.contact, math.inf
     return found._replace(contact=contact, converged=False)
 

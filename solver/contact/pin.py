@@ -153,6 +153,7 @@ def _flat_punch(case: Case) -> Pin:
     spacing = case.slab.spacing
     if case.slab.scheme.planar:
         squared = half_width**2 - surface_across(case) ** 2
+        # 1e-9 of a node for the rounding of a chord that is a whole number of them.
         nodes = np.floor(np.sqrt(np.maximum(squared, 0.0)) / spacing + 1e-9)
         half_width = np.where(squared >= 0.0, nodes * spacing, -np.inf)
     # A node stands for its width of surface: it is under the punch while the greater part of that is.
@@ -205,11 +206,13 @@ def _factors(drawn: Heterogeneity, first: int, n: int) -> Floats:
     """Independent random numbers with mean 1 and standard deviation `spread`, by inversion of uniform ones."""
     # Of numpy's streams only the raw one is promised to stay the same.
     raw = np.random.PCG64(drawn.seed).advance(first).random_raw(n)
+    # 53 bits, as a float has, in the middle of their steps: never 0 or 1, whose quantiles are infinite.
     uniform = (np.right_shift(raw, np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
     return DISTRIBUTIONS[drawn.distribution](uniform, drawn.spread)
 
 
 def _lognormal(uniform: Vector, spread: float) -> Vector:
+    # exp(σz) has the mean exp(σ²/2) and the squared variation exp(σ²) - 1.
     sigma = math.sqrt(math.log1p(spread**2))
     return np.asarray(np.exp(sigma * scipy.special.ndtri(uniform) - sigma**2 / 2.0))
 

@@ -151,6 +151,7 @@ def latest_truncation(count: int) -> int:
 
 def truncation(bins: Floats) -> int:
     """First bin of the steady part: it minimises the marginal standard error of the following ones."""
+    # Sums run from the end, over what is kept; less a typical value, so that their difference keeps its digits.
     centred = (bins - bins[-1])[::-1]
     kept = np.arange(1, len(bins) + 1)
     squares = (centred**2).cumsum() - centred.cumsum() ** 2 / kept
@@ -170,6 +171,7 @@ def unsteadiness(blocks: Floats, latest: bool) -> str:
     mean, place = float(means.mean()), _PLACES
     change = float(place @ means / (place @ place))
     rest = means - mean - change * place
+    # Eight means less the two numbers of the line leave six degrees of freedom.
     error = float(np.sqrt(rest @ rest / 6.0 / (place @ place)))
     share = change / abs(mean) if mean else np.inf
     if abs(share) <= LARGEST_CHANGE or (abs(change) <= SIGNIFICANT_CHANGE * error and not latest):

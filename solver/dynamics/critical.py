@@ -48,6 +48,7 @@ def critical_point(record: FrictionRecord, plateau: Plateau, drive: Drive) -> Cr
         regime = count_sticks(motion, changed).regime
         return None if regime is None else regime in STICKING
 
+    # Beyond critical damping there is no half period to decay in; the bound for 1 holds all the more.
     lost = math.expm1(2.0 * math.pi * min(drive.damping_ratio, 1.0))
     peak, velocity = float(friction_limit_of(record, plateau, drive.profile).force.max()), drive.stage_velocity
     fastest = peak / math.sqrt(drive.spring_stiffness * lost) if lost else math.inf

@@ -150,6 +150,7 @@ def taken_together(teeth: Teeth, stays: int, shortest: float) -> tuple[Teeth, in
     width = np.diff(teeth.edges)
     mean = np.add.reduceat(0.5 * width * (teeth.start + teeth.end), first) / np.add.reduceat(width, first)
     highest = np.maximum.reduceat(np.maximum(teeth.start, teeth.end), first)
+    # A straight tooth with this mean that ends at the highest force.
     start = np.maximum(2.0 * mean - highest, 0.0)
     alone = np.diff(kept) == 1
     start, end = np.where(alone, teeth.start[first], start), np.where(alone, teeth.end[first], 2.0 * mean - start)

@@ -215,6 +215,7 @@ class RK4(Method):
                 f"the stuck pin's vibrations would grow: needs a time_step shorter by a factor of {shorter:.4g} or more"
             )
             return nothing(drive.samples), Outcome(Ending.UNSTABLE_STEP, message, cause="vibrations")
+        # A duration that is a multiple of the step, but for rounding, needs no step more.
         steps_needed = motion.duration / self.time_step * (1.0 - 1e-12)
         if steps_needed > drive.step_limit:
             message = f"{steps_needed:.6g} steps of time_step, step_limit = {drive.step_limit}: raise one of the two"
@@ -232,12 +233,14 @@ def is_stable(time_step: float, motion: Motion) -> bool:
     """True if a step damps, or at least does not amplify, free motion with the stuck contact's stiffness k + K."""
     rates = np.roots([1.0, motion.damping, motion.spring + motion.surface_stiffness]).astype(complex)
     z = rates * time_step
+    # exp(z) up to z⁴/4!: a step multiplies free motion by it.
     growth = np.abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))))
     return bool(np.all(growth <= 1.0 + 1e-14))  # rounding of tiny steps without damping
 
 
 def longest(motion: Motion) -> float:
     """The longest stable step, a little below."""
+    # No z beyond about 3 in size is stable: the upper end never is.
     low, high = 0.0, 4.0 / math.sqrt(motion.spring + motion.surface_stiffness)
     for _ in range(40):
         middle = 0.5 * (low + high)
@@ -268,10 +271,12 @@ def integrate(
         raise InvalidInput("surface_stiffness", surface_stiffness, "surface_stiffness > 0")
     k, stage = drive.spring_stiffness, drive.stage_velocity
     damping = 2.0 * drive.damping_ratio * math.sqrt(k)
+    # A tooth that falls is highest at its left edge.
     rises = np.maximum(friction_limit.slope, 0.0) * np.diff(friction_limit.edges)
     peak, way = float((friction_limit.force + rises).max()), float(friction_limit.edges[-1])
     duration = drive.duration or expected_duration(drive, peak, friction_limit.steady_force, surface_stiffness, way)
     compliant = drive.surface_compliance
+    # Without surface compliance the steepest tooth is what sets the fastest motion.
     stiffest = surface_stiffness if compliant else float(np.abs(friction_limit.slope).max())
     motion = Motion(
         spring=k,

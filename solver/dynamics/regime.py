@@ -164,6 +164,7 @@ def start_is_forgotten(result: DynamicsResult, drive: Drive, pattern: float, sli
     if not result.outcome.ok or not len(result.slip_time) or result.settling_time < lag_time(drive):
         return True  # without slips, or dragged by its damper, a pin has one regime
     if _regime(result) == "slides":
+        # A velocity v of a free oscillation swings the spring force by √k v to both sides (the mass is 1).
         stopping = 2.0 * RISING * math.sqrt(drive.spring_stiffness) * drive.stage_velocity
         begins = max(_ringing_ends(result, drive, stopping), 0.5 * result.end_time)
         return drive.stage_velocity * (result.end_time - begins) >= pattern
@@ -184,6 +185,7 @@ def _ringing_ends(result: DynamicsResult, drive: Drive, force: float) -> float:
     natural, decay = math.sqrt(drive.spring_stiffness), decay_rate(drive)
     damper = 2.0 * drive.damping_ratio * natural * drive.stage_velocity
     away = float(result.slip_force[-1]) - damper - float(result.binned_force[BINS // 2 :].mean())
+    # Peak to peak, from a pin at rest: its force is `away` from the mean, its velocity V from the stage's.
     ringing = 2.0 * math.hypot(away, natural * drive.stage_velocity)
     if decay == 0.0 or force == 0.0:
         return math.inf
@@ -212,6 +214,7 @@ def _ramp_left(result: DynamicsResult, drive: Drive, slips: int) -> float:
     before, after = np.split(result.binned_force, [BINS // 2])
     lag, end = lag_time(drive), result.end_time
     if result.settling_time < lag:
+        # The spring stretches as 1 - exp(-t/lag): what it gains from the middle to the end.
         return float(after.mean()) * (math.exp(-0.5 * end / lag) - math.exp(-end / lag))
     return 0.0 if slips else float(after.mean() - before.max())
 

@@ -217,6 +217,7 @@ def stiffness_with(compliance: Compliance, stiffness: Dense, nodes: Indices, nod
     held, loaded = np.concatenate((others, others + count)), np.array([[0.0, 1.0]])
     beside = np.hstack((compliance.entries(new, held), loaded.T))
     reached = stiffness @ np.vstack((compliance.entries(held, new), loaded))
+    # Schur complement: how far the node gives way while all others are held.
     own = np.linalg.inv(compliance.entries(new, new) - beside @ reached)
     whole = np.arange(len(stiffness) + 2)
     added = np.array([place, len(nodes) + place])
@@ -232,6 +233,7 @@ def stiffness_without(stiffness: Dense, place: int) -> Dense:
     """Compute `stiffness_of` all nodes but one, by its place among them, from that with it."""
     gone = np.array([place, len(stiffness) // 2 + place])
     old = np.delete(np.arange(len(stiffness)), gone)
+    # Its forces are set to 0: what held it is shared out among the others.
     shared = np.linalg.solve(taken(stiffness, gone, gone), taken(stiffness, gone, old))
     return taken(stiffness, old, old) - taken(stiffness, old, gone) @ shared
 
@@ -240,8 +242,10 @@ def bordered_inverse(system: Dense, name: str, room: Dense | None = None) -> Den
     """The inverse of a `name` with the load's row and column, which are the last: by Cholesky's factor where it has one, in the
     place of the system, as large ones fill the memory. room: for as many numbers, overwritten."""
     block, border = system[:-1, :-1], system[:-1, -1]
+    # To the last bit: the factor reads one triangle, and would invert another matrix.
     if not np.array_equal(block, block.T):
         return inverse(system, name)
+    # The factor takes a copy: the system is needed as it is if it has none.
     place = np.empty(block.size) if room is None else room.reshape(-1)[: block.size]
     place.reshape(block.shape)[:] = block
     some = portions(len(block))
@@ -249,9 +253,11 @@ def bordered_inverse(system: Dense, name: str, room: Dense | None = None) -> Den
     norm = max(float(np.abs(block[rows]).sum(1).max()) for rows in some)
     if failed or scipy.linalg.lapack.dpocon(factor, norm)[0] < np.finfo(float).eps:
         return inverse(system, name)
+    # One triangle of the inverse, the other is 0: in the sum below the diagonal counts twice.
     triangle = scipy.linalg.lapack.dpotri(factor, overwrite_c=1)[0]
     np.add(triangle, triangle.T, out=block)
     block[np.diag_indices(len(block))] /= 2.0
+    # The border by elimination: equal heights cause the forces `alone`, which bear the load together.
     alone = block @ border
     share = float(border @ alone)
     for rows in some:
@@ -339,6 +345,7 @@ def conditioning(matrix: Dense) -> Conditioning:
     norm = float(np.abs(matrix).sum(axis=0).max())
     factors, _, info = scipy.linalg.lapack.dgetrf(matrix)
     reciprocal = 0.0 if info else float(scipy.linalg.lapack.dgecon(factors, norm)[0])
+    # Energy depends on the symmetric part alone.
     _, failed = scipy.linalg.lapack.dpotrf(matrix + matrix.T)
     asymmetry = float(np.abs(matrix - matrix.T).max() / np.abs(matrix).max())
     return Conditioning(reciprocal, not failed, asymmetry)

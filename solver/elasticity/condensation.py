@@ -43,6 +43,7 @@ def families(k: Stiffness) -> list[Fields]:
 
     There are two, even and odd, where the support is symmetric; otherwise one of all displacements.
     """
+    # A support on one side alone couples even and odd fields.
     if not np.array_equal(k.fixed, k.fixed[:, _mirror(k.grid)]):
         return [_numbered(np.arange(2 * k.grid.nodes), np.where(k.fixed.ravel(), 0.0, 1.0))]
     return [_of_parity(k, sign) for sign in (1.0, -1.0)]
@@ -66,6 +67,7 @@ def _mirror(grid: Grid) -> NDArray[np.int64]:
 def _of_parity(k: Stiffness, sign: float) -> Fields:
     """Fields of which reflection multiplies w by `sign` and u by -`sign`."""
     nodes, mirror = np.arange(k.grid.nodes), _mirror(k.grid)
+    # Both of a pair belong to one field, √½ each for the length 1; a node in the middle has no odd part.
     left = np.minimum(nodes, mirror)
     weights = [
         np.where(nodes == mirror, max(parity, 0.0), np.sqrt(0.5) * np.where(nodes > mirror, parity, 1.0))
@@ -107,6 +109,7 @@ def eliminated(stiffness: Dense, count: int, follows: Dense, bears: Dense) -> El
     norm = _norm(stiffness[:count, :count])
     factors, pivots, info = scipy.linalg.lapack.dgetrf(stiffness[:count, :count])
     reciprocal_condition = _checked(0.0 if info else scipy.linalg.lapack.dgecon(factors, norm)[0])
+    # One solution for both: calls take their time on small pieces.
     right = np.concatenate((bears[:count], stiffness[:count, count:]), axis=1)
     solved = scipy.linalg.lapack.dgetrs(factors, pivots, right)[0]
     of_surface, of_others = solved[:, : bears.shape[1]], solved[:, bears.shape[1] :]
@@ -252,6 +255,7 @@ class _Slab:
             within = slice(piece.surface.start - surface.start, piece.surface.stop - surface.start)
             follows[within, front.place[piece.border]] += of_border
         top = np.flatnonzero(self.number[front.cut] >= 0)
+        # A surface field of the cut follows itself.
         follows[self.number[front.cut[top]] - surface.start, top] = 1.0
         return follows
 
@@ -259,6 +263,7 @@ class _Slab:
         """Add a product to the compliance of part of the surface."""
         for first in range(surface.start, surface.stop, ROWS_AT_ONCE):
             last = min(first + ROWS_AT_ONCE, surface.stop)
+            # Of a symmetric one the upper triangle is enough; it is mirrored in the end.
             begin = first if self.symmetric else surface.start
             rows = one[first - surface.start : last - surface.start]
             self.compliance[first:last, begin : surface.stop] += rows @ other[:, begin - surface.start :]
@@ -272,8 +277,10 @@ class _Slab:
 
     def _cut_along(self, inside: Indices, places: Dense) -> tuple[Indices, Indices, Indices]:
         """All fields of one side that act on the other are cut: the side further left, or deeper, without surface."""
+        # The median, not the middle: grids are finer near the surface, and halves are to be equally large.
         beyond = places >= np.partition(places, len(places) // 2)[len(places) // 2]
         below = inside[~beyond]
+        # All at one place along this axis, no cut: the other axis, or the whole piece at once.
         if not len(below):
             return inside, below, below
         far = np.zeros(len(self.number), dtype=np.bool_)
@@ -326,6 +333,7 @@ def _stiffness(acting: list[_Entries], front: _Front) -> Dense:
     size, cut = front.size, len(front.cut)
     found = np.zeros((size + 1, size + 1))
     for entries, way in zip(acting, (found, found.T), strict=False):
+        # Fields outside of the front have the place `size`: a row and column more, cut off below.
         way[entries.rows, front.place[entries.columns]] = entries.values
     if len(acting) == 1:
         found[cut:, :cut] = found[:cut, cut:].T
@@ -357,7 +365,7 @@ def _range(numbers: Indices) -> slice:
 
 # Condense a stiffness to the surface (§2.1.4, Eq. 11): [u; w] = C [f_x; f_z] for nodal forces on the top row.
 #
-# Even and odd fields are condensed separately , each by nested dissection.
+# Even and odd fields are condensed separately, each by nested dissection.
 
 DOUBTFUL = 1e-10
 """Reciprocal condition of a cut below which a compliance is found twice. Of 1078 slabs of all shapes, none without such a cut was
@@ -382,6 +390,7 @@ def condensed(k: Stiffness) -> Dense:
         number, weight = fields.number[surface], fields.weight[surface]
         where = places[fields.first_entries]
         on_top = np.unique(number[number >= 0])
+        # From left to right, so that the surface of a piece is one range.
         on_top = on_top[np.argsort(where[on_top, 0], kind="stable")]
         compliance = _inverse(projected(k.matrix, fields), where, on_top, k.symmetric)
         place = np.full(fields.count, -1)

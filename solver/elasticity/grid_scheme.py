@@ -96,6 +96,7 @@ def solve_mixed(stiffness: Stiffness, given: NodalFields) -> NodalFields:
     if unknown.any():
         right = forces[unknown] - k[unknown][:, ~unknown] @ displacements[~unknown]
         displacements[unknown] = solve_sparse(k[unknown][:, unknown], right)
+    # Given forces stay as given, without the rounding of the product.
     forces[~unknown] = (k @ displacements)[~unknown]
     return NodalFields(displacements[:nodes], displacements[nodes:], forces[:nodes], forces[nodes:])
 

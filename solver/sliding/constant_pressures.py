@@ -75,6 +75,7 @@ def _tangential_state(
     tableau[:, : len(nodes)] = stiffness.T
     state = TangentialState(
         tableau=tableau,
+        # What shear is left at u = 0: it stems from pressures, which stay.
         base=start.nodal_force[0, nodes] - stiffness @ u,
         shear=np.empty(len(nodes)),
         u=u,

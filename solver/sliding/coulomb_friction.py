@@ -46,6 +46,7 @@ def slide_with_coulomb_friction(case: Case, start: ContactState, compliance: Com
 def _contact_at(case: Case, start: ContactState, compliance: Compliance, way: Way) -> coulomb.CoulombContact:
     """The contact in this state; nodes at their limit of friction slide."""
     limits = node_friction(case, start.first_node) * -start.nodal_force[1]
+    # A state does not hold roles: a node at its limit, but for rounding, was sliding.
     slides = np.abs(start.nodal_force[0]) >= limits * (1 - 1e-9)
     sign = np.where(start.contact & slides, np.sign(start.nodal_force[0]), 0.0)
     place = (start.u.copy(), way.load, start.displacement, start.first_node)
@@ -83,6 +84,7 @@ class CoulombRun:
         """The longest step: LONGEST_STEP, or what load shifts the edges of a parabola's contact by as much: a² ~ W."""
         if self.way.direction.pin_rate:
             return LONGEST_STEP * self.case.slab.spacing
+        # da = ½ a dW/W, and a is half as many spacings as nodes in contact.
         return 4.0 * LONGEST_STEP / int(self.solved.contact.sum()) * self.solved.normal_load
 
     def follow(self) -> None:

@@ -65,8 +65,10 @@ def _slide(case: Case, start: ContactState, compliance: Compliance, way: Way, wh
         slips = np.zeros(len(window), np.int64)
         status, held = follow_path(compiled.state, compiled.constants, room, slips, held, end_at)
         slipped.of_grid(first, case.slab.nodes)[window] += slips
+        # Kernels count nodes from the first of the window.
         events.node[before:held] = first + window[events.node[before:held]]
         beyond = extended(case, initial_stiffness, held) if math.isnan(way.until) else end_at
+        # A record with few enough events goes on (`extended`): how many there are is known only at its first end.
         if status == Stop.DONE and end_at < beyond:
             end_at = beyond
             continue

@@ -146,6 +146,7 @@ def _followed(
         way = way_to(state, load, ahead, point)
         if way is None:
             continue
+        # Tolerances are shares of the load: of the larger one along a leg.
         scaled = replace(case, normal_load=max(load, point[1]))
         run = followed(scaled, compliance, state, way)
         flags = mask_of(record_flags(scaled, start, run.record, run.end))

@@ -135,6 +135,7 @@ def plateau_of(record: FrictionRecord) -> Plateau:
         reached = f"the record ends after {record.presliding_lengths:.2g} presliding lengths"
         return _refused("run_in", f"{reached}, run-in takes {RUN_IN:g}", record)
     if events and (whole := math.floor((record.displacement[-1] - begins) / record.spacing)):
+        # Counted back from the last event: what is left over falls to run-in.
         begins = record.displacement[-1] - whole * record.spacing
     first, last = int(np.searchsorted(record.displacement, begins)), events - 1
     if last - first < FEWEST_EVENTS:
@@ -144,6 +145,7 @@ def plateau_of(record: FrictionRecord) -> Plateau:
     mean, std = _moments(steady)
     half = max(whole // 2, 0) * record.spacing if whole > 1 else 0.5 * (end - start)
     whole_until = steady.integral(np.array((start, start + half, end - half, end)))
+    # Over the width between the places of the integral, which is rounded, not over `half`.
     early = float(whole_until[1] - whole_until[0]) * (1.0 / (start + half - start))
     late = float(whole_until[3] - whole_until[2]) * (1.0 / (end - (end - half)))
     # Between events by interpolation: whether one lies just before or after an end of a half is decided by rounding.
@@ -187,6 +189,7 @@ def _shared_by_drift(drifts: Sequence[float]) -> float:
     if len(drifts) < 2:
         return math.nan
     mean, scatter = float(np.mean(drifts)), float(np.var(drifts, ddof=1)) / len(drifts)
+    # As of two measurements, the halves: standard error |change|/2 of their mean, with Student's factor for two.
     return 0.5 * float(student(2)) * math.sqrt(max(mean**2 - scatter, 0.0))
 
 
@@ -195,6 +198,7 @@ def _moments(steady: Teeth) -> tuple[float, float]:
     width = steady.edges[1:] - steady.edges[:-1]
     mean = float(width @ (steady.start + steady.end)) / (2.0 * float(width.sum()))
     low, high = steady.start - mean, steady.end - mean
+    # The mean square of a straight line from a to b is (a² + ab + b²)/3.
     return mean, float(np.sqrt(width @ (low * low + low * high + high * high) / (3.0 * width.sum())))
 
 

@@ -60,6 +60,7 @@ def fitted_power_law(sizes: SizeSample) -> PowerLaw | None:
     cutoffs, tails = sizes.values[firsts], len(sizes.values) - firsts
     logs = np.log(sizes.values)
     sums = np.cumsum(logs[::-1])[::-1][firsts] - tails * np.log(cutoffs)
+    # Sizes that are equal but for rounding have an exponent beyond the bound, not 1/0.
     means = np.maximum(sums, 1e-300) / tails
     exponents = discrete_exponents(means, cutoffs) if sizes.discrete else 1.0 + 1.0 / means
     exponents = np.clip(exponents, *EXPONENTS)
@@ -71,10 +72,12 @@ def fitted_power_law(sizes: SizeSample) -> PowerLaw | None:
 
 def discrete_exponents(means: Vector, cutoffs: Vector) -> Vector:
     """Find τ at which ln ζ(τ, k_min) falls as fast as the mean of ln(k/k_min), by Newton's method (ln ζ is convex)."""
+    # Start (Clauset et al., Eq. 3.7): whole numbers as a continuous law from k_min - 1/2 on.
     exponents = np.minimum(1.0 + 1.0 / (means + np.log(cutoffs / (cutoffs - 0.5))), EXPONENTS[1])
     for _ in range(20):
         slope, curvature = _log_zeta_slopes(exponents, cutoffs)
         step = (slope + means + np.log(cutoffs)) / curvature
+        # Never more than half way to the pole of ζ at 1, beyond which there is no law.
         exponents = np.clip(exponents - step, (exponents + 1.0) / 2.0, np.minimum(2.0 * exponents, EXPONENTS[1]))
         if np.abs(step).max() < 1e-9:
             break
@@ -109,6 +112,7 @@ def _candidates(values: Vector) -> NDArray[np.int64]:
         return np.empty(0, np.int64)
     tails = np.unique(np.geomspace(LEAST_TAIL, most, CANDIDATES).astype(np.int64))
     firsts = np.unique(np.searchsorted(values, values[most - tails], side="left"))
+    # Sizes that are all equal have no exponent.
     return np.asarray(firsts[values[firsts] < values[-1]])
 
 
@@ -122,6 +126,7 @@ def _distances(sizes: SizeSample, firsts: NDArray[np.int64], exponents: Vector) 
         every = -(-count // PLACES[0])
         model = -np.expm1((1.0 - exponent) * (logs[first::every] - logs[first]))
         below = np.arange(0, count, every) / count
+        # The distribution of the sizes jumps at each: both ends of the jump count.
         found[place] = max((below + 1.0 / count - model).max(), (model - below).max())
     return found
 
@@ -170,6 +175,7 @@ def goodness_of_fit(sizes: SizeSample, law: PowerLaw, draws: int = DRAWS) -> flo
     further = 0
     for _ in range(draws):
         drawn = fitted_power_law(_drawn(sizes, law, rng))
+        # From a fit of its own, cut-off included, as the sizes' law is: what it was drawn from is farther.
         further += drawn is not None and drawn.distance >= law.distance
     return further / draws
 
@@ -178,6 +184,7 @@ def _drawn(sizes: SizeSample, law: PowerLaw, rng: np.random.Generator) -> SizeSa
     """Draw the same number of sizes, following the law from its cut-off on."""
     total = len(sizes.values)
     below = sizes.values[: total - law.tail]
+    # As many above the cut-off as chance would put there (Clauset et al., §4).
     tail = int(rng.binomial(total, law.tail / total)) if len(below) else total
     chosen = rng.choice(below, total - tail) if tail < total else below[:0]
     values = np.concatenate((chosen, power_law_sizes(rng, tail, law.exponent, law.cutoff, sizes.discrete)))
@@ -202,6 +209,7 @@ def _whole_sizes(uniform: Vector, exponent: float, cutoff: float) -> Vector:
     """The largest whole number that at least such a share of the law reaches."""
     numbers = cutoff + np.arange(TABLED + 1.0)
     shares = survival(numbers, exponent, cutoff, True)
+    # Shares fall as numbers grow: with the minus they rise, as the search needs.
     found = cutoff + np.searchsorted(-shares, -uniform, side="right") - 1.0
     beyond = uniform <= shares[-1]
     last = numbers[-1]

@@ -305,6 +305,7 @@ def event_distributions(
     members: Sequence[tuple[FrictionRecord, Plateau]], draws: int = power_law.DRAWS
 ) -> tuple[Any, SizeBins]:
     """The EventDistributions and SizeBins of an ensemble: of the steady parts of its usable records."""
+    # No displacement is at least NaN: a record that is not usable gives no sizes.
     each = [event_sizes(record, plateau.start if record.outcome.usable else math.nan) for record, plateau in members]
     counts = [len(sizes.slips) for sizes in each if len(sizes.slips)]
     found: dict[str, Any] = {"sized_events": sum(counts) if len(counts) >= needed(len(each)) else 0}
@@ -318,6 +319,7 @@ def event_distributions(
 
 
 def _alone(sizes: EventSizes) -> dict[str, float]:
+    # The last event has no step.
     steps = sizes.step[np.isfinite(sizes.step)]
     return {
         "step_variation": float(steps.std() / steps.mean()) if len(steps) > 1 else math.nan,

@@ -122,6 +122,7 @@ def shared_by_nodes(stiffness: Floats, step: float) -> float:
     if count < 2:
         return math.nan
     scatter = float(stiffness.var(ddof=1)) / count
+    # Only what the scatter between starts does not already hold is added.
     return float(student(count)) * math.sqrt(max((step / count) ** 2 - scatter, 0.0))
 
 

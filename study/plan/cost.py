@@ -248,7 +248,8 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
     """Seconds of motion and fit: steps, and samples; of the contact that is slid as far as the stage moves; of bisections."""
     way = drive.stage_velocity * drive_duration(drive, case) if drive.memory else 0.0
     contact = touch_seconds(case) + _slide_seconds(case, way / sizes_of(case).step) if way else 0.0
-    # A light pin may come to rest within every period of its oscillation against spring and contact (2e7 of 5e8 periods seen).
+    # A light pin swings on spring and contact, and may come to rest in each period: steps are then counted
+    # as periods at least, which is a bound from above (2e7 rests were seen in 5e8 periods).
     damped = sizes_of(case).stiffness + drive.spring_stiffness * (1.0 - drive.damping_ratio**2)
     rests = drive_duration(drive, case) * math.sqrt(max(damped, 0.0)) / (2.0 * math.pi)
     steps = min(max(drive_steps(drive, case), rests if drive.profile == "sawtooth" else 0.0), drive.step_limit)

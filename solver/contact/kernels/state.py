@@ -425,7 +425,7 @@ def slip_on_rough(
             return distance, face_height(curvature, rise, i, xi + distance) - face_height(curvature, rise, i, xi)
         if abs(far) == np.inf:
             return np.inf, 0.0
-        # Rounding must not turn a knot's little rest into an excess of the other sign.
+        # Nearly nothing may be left at a knot: rounding must not give it the other sign.
         excess = -sense * max(abs(excess) - linear * abs(far - here) + quadratic * (far - here) ** 2, 0.0)
         here = far
         k += sense
@@ -618,7 +618,7 @@ def equilibrium_residual(state: KernelState) -> float:
         missing[row] = inputs[row] - seen if state.contact[row % n] else seen - response[row]
         off = abs(missing[row]) - blur
         if not off <= error:
-            error = off if off < np.inf else np.inf  # no number is above infinity, which NaN becomes
+            error = off if off < np.inf else np.inf  # NaN becomes infinite, which no later number replaces
     missing[2 * n] = inputs[2 * n] - carried
     unborne = abs(missing[2 * n] / inputs[2 * n])
     if not (largest > 0.0 and unborne < np.inf):

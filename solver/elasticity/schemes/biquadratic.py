@@ -134,6 +134,7 @@ def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIn
         alpha = lagrange(offsets)
         alpha_rise = value(alpha, right) - value(alpha, left)
         alpha_integral = integral(alpha, left, right)
+        # A node on the boundary has no face on its outer side.
         none = np.zeros(len(nodes))
         weights.append(
             (
@@ -143,6 +144,7 @@ def _face_integrals(grid: Grid, row: int, columns: NDArray[np.int64]) -> _FaceIn
                 sum(s * value(slopes(gamma), z)[q] for s, z in ends) * alpha_integral,
             )
         )
+        # Along a class the stencil repeats, shifted by whole nodes of the other row, coarser or finer.
         stride = (int(grid.counts[other]) - 1) / (int(grid.counts[row]) - 1)
         shifts = np.rint((columns - column) * stride).astype(np.int64)
         entries.append(grid.row_nodes(int(other))[0] + nodes[None, :] + shifts[:, None])

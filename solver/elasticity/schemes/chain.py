@@ -80,6 +80,7 @@ class Chain(Scheme):
         # u per f_x is the inverse of a tridiagonal stiffness, here exactly symmetric.
         bands = np.full((2, slab.n_x), -coupling)
         bands[1] = leaf + 2.0 * coupling
+        # End blocks have one neighbour.
         bands[1, [0, -1]] -= coupling
         lateral = scipy.linalg.solveh_banded(bands, one)
         upright = one / (self.foundation_stiffness * slab.spacing)

@@ -165,6 +165,7 @@ def mean_log(distance: NDArray[Any]) -> Vector:
     found = np.empty(distance.shape)
     far = np.abs(distance) >= FAR
     z = distance[far]
+    # The closed form is a small difference of terms that grow as z² ln z.
     found[far] = (np.log(z) - sum(2 / (m * (m + 1) * (m + 2)) / z**m for m in range(2, 17, 2))).real
     z = distance[~far]
     found[~far] = ((_square_log(z + 1) + _square_log(z - 1)) / 2 - _square_log(z)).real - 1.5

@@ -99,6 +99,7 @@ class Galerkin(GridScheme):
         found = condensed(self.stiffness(trunk(slab)))
         if trunk(slab) != slab:
             acting = resultants(slab.n_x)
+            # Only a load's three resultants reach the inserted bar (Saint-Venant), which moves the surface rigidly.
             longer = acting.T @ lengthening(slab) @ acting
             found += (longer + longer.T) / 2
         return found
@@ -116,6 +117,7 @@ def galerkin(grid: Grid, poisson: float, support: Support) -> Stiffness:
 
 def _cells(grid: Grid, strip: int) -> int:
     """Number of elements in the strip below row `strip`: one for each quadratic of its finest row, for the surface's two."""
+    # The finest of the strip's three rows: the quadratics of the others lie in those of its elements.
     quadratic = (int(grid.counts[strip : strip + 3].max()) - 1) // 2
     return 2 * quadratic if strip == 0 else quadratic
 
@@ -128,6 +130,7 @@ def _element_blocks(grid: Grid, strip: int, width: float, poisson: float) -> tup
     mass_z, stiffness_z, mixed_z = _line_matrices(depths, depths[2], 0.0)
     mass_x, stiffness_x, mixed_x = _line_matrices(places, 0.0, width)
     along, across = _of_both(mass_z, stiffness_x), _of_both(stiffness_z, mass_x)
+    # In the uppermost strip exactly, or odd and even surface nodes would differ more (see above).
     resisted_z = _gauss_mass(depths, depths[2], 0.0) if strip else mass_z
     resisted_x = _gauss_mass(places, 0.0, width) if strip else mass_x
     coupling = dilation * _of_both(mixed_z, mixed_x.T) + _of_both(mixed_z.T, mixed_x)

@@ -35,12 +35,14 @@ class HalfSpace(PlanarScheme):
 
 def half_space(slab: Slab) -> Dense:
     """Displacements per force at all offsets, (2, 2, 2n-1, 2n-1), in 1/G over the side of a square; see `PlaneConvolution`."""
+    # Corners of squares lie between nodes: no corner is at a force, where the primitives are singular.
     corners: Dense = np.arange(2.0 * slab.n_x) - (slab.n_x - 0.5)
     x, y, nu = corners[:, None], corners, slab.poisson
     along_x, along_y = y * _log(x, y), x * _log(y, x)
     across = (1.0 - 2.0 * nu) / 2.0 * (y * np.log(np.hypot(x, y)) + x * np.arctan(y / x))
     u, w = along_x + (1.0 - nu) * along_y, (1.0 - nu) * (along_x + along_y)
     u, w, across = np.diff(np.diff([u, w, across], axis=-2), axis=-1) / (2.0 * np.pi)
+    # Corners on both sides round differently; Cholesky's factor needs a symmetric matrix to the last bit.
     u, w, across = even(even(u, 0), 1), even(even(w, 0), 1), odd(even(across, 1))
     return np.array([[u, across], [-across, w]])
 

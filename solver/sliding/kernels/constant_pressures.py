@@ -115,6 +115,7 @@ def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) 
     while node >= 0:
         if scalars.slips >= constants.cascade_limit:
             return Stop.CASCADE_LIMIT
+        # Without a resistance of its own (an indefinite compliance) no slip lowers the node's shear.
         if not tableau[node, node] > 0.0:
             return Stop.SLIP_UNBOUNDED
         along = _distance(shear, tableau, shear_limit, residual_shear, node)
@@ -163,6 +164,7 @@ def _next_slip(state: TangentialState, opposite: float) -> tuple[float, int]:
     nearest, node, m = np.inf, -1, len(state.u)
     for k in range(m):
         i = from_front(k, m, state.scalars.ahead)
+        # Shear that falls heads for the opposite limit; the factor 0 stands for none.
         sign = 1.0 if state.rate[i] > 0.0 else opposite
         speed = sign * state.rate[i]
         if speed > 0.0:
@@ -205,6 +207,7 @@ def slide_tangentially(
     node_slips: (m,) slips of each node in the record, added to.
     """
     scalars = state.scalars
+    # No node leaves or comes, so that K is the same after every event.
     stiffness = state.rate.sum() * scalars.pin_rate
     for e in range(first, len(events.displacement)):
         step, node = _next_slip(state, constants.opposite)
