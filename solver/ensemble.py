@@ -169,6 +169,7 @@ def mean_of(values: Floats, shared: Floats | float = 0.0) -> Mean:
     there = np.isfinite(values)
     having, most = there.sum(axis=-1), values.shape[-1]
     enough = having >= needed(most)
+    # 1 where no mean is stated: nothing is divided by 0.
     count = np.where(enough, having, 1)
     mean = np.where(there, values, 0.0).sum(axis=-1) / count
     off = values - mean[..., None]

@@ -76,7 +76,6 @@ class CoulombContact:
 
     def __post_init__(self) -> None:
         self.node_slips = np.zeros(len(self.contact), np.int64)
-        # No contact yet, and as many changes as nodes: the first stiffness is inverted.
         self._set_up = np.zeros_like(self.contact).tobytes(), np.empty((0, 0)), len(self.contact)
         self.go_on(0)
 
@@ -139,7 +138,6 @@ class CoulombContact:
             if np.abs(moved).max() <= 1e-14 * self.normal_load:
                 break
         self.force, self.approach, u, self.v = _everywhere(self.compliance, nodes, answer, middle)
-        # In contact u is prescribed, and stays as it is.
         self.u[~self.contact] = u[~self.contact]
 
     def rates(self) -> Rates:
@@ -155,10 +153,9 @@ class CoulombContact:
         m, slide, stiffness = len(nodes), np.flatnonzero(self.sliding[nodes]), self._stiffness
         slope, share = self.pin.curvature * self.xi[nodes[slide]], (self.sliding * self.node_friction)[nodes[slide]]
         lifted = m + slide
-        # f_x + σ μ_i f_z of the sliding nodes, which is 0 at their limits, N being -f_z.
         beyond = stiffness.take(lifted, 0)
         beyond *= share[:, None]
-        beyond += stiffness.take(slide, 0)
+        beyond += stiffness.take(slide, 0)  # f_x + σ μ_i f_z, which is 0 at the limit: N is -f_z
         try:
             moved = np.linalg.solve(beyond.take(slide, 1) + beyond.take(lifted, 1) * slope, -(beyond @ given))
         except np.linalg.LinAlgError as error:

@@ -72,7 +72,7 @@ class ContactSystem:
         Raises SingularOperator, TooFarApart.
         """
         n, members = len(contact), np.concatenate((contact & self._held, contact))
-        # From the lowest node up: where the load is small, forces are small differences of what higher ones would ask for.
+        # From the lowest node: a small load's forces would else be small differences of what large heights demand.
         lowest = float(heights[contact].min())
         right = np.zeros(2 * n + 1)
         right[n:-1][contact] = heights[contact] - lowest
@@ -281,7 +281,7 @@ def normal_contact(case: Case, compliance: Compliance, stuck: bool) -> NormalCon
         found = _pressed(case, compliance, system, contact, u, stuck)
         wrong = wrong_nodes(case, found)
         right = not wrong.any()
-        if right and stuck:  # what comes of a stuck contact is its set alone
+        if right and stuck:  # of a stuck contact only the set is used
             return found
         before, moved, u = moved, float(np.abs(found.u - u).max()), found.u
         if right:

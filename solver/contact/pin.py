@@ -62,7 +62,7 @@ class Pin:
         left, right = xi - distance, xi + distance
         ends = np.minimum(np.interp(left, self.knots, rises), np.interp(right, self.knots, rises))
         stretches = np.column_stack((np.searchsorted(self.knots, left), np.searchsorted(self.knots, right)))
-        # `reduceat` takes what begins a stretch even of an empty one: one knot more, which only lowers.
+        # Of an empty stretch `reduceat` takes the knot after it: one more, which can only lower the bound.
         between = np.minimum.reduceat(np.append(rises, np.inf), stretches.ravel())[::2]
         return np.asarray(np.minimum(ends, between))
 

@@ -157,6 +157,7 @@ def soundness(
         return NOT_FINITE
     share = rounding_share(case, softness, contact, outermost)
     if not share <= COARSEST_HEIGHTS:
+        # Would the heights be known well enough where the nodes came down? Then it is the way that spoils them.
         at_rest = float(surface_from_axis(case, np.zeros_like(u), first_node)[contact].max())
         pressed = rounding_share(case, softness, contact, at_rest) <= COARSEST_HEIGHTS
         advice = (

@@ -66,6 +66,7 @@ def _followed(
     case: Case, compliance: Compliance, drive: Drive, motion: Motion, start: ContactState, whole: bool
 ) -> DrivenContact | None:
     """The drive within windows, or on the whole surface; None if a node beyond a window proves to lie inside the pin."""
+    # The window has to hold whichever way the pin will turn.
     compiled = compiled_at(case, compliance, start, whole, Way(case.normal_load, ANY_WAY))
     record = empty_record(motion, drive.samples, BINS)
     pin, slip, tally = PinState(0.0, 0.0, 0.0, 0.0), Slip(False, False, 0.0, 0.0, 0.0, 0, 0.0), Tally(0, 0.0, 0.0, 0, 0)

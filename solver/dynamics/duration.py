@@ -89,6 +89,7 @@ def _may_slide(limit: FrictionLimit, drive: Drive, surface_stiffness: float) -> 
     arrives = (ramp + mean / drive.spring_stiffness) / drive.stage_velocity
     rings = -math.log(RISING) / decay if decay else 0.0  # without a damper it may still stick later
     forgets = arrives + limit.period / drive.stage_velocity + rings
+    # Twice the stretch after the arrival: in its second half the ringing and the start are forgotten.
     duration = 2.0 * forgets - arrives
     edges = np.concatenate(([0.0], ramp + limit.edges[first:] - limit.edges[first]))
     slope = np.concatenate(([RISING**2 * drive.spring_stiffness], limit.slope[first:]))

@@ -177,5 +177,6 @@ def _periodic(whole: Teeth, plateau: Plateau) -> FrictionLimit:
     _need(plateau)
     count = plateau.last_event + 1
     edges = whole.edges[: count + 1]
+    # Initial contact may leave a force against the drag; Eq. 13 knows only limits of at least 0.
     start, end = np.maximum(whole.start[:count], 0.0), np.maximum(whole.end[:count], 0.0)
     return FrictionLimit(edges, start, (end - start) / np.diff(edges), periodic_from=plateau.first_event + 1)

@@ -62,12 +62,13 @@ class Oscillator:
         natural = math.sqrt(self.spring_stiffness)
         decay, beat = self.damping_ratio * natural, natural * math.sqrt(1.0 - self.damping_ratio**2)
         distance, speed = self._start()
+        # Relative to steady sliding the motion is a free oscillation: its rates follow from distance and velocity.
         acceleration = -2.0 * decay * speed - self.spring_stiffness * distance
         jerk = -2.0 * decay * acceleration - self.spring_stiffness * speed
         phase = _phase_of_zero(acceleration, jerk, decay, beat)
         bend = _phase_of_zero(jerk, -2.0 * decay * jerk - self.spring_stiffness * acceleration, decay, beat)
         turn = self.time + (phase if phase > _ROUNDING else math.pi) / beat
-        for _ in range(3):  # the velocity falls least far the later: where its first minimum is no stop, none is
+        for _ in range(3):  # a minimum is among these; later ones are less deep
             if turn - math.pi / beat >= before:
                 break
             if self._rates(turn)[0] < -_ROUNDING * self.stage_velocity:

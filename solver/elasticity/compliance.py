@@ -367,6 +367,6 @@ def explained(outcome: Outcome, compliance: Compliance, contact: NDArray[np.bool
         return outcome
     fault = "is ill-conditioned" if found.positive_definite else "is not positive definite"
     cause, advice = ROUNDED, "use a poisson further from 0.5, or an aspect_ratio nearer 1"
-    if not (found.positive_definite or compliance.slab.scheme.reciprocal):  # else it is, but for rounding
+    if not (found.positive_definite or compliance.slab.scheme.reciprocal):  # a reciprocal one is, but for rounding
         cause, advice = INDEFINITE, "use the scheme galerkin, or a poisson further from 0.5"
     return replace(outcome, message=f"{outcome.message}{operator} {fault} {figures}: {advice}", cause=cause)

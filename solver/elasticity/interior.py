@@ -69,6 +69,7 @@ def _lengthened(slab: Slab, whole: Stiffness, found: InteriorFields, force: Vect
     bar = bar_forces(slab.n_x) @ passed_down(slab, more) @ acting
     lower = _solved(whole, slab.poisson, bar.reshape(2, -1))
     lower = replace(lower, z=lower.z - more)
+    # The bar is inserted half-way down: only its stresses are left there.
     inside = found.z > -trunk(slab).aspect_ratio / 2
     return InteriorFields(*(np.where(inside, getattr(upper, name), getattr(lower, name)) for name in _NAMES))
 

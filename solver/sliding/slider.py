@@ -114,9 +114,11 @@ def _alone(case: Case, compliance: Compliance, end: float) -> Portion:
         reached = f"{len(record.displacement)} events reach {record.final_displacement / end:.2g} of the slider's way"
         raise _ended(Outcome(Ending.INVALID, f"{reached}: raise limits.events", cause="few_events"))
     whole, edges = teeth(record), np.linspace(0.0, end, PIECES + 1)
+    # A record may end a rounding before the common end.
     force = whole.force(np.minimum(edges, whole.edges[-1]))
     force[-1] = record.final_force
     piece = np.clip(edges.searchsorted(record.displacement, side="right") - 1, 0, PIECES - 1)
+    # Between events force is straight: it is highest at an end of a piece or at an event within.
     highest = np.maximum(force[:-1], force[1:])
     np.maximum.at(highest, piece, np.maximum(record.force_before, record.force_after))
     sizes = np.insert(record.contact_size, 0, record.initial_contact_size)

@@ -314,6 +314,7 @@ class LogWriter:
         """Add an entry, whole or not at all. Raises OSError."""
         file = self._opened().number
         state = os.fstat(file)
+        # To a file without a name bytes can be added as before; nobody would ever read them.
         if state.st_nlink == 0:
             raise FileNotFoundError(errno.ENOENT, "the log was removed")
         try:
@@ -321,6 +322,7 @@ class LogWriter:
             while rest:
                 rest = rest[os.write(file, rest) :]
         except OSError:
+            # A part of an entry would be damage as soon as the next one follows it.
             os.ftruncate(file, state.st_size)
             raise
         if time.monotonic() - self._synced > SYNC:
@@ -397,7 +399,7 @@ def scan(path: Path, begin: int = 0, whole: bool = True) -> Iterator[LocatedEntr
                 yield LocatedEntry(head, path, begin)
                 begin += head.length
             except CorruptResultError as error:
-                if isinstance(error, ResultFormatError) and begin == 0:  # a log has one writer
+                if isinstance(error, ResultFormatError) and begin == 0:  # a log has one writer, hence one format
                     raise
                 end = _next(file, begin + ALIGNED)
                 yield Fault(begin, end or length, _no_torn_end(error, end))
@@ -416,6 +418,7 @@ def _next(file: BinaryIO, begin: int) -> int | None:
     """Start of the next entry, at or after a position; None if there is none."""
     file.seek(begin)
     while piece := file.read(_PIECE):
+        # Entries and pieces both begin at multiples of ALIGNED: no mark lies across two pieces.
         at = piece.find(MARK)
         while at >= 0 and at % ALIGNED:
             at = piece.find(MARK, at + 1)
@@ -517,6 +520,7 @@ class Logs:
         if (state.st_size, state.st_ino, state.st_mtime_ns) == seen:
             return []
         end, faults = seen.end, []
+        # Exchanged, or changed without growing: it was mended, and nothing known of it holds any more.
         if state.st_ino != seen.inode or state.st_size <= seen.end:
             end = 0
             self.places = {key: place for key, place in self.places.items() if place.path != path}

@@ -24,6 +24,7 @@ NO_FILE: Final = "no regular file"
 def open_regular(path: Path, flags: int = os.O_RDONLY) -> int:
     """Descriptor of a regular file, which others may have put there: never what a link leads to. Raises OSError."""
     try:
+        # Without O_NONBLOCK the opening of a pipe would wait for its other end, for ever.
         file = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
     except FileExistsError:
         raise
@@ -31,6 +32,7 @@ def open_regular(path: Path, flags: int = os.O_RDONLY) -> int:
         if is_no_file(path):
             raise OSError(errno.EINVAL, NO_FILE) from None
         raise
+    # Of what is open, not of the name: that may have been given to something else meanwhile.
     if not stat.S_ISREG(os.fstat(file).st_mode):
         os.close(file)
         raise OSError(errno.EINVAL, NO_FILE)
@@ -84,6 +86,7 @@ def looks() -> Iterator[None]:
 def append_lines(path: Path, lines: bytes) -> None:
     """Append whole lines, on a line of their own if the last one was cut short. Raises OSError."""
     with os.fdopen(open_regular(path, os.O_RDWR | os.O_APPEND | os.O_CREAT), "ab+") as file:
+        # What a killed writer began must not swallow the first of these lines.
         torn = file.seek(0, os.SEEK_END) > 0 and file.seek(-1, os.SEEK_END) and file.read(1) != b"\n"
         file.write(b"\n" * bool(torn) + lines)
 
@@ -116,6 +119,7 @@ def written_whole(path: Path) -> Iterator[Path]:
     scratch = scratch_beside(path)
     try:
         yield scratch
+        # Before the new name: a loss of power could otherwise leave it with no bytes behind it.
         sync(scratch)
         if path.is_dir() and not path.is_symlink():
             path.rename(free_name(path))  # nothing of it is lost

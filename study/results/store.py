@@ -141,7 +141,7 @@ class Store:
             self._logs.places.pop(result.key, None)  # to be found anew
             file = f"{self.folder}/{result.key}{entry.ENDING}"  # a path would take longer than the look
             if os.path.isfile(file):
-                Path(file).unlink(missing_ok=True)  # it would count more
+                Path(file).unlink(missing_ok=True)  # else it, which is older, would be read first
 
     def read(self, key: str) -> TaskResult:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""
@@ -235,6 +235,7 @@ class Lease:
         """Raises StoreError if another run is at work there, or the folder refuses."""
         with failing(f"{self._path}: cannot be written"):
             self._path.parent.mkdir(parents=True, exist_ok=True)
+            # Complete before it gets the lease's name: no run ever reads half a lease.
             scratch = scratch_beside(self._path, self._text)
             try:
                 while not self._taken(scratch):
@@ -313,7 +314,7 @@ class Lease:
                 os.utime(self._path, follow_symlinks=False)
                 return
         except FileNotFoundError:
-            found = None  # just now
+            found = None  # removed just now
         except (OSError, StoreError):
             return  # nobody can say; the next look may
         self.lost = _LOST.format(path=self._path, **_words(_owner(found))) if found else _GONE.format(path=self._path)
@@ -344,6 +345,7 @@ def _ended(found: _Found, clock: Path) -> bool:
     if here and not files.lives(owner["process"]):
         return True
     age, patience = _age(found, clock), time.monotonic() + FRESH  # whatever times the file claims
+    # An older lease may be of a killed run, whose process number another process has got since.
     if here and age < 2.0 * BEAT:
         return False
     said = False

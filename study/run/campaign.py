@@ -56,6 +56,7 @@ def blocks_of(weights: Sequence[float], count: int) -> list[int]:
     ends, blocks = list(accumulate(weights)), list[int]()
     count = min(count, len(ends))
     for number, (end, weight) in enumerate(zip(ends, weights, strict=True)):
+        # Of as many equal parts of the whole weight, the one that holds the middle of this weight.
         middle = int(count * (end - weight / 2.0) / ends[-1])
         enough_for_the_others = count - (len(ends) - number)
         after_the_last = blocks[-1] + 1 if blocks else 0

@@ -66,6 +66,7 @@ class Farm(ABC):
             dispatcher.hand_out()
             take_in([(rank, (), self.take_back(rank)) for rank in dispatcher.stranded()])
             take_in(self.news())
+        # What has begun is awaited and kept; what only waits is left to the next run.
         take_in([(rank, (), self.take_back(rank)) for rank in range(self.size)])
         while dispatcher.busy:
             take_in(self.news())
@@ -217,6 +218,7 @@ class MPIFarm(Farm):
         self.root = self.rank == 0
         self._sent: deque[Any] = deque()  # messages that may not have left
         self._pause = SHORTEST_PAUSE
+        # Messages of one rank do not overtake each other: each has the origin before its first task.
         for rank in range(1, self.size) if self.root else ():
             self._send(rank, here())
 
@@ -282,6 +284,7 @@ class MPIFarm(Farm):
                 ended = []
                 self._send(0, error)
             if ended:
+                # Half of the work that waits here: rank 0 hears of it before this rank runs out.
                 due = due if done else time.monotonic() + dispatch.lookahead(self.size) / 2.0
                 done += ended
             returned: Sequence[str] = ()
@@ -332,7 +335,7 @@ class MPIFarm(Farm):
         status, found = self._mpi.Status(), []
         while self._world.iprobe(source=self._mpi.ANY_SOURCE, tag=self._mpi.ANY_TAG, status=status):
             rank = status.Get_source()
-            found.append((rank, self._world.recv(source=rank)))
+            found.append((rank, self._world.recv(source=rank)))  # from there the first is the one probed
         return found
 
     def _wait(self, news: bool) -> None:

@@ -46,6 +46,7 @@ class Journal(Watch):
         self.undone: set[str] = set()
         """Keys of the tasks that have ended without a result."""
         self.out = out
+        # Heads alone: it looks for what is kept, which whoever needs the numbers checks.
         self._store = Store(out, whole=False)
         self._command = command or shlex.join(("nanoslip", *sys.argv[1:]))
         self._notice = lru_cache(None)(print_notice)

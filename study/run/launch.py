@@ -163,6 +163,7 @@ class Interruption:
         if self._watcher is not None:
             return self
         self._read_end, self._write_end = os.pipe()
+        # As `set_wakeup_fd` demands: a handler must never wait for room in the pipe.
         os.set_blocking(self._write_end, False)
         # The watching thread reads the signal from the pipe.
         self._handlers = {number: signal.signal(number, lambda *_: None) for number in SIGNALS}
@@ -187,6 +188,7 @@ class Interruption:
     def _watch(self) -> None:
         first = math.inf
         while received := os.read(self._read_end, 1):
+            # Every signal that has a Python handler is written there, whoever has set that.
             if received[0] not in SIGNALS:
                 continue
             if time.monotonic() > first + ECHO:

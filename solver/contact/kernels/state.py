@@ -477,6 +477,7 @@ def refresh_response(state: KernelState) -> None:
     """Sum the response afresh from the inputs."""
     clear(state.response)
     for j in range(len(state.inputs)):
+        # Free nodes bear nothing: their rows are not read, and need not follow the pivots.
         if state.inputs[j] != 0.0:
             follow_row(state, j)
             add_row(state.response, state.inputs[j], state.tableau[j])

@@ -80,8 +80,9 @@ class Convolution(SurfaceConvolution):
     def __post_init__(self) -> None:
         # On a circle of 2(n-1) nodes the way round the back is never shorter, and the even w meets itself at n-1.
         symbol = scipy.fft.rfft(np.concatenate((self.along_z, self.along_z[-2:0:-1]))).real
+        # Conjugate gradients need a preconditioner that is positive.
         inverse = 1.0 / np.abs(symbol)
-        inverse[0] = inverse[1]  # a half-plane's is a datum, which may have any sign
+        inverse[0] = inverse[1]  # the mean of a half-plane hangs on its datum, and may have any sign
         x, z = (np.concatenate((half[:0:-1], half)) for half in (self.along_x, self.along_z))
         across = np.concatenate((-self.across[:0:-1], self.across))
         object.__setattr__(self, "by_distance", np.array([[x, across], [-across, z]]))

@@ -42,6 +42,7 @@ class Layer(PlanarScheme):
     def convolution(self, slab: Slab) -> PlaneConvolution:
         found = half_space(slab) / slab.spacing
         offsets = (np.arange(2 * slab.n_x - 1) - (slab.n_x - 1.0)) * slab.spacing
+        # Gauss's two points of a side: h/(2√3) from its middle.
         inside = slab.spacing / math.sqrt(12.0)
         splines = _splines(slab, slab.spacing * math.sqrt(2.0) * slab.n_x)
         u, w, across = np.zeros((3, len(offsets), len(offsets)))

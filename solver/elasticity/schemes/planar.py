@@ -81,6 +81,7 @@ class PlaneConvolution(SurfaceConvolution):
     def runs(self, nodes: Indices) -> tuple[Indices, Indices, Indices]:
         """Column and row of each of these k rising nodes; and the first of each run of neighbours in a column, then k."""
         columns, rows = divmod(nodes, self._n)
+        # The last row of a column and the first of the next are neighbours in number alone.
         begins = (np.diff(nodes) != 1) | (rows[1:] == 0)
         return columns, rows, np.concatenate(([0], 1 + begins.nonzero()[0], [len(nodes)]))
 

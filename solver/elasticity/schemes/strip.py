@@ -54,7 +54,7 @@ class Strip(EndlessScheme):
             turns = np.outer(waves[some], spacing * places)
             found[:2, :nodes] += transforms[:2, some] @ np.cos(turns)
             found[2, :nodes] += transforms[2, some] @ np.sin(turns)
-        found[2, nodes:] = found[2, nodes - 1]  # a layer that rests is the thinner for a push: it stays moved apart
+        found[2, nodes:] = found[2, nodes - 1]  # squeezed by a push, a layer without friction below moves outward
         return Convolution(*found)
 
 

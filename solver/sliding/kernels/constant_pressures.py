@@ -133,6 +133,7 @@ def _slip_in_turn(state: TangentialState, constants: SlipConstants, first: int) 
 def _slip_together(state: TangentialState, constants: SlipConstants, first: int) -> Stop:
     """Resolve a cascade in rounds: every offender of a round slips by the distance it would slip alone."""
     shear, tableau, u, scalars, m = state.shear, state.tableau, state.u, state.scalars, len(state.u)
+    # All distances are found before any node moves, so that the order of nodes does not matter.
     along = np.zeros(m)
     while True:
         offenders = 0
@@ -146,6 +147,7 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
             return Stop.DONE
         if scalars.slips >= constants.cascade_limit:
             return Stop.CASCADE_LIMIT
+        # The trigger slips unasked in the first round only.
         first = -1
         for i in range(m):
             if along[i] != 0.0:
