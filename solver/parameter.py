@@ -252,7 +252,8 @@ class Parameter:
         if self.need:
             return self.need
         if whole:
-            return f"{self.least:.0f} to {int(self.most)}{self.note}"
+            most = "2^63 - 1" if self.most == MOST_WHOLE else f"{self.most:.0f}"
+            return f"{self.least:.0f} to {most}{self.note}"
         open_below = self.above > -math.inf
         if min(self.most, self.below) == math.inf:
             return f"{name} > {_short(self.above)}{self.note}" if open_below else f"{name} ≥ {_short(self.least)}"

@@ -8,7 +8,7 @@ from typing import Any, Final, get_type_hints
 
 from nanoslip.solver.case import PARTS, Case
 from nanoslip.solver.drive import AUTO, INTEGRATORS, Drive, Scales
-from nanoslip.solver.parameter import MOST_WHOLE, Parameter, choices_of, declared
+from nanoslip.solver.parameter import Parameter, choices_of, declared
 from nanoslip.solver.slab import SCHEMES, Slab
 from nanoslip.study.manifest import manifest
 from nanoslip.study.manifest.parameters import LIMITS, TABLES, UNITS, as_written, axes, compact, with_symbol
@@ -141,8 +141,7 @@ def _allowed(name: str, word: str, stated: Parameter, hint: Any) -> str:
         return f"a CSV file with the columns {', '.join(stated.columns)}"
     if hint is bool:
         return "true, false"
-    found = stated.allowed(word, hint is int or int in getattr(hint, "__args__", ())).replace(name, word)
-    return found.replace(str(MOST_WHOLE), "2^63 - 1")
+    return stated.allowed(word, hint is int or int in getattr(hint, "__args__", ()))
 
 
 def _text(value: Any) -> str:

@@ -94,7 +94,7 @@ WRONG = {
         "drive_axes.duration_periods = 10.0: needs to be left out beside duration = 1.0"
     ),
     TABLE + "duration_periods = 0": "drives[0].duration_periods = 0: needs 1e-30 ≤ duration_periods ≤ 1e30",
-    TABLE + "max_slips = 0": "drives[0].max_slips = 0: needs 1 to 9223372036854775807",
+    TABLE + "max_slips = 0": "drives[0].max_slips = 0: needs 1 to 2^63 - 1",
 }
 
 
