@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, partial
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any, Final
 
 from numba import njit
@@ -96,8 +97,12 @@ class _StampedResults(CompileResultCacheImpl):
         self.locator.get_source_stamp = partial(source_stamp, Path(function.__code__.co_filename).parent)
 
 
+_CUT: Final = (EOFError, UnpicklingError)
+"""Errors of a file of which a part was kept."""
+
+
 class _KernelCache(FunctionCache):
-    """Numba's cache of one function; a disk that does not answer is as good as an empty cache."""
+    """Numba's cache of one function; a disk that does not answer, or kept a part, is as good as an empty cache."""
 
     _impl_class = _StampedResults
 
@@ -115,13 +120,13 @@ class _KernelCache(FunctionCache):
         with suppress(OSError):
             try:
                 return super().load_overload(sig, target_context)
-            except (ImportError, AttributeError):  # kept by older sources, whose types had other names
+            except (ImportError, AttributeError, *_CUT):  # of older sources, whose types had other names, or a part
                 self.flush()
         return None
 
     def save_overload(self, sig: object, data: object) -> None:
         """Keep a compiled function, if that is possible."""
-        with suppress(OSError):
+        with suppress(OSError, *_CUT):
             super().save_overload(sig, data)
 
 

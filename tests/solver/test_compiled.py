@@ -52,6 +52,12 @@ value = kernel(np.array([1.0 + 1e-9, 1.0]), np.full(2, 0.5), np.ones(2), 1e-12, 
     ),
 )
 
+SHEAR = """
+import numpy as np
+from nanoslip.solver.contact.kernels.state import total_shear as kernel
+value = kernel(np.full(6, True), np.full(6, 0.5))
+"""
+
 
 @pytest.fixture
 def copy(tmp_path):
@@ -90,18 +96,13 @@ def test_a_change_of_another_file_is_seen_and_nothing_is_compiled_twice(program,
 
 @pytest.mark.slow
 def test_a_change_of_kernels_that_it_cannot_call_compiles_nothing_again(copy):
-    program = """
-import numpy as np
-from nanoslip.solver.contact.kernels.state import total_shear as kernel
-value = kernel(np.full(6, True), np.full(6, 0.5))
-"""
-    assert called(program, copy) == ("3.0", 1)
+    assert called(SHEAR, copy) == ("3.0", 1)
     with (copy / "dynamics/kernels/motion.py").open("a", encoding="utf-8") as file:
         file.write("# changed\n")
-    assert called(program, copy) == ("3.0", 0)
+    assert called(SHEAR, copy) == ("3.0", 0)
     with (copy / "contact/kernels/events.py").open("a", encoding="utf-8") as file:
         file.write("# changed\n")
-    assert called(program, copy) == ("3.0", 1)
+    assert called(SHEAR, copy) == ("3.0", 1)
 
 
 @pytest.mark.slow
@@ -115,6 +116,17 @@ def test_what_was_kept_of_types_that_have_moved_is_compiled_anew(copy):
         path.write_bytes(path.read_bytes().replace(old, new))
     assert called(CALLEE[0], copy) == (value, 1)
     assert called(CALLEE[0], copy) == (value, 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "length"), [("nbi", 0), ("nbi", 50), ("nbc", 100)])
+def test_what_was_kept_in_part_is_compiled_anew(copy, kind, length):
+    """As after a loss of power, or on a full disk."""
+    value, _ = called(SHEAR, copy)
+    for path in (copy.parents[1] / "cache").rglob(f"*.{kind}"):
+        path.write_bytes(path.read_bytes()[:length])
+    assert called(SHEAR, copy) == (value, 1)
+    assert called(SHEAR, copy) == (value, 0)
 
 
 @pytest.mark.slow
