@@ -149,7 +149,7 @@ def compute_campaign(
     store = Store(journal.out)
     rest = _rest_of(plan, store, out or journal.out, journal, warn, **again)
     if rest.tasks:
-        farm.load()
+        farm.load(len(rest.tasks))
     try:
         failed = _compute(farm, plan, store, out or journal.out, rest, journal, lease, show)
     except (StoreError, ShortageError, FarmError) as error:

@@ -96,8 +96,8 @@ class Farm(ABC):
         self.interruption.__exit__(*error)
 
     @abstractmethod
-    def load(self) -> None:
-        """Have the processes of this rank import what tasks need, before they get one."""
+    def load(self, tasks: int) -> None:
+        """Have the processes of this rank import what tasks need, before they get one: no more of them than tasks."""
 
     @abstractmethod
     def give(self, rank: int, tasks: list[Any]) -> None:
@@ -123,7 +123,7 @@ class SerialFarm(Farm):
         self._execute = cache(load)
         self._waiting: list[Any] = []
 
-    def load(self) -> None:
+    def load(self, tasks: int) -> None:
         """Import what tasks need."""
         self._execute()
 
@@ -164,9 +164,9 @@ class ProcessFarm(Farm):
             agent.close()
         super().__exit__(*error)
 
-    def load(self) -> None:
-        """Have all processes import what tasks need."""
-        for agent in self._agents:
+    def load(self, tasks: int) -> None:
+        """Have as many processes as there are tasks import what these need."""
+        for agent in self._agents[:tasks]:
             agent.load()
 
     def give(self, rank: int, tasks: list[Any]) -> None:
@@ -230,7 +230,7 @@ class MPIFarm(Farm):
             time.sleep(launch.LAST_WORDS)
             self._world.Abort(1)  # the others wait for this rank's messages and would wait for ever
 
-    def load(self) -> None:
+    def load(self, tasks: int) -> None:
         """Have this rank's child import what tasks need."""
         self._agent.load()
 

@@ -10,6 +10,7 @@ import threading
 import time
 from dataclasses import replace
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 
@@ -104,7 +105,7 @@ class MadeUpRanks(Farm):
         self._waiting = [[] for _ in range(size)]
         self._returned = []
 
-    def load(self):
+    def load(self, tasks):
         raise NotImplementedError
 
     def give(self, rank, tasks):
@@ -338,6 +339,13 @@ def test_without_mpi_processes_compute_the_dataset_of_one_and_ranks_are_refused_
     several = nanoslip("run", campaign, **missing, OMPI_COMM_WORLD_SIZE="2")
     assert several.returncode == 2
     assert several.stderr.startswith("Error: 2 processes were started")
+
+
+def test_no_more_processes_start_than_there_are_tasks():
+    """`-j 1000` of a small campaign does not keep a machine busy with imports."""
+    agents = [Mock(Agent) for _ in range(6)]
+    ProcessFarm(agents).load(2)
+    assert [agent.load.call_count for agent in agents] == [1, 1, 0, 0, 0, 0]
 
 
 @pytest.mark.mpi
