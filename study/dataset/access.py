@@ -107,12 +107,16 @@ class Accessor:
         return _dropping(_with(run, case)).assign_coords(event=_numbers(run.sizes["event"]))
 
     def teeth(self, **selection: Any) -> xr.Dataset:
-        """F/W of one case as a line over `point`: start, both sides of each drop, end; with the coordinate `displacement`."""
+        """F/W of one case as a line over `point`, with the coordinate `displacement`: both sides of each drop of its record.
+
+        Start and end are there, too, if the case has one member: of several the dataset has their means.
+        """
         run, case = run_of(self._dataset, "record", selection)
-        start, end, last = (case[name].item() for name in ("initial_force", "final_force", "final_displacement"))
-        sides = np.column_stack([run[name].values for name in FRICTION])
-        force = np.concatenate(([start], sides.ravel(), [end]))
-        displacement = np.concatenate(([0.0], np.repeat(run["displacement"].values, 2), [last]))
+        force = np.column_stack([run[name].values for name in FRICTION]).ravel()
+        displacement = np.repeat(run["displacement"].values, 2)
+        if case.get(variables.MEMBERS.name, 1) == 1:
+            start, end, last = (case[name].item() for name in ("initial_force", "final_force", "final_displacement"))
+            force, displacement = np.concatenate(([start], force, [end])), np.concatenate(([0.0], displacement, [last]))
         words = {"long_name": "friction force over load", "units": "1", "symbol": "F/W"}
         found = xr.Dataset(
             {"friction_force": ("point", force, words)},

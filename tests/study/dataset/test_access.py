@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import nanoslip
 from nanoslip.study.api import open as open_dataset, run
 from nanoslip.study.dataset.access import Column, columns_of
 from nanoslip.study.dataset.file import LostGroupsError, groups_of
@@ -75,6 +76,16 @@ def test_the_teeth_are_both_sides_of_each_drop(full):
     # Forces over the load, rounded each in its own way.
     largest = float(line["friction_force"].max())
     assert largest == pytest.approx(one["peak_friction"].item(), rel=4 * np.finfo(float).eps)
+
+
+def test_the_teeth_of_several_members_are_those_of_the_first_alone():
+    """Not the mean of where all members end."""
+    campaign = {"title": "T", "stages": ["contact", "slip"], "numerics": {"n_x": 17}, "ensemble": {"members": 3}}
+    data = nanoslip.run(campaign | {"limits": {"events": 60}})
+    line, one = data.nanoslip.teeth(), data.nanoslip.record()
+    np.testing.assert_array_equal(line["displacement"], np.repeat(one["displacement"], 2))
+    np.testing.assert_array_equal(line["friction_force"][1::2], one["event_force_after"])
+    assert one["final_displacement"] != line["displacement"][-1]
 
 
 def test_events_of_all_cases_are_one_table_with_their_parameters(full):
