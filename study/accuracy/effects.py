@@ -111,7 +111,7 @@ OF_LOOPS: Final = ("loss_per_cycle", "turn_friction")
 """Main numbers of a campaign with paths."""
 
 
-def seconds_of(scenes: Scenes) -> float:
+def scene_seconds(scenes: Scenes) -> float:
     """Estimated core seconds of these scenes with everything."""
     of = (
         scene_tasks(scenes.manifest, each.case, scenes.drives, scenes.ensemble, scenes.variables)

@@ -19,7 +19,7 @@ from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.validity import MISSED, MISSING, nodes_for
 from nanoslip.study import api
 from nanoslip.study.accuracy.deciding import SECONDS
-from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scenes_of, seconds_of
+from nanoslip.study.accuracy.effects import Influence, Scenes, influences, scene_seconds, scenes_of
 from nanoslip.study.commands.answering import answer_of, ranking
 from nanoslip.study.commands.datasets import assignments, chosen, dataset_of, is_of, single
 from nanoslip.study.commands.plans import BALL, plural, refusals
@@ -152,7 +152,7 @@ def show_effects(campaign: Path, cases: int, members: int | None) -> None:
 def print_changes(campaign: Path, scenes: Scenes) -> None:
     """Compute these scenes with everything and without each effect, and print the changes."""
     size = f"{plural(len(scenes.cases), 'case')}, {plural(scenes.ensemble.members, 'member')} each"
-    each = roughly(seconds_of(scenes))
+    each = roughly(scene_seconds(scenes))
     note(
         f"{campaign}: computing {size}, with everything and without one effect at a time, each time {each}", stderr=True
     )

@@ -23,8 +23,8 @@ from nanoslip.study.manifest.parameters import (
     Alike,
     Value,
     as_typed,
-    assignments,
     names_by_word,
+    parameters_text,
     plain,
     words_by_name,
     words_of,
@@ -74,7 +74,7 @@ class CampaignCase:
     @property
     def point(self) -> str:
         """Labels as text in the words of a manifest: `radius = 200.0, events = 5`."""
-        return assignments(self.parameters)
+        return parameters_text(self.parameters)
 
 
 def expand(manifest: Manifest) -> tuple[CampaignCase, ...]:

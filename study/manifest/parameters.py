@@ -107,7 +107,7 @@ def words_by_name() -> Mapping[str, str]:
     return {name: word for word, name in names_by_word().items()}
 
 
-def assignments(parameters: Mapping[str, object]) -> str:
+def parameters_text(parameters: Mapping[str, object]) -> str:
     """Parameters and their values in the words of a manifest: `radius = 200.0, events = 5`."""
     return ", ".join(f"{words_by_name().get(name, name)} = {as_typed(value)}" for name, value in parameters.items())
 

@@ -22,7 +22,7 @@ from nanoslip.solver.sliding.validity import (
     may_create_energy,
 )
 from nanoslip.study.manifest.manifest import CampaignDrive, NamedDrive
-from nanoslip.study.manifest.parameters import assignments, si_text, span
+from nanoslip.study.manifest.parameters import parameters_text, si_text, span
 from nanoslip.study.plan.cost import (
     drive_duration,
     drive_steps,
@@ -114,7 +114,7 @@ def _words(plan: Plan, number: int) -> str:
     point = plan.cases[number].parameters
     varying = (name for name, values in plan.manifest.axes.items() if len(values) > 1 and name in point)
     scales = plan.manifest.stated_scales
-    return assignments(
+    return parameters_text(
         {name: (scales and si_text(scales, name, point[name])) or label_value(point[name]) for name in varying}
     )
 
