@@ -31,15 +31,16 @@ ORDER = {
     "nanoslip.solver.driven": "kernels contact_drive",
     "nanoslip.solver.driven.kernels": "drive",
     "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance origin "
-    "manifest plan results dataset run figures inference report accuracy api commands",
-    "nanoslip.study.manifest": "units parameters vocabulary problems columns surface checker manifest keys reader cases",
+    "measured manifest plan results dataset run figures inference report accuracy api commands",
+    "nanoslip.study.measured": "units columns recording slips means cycles trace",
+    "nanoslip.study.manifest": "parameters vocabulary problems surface checker manifest keys reader cases",
     "nanoslip.study.plan": "task kinds cost plan expectations",
     "nanoslip.study.results": "files entry attempts store",
     "nanoslip.study.dataset": "texts variables content file collect table access join compare verify",
     "nanoslip.study.run": "launch dispatch progress journal child farm compute warm_up executor batch campaign",
     "nanoslip.study.report": "console summary curves page",
     "nanoslip.study.figures": "points shared roles sweep answer frames views gallery",
-    "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures recording slips means cycles trace",
+    "nanoslip.study.inference": "surrogate sensitivity fit campaign pictures",
     "nanoslip.study.accuracy": "effects deciding setup diagram operators records measurement",
     "nanoslip.study.commands": "words plans reading datasets answering prepare run conduct draw look judge infer trace cli",
 }
@@ -192,10 +193,10 @@ def test_packages_have_one_name() -> None:
 APART = {
     "what users write: words, numbers, units, names": """commands.cli.work solver.parameter._short commands.datasets.assignments
         commands.infer commands.infer.read_numbers commands.infer.read_ranges figures.frames.events_of figures.points._values
-        figures.points.points_named figures.shared.format_of inference.recording._words manifest.units._in_symbols
+        figures.points.points_named figures.shared.format_of measured.recording._words measured.units._in_symbols
         manifest.vocabulary.beyond manifest.vocabulary.key_meant results.files.Shard.parse run.batch.seconds_of""",
-    "files of users": """manifest.columns manifest.columns._cells manifest.columns._labels manifest.columns.read_cells
-        manifest.columns.read_columns manifest.surface""",
+    "files of users": """measured.columns measured.columns._cells measured.columns._labels measured.columns.read_cells
+        measured.columns.read_columns manifest.surface""",
     "files of this program, their names and hashes": """dataset.file dataset.table.listed dataset.texts dataset.texts.decode_texts
         dataset.texts.encode_texts manifest.checker.NamedFiles._read results.entry results.entry.later
         results.files results.files.read_lines results.store run.journal.left_begun toml_text._key""",

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from nanoslip.study.manifest.columns import rows_as_csv
+from nanoslip.study.measured.columns import rows_as_csv
 
 
 def show(rows: Iterable[Iterable[object]], path: Path | None = None) -> None:

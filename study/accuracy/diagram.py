@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.shared import column, image, series_styles
-from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.parameters import Value, words_of
+from nanoslip.study.measured.columns import rows_as_csv
 from nanoslip.study.report.console import Table
 
 Row = Mapping[str, Value]

@@ -20,11 +20,11 @@ from nanoslip.study.dataset import file
 from nanoslip.study.figures import shared
 from nanoslip.study.figures.answer import view_named
 from nanoslip.study.figures.gallery import figures_of, files_of, shipped_figures
-from nanoslip.study.manifest.columns import file_text
 from nanoslip.study.manifest.parameters import compact
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.manifest.surface import NamedSurface, Surface, read_surface
+from nanoslip.study.measured.columns import file_text
 from nanoslip.study.report import page
 from nanoslip.study.report.console import Table, note, print_entries, print_sentences, print_table, whole
 from nanoslip.study.report.curves import DrawnLine, print_lines

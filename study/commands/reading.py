@@ -7,8 +7,8 @@ from nanoslip.solver.outcome import quoted
 from nanoslip.solver.parameter import Parameter
 from nanoslip.study.commands.plans import plural
 from nanoslip.study.commands.words import Refusal
-from nanoslip.study.manifest.columns import FileColumns, OneWay
 from nanoslip.study.manifest.parameters import as_written, plain
+from nanoslip.study.measured.columns import FileColumns, OneWay
 
 
 def in_unit_of(name: str, text: str | None, unit: str, positive: bool = False) -> float:

@@ -17,10 +17,10 @@ from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset.access import Accessor
 from nanoslip.study.dataset.table import one_case
 from nanoslip.study.figures import shared
-from nanoslip.study.inference.recording import Trace, TraceOptions, TraceSource, read_trace
-from nanoslip.study.inference.trace import TraceFlag, TraceNumbers, measure_trace
-from nanoslip.study.manifest.columns import file_text
 from nanoslip.study.manifest.parameters import as_written
+from nanoslip.study.measured.columns import file_text
+from nanoslip.study.measured.recording import Trace, TraceOptions, TraceSource, read_trace
+from nanoslip.study.measured.trace import TraceFlag, TraceNumbers, measure_trace
 from nanoslip.study.report.console import Table, note, print_sentences, print_table, whole
 from nanoslip.study.results.store import write_files
 

@@ -28,7 +28,7 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.view import rounded
 from nanoslip.study.dataset.table import scales_of
 from nanoslip.study.figures.points import DrawnColumns, ordered
-from nanoslip.study.manifest.columns import rows_as_csv
+from nanoslip.study.measured.columns import rows_as_csv
 
 # A table of claims: the paper's statement, the dataset's number, and why the two differ.
 

@@ -19,11 +19,11 @@ from nanoslip.study.dataset.collect import collect
 from nanoslip.study.figures.points import Points, points_named
 from nanoslip.study.inference.fit import ComputedPoint, Fit, Range, Target, search_parameters
 from nanoslip.study.inference.sensitivity import axis_of
-from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import Manifest, NamedDrive, drive_parameters
 from nanoslip.study.manifest.parameters import TABLES, names_by_word, of_symbol, table_taking
 from nanoslip.study.manifest.problems import ManifestError, unknown
 from nanoslip.study.manifest.reader import DEFAULT, parse_manifest
+from nanoslip.study.measured.columns import rows_as_csv
 from nanoslip.study.plan.kinds import in_stages
 from nanoslip.study.plan.plan import Plan, make_plan
 from nanoslip.study.results.store import Store

@@ -14,7 +14,6 @@ from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, InvalidInput
 from nanoslip.solver.parameter import Parameter, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES
-from nanoslip.study.manifest.columns import FileColumn, decoded, read_cells, read_columns, scale_of
 from nanoslip.study.manifest.parameters import (
     BETWEEN,
     SMOOTH,
@@ -31,6 +30,7 @@ from nanoslip.study.manifest.parameters import (
 )
 from nanoslip.study.manifest.problems import ManifestError, Place, Problem, key_shown, meant_by, unknown
 from nanoslip.study.manifest.surface import NamedSurface, read_surface
+from nanoslip.study.measured.columns import FileColumn, decoded, read_cells, read_columns, scale_of
 from nanoslip.study.toml_text import ONE_LINE, one_line, shown
 
 

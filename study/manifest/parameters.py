@@ -15,7 +15,7 @@ from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, declared
 from nanoslip.solver.slab import PHYSICS, SCHEMES, Slab
 from nanoslip.solver.view import with_error
-from nanoslip.study.manifest.units import convert
+from nanoslip.study.measured.units import convert
 
 Value = float | int | str
 Name = TypeVar("Name")

@@ -13,9 +13,9 @@ from nanoslip.solver.arrays import Floats
 from nanoslip.solver.case import FARTHEST_POINT, LEAST_APART, Heterogeneity, Image, image_of
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import Parameter, Roughness, parameter, require, validate
-from nanoslip.study.manifest import columns
 from nanoslip.study.manifest.parameters import plain
-from nanoslip.study.manifest.units import factor
+from nanoslip.study.measured import columns
+from nanoslip.study.measured.units import factor
 
 Detrend = Literal["none", "mean", "line", "parabola"]
 PIXEL: Final = Parameter("pixel", unit="m")

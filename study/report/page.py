@@ -26,9 +26,9 @@ from nanoslip.study.figures.points import SYMBOL, readable
 from nanoslip.study.figures.shared import COLORS, Sort, View, csv_of, image
 from nanoslip.study.figures.views import SORTS
 from nanoslip.study.inference.pictures import SENSITIVITY
-from nanoslip.study.manifest.columns import rows_as_csv
 from nanoslip.study.manifest.manifest import drive_parameters, drive_sizes
 from nanoslip.study.manifest.parameters import FILE_KEYS, compact, si_line
+from nanoslip.study.measured.columns import rows_as_csv
 from nanoslip.study.report import summary
 from nanoslip.study.results import attempts as runs
 from nanoslip.study.results.attempts import RunRecord

@@ -23,7 +23,7 @@ from nanoslip.study.figures.frames import (
     strip,
     usual_events,
 )
-from nanoslip.study.manifest.units import factor
+from nanoslip.study.measured.units import factor
 
 # What a film shows is what the record knows: forces, limits of shear, and which nodes slip in an event.
 

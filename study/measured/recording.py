@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import require
-from nanoslip.study.manifest.columns import FileColumn, FileColumns, OneWay, one_way, read_columns, scale_of, unit_for
+from nanoslip.study.measured.columns import FileColumn, FileColumns, OneWay, one_way, read_columns, scale_of, unit_for
 
 FEWEST_POINTS: Final = 16
 """Fewest points of a trace."""

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.stick_slip import Oscillator
-from nanoslip.study.inference.means import Measured, mean_with_error
-from nanoslip.study.inference.recording import LEAST_DROP, NOISE
-from nanoslip.study.inference.slips import Averaged, TraceSlip
+from nanoslip.study.measured.means import Measured, mean_with_error
+from nanoslip.study.measured.recording import LEAST_DROP, NOISE
+from nanoslip.study.measured.slips import Averaged, TraceSlip
 
 RESOLVED: Final = 8
 """Samples of half an oscillation, above which the shape of a slip determines the damping."""

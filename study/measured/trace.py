@@ -15,8 +15,8 @@ import scipy
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT_CHANGE
 from nanoslip.solver.ensemble import FEWEST
-from nanoslip.study.inference.cycles import RESOLVED, Cycle, FittedCycles, fitted_cycles
-from nanoslip.study.inference.means import (
+from nanoslip.study.measured.cycles import RESOLVED, Cycle, FittedCycles, fitted_cycles
+from nanoslip.study.measured.means import (
     VALUE_BATCHES,
     Measured,
     correlated,
@@ -24,8 +24,8 @@ from nanoslip.study.inference.means import (
     mean_with_error,
     steady_mean,
 )
-from nanoslip.study.inference.recording import FEWEST_POINTS, NOISE, Limits, Trace, limits, two_way
-from nanoslip.study.inference.slips import (
+from nanoslip.study.measured.recording import FEWEST_POINTS, NOISE, Limits, Trace, limits, two_way
+from nanoslip.study.measured.slips import (
     Averaged,
     TraceSlip,
     averaged,

@@ -11,7 +11,7 @@ from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import parse_manifest
-from nanoslip.study.manifest.units import factor
+from nanoslip.study.measured.units import factor
 from nanoslip.study.plan.plan import make_plan
 from tests.study.manifest.problems import lines_of
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.ensemble import mean_of
 from nanoslip.solver.outcome import InvalidInput
-from nanoslip.study.inference.means import REJECTED, VALUE_BATCHES, correlated, independent
-from nanoslip.study.inference.recording import Trace, TraceOptions, limits, outliers, read_trace, two_way
-from nanoslip.study.inference.trace import TraceNumbers, measure_trace
-from nanoslip.study.manifest.columns import decoded, read_columns
+from nanoslip.study.measured.columns import decoded, read_columns
+from nanoslip.study.measured.means import REJECTED, VALUE_BATCHES, correlated, independent
+from nanoslip.study.measured.recording import Trace, TraceOptions, limits, outliers, read_trace, two_way
+from nanoslip.study.measured.trace import TraceNumbers, measure_trace
 from tests.conftest import Main
 
 Floats = NDArray[np.float64]

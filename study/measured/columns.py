@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import InvalidInput, quoted
-from nanoslip.study.manifest.units import factor
+from nanoslip.study.measured.units import factor
 
 _SEPARATORS: Final = (
     ("semicolons", re.compile(r"\s*;\s*"), True),

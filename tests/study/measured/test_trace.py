@@ -16,10 +16,10 @@ from nanoslip.solver.drive import Drive, Scales
 from nanoslip.solver.dynamics.stick_slip import stick_slip
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.simulate import drive_result, friction_record
-from nanoslip.study.inference.means import steady_mean
-from nanoslip.study.inference.recording import Trace, TraceOptions, read_trace
-from nanoslip.study.inference.trace import TraceNumbers, measure_trace
-from nanoslip.study.manifest.columns import decoded
+from nanoslip.study.measured.columns import decoded
+from nanoslip.study.measured.means import steady_mean
+from nanoslip.study.measured.recording import Trace, TraceOptions, read_trace
+from nanoslip.study.measured.trace import TraceNumbers, measure_trace
 from tests.conftest import Main
 
 LOAD, MASS = 100.0, 0.5

@@ -8,7 +8,7 @@ import numpy as np
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import FEWEST
-from nanoslip.study.inference.recording import FEWEST_POINTS, LEAST_DROP, NOISE, Trace, noise_of
+from nanoslip.study.measured.recording import FEWEST_POINTS, LEAST_DROP, NOISE, Trace, noise_of
 
 
 class TraceSlip(NamedTuple):
