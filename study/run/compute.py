@@ -85,7 +85,7 @@ def _result(task: Task, inputs: Mapping[str, TaskResult]) -> TaskResult:
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """Result of one member: values of its kind's parts, in order, and outcome."""
+    """Result of one member: values of its kind's parts, in any order, and outcome."""
 
     values: tuple[object, ...] = ()
     outcome: Outcome = COMPLETED
@@ -95,6 +95,10 @@ class Member:
     """Plateau of its record, which determines the error that members share."""
     node: float = 0.0
     """Change of its stiffness by one node more."""
+
+    def part(self, kind: type[PartOfResult]) -> PartOfResult | None:
+        """The value of one of the parts; None if the member has none."""
+        return next((each for each in self.values if type(each) is kind), None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,10 +175,10 @@ def member_numbers(
 
 def _scalars(kind: kinds.Kind, members: Sequence[Member]) -> dict[str, list[float | int]]:
     found: dict[str, list[float | int]] = {}
-    for place, held in enumerate(map(_held, kind.parts)):
-        values = [member.values[place] if member.values[place:] else None for member in members]
+    for part in kind.parts:
+        values: list[Any] = [member.part(part.type) for member in members]
         one = next((value for value in values if value is not None), None)
-        for name, key, words in held if one is not None else ():
+        for name, key, words in _held(part) if one is not None else ():
             if not isinstance(getattr(one, name), _NO_SCALARS):
                 found[key] = [math.nan if value is None else _coded(getattr(value, name), words) for value in values]
     for number, member in enumerate(members):
@@ -214,8 +218,9 @@ def _shared(quantity: Quantity, members: Sequence[Member], values: Sequence[floa
 
 def _arrays(kind: kinds.Kind, member: Member) -> dict[str, NDArray[Any]]:
     found: dict[str, NDArray[Any]] = {}
-    for held, value in zip(map(_held, kind.parts), member.values, strict=False):
-        for name, key, _ in held if value is not None else ():
+    for part in kind.parts:
+        value: Any = member.part(part.type)
+        for name, key, _ in _held(part) if value is not None else ():
             if isinstance(one := getattr(value, name), np.ndarray):
                 found[key] = one
     return found
@@ -371,17 +376,18 @@ def _states(task: Task, inputs: Inputs) -> Computed:
     states, outcome = states_at(case_of(task), compliance, task.events)
     if not states:
         return Computed((Member((), outcome),))
-    inside: tuple[object, object] = (None, None)
-    across = kinds.RowsOfContact(np.concatenate([state.y for state in states])) if states[0].rows > 1 else None
+    beside: tuple[object, ...] = ()
+    if states[0].rows > 1:
+        beside = (kinds.RowsOfContact(np.concatenate([state.y for state in states])),)
     if task.subsurface:
         from nanoslip.solver.elasticity.interior import interior_fields  # noqa: PLC0415  few campaigns look inside
 
         parts = [interior_fields(task.slab, state.nodal_force) for state in states]
         events = np.repeat(task.events[: len(states)], [len(each.x) for each in parts])
-        inside, across = (kinds.InteriorEvents(events), InteriorFields(**_columns(InteriorFields, parts))), None
+        beside = (kinds.InteriorEvents(events), InteriorFields(**_columns(InteriorFields, parts)))
     event = np.repeat(task.events[: len(states)], len(states[0].x))
     surfaces = kinds.SurfaceStates(**_columns(kinds.SurfaceStates, states), event=event)
-    return Computed((Member((surfaces, *inside, across), outcome),))
+    return Computed((Member((surfaces, *beside), outcome),))
 
 
 def _columns(kind: Any, parts: Sequence[Any]) -> dict[str, NDArray[Any]]:
@@ -467,9 +473,10 @@ def _drive(task: Task, inputs: Inputs) -> Computed:
 
 def _slid(case: Case, task: Task, inputs: Inputs) -> Recorded:
     """The record of a member that has none yet."""
-    _, plateau, _, record, *_ = computed_record(case, compliance_of(task, inputs), task.ensemble, {}).values
-    assert isinstance(record, FrictionRecord)
-    assert isinstance(plateau, Plateau)
+    member = computed_record(case, compliance_of(task, inputs), task.ensemble, {})
+    record, plateau = member.part(FrictionRecord), member.plateau
+    assert record is not None
+    assert plateau is not None
     return record, plateau
 
 

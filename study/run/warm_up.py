@@ -114,9 +114,7 @@ def made_up(key: str) -> TaskResult:
         final_force=0.9 * before[-1],
         outcome=COMPLETED,
     )
-    return TaskResult(
-        key, "record", COMPLETED, *member_numbers(RECORD, (Member((None, plateau_of(record), None, record)),))
-    )
+    return TaskResult(key, "record", COMPLETED, *member_numbers(RECORD, (Member((plateau_of(record), record)),)))
 
 
 POLL_SECONDS: Final = 0.01
