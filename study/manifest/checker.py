@@ -251,6 +251,16 @@ def refused(make: Callable[..., object], *arguments: object) -> InvalidInput | N
     return None
 
 
+class SceneSizes(NamedTuple):
+    """SceneSizes that values with units are divided by."""
+
+    scales: Scales
+    width_given: bool
+    """True if the campaign states slab_width: lengths with a unit need it."""
+    load: float = math.nan
+    """normal_load in N, which loads of a path are divided by; NaN if cases differ in it."""
+
+
 class Checker:
     """Checks the tables of one campaign file and collects its problems.
 
@@ -260,9 +270,6 @@ class Checker:
     def __init__(self, path: Path, beside: Mapping[str, str] | None = None) -> None:
         self.path = path
         self.beside = beside
-        self.load_unit = math.nan
-        """normal_load in N, of which loads of a path are multiples; NaN without one of all cases."""
-        self.width_given = False
         self.problems: list[Problem] = []
 
     def place(self, table: str = "") -> Place:
@@ -306,23 +313,23 @@ class Checker:
                 if word in axes:
                     self.refuse(word, need="one place", remark="is an axis too", table=table)
 
-    def plain(self, columns: GivenColumns, scales: Scales) -> GivenColumns:
+    def plain(self, columns: GivenColumns, sizes: SceneSizes) -> GivenColumns:
         """Columns with numbers in place of values with units; invalid ones are refused."""
         stated = parameters_of_a_case()
         return {
-            word: [each for each in map(partial(self._plain, stated[names_by_word()[word]], scales), given) if each]
+            word: [each for each in map(partial(self._plain, stated[names_by_word()[word]], sizes), given) if each]
             for word, given in columns.items()
         }
 
-    def _plain(self, stated: Parameter, scales: Scales | None, given: Given) -> Given | None:
+    def _plain(self, stated: Parameter, sizes: SceneSizes | None, given: Given) -> Given | None:
         try:
             if stated.listed:
-                return given._replace(value=loads_over(given.value, self.load_unit))
-            value = plain(given.key, given.value, stated, scales)
+                return given._replace(value=loads_over(given.value, sizes.load if sizes else math.nan))
+            value = plain(given.key, given.value, stated, sizes.scales if sizes else None)
         except InvalidInput as error:
             self.problems.append(given.problem(error.need))
             return None
-        if scales and stated.scale == "slab_width" and value is not given.value and not self.width_given:
+        if sizes and stated.scale == "slab_width" and value is not given.value and not sizes.width_given:
             self.problems.append(given.problem(WIDTH_NEEDED))
             return None
         return given._replace(value=value)
@@ -404,24 +411,24 @@ class NamedFiles(Checker):
                 self.refuse(other, need=f"to be left out beside table = {shown(top['table'])}")
         return self._read(read_table, "table", top["table"])
 
-    def rows(self, fixed: dict[str, GivenColumns], scales: Scales) -> dict[str, FileRows]:
+    def rows(self, fixed: dict[str, GivenColumns], sizes: SceneSizes) -> dict[str, FileRows]:
         """Values of the parameters of the tables that are files, by their words; they take the place of the files' names."""
         found: dict[str, FileRows] = {}
         for content in fixed.values():
             for word in [word for word in in_files() if word in content]:
                 given = content.pop(word)[0]
-                if read := self._rows(given, scales):
+                if read := self._rows(given, sizes):
                     found[word], content[word] = read, [given._replace(value=read.value)]
         return found
 
-    def rows_of_axis(self, axes: GivenColumns, scales: Scales) -> dict[str, FileRows]:
+    def rows_of_axis(self, axes: GivenColumns, sizes: SceneSizes) -> dict[str, FileRows]:
         """The profiles on an axis, whose names take the place of the files: all of their texts, one after the other."""
         given, named = axes.pop("roughness", []), dict[str, FileRows]()
         for each in given:
             value = each.value
             smooth = FileRows("", ()) if value == SMOOTH else None
             files = len(named) - (SMOOTH in named)
-            if not (read := smooth or self._rows(each, scales, files)):
+            if not (read := smooth or self._rows(each, sizes, files)):
                 continue
             name = value["file"] if isinstance(value, dict) else value
             if name in named:
@@ -434,20 +441,20 @@ class NamedFiles(Checker):
         text = BETWEEN.join(each.text for name, each in named.items() if name != SMOOTH)
         return {"roughness": FileRows(text, ())} if given else {}
 
-    def _rows(self, given: Given, scales: Scales, number: int | None = None) -> FileRows | None:
+    def _rows(self, given: Given, sizes: SceneSizes, number: int | None = None) -> FileRows | None:
         """The value of a parameter from its file, on an axis from one of several files; None if it is refused."""
         word, name = given.key.partition("[")[0], given.value
         if word == "roughness" and isinstance(name, dict):
-            return self._surface(given, scales, number)
+            return self._surface(given, sizes.scales.slab_width, number)
         if isinstance(name, str):
-            units = (scales.slab_width if self.width_given else math.nan, self.load_unit)
+            units = (sizes.scales.slab_width if sizes.width_given else math.nan, sizes.load)
             read = partial(read_legs, units=units) if word == "legs" else partial(read_rows, word)
             return self._read(read, word, name, number)
         columns = " and ".join(in_files()[word].columns)
         self.problems.append(given.problem(f"the path of a CSV file with {columns}"))
         return None
 
-    def _surface(self, given: Given, scales: Scales, number: int | None) -> FileRows | None:
+    def _surface(self, given: Given, slab_width: float, number: int | None) -> FileRows | None:
         """The roughness of a measured profile; None if it is refused."""
         where = f"{given.place.part}.{given.key}"
         good = self.valid(where, given.value, NamedSurface)
@@ -459,7 +466,7 @@ class NamedFiles(Checker):
         def read(path: Path, text: str | None) -> FileRows:
             text = read_text(path, text, decoded)
             try:
-                return FileRows(text, read_surface(path, text, NamedSurface(**good)).roughness(scales.slab_width))
+                return FileRows(text, read_surface(path, text, NamedSurface(**good)).roughness(slab_width))
             except InvalidInput as error:
                 raise ManifestError.in_file(path, remark=str(error)) from None
 

@@ -24,7 +24,7 @@ from nanoslip.solver.load_path import LoadPath
 from nanoslip.solver.outcome import ABSENT, LONGEST_MESSAGE, InvalidInput
 from nanoslip.solver.parameter import as_float, declared, require
 from nanoslip.solver.slab import LIMITED_BY_SCHEME, SCHEMES, Slab
-from nanoslip.study.manifest.checker import Checker, Given, GivenColumns, NamedFiles, read_text, refused
+from nanoslip.study.manifest.checker import Checker, Given, GivenColumns, NamedFiles, SceneSizes, read_text, refused
 from nanoslip.study.manifest.manifest import (
     KNOWABLE,
     MOST_CASES,
@@ -312,15 +312,16 @@ class _Reader(NamedFiles):
 
     def manifest(self, text: str) -> Manifest:
         top = self._top(_document(self.path, text))
-        scales, self.width_given = self._scales(top), "slab_width" in top.get("scales", {})
+        scales = self._scales(top)
+        sizes = SceneSizes(scales, "slab_width" in top.get("scales", {}))
         table = self.table(top)
         _spread_path(top)
-        given = self.plain(table.columns, scales) if table else self._axes(top, scales)
+        given = self.plain(table.columns, sizes) if table else self._axes(top, sizes)
         seconds = self._task_seconds(top)
         tables = {name: self.words_of_table(name, top.get(name, {}), OTHERS.get(name, ())) for name in TABLES}
-        self.load_unit = _load_in_newton(tables["constants"], given, scales)
-        fixed = {name: self.plain(content, scales) for name, content in tables.items()}
-        hashed = ({"table": table} if table else self.rows_of_axis(given, scales)) | self.rows(fixed, scales)
+        sizes = sizes._replace(load=_load_in_newton(tables["constants"], given, scales))
+        fixed = {name: self.plain(content, sizes) for name, content in tables.items()}
+        hashed = ({"table": table} if table else self.rows_of_axis(given, sizes)) | self.rows(fixed, sizes)
         files = {key: each.text for key, each in hashed.items()}
         self.one_place(given, fixed)
         slabs = _slabs({**fixed["numerics"], **given})
@@ -449,17 +450,17 @@ class _Reader(NamedFiles):
             self.refuse("design", design, f"axes of equal length, got {counts}")
         return design
 
-    def _axes(self, top: dict[str, Any], scales: Scales) -> GivenColumns:
+    def _axes(self, top: dict[str, Any], sizes: SceneSizes) -> GivenColumns:
         if top.get("design") in SAMPLED:
-            return sampled_axes(self, top, scales)
+            return sampled_axes(self, top, sizes)
         listed = {
             word: [Given(self.place("axes"), f"{word}[{index}]", value) for index, value in enumerate(values)]
             for word, values in self.lists("axes", top.get("axes", {}), axes())
         }
-        return self.plain(listed, scales)
+        return self.plain(listed, sizes)
 
 
-def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> GivenColumns:
+def sampled_axes(checker: Checker, top: Mapping[str, Any], sizes: SceneSizes) -> GivenColumns:
     """Values of all cases: of ranges that they fill evenly, and of lists that they draw from."""
     usual = {item.name: item.default for item in fields(CampaignKeys)}
     count, seed = (top.get(key, usual[key]) for key in ("points", "design_seed"))
@@ -469,7 +470,7 @@ def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Gi
             return {}
     if not any(isinstance(given, dict) for given in top.get("axes", {}).values()):
         checker.refuse("design", top["design"], "a range among its axes")
-    every = {word: _range(checker, word, given, scales) for word, given in top.get("axes", {}).items()}
+    every = {word: _range(checker, word, given, sizes) for word, given in top.get("axes", {}).items()}
     ranges = {word: value_at for word, value_at in every.items() if value_at}
     draws = sampled(top["design"], len(ranges), count, seed) if ranges else ()
     columns = zip(*draws, strict=True)
@@ -479,7 +480,7 @@ def sampled_axes(checker: Checker, top: Mapping[str, Any], scales: Scales) -> Gi
     }
 
 
-def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[[float], Any] | None:
+def _range(checker: Checker, word: str, given: Any, sizes: SceneSizes) -> Callable[[float], Any] | None:
     """Function from a number in [0, 1) to a value of an axis; None if refused."""
     place, listed = checker.place("axes"), isinstance(given, list) and given
     if word not in axes():
@@ -490,7 +491,7 @@ def _range(checker: Checker, word: str, given: Any, scales: Scales) -> Callable[
         checker.refuse(word, given, need, table="axes")
         return None
     ends = given if listed else [given["from"], given["to"]]
-    columns = checker.plain({word: [Given(place, word, each) for each in ends]}, scales)
+    columns = checker.plain({word: [Given(place, word, each) for each in ends]}, sizes)
     values: list[Any] = [each.value for each in columns[word]]
     if len(values) < len(ends):
         return None
