@@ -17,17 +17,17 @@ import xarray as xr
 import nanoslip
 from nanoslip.solver.view import with_error
 from nanoslip.study.figures.gallery import executed, figures_of
-from nanoslip.study.figures.shared import Claim, Number, table
+from nanoslip.study.figures.shared import Number, table
 from nanoslip.study.results.store import write_files
 from nanoslip.study.shipped import campaign_files
 
 HERE = Path(__file__).parent
-HEADER = ("claim", "bounds", "found", "campaign")
+HEADER = ("claim", "bounds", "found", "± over", "campaign")
 HEAD = """# Claims
 
-Each number of [what the paper's model says](../../docs/findings.md), with its ± and bounds that other starts keep. `make
-findings` writes this table, `make findings AGAIN=1` holds the bounds against other starts. Tests recompute each claim in a small
-form.
+Each number of [what the paper's model says](../../docs/findings.md), with bounds that other starts keep, and what its ± is the
+68 % interval over. `make findings` writes this table, `make findings AGAIN=1` holds the bounds against other starts. Tests
+recompute each claim in a small form.
 """
 
 
@@ -40,6 +40,8 @@ class Bounds(NamedTuple):
     high: float
     campaign: str
     number: str
+    over: str
+    """What ± is the 68 % interval over, or why there is none."""
 
     def hold(self, found: Number) -> bool:
         """True if a number, with its ±, lies within."""
@@ -120,11 +122,11 @@ def main(out: Path, jobs: int, again: int) -> None:
     sys.exit("\n".join(f"does not hold: {as_row(*each)}" for each in found if not each[0].hold(each[1])) or 0)
 
 
-def as_row(claim: Bounds, found: Number) -> Claim:
+def as_row(claim: Bounds, found: Number) -> tuple[str, ...]:
     """A row of the table, which leads to the page of its campaign's figure."""
     first, *_ = figures_of(campaign_files()[claim.campaign])
     page = f"[{claim.campaign}](../{Path(claim.campaign).parent}/{first.name}.md)"
-    return Claim(f"{claim.finding}: {claim.claim}", claim.words, in_words(found), page)
+    return f"{claim.finding}: {claim.claim}", claim.words, in_words(found), claim.over, page
 
 
 def in_words(found: Number) -> str:

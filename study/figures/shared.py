@@ -46,14 +46,14 @@ class Claim(NamedTuple):
 HEADER: Final = ("", "paper", "found", "remark")
 
 
-def filled(claims: Iterable[Claim], header: Sequence[str] = HEADER) -> list[tuple[str, ...]]:
+def filled(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) -> list[tuple[str, ...]]:
     """The header and the rows of claims, without columns that are empty."""
     columns = zip(header, *claims, strict=True)
     kept = (column for number, column in enumerate(columns) if number == 0 or any(column[1:]))
     return list(zip(*kept, strict=True))
 
 
-def table(claims: Iterable[Claim], header: Sequence[str] = HEADER) -> str:
+def table(claims: Iterable[Sequence[str]], header: Sequence[str] = HEADER) -> str:
     """Claims as a Markdown table, without columns that are empty."""
     head, *body = filled(claims, header)
     lines = [head, ("---",) * len(head), *body]

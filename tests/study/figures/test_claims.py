@@ -45,10 +45,12 @@ def test_the_table_has_every_claim_and_each_holds() -> None:
     rows = [
         line.split(" | ") for line in (ROOT / "campaigns" / "findings" / "claims.md").read_text("utf-8").splitlines()
     ]
-    shown = [row for row in rows if len(row) == 4][2:]
+    shown = [row for row in rows if len(row) == 5][2:]
     assert [row[0].removeprefix("| ") for row in shown] == [f"{each.finding}: {each.claim}" for each in all_claims()]
+    assert [row[3] for row in shown] == [each.over for each in all_claims()]
     for claim, row in zip(all_claims(), shown, strict=True):
         value, _, error = row[2].partition(" ± ")
+        assert bool(error) != claim.over.startswith("none") or not float(value), row
         assert claim.hold(Number(float(value), float(error or 0.0))), row
 
 
