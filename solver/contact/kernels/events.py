@@ -206,7 +206,7 @@ def limited(shear: float, opposite: float) -> float:
     return max(shear, opposite * shear)
 
 
-@compiled(fastmath={"contract"}, error_model="numpy")
+@compiled(error_model="numpy")
 def worst_violation(
     shear: Floats,
     normal: Floats,

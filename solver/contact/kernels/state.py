@@ -268,7 +268,7 @@ def start_event(scalars: Scalars, node_slips: NDArray[np.int64]) -> None:
 # Multiples of a tableau's rows added to a vector: where nearly all the time of sliding goes.
 
 
-@compiled(fastmath={"contract"})
+@compiled()
 def add_row(total: Floats, factor: float, row: Floats) -> None:
     """total += factor·row, in place; both of one length."""
     for k in range(len(total)):
@@ -282,14 +282,14 @@ def move_along(total: Floats, step: float, rate: Floats) -> None:
         total[k] += step * rate[k]
 
 
-@compiled(fastmath={"contract"})
+@compiled()
 def add_two(total: Floats, first: float, row_1: Floats, second: float, row_2: Floats) -> None:
     """total += first·row_1 + second·row_2, in place and in one pass; all of one length."""
     for k in range(len(total)):
         total[k] += first * row_1[k] + second * row_2[k]
 
 
-@compiled(fastmath={"contract"})
+@compiled()
 def add_two_rows(total: Floats, rows: Floats, i: int, first: float, j: int, second: float) -> None:
     """Add first·rows[i] + second·rows[j] to `total` in place. rows: a matrix with one column for each element of `total`."""
     for k in range(len(total)):
@@ -533,7 +533,7 @@ def total_shear(contact: NDArray[np.bool_], values: Floats) -> float:
     return total
 
 
-@compiled(fastmath={"contract", "reassoc"})
+@compiled(fastmath={"reassoc"})
 def _displaced_entry(compliances: Floats, forces: Floats) -> tuple[float, float]:
     """Displacement of one entry by forces, and the sum of magnitudes, summed in any order, as ordered sums take several times as
     long as a pivot."""
@@ -581,7 +581,7 @@ def _displaced_on_plane(plane: Plane, forces: Floats, seen: Floats) -> float:
     return largest
 
 
-@compiled(fastmath={"contract", "reassoc"})
+@compiled(fastmath={"reassoc"})
 def _displaced_by_run(
     ux: Floats, uz: Floats, wx: Floats, wz: Floats, f_x: Floats, f_z: Floats
 ) -> tuple[float, float, float]:

@@ -71,7 +71,7 @@ def refresh_shear(state: TangentialState) -> None:
     state.scalars.slips_since_refresh = 0
 
 
-@compiled(fastmath={"contract"}, error_model="numpy")
+@compiled(error_model="numpy")
 def _worst_violation(
     shear: Floats, shear_limit: Floats, weights: Floats, tolerance: float, opposite: float, ahead: int
 ) -> int:
