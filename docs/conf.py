@@ -10,14 +10,17 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
-# Commands of this environment, output as wide as a page, one thread each: set before numpy is imported.
+# Commands of this environment, output as wide as a page.
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-os.environ |= {"COLUMNS": "80", "MPLBACKEND": "agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+os.environ |= {"COLUMNS": "80", "MPLBACKEND": "agg"}
 
 import reference  # noqa: E402
 import shown  # noqa: E402
 
 from nanoslip.study import provenance  # noqa: E402
+from nanoslip.study.run.launch import pin_arithmetic  # noqa: E402
+
+pin_arithmetic()  # of the gallery, which imports numpy later
 
 project, author, release = "nanoslip", "nanoslip developers", provenance.version()
 project_copyright = "nanoslip developers, MIT licence"

@@ -20,7 +20,7 @@ from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any, Final
 
-from nanoslip.study import provenance
+from nanoslip.study import processor, provenance
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.provenance import UNKNOWN
 
@@ -52,24 +52,13 @@ def this_machine() -> dict[str, Any]:
 
 def model() -> str:
     """Model of the processor, from Linux; elsewhere the architecture only."""
-    return _processor(("model name",)) or platform.machine()
+    return processor.model() or platform.machine()
 
 
 def features() -> str:
     """Features of the processor that change bits, from Linux, elsewhere the architecture; and numba's environment variables."""
-    words = _processor(("flags", "features")).split()
-    own = sorted(word for word in words if word.startswith(_DECIDING)) or [platform.machine()]
+    own = sorted(word for word in processor.instructions() if word.startswith(_DECIDING)) or [platform.machine()]
     return " ".join((*own, *(f"{name}={os.environ[name]}" for name in NUMBA if os.environ.get(name))))
-
-
-def _processor(names: tuple[str, ...]) -> str:
-    """Value of the first of these names in the description of the first processor; empty without one."""
-    said: dict[str, str] = {}
-    with suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text("utf-8", errors="replace").splitlines():
-            name, _, value = line.partition(":")
-            said.setdefault(name.strip().lower(), value.strip())
-    return next((said[name] for name in names if said.get(name)), "")
 
 
 def blas() -> str:

@@ -13,11 +13,8 @@ import pytest
 
 from nanoslip.solver.compiled import Kernel
 from nanoslip.study.commands import cli
-from nanoslip.study.run.launch import pin_threads
+from tests import UNPINNED
 
-# Before numpy is loaded: on small matrices a second thread costs more than it gains, most of all beside other work.
-UNPINNED = dict(os.environ)
-pin_threads()
 os.environ.pop("COLUMNS", None)  # tables as wide as in a pipe
 
 ROOT = Path(__file__).parents[1]

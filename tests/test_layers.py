@@ -30,7 +30,7 @@ ORDER = {
     "nanoslip.solver.dynamics.kernels": "motion steps",
     "nanoslip.solver.driven": "kernels contact_drive",
     "nanoslip.solver.driven.kernels": "drive",
-    "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance origin "
+    "nanoslip.study": "shipped toml_text exit_codes notices canonical provenance processor origin "
     "measured manifest plan results dataset run figures inference report accuracy api commands",
     "nanoslip.study.measured": "units columns recording slips means cycles trace",
     "nanoslip.study.manifest": "parameters vocabulary problems surface checker manifest keys reader cases",
@@ -207,7 +207,7 @@ APART = {
     "digits of a number": "figures.points.in_text solver.view.rounded",
     "lines and words of a text that is shown": """notices.print_notice solver.outcome.Outcome.__post_init__ report.console
         report.console.print_error commands.judge.describe_variables report.page.themed run.child.ChildProcess.last_words""",
-    "what the machine lists": """origin._mpi origin._processor origin.features results.files._is_zombie
+    "what the machine lists": """origin._mpi processor.description processor.instructions results.files._is_zombie
         run.child.deaths_for_memory run.launch.processes_here run.farm._library commands.prepare._submit""",
 }
 """Texts that the package takes apart -> where. No sentence is among them, of its own or of a library: facts travel as values."""

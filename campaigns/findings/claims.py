@@ -4,6 +4,10 @@
 `--again 1` computes them from other starts instead, to hold the same bounds; it writes no table.
 """
 
+from nanoslip.study.run.launch import pin_arithmetic
+
+pin_arithmetic()  # before numpy is imported: numbers of the table are the same wherever it is written
+
 import csv
 import sys
 import tomllib

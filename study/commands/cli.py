@@ -21,7 +21,7 @@ from nanoslip.study import shipped
 from nanoslip.study.commands.words import Refusal, aborted, show
 from nanoslip.study.exit_codes import WRONG_INPUT
 from nanoslip.study.results.files import MOST_SHARDS, Shard
-from nanoslip.study.run.launch import GRACE, pin_threads, processes_started
+from nanoslip.study.run.launch import GRACE, pin_arithmetic, processes_started
 
 __all__ = ["cli", "main"]
 
@@ -59,7 +59,7 @@ def cli() -> None:
 
 def work(command: str, /, **given: object) -> None:
     """Call a function of `nanoslip.study.commands`, "file:function", with the arguments of the command line. Raises Refusal."""
-    pin_threads()  # what is imported now imports numpy, whose libraries read the number of threads once
+    pin_arithmetic()  # what is imported now imports numpy, whose libraries read the environment once
     gc.set_threshold(100_000)  # of 100 000 cases little is garbage: to look for it as often as usual doubles `collect`
     gc.disable()  # imports make many objects and no garbage
     file, _, function = command.partition(":")

@@ -27,7 +27,7 @@ from typing import Any, Final
 from nanoslip.solver.outcome import Ending, NanoslipError, Outcome
 from nanoslip.study.origin import Origin, adopt, installed_software
 from nanoslip.study.run.dispatch import Done, Work, Worker, attempt, print_failure
-from nanoslip.study.run.launch import ONE_THREAD, SIGNALS, Program
+from nanoslip.study.run.launch import SIGNALS, Program, computing_environment
 
 READY: Final = "ready"
 NO_TASK: Final = 70
@@ -131,7 +131,7 @@ class ChildProcess:
             signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it starts with them blocked, and then ignores them
             try:
                 self._process = subprocess.Popen(
-                    words, stdin=subprocess.DEVNULL, pass_fds=files, start_new_session=True, env=os.environ | ONE_THREAD
+                    words, stdin=subprocess.DEVNULL, pass_fds=files, start_new_session=True, env=computing_environment()
                 )
             finally:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)

@@ -1,4 +1,4 @@
-"""Start of a process, before other imports: rank, end of the job, threads, signals, and its program."""
+"""Start of a process, before other imports: rank, end of the job, threads, arithmetic, signals, and its program."""
 
 import math
 import os
@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Self
 
+from nanoslip.study import processor
 from nanoslip.study.exit_codes import INTERRUPTED
 from nanoslip.study.notices import print_notice
 
@@ -19,6 +20,10 @@ ONE_THREAD: Final = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
 """Environment of a process that computes: more threads would fight each other, and sums would depend on their number."""
+
+ONE_ARITHMETIC: Final = {"OPENBLAS_CORETYPE": "Haswell", "MKL_CBWR": "AVX2"}
+"""Kernels of OpenBLAS and MKL for processors with AVX2 and FMA. Each library would choose the newest one that the processor can
+run, and each kernel rounds differently. A variable that is already set is kept."""
 
 WARNING: Final = 90
 """Seconds before the end of a job at which its ranks are signalled to stop."""
@@ -75,12 +80,19 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def pin_threads() -> None:
-    """One thread of this process for BLAS and numba.
+def computing_environment() -> dict[str, str]:
+    """Environment of a process that computes: that of this process with one thread and one arithmetic."""
+    arithmetic = ONE_ARITHMETIC if {"avx2", "fma"} <= set(processor.instructions()) else {}
+    return arithmetic | os.environ | ONE_THREAD
 
-    To be called before numpy is imported; where it already was, threadpoolctl sets what is loaded, in a tenth of a second.
+
+def pin_arithmetic() -> None:
+    """Pin one thread of this process for BLAS and numba, and the kernel of BLAS.
+
+    To be called before numpy is imported. Afterwards threadpoolctl limits the threads of what is loaded, in a tenth of a second;
+    its kernel cannot be changed any more.
     """
-    os.environ.update(ONE_THREAD)
+    os.environ.update(computing_environment())
     if "numpy" in sys.modules:
         import threadpoolctl  # noqa: PLC0415
 

@@ -4,12 +4,6 @@ Timings are processor seconds of the best of several runs, so that other work on
 the peer or limit are measured in the same run. NAME picks files of this folder, e.g. `sliding`.
 """
 
-import os
-
-# One thread each, before numpy is imported: what is compared is work, not how many cores are idle.
-for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
-    os.environ[variable] = "1"
-
 import sys
 from pathlib import Path
 

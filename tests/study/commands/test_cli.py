@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from rich.cells import cell_len
 
-from nanoslip.study import provenance
+from nanoslip.study import processor, provenance
 from nanoslip.study.commands.cli import cli
 from nanoslip.study.commands.plans import print_json, typed_command
 from tests.conftest import ROOT, SMALL
@@ -99,15 +99,30 @@ def test_commands_and_campaigns_are_completed_by_file_or_name():
     assert all(each.value.startswith("figures/c") for each in found)
 
 
-def test_threads_are_pinned_before_a_command_imports_numpy(environment):
-    """The libraries of numpy read the number of threads once, when they are loaded."""
+PINNED = ("OPENBLAS_NUM_THREADS", "OPENBLAS_CORETYPE", "MKL_CBWR")
+
+
+def pinned(environment):
+    """Values of PINNED when a command imports numpy, whose libraries read them once, as they are loaded."""
     program = (
         "import os, sys; from nanoslip.study.commands.cli import cli; "
         "sys.addaudithook(lambda event, words: event == 'import' and words[0] == 'numpy' "
-        "and print(os.environ.get('OPENBLAS_NUM_THREADS'))); cli.main(['describe', 'poisson'], standalone_mode=False)"
+        f"and print(*map(os.environ.get, {PINNED}))); cli.main(['describe', 'poisson'], standalone_mode=False)"
     )
-    unpinned = {name: value for name, value in environment.items() if not name.endswith("_NUM_THREADS")}
-    assert python(program, env=unpinned).stdout.split()[0] == "1"
+    return python(program, env=environment).stdout.splitlines()[0].split()
+
+
+def test_threads_and_arithmetic_are_pinned_before_a_command_imports_numpy(environment):
+    unpinned = {name: value for name, value in environment.items() if name not in PINNED}
+    can_be_pinned = {"avx2", "fma"} <= set(processor.instructions())
+    assert pinned(unpinned) == ["1", *(("Haswell", "AVX2") if can_be_pinned else ("None", "None"))]
+
+
+def test_an_arithmetic_that_the_machine_prescribes_is_kept(environment):
+    assert pinned(environment | {"OPENBLAS_CORETYPE": "Nehalem", "MKL_CBWR": "COMPATIBLE"})[1:] == [
+        "Nehalem",
+        "COMPATIBLE",
+    ]
 
 
 INTERRUPTED = """

@@ -35,7 +35,7 @@ from nanoslip.study.results.store import FOLDER, Lease, Store, StoreError
 from nanoslip.study.run.dispatch import RunTally
 from nanoslip.study.run.executor import executor, rest_of
 from nanoslip.study.run.journal import Journal
-from nanoslip.study.run.launch import pin_threads
+from nanoslip.study.run.launch import pin_arithmetic
 from tests.study.results.results import OBSTACLES, flipped
 from tests.written_tables import show
 
@@ -330,7 +330,7 @@ def main() -> None:
     parser.add_argument("--bits", type=int, default=ALL_BITS, help="single bits of each sort of file")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
-    pin_threads()
+    pin_arithmetic()
     found = []
     with TemporaryDirectory() as folder:
         for each in trials(finished(Path(folder)), asked.bits, CUTS, asked.seed):
