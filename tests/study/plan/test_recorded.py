@@ -54,8 +54,8 @@ TASKS: dict[str, tuple[Task, ...]] = {
         record_task(Case(radius=50.0, slab=SLAB, effects=Effects(pin_translation=False), max_events=40)),
     ),
     "spread": (record_task(Case(radius=50.0, slab=SLAB, heterogeneity=Heterogeneity(spread=0.1), max_events=40)),),
-    "drive against the mean force": (record_task(STEADY), drive_task(STEADY, SMOOTH)),
-    "drive over teeth": (record_task(STEADY), drive_task(STEADY, FIRST_TEETH)),
+    "drive against the mean force": (record_task(SLID), drive_task(SLID, SMOOTH)),
+    "drive over teeth": (record_task(SLID), drive_task(SLID, FIRST_TEETH)),
 }
 NAMED: dict[str, Task] = {
     "compliance": compliance_task(SLAB),
@@ -75,8 +75,12 @@ NAMED: dict[str, Task] = {
 """Tasks whose keys are recorded."""
 TOLERANCE = 1e-9
 """Libraries and threads round differently, 3e-11 was seen; a change of the solver that is one moves a number further."""
-ROUNDING = {"static_excess": TOLERANCE}
-"""Differences of numbers of order one, over one of them: nothing but rounding where both are the same."""
+DIFFERENCE_OF = {
+    **dict.fromkeys(("static_excess", "fluctuation", "plateau_drift", "plateau_std"), 1.0),
+    **dict.fromkeys(("friction_force", "initial_force"), STEADY.normal_load),
+}
+"""Number that is a difference -> size of what it is a difference of: F/W, of order one, or forces that add up to the load. If
+these are equal, only their rounding is left, which each kernel of OpenBLAS does differently."""
 
 
 def computed(label: str) -> dict[str, float]:
@@ -87,16 +91,21 @@ def computed(label: str) -> dict[str, float]:
     return {name: number for name, number in first(results[TASKS[label][-1].key]).items() if math.isfinite(number)}
 
 
+def allowed(name: str, recorded: float) -> object:
+    """The numbers that equal a recorded one."""
+    return pytest.approx(recorded, rel=TOLERANCE, abs=max(TOLERANCE * DIFFERENCE_OF.get(name, 0.0), 1e-15))
+
+
 @pytest.mark.parametrize("label", TASKS)
 def test_a_result_that_changed_has_another_solver_version(label: str) -> None:
     recorded = json.loads(RECORDED.read_text("utf-8"))
     assert recorded["solver_version"] == SOLVER_VERSION, "run python -m tests.study.plan.test_recorded"
     found, known = computed(label), recorded["results"][label]
+    assert known
     new = {
         name: found.get(name)
         for name in known.keys() | found.keys()  # a name that is new is missing in every stored result
-        if name not in known
-        or found.get(name) != pytest.approx(known[name], rel=TOLERANCE, abs=ROUNDING.get(name, 1e-15))
+        if name not in known or found.get(name) != allowed(name, known[name])
     }
     assert not new, (
         f"results of '{label}' changed: raise the solver version (nanoslip.study.plan.task), and record them "
