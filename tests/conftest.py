@@ -5,7 +5,8 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from itertools import combinations
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 from nanoslip.solver.compiled import Kernel
 from nanoslip.study.commands import cli
 from tests import UNPINNED
+from tests.rounding import rounding_otherwise
 
 os.environ.pop("COLUMNS", None)  # tables as wide as in a pipe
 
@@ -119,6 +121,13 @@ def covering(values: list[dict[str, object]]) -> set[int]:
         few.add(best)
         left -= pairs[best]
     return few
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _arithmetic() -> Iterator[None]:
+    """With NANOSLIP_TEST_ROUNDING=1 compliances are rounded otherwise, as by another kernel of BLAS."""
+    with rounding_otherwise() if os.environ.get("NANOSLIP_TEST_ROUNDING") else nullcontext():
+        yield
 
 
 @pytest.fixture

@@ -26,7 +26,13 @@ from nanoslip.solver.contact.kernels.path import empty_events, follow_path
 from nanoslip.solver.contact.kernels.state import Direction, Stop
 from nanoslip.solver.contact.normal import INSIDE, NormalContact, normal_contact
 from nanoslip.solver.contact.pin import expected_half_width, pin_of, surface_from_axis, surface_from_pin
-from nanoslip.solver.contact.soundness import OUTCOME_OF_STOP, advise, advised_of_pillars, soundness
+from nanoslip.solver.contact.soundness import (
+    OUTCOME_OF_STOP,
+    accuracy_of_heights,
+    advise,
+    advised_of_pillars,
+    soundness,
+)
 from nanoslip.solver.contact.state import ContactState, state_from_forces
 from nanoslip.solver.elasticity.compliance import Compliance, EndlessCompliance, explained
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome, SingularOperator, TooFarApart
@@ -55,6 +61,7 @@ CAUSED_BY_ROUNDING = (
     Ending.CASCADE_LIMIT,
     Ending.SINGULAR_OPERATOR,
     Ending.STEEP_PIN,
+    Ending.CONTACT_LOST,
 )
 """Endings that rounded heights can cause."""
 
@@ -80,8 +87,11 @@ def diagnosed(case: Case, compliance: Compliance, state: ContactState) -> Contac
     # Constant pressures are those of initial contact, however far the pin has gone since.
     carried = case.effects.pin_translation or state.displacement == 0.0
     if carried and (outcome.ok or outcome.ending in CAUSED_BY_ROUNDING):
-        where = (state.contact, state.u, state.displacement, state.first_node)
-        found = advised_of_pillars(case, soundness(case, compliance.under_itself(), *where))
+        where, softness = (state.contact, state.u, state.displacement, state.first_node), compliance.under_itself()
+        found = soundness(case, softness, *where)
+        if outcome.ok and found.ok:
+            found = accuracy_of_heights(case, softness, state)
+        found = advised_of_pillars(case, found)
         # What rounding decides is no fault of friction or operator; a flank's steepness counts where all else is well.
         outcome = found if outcome.ok or found.ending is Ending.ROUNDING else outcome
     return state if outcome is state.outcome else replace(state, outcome=outcome)

@@ -6,6 +6,7 @@ Only under a small slope is shear the force along the slab, and pressure the for
 import math
 import sys
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import STEEPEST
 from nanoslip.solver.contact.kernels.state import Stop
 from nanoslip.solver.contact.pin import pin_of, surface_from_axis, surface_from_pin
+from nanoslip.solver.contact.state import ContactState
 from nanoslip.solver.outcome import COMPLETED, ROUNDED, Ending, Outcome
 
 # Meaning of the kernels' reasons to stop: the one place where a `Stop` becomes an `Outcome`.
@@ -160,17 +162,35 @@ def soundness(
         # Would the heights be known well enough where the nodes came down? Then it is the way that spoils them.
         at_rest = float(surface_from_axis(case, np.zeros_like(u), first_node)[contact].max())
         pressed = rounding_share(case, softness, contact, at_rest) <= COARSEST_HEIGHTS
-        advice = (
-            "nodes are carried so far along the pin: lower intrinsic_friction, or the record's limits"
-            if pressed
-            else "raise normal_load, or use a larger radius or lower heights in heterogeneity.roughness"
-        )
-        return Outcome(
-            Ending.ROUNDING,
-            f"heights of the pin are known to {share:.0e} of what the load displaces, {COARSEST_HEIGHTS:g} is needed: {advice}",
-            cause="carried" if pressed else "heights",
-        )
+        return _heights_unknown(share, "carried" if pressed else "heights")
     return COMPLETED if _steepest(case, contact, xi, outermost) <= STEEPEST else STEEP_PIN
+
+
+_ADVICE: Final = {
+    "carried": "nodes are carried so far along the pin: lower intrinsic_friction, or the record's limits",
+    "heights": "raise normal_load, or use a larger radius or lower heights in heterogeneity.roughness",
+    "missed": "use a smoother heterogeneity.roughness",
+}
+"""Cause of unknown heights -> what to do about it."""
+
+
+def _heights_unknown(share: float, cause: str) -> Outcome:
+    """The outcome of a contact whose heights are known to this share of what the load displaces."""
+    known = f"heights of the pin are known to {share:.0e} of what the load displaces"
+    return Outcome(Ending.ROUNDING, f"{known}, {COARSEST_HEIGHTS:g} is needed: {_ADVICE[cause]}", cause=cause)
+
+
+def accuracy_of_heights(case: Case, softness: Vector, state: ContactState) -> Outcome:
+    """COMPLETED if nodes in contact lie on the pin, else ROUNDING: over a spike the rounding of a node's place is a height.
+
+    Both to COARSEST_HEIGHTS of what the load would displace a node. softness: as of `soundness`.
+    """
+    if not state.contact.any():
+        return COMPLETED
+    xi = surface_from_pin(case, state.first_node) + state.u - state.displacement
+    missed = np.abs(pin_of(case).face(xi) - state.w - state.approach)[state.contact].max()
+    share = float(missed) / (case.normal_load * float(np.abs(softness[state.contact]).max()))
+    return COMPLETED if share <= COARSEST_HEIGHTS else _heights_unknown(share, "missed")
 
 
 def _steepest(case: Case, contact: NDArray[np.bool_], xi: Vector, outermost: float) -> float:

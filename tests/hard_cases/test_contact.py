@@ -17,7 +17,8 @@ from nanoslip.solver.outcome import Ending
 from nanoslip.solver.slab import Slab
 from nanoslip.solver.sliding.slide import slide
 from tests.hard_cases.following import Followed, compliance_of, follow
-from tests.physics import ROWS
+from tests.physics import ROWS, assert_contact_laws
+from tests.rounding import blurred_compliance
 
 WAYS: tuple[InitialContact, ...] = get_args(InitialContact)
 N = 33
@@ -267,6 +268,20 @@ def _extremes() -> list[Case]:
         for profile in profiles
         if case.slip_rule.event_floor == 1.0
     ]
+
+
+@pytest.mark.parametrize("heights", [(0.0, 1e6, -1e6), (0.0, -1e6, 1e6)])
+def test_a_contact_over_a_spike_is_known_or_named(heights: tuple[float, float, float]) -> None:
+    """On its flank the last digit of a node's place is a height of 450 slab widths; other last digits find other states."""
+    profile = tuple(zip((-1e-12, 0.0, 1e-12), heights, strict=True))
+    case = _case("biquadratic", normal_load=1.0, initial_contact="frictionless")
+    case = replace(case, heterogeneity=Heterogeneity(roughness=profile))
+    given = compliance_of(case.slab)
+    assert isinstance(given, SurfaceCompliance)
+    for seed in range(5):
+        found = initial_contact(case, blurred_compliance(given, seed))
+        if found.outcome.ok:
+            assert_contact_laws(found, case, given)
 
 
 def test_the_ends_of_every_range_are_computed_or_named() -> None:

@@ -480,10 +480,11 @@ EDGE = 1e-9
 
 
 @compiled()
-def next_event(state: KernelState, constants: KernelConstants) -> tuple[float, EventKind, int]:
+def next_event(state: KernelState, constants: KernelConstants, blur: float) -> tuple[float, EventKind, int]:
     """Smallest step along the path at which a constraint is reached, with its kind and node; infinite if there is none.
 
-    Of ties (TIE) it is the node further ahead: which of two mirror nodes comes first is not left to rounding.
+    Of ties (within TIE, or within `blur`, the rounding error of a step) it is the node further ahead: which of two mirror nodes
+    comes first is not left to rounding.
     """
     n = len(state.x)
     nearest, kind, node = np.inf, EventKind.NOTHING, -1
@@ -496,7 +497,7 @@ def next_event(state: KernelState, constants: KernelConstants) -> tuple[float, E
         else:
             step, what = _step_to_touch(state, constants, i, min(nearest, horizon)), EventKind.TOUCH
         # Of ties the first node met stays, but the step is the smallest of theirs: no limit is passed.
-        if step < nearest * (1.0 - TIE):
+        if step < nearest * (1.0 - TIE) - blur:
             kind, node = what, i
         nearest = min(nearest, step)
     return nearest, kind, node

@@ -98,6 +98,12 @@ OVERSHOOT = 1e-4
 
 
 @compiled(inline="always")
+def step_blur(constants: SlipConstants, stiffness: float) -> float:
+    """Step that changes no force by more than a tenth of the tolerance: steps that differ by less cannot be told apart."""
+    return 0.1 * constants.tolerance / stiffness if stiffness > 0.0 else 0.0
+
+
+@compiled(inline="always")
 def smallest_step(constants: SlipConstants, stiffness: float, displacement: float) -> float:
     """The event floor as a length, at δ_p = displacement.
 
@@ -110,7 +116,7 @@ def smallest_step(constants: SlipConstants, stiffness: float, displacement: floa
     if not stiffness > 0.0:
         return float(max(constants.event_floor * constants.spacing, least))
     unit = min(constants.spacing, STRETCHES * constants.friction_bound / stiffness)
-    return float(max(constants.event_floor * unit, 0.1 * constants.tolerance / stiffness, least))
+    return float(max(constants.event_floor * unit, step_blur(constants, stiffness), least))
 
 
 @compiled(inline="always")
@@ -157,9 +163,11 @@ def overshoot(state: KernelState, opposite: float) -> float:
 
 
 @compiled(inline="always")
-def _floor(state: KernelState, constants: SlipConstants) -> float:
-    """The smallest step along the path; of a load, `load_floor`, or what pushes shear beyond its limits by half of OVERSHOOT."""
-    stiffness = stretching(state)
+def _floor(state: KernelState, constants: SlipConstants, stiffness: float) -> float:
+    """The smallest step along the path; of a load, `load_floor`, or what pushes shear beyond its limits by half of OVERSHOOT.
+
+    stiffness: as from `stretching`.
+    """
     # A moving pin has lengths to count in, a growing load has not.
     if state.scalars.pin_rate != 0.0:
         return float(smallest_step(constants, stiffness, abs(state.scalars.displacement)))
@@ -194,7 +202,8 @@ def follow_path(
     """
     scalars = state.scalars
     for e in range(first, len(events.displacement)):
-        step, kind, node = next_event(state, constants)
+        stiffness = stretching(state)
+        step, kind, node = next_event(state, constants, step_blur(constants.slip, stiffness))
         left = _left(state, until)
         # No event and no end: the step would be infinite.
         if node < 0 and left == np.inf:
@@ -203,7 +212,7 @@ def follow_path(
             step_along(state, left)
             return Stop.DONE, e
         # A floor beyond the end of the run does not hide the event before it.
-        step_along(state, min(max(step, _floor(state, constants.slip)), left))
+        step_along(state, min(max(step, _floor(state, constants.slip, stiffness)), left))
         note_trigger(events, e, scalars, total_shear(state.contact, state.response), kind, node)
         status = answer_event(state, constants, kind, node)
         if status != Stop.DONE:

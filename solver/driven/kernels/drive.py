@@ -8,7 +8,14 @@ from typing import NamedTuple
 
 from nanoslip.solver.compiled import compiled
 from nanoslip.solver.contact.kernels.events import next_event, project_onto_pin
-from nanoslip.solver.contact.kernels.path import CHECK_EVENTS, answer_event, left_window, smallest_step, stretching
+from nanoslip.solver.contact.kernels.path import (
+    CHECK_EVENTS,
+    answer_event,
+    left_window,
+    smallest_step,
+    step_blur,
+    stretching,
+)
 from nanoslip.solver.contact.kernels.state import (
     RESIDUAL_LIMIT,
     EventKind,
@@ -66,9 +73,10 @@ class Pulled(NamedTuple):
 def _ahead(state: KernelState, constants: KernelConstants, origin: float) -> Ahead:
     """The next event, at least the event floor away. origin: δ_p of the contact at x = 0."""
     scalars = state.scalars
-    step, kind, node = next_event(state, constants)
+    stiffness = stretching(state)
+    step, kind, node = next_event(state, constants, step_blur(constants.slip, stiffness))
     # As in `follow_path`: events nearer than the floor are answered at the floor.
-    least = smallest_step(constants.slip, stretching(state), abs(scalars.displacement))
+    least = smallest_step(constants.slip, stiffness, abs(scalars.displacement))
     position = scalars.displacement + scalars.pin_rate * max(step, least) - origin
     return Ahead(position, kind, node, total_shear(state.contact, state.rate) * scalars.pin_rate)
 

@@ -24,7 +24,15 @@ from nanoslip.solver.contact.kernels.events import (
     ranked,
     reversing_bits,
 )
-from nanoslip.solver.contact.kernels.path import Events, add_slips, note_event, note_trigger, overshot, smallest_step
+from nanoslip.solver.contact.kernels.path import (
+    Events,
+    add_slips,
+    note_event,
+    note_trigger,
+    overshot,
+    smallest_step,
+    step_blur,
+)
 from nanoslip.solver.contact.kernels.state import (
     EventKind,
     Floats,
@@ -160,9 +168,9 @@ def _slip_together(state: TangentialState, constants: SlipConstants, first: int)
 
 
 @compiled()
-def _next_slip(state: TangentialState, opposite: float) -> tuple[float, int]:
-    """Smallest step of the pin at which a node reaches its limit, and the node, of ties the one further ahead; infinite and
-    -1 if none does."""
+def _next_slip(state: TangentialState, opposite: float, blur: float) -> tuple[float, int]:
+    """Smallest step of the pin at which a node reaches its limit, and the node, of ties (see `next_event`) the one further ahead;
+    infinite and -1 if none does."""
     nearest, node, m = np.inf, -1, len(state.u)
     for k in range(m):
         i = from_front(k, m, state.scalars.ahead)
@@ -171,7 +179,7 @@ def _next_slip(state: TangentialState, opposite: float) -> tuple[float, int]:
         speed = sign * state.rate[i]
         if speed > 0.0:
             step = max(state.shear_limit[i] - sign * state.shear[i], 0.0) / speed
-            if step < nearest * (1.0 - TIE):
+            if step < nearest * (1.0 - TIE) - blur:
                 node = i
             nearest = min(nearest, step)
     return nearest, node
@@ -212,7 +220,7 @@ def slide_tangentially(
     # No node leaves or comes, so that K is the same after every event.
     stiffness = state.rate.sum() * scalars.pin_rate
     for e in range(first, len(events.displacement)):
-        step, node = _next_slip(state, constants.opposite)
+        step, node = _next_slip(state, constants.opposite, step_blur(constants, stiffness))
         step = max(step, smallest_step(constants, stiffness, abs(scalars.displacement)))
         left = (until - scalars.displacement) * scalars.pin_rate
         if node < 0 and left == np.inf:
