@@ -50,6 +50,7 @@ SENTENCES: Final = {
     "from eight parts",
     "undersampled": "the force repeats after {samples:.2g} samples: too few to see slips, so there is the mean force alone",
     "unsteady": "no μ_k: the force changes by {share:.1%} along the best steady part: needs a longer trace",
+    "no_friction": "no friction: there are neither two slips nor a steady part; --from and --to choose a part of the file",
     "unlike_model": "Eq. 16-19 fit none of {count} slips within the measured forces: numbers are of largest and least samples; "
     "no μ_k, ζ or natural period",
     "unlike_cycles": "{count} slips are left out, as no fit of Eq. 16-19 lies within their measured forces",
@@ -181,7 +182,7 @@ def _beside(computed: xr.Dataset, name: str, periodic: bool) -> str:
 def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
     rows = []
     for name, (value, error, count, unit) in found.numbers.items():
-        known = with_error(value, error) if count > 1 else f"{value:.4g}"
+        known = with_error(value, error) if count > 1 or math.isfinite(error) else f"{value:.4g}"
         of = plural(count, "value") if count else "given"
         beside = [] if computed is None else [_beside(computed, name, "mean_force" in found.numbers)]
         rows.append((name, TRACE_SYMBOLS.get(name, ""), known, "" if unit == "1" else as_written(unit), of, *beside))

@@ -195,12 +195,26 @@ def _chosen(source: FileColumns, given: TraceOptions) -> list[int]:
     raise InvalidInput(f"columns {source}: needs --columns, time or displacement and force, as --columns 1 2")
 
 
-def noise_of(force: Floats) -> float:
-    """Standard deviation of noise, by the median size of second differences; at least that of rounding to the smallest step."""
+_PARTS: Final = 8
+"""Parts of a trace with a noise of their own: one of them slides if a sixth of the trace does."""
+
+
+def noise_of(force: Floats, width: int = 1) -> float:
+    """Standard deviation of noise where it is largest, at least that of rounding to the smallest step.
+
+    It is that of the loudest of eight parts, fewer if these had less than 32 samples: a trace that begins or ends at rest is
+    quieter there than where it slides. In each part it is the median size of second differences. width: of the means over
+    neighbouring samples whose noise is meant.
+    """
     steps = np.abs(np.diff(force))
     rounding = steps[steps > 0.0].min(initial=math.inf) / math.sqrt(12.0)
-    noise = _NORMAL * float(np.median(np.abs(np.diff(force, 2)))) / math.sqrt(6.0)
-    return max(noise, float(rounding)) if math.isfinite(rounding) else noise
+    sums = np.concatenate(([0.0], np.cumsum(force - force[0])))
+    means = (sums[width:] - sums[:-width]) / width
+    second = np.abs(means[2 * width :] - 2.0 * means[width:-width] + means[: -2 * width])
+    parts = max(1, min(_PARTS, len(force) // (2 * FEWEST_POINTS)))
+    sizes = [float(np.median(part)) for part in np.array_split(second, parts)]
+    noise = _NORMAL * max(sizes) / math.sqrt(6.0)
+    return max(noise, float(rounding) / math.sqrt(width)) if math.isfinite(rounding) else noise
 
 
 def outliers(force: Floats) -> NDArray[np.bool_]:

@@ -1,10 +1,12 @@
 """Slips of a measured force: where it falls, how it rises before, where the pull ends, and the strokes of both signs."""
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
+import scipy
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.ensemble import FEWEST
@@ -30,9 +32,9 @@ class Averaged(NamedTuple):
 
 
 def _averaged_over(trace: Trace, width: int) -> Averaged:
+    noise = noise_of(trace.force, width)
     trace = trace.averaged(width)
     force = trace.force
-    noise = noise_of(force)
     drop = LEAST_DROP * float((np.maximum.accumulate(force) - force).max())
     slips = [slip for slip in _slips(force, max(NOISE * noise, drop)) if slip.peak > 0]
     return Averaged(width, trace, noise, drop, slips)
@@ -50,30 +52,44 @@ def end_of_pull(averages: Averaged) -> int:
 
     The level is that of rest, below a tenth of the force; or comes after regular slips; or after steady sliding.
     """
-    at, force, slips = averages.trace.at, averages.trace.force, averages.slips
-    if not slips or not slides_on(averages):
+    force, slips = averages.trace.force, averages.slips
+    if not slips:
         return 0
     last, drops = slips[-1], [force[slip.peak] - force[slip.trough] for slip in slips]
-    level = float(np.median(force[last.trough :]))
-    regular = len(slips) > 2 and drops[-1 if last.ended else -2] > 0.5 * drops[0]
+    regular = len(slips) > 2 and drops[-1 if last.ended else -2] > 0.5 * drops[0] and slides_on(averages)
     if last.ended:
+        level = float(np.median(force[last.trough :]))
         return last.trough + int(np.argmax(force[last.trough :] >= level)) if regular else 0
-    rests = len(at) - last.trough >= FEWEST_POINTS and abs(level) <= LEAST_DROP * force[last.peak]
     above = force >= force[last.peak] - 0.25 * drops[-1]
     end = last.peak + int(np.flatnonzero(above[last.peak : last.trough + 1])[-1]) + 1
     top = force[int(np.argmax(above)) : end]  # its median is an eighth of the fall below the peak if it rises and falls
     steady = len(top) >= FEWEST_POINTS and force[last.peak] - np.median(top) < drops[-1] / 16.0
-    return end if rests or regular or steady else 0
+    return end if regular or steady or _rests(averages) else 0
+
+
+def _rests(averages: Averaged) -> bool:
+    """True if the force falls for the last time below a tenth of its peak, and a pull as before would have raised it again."""
+    at, force, slips = averages.trace.at, averages.trace.force, averages.slips
+    last, before = slips[-1], slips[-2].trough if len(slips) > 1 else 0
+    fell = last.peak + int(np.argmax(force[last.peak :] <= 0.75 * force[last.trough] + 0.25 * force[last.peak]))
+    if len(at) - fell < FEWEST_POINTS or abs(np.median(force[fell:])) > LEAST_DROP * force[last.peak]:
+        return False
+    raised = rate_of(at, force, before, last.peak) * (at[-1] - at[fell])
+    return bool(raised > 2.0 * max(averages.drop, NOISE * averages.noise))
 
 
 def slides_on(averages: Averaged) -> bool:
-    """True if no slip follows the last one for longer than between any two, and the force is level in half of that time."""
+    """True if no slip follows the last one for longer than between any two, and the force is level in half of that time.
+
+    A single slip is compared with the time in which its force rose: how long the stage was at rest before tells nothing.
+    """
     at, force, slips = averages.trace.at, averages.trace.force, averages.slips
     if not slips:
         return True
     peaks = at[[slip.peak for slip in slips]]
     level = np.ptp(force[(slips[-1].peak + len(at)) // 2 :]) <= max(averages.drop, NOISE * averages.noise)
-    return bool(level and at[-1] - peaks[-1] > (np.diff(peaks).max() if len(slips) > 1 else peaks[0] - at[0]))
+    rise = peaks[0] - at[begin_of_rise(force, slips[0].peak)]
+    return bool(level and at[-1] - peaks[-1] > (np.diff(peaks).max() if len(slips) > 1 else rise))
 
 
 def _slips(force: Floats, drop: float) -> list[TraceSlip]:
@@ -101,20 +117,83 @@ def turned(at: Floats, slips: Sequence[TraceSlip]) -> bool:
     return bool(falls > 1.5 * rises)
 
 
+def begin_of_rise(force: Floats, high: int) -> int:
+    """The sample from which the force rises to that of the first peak: before, a stage may be at rest."""
+    smooth = np.maximum.accumulate(force[:high])
+    return min(int(np.searchsorted(smooth, 0.9 * force[0] + 0.1 * force[high])), high - 1)
+
+
 def rate_of(at: Floats, force: Floats, low: int, high: int) -> float:
-    """Rate of the force in the middle of its rise between two samples; at the beginning a stage may be at rest."""
+    """Rate of the force in the middle of its rise between two samples."""
     if low == 0:
-        smooth = np.maximum.accumulate(force[:high])
-        low = min(int(np.searchsorted(smooth, 0.9 * force[0] + 0.1 * force[high])), high - 1)
+        low = begin_of_rise(force, high)
     middle = slice(low + (high - low) // 5, high - (high - low) // 5 + 1)
     return float(np.polyfit(at[middle] - at[low], force[middle], 1)[0])
 
 
-def ramp(at: Floats, force: Floats) -> list[float]:
+def top_of_ramp(force: Floats, level: float) -> int:
+    """The sample at which the force first comes to 0.9 of the level on which it slides; 0 if the trace begins near it."""
+    top = int(np.argmax(force >= 0.9 * level))
+    return top if force[0] < 0.5 * level and top > FEWEST else 0
+
+
+def ramp(at: Floats, force: Floats, level: float) -> list[float]:
     """Rate of the force's rise before steady sliding; empty if the trace begins there."""
-    most = float(np.median(force))
-    top = int(np.argmax(force >= 0.9 * most))
-    return [rate_of(at, force, 0, top)] if force[0] < 0.5 * most and top > FEWEST else []
+    top = top_of_ramp(force, level)
+    return [rate_of(at, force, 0, top)] if top else []
+
+
+ONE_SIGMA: Final = float(scipy.special.ndtr(1.0))
+"""Probability of less than one standard deviation above the mean."""
+_ON_LINE: Final = 5
+"""Fewest samples of a line whose scatter is to be known."""
+
+
+class Breakaway(NamedTuple):
+    """Force at which a pin breaks away from its first stick, its standard error, and the sample after it."""
+
+    force: float
+    error: float
+    sample: int
+
+
+def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
+    """The force at the end of the ramp before steady sliding, where it is above the level of sliding; None where it is not.
+
+    Single samples of it are lost in noise. So it is where means over an eighth of the ramp fall most, and the line through the
+    eighth before, taken there. It is above the level if by five standard deviations of such means.
+    """
+    top = top_of_ramp(force, level)
+    if not top:
+        return None
+    low = begin_of_rise(force, top)
+    width = max(_ON_LINE, (top - low) // 8)
+    sums = np.concatenate(([0.0], np.cumsum(force)))
+    after = np.arange(top, min(top + (top - low), len(force) - width))
+    if 2 * width > top - low or not len(after):
+        return None
+    falls = 2.0 * sums[after] - sums[after - width] - sums[after + width]
+    sample = _sample_of_break(at, force, int(after[np.argmax(falls)]), width)
+    before = slice(sample - width, sample)
+    line, scatter = np.polyfit(at[before] - at[sample - 1 : sample + 1].mean(), force[before], 1, cov=True)
+    slides = force[sample + width :]
+    means = slides[: len(slides) // width * width].reshape(-1, width).mean(axis=1)
+    spread = float(means.std(ddof=1)) if len(means) > FEWEST else math.inf
+    scattered = math.sqrt(scatter[1, 1]) * float(scipy.special.stdtrit(width - 2, ONE_SIGMA))
+    error = math.hypot(scattered, line[0] * (at[sample] - at[sample - 1]) / math.sqrt(12.0))  # anywhere between samples
+    above = line[1] - level > NOISE / 2.0 * math.hypot(spread, error)
+    return Breakaway(float(line[1]), error, sample) if above else None
+
+
+def _sample_of_break(at: Floats, force: Floats, about: int, width: int) -> int:
+    """The first sample of the second of two lines that fit the force best, `width` samples or less from another one."""
+
+    def misfit(sample: int) -> float:
+        ends = (about - 2 * width, sample), (sample, min(about + 2 * width, len(force)))
+        lines = [np.polyfit(at[first:last] - at[about], force[first:last], 1, full=True) for first, last in ends]
+        return sum(float(squares.sum()) for _, squares, *_ in lines)
+
+    return min(range(about - width + 1, min(about + width, len(force) - 3)), key=misfit)
 
 
 class Stroke(NamedTuple):

@@ -29,6 +29,7 @@ from nanoslip.study.measured.slips import (
     Averaged,
     TraceSlip,
     averaged,
+    breakaway,
     end_of_pull,
     ramp,
     rate_of,
@@ -61,6 +62,11 @@ class TraceNumbers:
 
 OF_PLACES: Final = ("pull_ends", "slides", "no_stick_slip", "offset")
 """Flags of one pull that mean nothing for several strokes."""
+
+
+FRICTIONS: Final = {"static_friction", "kinetic_friction", "mean_force"}
+SILENCING: Final = {"turned", "unsteady", "sensor_limit"}
+"""Flags that say why there is no friction."""
 
 
 class _Pull(NamedTuple):
@@ -139,15 +145,15 @@ def _of_averaged(trace: Trace, averages: Averaged, pull: _Pull) -> TraceNumbers:
         numbers = _of_samples(at, force, [slips[number] for number in whole], pull.unit, trace.over)
     flags += _of_fit(averages, fitted, pull)
     if slides and not backward:
-        if slips:
-            numbers["static_friction"] = Measured(float(force[slips[0].peak]), math.nan, 1, pull.unit)
-        numbers |= _sliding(averages.trace, slips[-1].peak if slips else 0, pull, flags)
-        rates = rates[:1] or ramp(at, force)
+        numbers |= _sliding(trace, averages._replace(slips=slips), pull, flags)
+        rates = rates[:1] or ramp(at, force, float(np.median(force)))
     if rates:
         numbers |= _stiffness(trace, pull.newtons * np.array(rates[1:] or rates), pull.velocity, pull.load)
     if any(cut):
         numbers = _within_limits(numbers, cut, np.array([force[slip.peak] for slip in slips]), pull.unit)
         flags = [TraceFlag("sensor_limit", {"low": cut.low, "high": cut.high})]
+    if not (FRICTIONS & numbers.keys() or SILENCING & {flag.name for flag in flags}):
+        flags.append(TraceFlag("no_friction", {}))
     return TraceNumbers(numbers, cycles if not any(cut) else (), tuple(flags))
 
 
@@ -169,19 +175,37 @@ def _of_samples(at: Floats, force: Floats, slips: Sequence[TraceSlip], unit: str
     return {name: number for name, number in found.items() if number.of}
 
 
-def _sliding(trace: Trace, first: int, pull: _Pull, flags: list[TraceFlag]) -> dict[str, Measured]:
-    """Kinetic friction μ_k of steady sliding from a sample on, with its flag, or the reason why there is none."""
-    at, force = trace.at[first:], trace.force[first:]
+def _sliding(trace: Trace, averages: Averaged, pull: _Pull, flags: list[TraceFlag]) -> dict[str, Measured]:
+    """Friction before and in steady sliding, with its flag, or the reason why there is none.
+
+    Kinetic friction μ_k is the mean from the last slip on; static friction μ_s the force of the first.
+    """
+    slips, found = averages.slips, averages.trace
+    first = slips[-1].peak if slips else 0
+    at, force = found.at[first:], found.force[first:]
     value, start, share = steady_mean(at, force, pull.unit)
+    level = value.value if not math.isfinite(share) else float(np.median(force))
+    static = _breakaway(trace, averages, level, pull.unit)
     if math.isfinite(share):
         flags.append(TraceFlag("unsteady", {"share": share}))
-        return {}
+        return static
     period = samples_in_period(force[at >= start])
-    if not first and period < RESOLVED:
+    if not static and period < RESOLVED:
         flags.append(TraceFlag("undersampled", {"samples": period}))
         return {"mean_force": value}
-    flags.append(TraceFlag("slides" if first else "no_stick_slip", {"from": start, **_units(trace, pull)}))
-    return {"kinetic_friction": value}
+    flags.append(TraceFlag("slides" if static else "no_stick_slip", {"from": start, **_units(trace, pull)}))
+    return {**static, "kinetic_friction": value}
+
+
+def _breakaway(trace: Trace, averages: Averaged, level: float, unit: str) -> dict[str, Measured]:
+    """Static friction of the first slip before steady sliding: its largest sample if that is clear of noise."""
+    slips = averages.slips
+    lone = len(slips) < 2 and breakaway(trace.at, trace.force, level)
+    if lone and (averages.width > 1 or not slips):
+        return {"static_friction": Measured(lone.force, lone.error, 1, unit)}
+    if not slips:
+        return {}
+    return {"static_friction": Measured(float(averages.trace.force[slips[0].peak]), averages.noise, 1, unit)}
 
 
 CHANCE: Final = 1e-3

@@ -1,0 +1,93 @@
+"""One pull from rest to rest gives its friction, whatever is before and after it in the file."""
+
+import math
+from itertools import product
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from nanoslip.study.commands.trace import SENTENCES
+from nanoslip.study.measured.recording import Trace
+from nanoslip.study.measured.trace import FRICTIONS, TraceNumbers, measure_trace
+
+Floats = NDArray[np.float64]
+LOAD, STATIC, KINETIC = 20.0, 0.30, 0.25
+
+
+def pull(time: Floats, start: float, static: float = STATIC, rate: float = 6.0) -> Floats:
+    """Force (N) of a stage that begins to pull at `start`: a ramp, a break within 0.1 s, and steady sliding."""
+    ramp = rate * np.clip(time - start, 0.0, None)
+    breaks = start + static * LOAD / rate
+    slides = LOAD * (KINETIC + (static - KINETIC) * np.exp(-np.clip(time - breaks, 0.0, None) / 0.05))
+    return np.where(time < breaks, ramp, slides)
+
+
+def noisy(force: Floats, noise: Floats | float, seed: int) -> Floats:
+    return force + noise * np.random.default_rng(seed).standard_normal(len(force))
+
+
+def measured(time: Floats, force: Floats) -> TraceNumbers:
+    return measure_trace(Trace(time, force, "time"), LOAD)
+
+
+def test_a_quiet_start_makes_no_stick_slip_out_of_the_noise_of_sliding() -> None:
+    """36 files with four seconds of rest, whose noise grows up to ten times where the pin slides."""
+    held: list[bool] = []
+    for seed, level in product(range(12), (0.02, 0.05, 0.1)):
+        time = np.arange(0.0, 13.0, 0.02)
+        force = noisy(pull(time, 4.0), np.where(time < 4.0, 0.01, level), seed)
+        found = measured(time, force).numbers
+        assert "stick_slip_period" not in found
+        two_samples = 2.0 * 6.0 * 0.02
+        assert found["static_friction"].value == pytest.approx(STATIC, abs=(2.0 * level + two_samples) / LOAD)
+        for name, truth in (("static_friction", STATIC), ("kinetic_friction", KINETIC)):
+            held.append(abs(found[name].value - truth) <= 2.0 * found[name].uncertainty)
+    assert np.mean(held) > 0.88  # of 95 %, by three standard deviations of 72
+
+
+def test_a_ramp_without_a_peak_has_no_static_friction() -> None:
+    time = np.arange(0.0, 13.0, 0.02)
+    for seed in range(12):
+        found = measured(time, noisy(pull(time, 4.0, static=KINETIC), 0.1, seed)).numbers
+        assert "static_friction" not in found
+        assert found["kinetic_friction"].value == pytest.approx(
+            KINETIC, abs=4.0 * found["kinetic_friction"].uncertainty
+        )
+
+
+@pytest.mark.parametrize("rest", [1.0, 4.0, 30.0])
+@pytest.mark.parametrize("static", [STATIC, KINETIC])
+@pytest.mark.parametrize("left", [0.0, 0.02])
+def test_steady_sliding_before_the_pin_is_lifted_has_its_friction(rest: float, static: float, left: float) -> None:
+    """However short the rest after it is, and if the sensor rests a little beside zero."""
+    time = np.arange(0.0, 12.0 + rest, 0.02)
+    force = np.where(time < 12.0, pull(time, 0.5, static), left * LOAD * KINETIC)
+    found = measured(time, noisy(force, 0.02, 1))
+    kinetic = found.numbers["kinetic_friction"]
+    assert kinetic.value == pytest.approx(KINETIC, abs=4.0 * kinetic.uncertainty)
+    assert "pull_ends" in found.flagged
+    assert ("static_friction" in found.numbers) == (static > KINETIC)
+
+
+def test_stick_slip_that_is_cut_off_after_a_slip_to_nothing_has_not_ended() -> None:
+    time = np.arange(0.0, 10.3, 0.01)
+    force = noisy(np.interp(time % 1.0, [0.0, 0.97, 1.0], [0.0, 5.0, 0.0]), 0.01, 2)
+    assert "pull_ends" not in measured(time, force).flagged
+
+
+def test_no_file_is_without_friction_and_without_a_sentence() -> None:
+    """Random levels, ramps and teeth, one after the other."""
+    for seed in range(30):
+        random = np.random.default_rng(seed)
+        pieces = [np.linspace(*random.uniform(0.0, 5.0, 2), int(random.integers(5, 200))) for _ in range(4)]
+        force = noisy(np.concatenate(pieces), 0.02, seed)
+        found = measured(0.02 * np.arange(len(force)), force)
+        assert FRICTIONS & found.numbers.keys() or set(found.flagged) & {
+            "no_friction",
+            "turned",
+            "unsteady",
+            "sensor_limit",
+        }
+        assert set(found.flagged) <= SENTENCES.keys()
+        assert not any(math.isinf(number.value) for number in found.numbers.values())
