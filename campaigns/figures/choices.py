@@ -9,6 +9,7 @@ import numpy as np
 import paper
 import xarray as xr
 from matplotlib.figure import Figure
+from scene import velocity_of
 from scipy import stats
 
 from nanoslip.solver.arrays import Floats
@@ -86,8 +87,18 @@ def _misses(dataset: xr.Dataset, stated: paper.Stated, name: str, friction: floa
 
 def of_starts(dataset: xr.Dataset, name: str, friction: float, scale: float = 1.0) -> Floats:
     """A variable of every combination from every start: (choices ..., start), in the order of `axes_of`."""
-    values = (scale * dataset[name].sel(intrinsic_friction=friction)).transpose(..., "start").values
-    return np.asarray(values.reshape(*(dataset.sizes[axis] for axis in axes_of(dataset)), values.shape[-1]))
+    values = with_own_drive(dataset, dataset[name]).sel(intrinsic_friction=friction)
+    single = [dim for dim in values.dims if values.sizes[dim] == 1 and dim != "start"]
+    return np.asarray(scale * values.squeeze(single).transpose(*axes_of(dataset), "start").values)
+
+
+def with_own_drive(dataset: xr.Dataset, values: xr.DataArray) -> xr.DataArray:
+    """A variable of drives with, for each load, the drive of that slab."""
+    if "stage_velocity" not in values.dims:
+        return values
+    loads = dataset["normal_load"]
+    own = xr.DataArray([velocity_of(dataset, float(load)) for load in loads], dims="normal_load")
+    return values.sel(stage_velocity=own, normal_load=xr.DataArray(loads.values, dims="normal_load"), method="nearest")
 
 
 def _over_starts(values: Floats) -> tuple[Floats, Floats]:

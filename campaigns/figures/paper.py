@@ -59,10 +59,14 @@ def compared(
 
 
 def _verdict(stated: Stated, found: NDArray[np.float64]) -> str:
-    """State if a number lies within the range of starts, else its distance from their mean."""
+    """State if a number lies within the range of starts, else its distance from their mean in percent."""
     if not len(found):
         return ""
     if found.min() - stated.doubt <= stated.value <= found.max() + stated.doubt:
         return "within the range of starts" if len(found) > 1 else "agrees"
-    deviation = found.std(ddof=1) if len(found) > 1 else 0.0
-    return f"{abs(stated.value - found.mean()) / deviation:.2g} standard deviations off" if deviation else "differs"
+    mean = float(found.mean())
+    return (
+        f"the paper's is {100.0 * abs(stated.value / mean - 1.0):.2g} % {'higher' if stated.value > mean else 'lower'}"
+        if mean
+        else "differs"
+    )

@@ -62,11 +62,13 @@ def claims_of_records(dataset: xr.Dataset) -> Iterator[Claim]:
         yield Claim(f"node spacings of a record, μ_i = {friction:g}", "", spans, _SPANS)
 
 
-_SHARE = "the paper's own μ_k = 0.267 is 0.534 μ_i"
+_SHARE = "0.573 at W = 1e-4, the other reading of the scene; the paper's own μ_k = 0.267 is 0.534 μ_i"
 _PLATEAU = "the paper's value is at its first peak"
 _SLIPS = "the rest are touches"
-_RELEASES = "impossible if |shear| is limited: it reaches μ_i p before p reaches 0"
-_DISPLACEMENT = "depends on the support and the start"
+_RELEASES = "impossible if μ_i p limits |shear|: it is reached before p reaches 0"
+_DISPLACEMENT = (
+    "depends on load and support; the paper's two are probably exchanged: here the larger μ_i slides further"
+)
 _SPANS = "the surface pattern repeats every spacing"
 
 
