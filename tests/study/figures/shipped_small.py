@@ -70,14 +70,25 @@ SMALLER: Mapping[str, str] = {
     "n_x = [33, 33, 33, 33, 33, 33, 407, 407, 407]\nspread = [0.0, 0.1, 0.3, 0.0, 0.1, 0.3, 0.0, 0.1, 0.3]\n"
     "normal_load = [3.125e-4, 3.125e-4, 3.125e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4, 7.363e-4]",
     "findings/excess": EXCESS,
+    "findings/shares": "axes = {n_x = [129], spread = [0.0, 0.1], start = [0.0, 0.25, 0.5, 0.75]}\n"
+    "limits.events = 3100\noutputs.tractions_at = [3000, 3001, 3002, 3100]",
+    "findings/fine": "axes = {n_x = [33, 65, 129], start = [0.0, 0.25, 0.5, 0.75]}",
+    "findings/edge": "interface.contacts = 8\nensemble.members = 3",
+    "paths/control": "axes.aspect_ratio = [1.0, 0.25]\nnumerics.n_x = 33\npath.amplitude = [0.2, 0.45]\npath.cycles = 6\n"
+    "ensemble.members = 3",
+    "findings/shares_ball": "axes = {spread = [0.0], start = [0.0, 0.25, 0.5]}\nnumerics.n_x = 25\n"
+    "limits.events = 2600\noutputs.tractions_at = [2600]",
+    "figures/scene": "axes = {normal_load = [1e-4, 1e-3], intrinsic_friction = [0.25, 0.5], support = ['bonded', 'right_side'], "
+    "start = [0.0, 0.25, 0.5]}\ndrive_axes.stage_velocity = [2e-4, 2e-3]",
+    "figures/similar": "axes.start = [0.0, 0.25, 0.5, 0.75]",
     "findings/ball": "axes.n_x = [17, 33]\nensemble.members = 3",
     "findings/extension": "axes.start = [0.0, 0.25, 0.5, 0.75]\nlimits.spacings = 4",
     "findings/critical": "axes = {scheme = ['galerkin', 'strip'], start = [0.0, 0.5]}\nnumerics.n_x = 65",
     "paths/loss": "axes = {scheme = ['biquadratic', 'half_plane'], n_x = [33, 65]}\nensemble.members = 3",
     "schemes": "axes.n_x = [33, 65]",
-    "figures/choices": "numerics.n_x = 33\nlimits.events = 300\n[axes]\nradius = [200.0]\nsupport = ['bonded', 'right_side']\n"
-    "first_spacing = ['equal']\ninitial_contact = ['stick']\nslip_order = ['worst_first', 'simultaneous']\n"
-    "limited_shear = ['both_ways']\nevent_floor = [1e-6]\nresidual_shear = [0.0]\nstart = [0.0, 0.5]",
+    "figures/choices": "numerics.n_x = 33\nlimits.events = 300\n[axes]\nnormal_load = [1e-3]\nfirst_spacing = ['equal']\n"
+    "support = ['bonded', 'right_side']\ninitial_contact = ['stick']\nslip_order = ['worst_first', 'simultaneous']\n"
+    "limited_shear = ['both_ways']\nstart = [0.0, 0.5]\n[drive_axes]\nstage_velocity = [2e-3]",
 }
 """Campaign -> keys that are given other values."""
 

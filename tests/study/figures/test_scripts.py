@@ -25,14 +25,17 @@ from chain import (
 from choices import CAP, NEAR, Scored, effective_number, ranking
 from continuum import EXCESS, STEP, followed, law, verdict
 from drive import closed_form, decay_time, stick_of
+from edge import closed_form as excess_of_slip_weakening
 from findings import Starts, all_starts, slope_of_kinetic
 from friction import claims_of_share, share_of
+from grid import grid_of, volume
 from layers import COLUMNS, POISSON, of_scheme, value as layer_value
 from modulation import BINS, modulation
 from power_law import PowerLaw, fit_power_law
 from preparation import exponent, of_way
 from punch import INNER, closed_form as pressure_of_half_plane, pressure
 from reversal import ASSUMED, Line, Path as ReversedPath, numbers_of as numbers_of_reversal
+from scene import of_load, width_of
 from schemes import DEFAULTS
 from scipy import stats
 from shear import over_mean_of_ends
@@ -599,3 +602,39 @@ def test_a_pin_that_obeys_eq_13_to_15_has_the_numbers_that_these_state() -> None
     back = Line(way, np.maximum(0.5 - way, -0.5))
     path = ReversedPath(0.0, Line(way, np.full(len(way), 0.5)), back, Line(way, np.minimum(way - 0.5, 0.5)), 1.0)
     assert list(numbers_of_reversal(path).values()) == pytest.approx([float(each) for each in ASSUMED], abs=1e-12)
+
+
+# The grid that Figures 2 and 3 draw is the paper's: the rule of its text, and the nodes that Eq. 8-9 name.
+
+
+def test_a_control_volume_depends_on_the_nodes_of_the_paper_s_interpolants() -> None:
+    """Three in the rows above and of the node; below it three if its number i, from 1, is odd, else two."""
+    dataset = small("figures/grid")
+    assert grid_of(dataset).counts.tolist() == [17, 17, 9, 5, 3]
+    for place in range(1, 8):
+        depths, counts = np.unique(volume(dataset, 2, place).nodes[:, 1], return_counts=True)
+        assert counts[np.argsort(-depths)].tolist() == [3, 3, 3 - place % 2]
+
+
+# A slab of another width is the same slab, with a load and a stage velocity in units of it.
+
+
+@pytest.mark.slow
+def test_the_drive_of_a_reading_is_the_printed_one() -> None:
+    """100 N on 1 mm is W = 1e-3, on 1 cm 1e-4; in slab widths the printed 2 mm/s is ten times slower there."""
+    dataset = small("figures/scene")
+    assert [width_of(dataset, load) for load in (1e-3, 1e-4)] == pytest.approx([1e-3, 1e-2], rel=1e-12)
+    for load in (1e-3, 1e-4):
+        velocity = float(of_load(dataset, load)["stage_velocity"])
+        assert velocity / dataset.attrs["slab_width"] == pytest.approx(2e-3 / width_of(dataset, load), rel=1e-9)
+
+
+# Slip weakening: the closed form has its limit of small spacings, and a contact without excess where slips drop nothing.
+
+
+def test_the_excess_of_slip_weakening_falls_as_the_spacing_to_two_thirds() -> None:
+    """3 (κ/4)^(4/3) with κ = (1/k - 1) √(2h/a), to the terms of order s² that it leaves out."""
+    for spacing in (1e-4, 1e-5):
+        kappa = (1.0 / 0.52 - 1.0) * math.sqrt(2.0 * spacing)
+        assert excess_of_slip_weakening(spacing, 0.52) == pytest.approx(3.0 * (kappa / 4.0) ** (4.0 / 3.0), rel=0.01)
+    assert excess_of_slip_weakening(0.1, 1.0) == 0.0
