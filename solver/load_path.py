@@ -48,10 +48,16 @@ class LoadPath:
     amplitude: float = _way(
         "amplitude",
         comment="of cycles about their middle; one presliding length is μ_i·W/K",
-        need='0 to 1e6 presliding lengths; a length as "2 um" is a stroke',
+        need='0 to 1e6 presliding lengths; a length as "2 um" is half of a stroke',
         measure="presliding lengths",
     )
-    stroke: float = _way("amplitude of cycles", scale="slab_width", note=" (L_x)", measure="L_x")
+    stroke: float = _way(
+        "stroke",
+        comment="of cycles, end to end: twice their amplitude",
+        scale="slab_width",
+        note=" (L_x)",
+        measure="L_x",
+    )
     cycles: int = parameter(6, meaning="cycles forward and back", least=1, most=10**6)
     slid: float = _way(
         "way before cycles", comment="one is μ_i·W/K", note=" (presliding lengths)", measure="presliding lengths"
@@ -118,7 +124,7 @@ class LoadPath:
         for load in (each * normal_load for each in self.visited_loads):
             yield middle, load
         if self.cyclic:
-            reach = self.stroke or self.amplitude * presliding_length
+            reach = self.stroke / 2.0 or self.amplitude * presliding_length
             yield middle + reach, load
             for _ in range(self.cycles if cycles is None else cycles):
                 yield from ((middle - reach, load), (middle + reach, load))
@@ -148,6 +154,13 @@ class Loops:
         ensemble=True,
         comment="of the cycles, from their middle to either side; one length is μ_i·W/K",
         measure="presliding lengths",
+    )
+    cycle_stroke: float = quantity(
+        "stroke",
+        ensemble=True,
+        comment="of the cycles, end to end: twice their amplitude",
+        si=Quantity("", "stroke", "m", "length"),
+        measure="L_x",
     )
     loss_per_cycle: float = quantity(
         "energy lost in a cycle", ensemble=True, comment="mean over the later half of the cycles", **ENERGY

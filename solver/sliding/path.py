@@ -208,6 +208,7 @@ def loops_of(path: Path) -> Loops:
     gone = float(np.mean([leg.final_displacement for leg in later]))
     return Loops(
         cycle_amplitude=gone / 2.0 / path.presliding_length,
+        cycle_stroke=gone,
         loss_per_cycle=loss,
         first_loss=legs[0].lost + legs[1].lost,
         turn_friction=risen / 2.0 / legs[-1].normal_load,

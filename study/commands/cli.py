@@ -422,7 +422,9 @@ def show_case() -> None:
 @command("look:try_campaign", PARAMETERS, PICTURE, name="try")
 @flag("--contact", help="Compute initial contact only.")
 @flag("--drive", help="Pull the pin by the paper's drive, too. Any key of [[drives]] implies it.")
-@click.option("--stroke", metavar="AMPLITUDE", help="Move the pin forth and back: presliding lengths, or with a unit.")
+@click.option(
+    "--stroke", metavar="LENGTH", help="Move the pin to and fro: end to end, as '2 mm', or presliding lengths."
+)
 @flag("--critical", help="Find the velocity and the spring above which the pin no longer sticks. Implies --drive.")
 @flag("--all", "everything", help="Show all numbers and lines.")
 def try_case() -> None:

@@ -31,7 +31,7 @@ from nanoslip.study.exit_codes import FAILURES
 from nanoslip.study.manifest.cases import CampaignCase, campaign_of, expand
 from nanoslip.study.manifest.checker import number_or_text
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters, drive_sizes
-from nanoslip.study.manifest.parameters import STANDARD, make_case, names_by_word, resembles_ball, si_line
+from nanoslip.study.manifest.parameters import STANDARD, has_unit, make_case, names_by_word, resembles_ball, si_line
 from nanoslip.study.manifest.problems import ManifestError
 from nanoslip.study.manifest.reader import load_manifest
 from nanoslip.study.plan.cost import condensation_seconds, record_seconds, touch_seconds
@@ -70,11 +70,13 @@ def try_campaign(
 ) -> None:
     """Compute one case in this process and print its answer, or draw it.
 
-    stroke: amplitude of a path forth and back. everything: print all numbers and lines.
+    stroke: of a path to and fro, end to end. everything: print all numbers and lines.
     """
     if contact and (drive or critical):
         raise click.UsageError("--contact and --drive exclude each other, --critical is of a drive")
-    given = assignments(parameters) | ({"amplitude": stroke} if stroke else {})
+    given = assignments(parameters)
+    if stroke:
+        given |= _path_keys(stroke)
     if picture:
         _draw().shared.format_of(picture)  # what cannot be drawn is better known before it is computed
     with refusals(MemoryError), _as_typed():
@@ -95,6 +97,16 @@ def try_campaign(
     note(answer)  # which has scrolled away
     if endings.keys() & UNDONE:
         sys.exit(FAILURES)
+
+
+def _path_keys(stroke: str) -> dict[str, str]:
+    """Key of [path] and value for a stroke, end to end: a length with a unit, or in presliding lengths. Raises Refusal."""
+    if has_unit(stroke):
+        return {"stroke": stroke}
+    try:
+        return {"amplitude": str(float(stroke) / 2.0)}
+    except ValueError:
+        raise Refusal(f'--stroke {stroke}: needs presliding lengths, or a length as "2 mm"') from None
 
 
 PATIENCE: Final = 15.0
@@ -258,7 +270,15 @@ _NAMES: Final = ("case_id", "case")
 BRIEF: Final[Mapping[str, tuple[str, ...]]] = {
     "contact": ("contact_half_width", "approach", "mean_pressure", "maximum_pressure", "initial_stiffness"),
     "slip": ("plateau_mean", "peak_friction", "surface_stiffness", "contact_half_width", "events", "record_spacings"),
-    "path": ("loss_per_cycle", "turn_friction", "equivalent_damping", "closure", "shaken_down", "contact_half_width"),
+    "path": (
+        "cycle_stroke",
+        "loss_per_cycle",
+        "turn_friction",
+        "equivalent_damping",
+        "closure",
+        "shaken_down",
+        "contact_half_width",
+    ),
     "dynamics": (
         *("static_friction", "kinetic_friction", "regime", "critical_velocity", "critical_stiffness"),
         *("stick_slip_period", "spring_force_amplitude", "surface_stiffness", "contact_half_width", "record_spacings"),

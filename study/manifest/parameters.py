@@ -223,6 +223,13 @@ def has_unit(value: Any) -> bool:
     return isinstance(value, str) and _QUANTITY.fullmatch(value) is not None
 
 
+def twice(value: str) -> str:
+    """Twice a quantity that has a unit, in the same unit."""
+    given = _QUANTITY.fullmatch(value)
+    assert given is not None
+    return f"{2 * Decimal(given[1])} {given[2]}"
+
+
 def _converted(number: str, unit: str, into: str, scales: Scales | None) -> Decimal:
     """A quantity in another unit. scales: for a force, which may be given per depth of the slab, as plane strain has it."""
     try:

@@ -59,6 +59,7 @@ from nanoslip.study.manifest.parameters import (
     names_by_word,
     plain,
     table_taking,
+    twice,
     words_by_name,
 )
 from nanoslip.study.manifest.problems import ManifestError, key_shown, unknown
@@ -544,12 +545,14 @@ def _finest(scheme: dict[str, Value], sizes: list[Any]) -> dict[str, Value]:
 
 
 def _spread_path(top: dict[str, Any]) -> None:
-    """Replace an amplitude with a unit by `stroke`, and lists in [path] by axes."""
+    """Replace an amplitude with a unit by the `stroke` twice as long, and lists in [path] by axes."""
     path = dict(top.get("path", {}))
     given = path.get("amplitude", 0.0)
     several = given if isinstance(given, list) else [given]
     if several and all(map(has_unit, several)) and "stroke" not in path:
-        path["stroke"] = path.pop("amplitude")
+        del path["amplitude"]
+        strokes = [twice(each) for each in several]
+        path["stroke"] = strokes if isinstance(given, list) else strokes[0]
     listed = {word: value for word, value in path.items() if isinstance(value, list) and word in axes()}
     if listed and not listed.keys() & top.get("axes", {}).keys():
         path = {word: value for word, value in path.items() if word not in listed}

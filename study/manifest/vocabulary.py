@@ -19,6 +19,7 @@ MEANT: Final[Mapping[str, str]] = {
     "pin_mass": "mass slider_mass m",
     "damping_ratio": "damping damper zeta",
     "stage_travel": "distance sliding_distance travel",
+    "stroke": "reciprocating reciprocation stroke_length double_stroke oscillation_stroke",
     "duration": "time t_end sliding_time",
     "roughness": "rms surface_roughness asperities",
     "scheme": "dimension dimensions sphere geometry body",

@@ -134,8 +134,27 @@ def answer(case: xr.Dataset) -> str:
 
 
 def answer_numbers(case: xr.Dataset) -> str:
-    """Friction, regime and plateau of one case in a line, of a contact its half-width."""
-    return ", ".join(f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in answered(case).items())
+    """Friction, regime and plateau of one case in a line, of a contact its half-width, of loops their loss and stroke."""
+    numbers = [f"{_size(case, name)}{SHOWN[name]} {value}" for name, value in answered(case).items()]
+    if "cycle_stroke" in case and math.isfinite(case["cycle_stroke"].item()):
+        numbers.append(_stroke_words(case))
+    return ", ".join(numbers)
+
+
+def _stroke_words(case: xr.Dataset) -> str:
+    """Stroke and amplitude of the pin; and, if a spring is given, of the stage that pulls the pin so far."""
+    stroke = case["cycle_stroke"].item()
+    scales = scales_of(case.attrs)
+    if scales is None:
+        return f"stroke {stroke:.3g} L_x end to end, ±{stroke / 2.0:.3g} L_x of the pin"
+    amplitude = stroke * scales.slab_width / 2.0
+    words = f"stroke {compact(2.0 * amplitude, 'm')} end to end, ±{compact(amplitude, 'm')} of the pin"
+    if "spring_stiffness" not in case.coords or case["spring_stiffness"].dims:
+        return words
+    # Friction at the turns stretches the spring: the stage goes further than the pin.
+    spring = case["spring_stiffness"].item()
+    force = case["turn_friction"].item() * case["normal_load"].item() * scales.force
+    return f"{words}, for which a stage of {compact(spring, 'N/m')} moves ±{compact(amplitude + force / spring, 'm')}"
 
 
 def failures_of(case: xr.Dataset) -> Iterator[str]:
@@ -542,6 +561,7 @@ SHOWN: Final = {
     "critical_stiffness": "k_c (N/m)",
     "plateau_mean": "plateau F/W",
     "peak_friction": "peak F/W",
+    "cycle_stroke": "stroke/L_x",
     "loss_per_cycle": "loss/(W·L_x)",
     "turn_friction": "F/W at turns",
     "equivalent_damping": "damping ζ",

@@ -129,9 +129,14 @@ def test_without_a_path_no_case_is_named_by_one(tmp_path):
     assert {task.kind for task in plan.distinct} == {"compliance", "record"}
 
 
-def test_amplitudes_with_units_are_strokes_and_lists_in_the_table_are_axes(tmp_path):
-    strokes = manifest_of(tmp_path, f'{WIDTH}[path]\namplitude = ["1 um", "3 um"]\n')
-    assert strokes.axes == {"stroke": (1e-3, 3e-3)}
+def test_an_amplitude_with_a_unit_is_half_a_stroke_and_lists_in_the_table_are_axes(tmp_path):
+    """A stroke is the distance between the ends (ASTM G133), as the pin of a path covers it."""
+    halves = manifest_of(tmp_path, f'{WIDTH}[path]\namplitude = ["1 um", "3e-6 m"]\n')
+    strokes = manifest_of(tmp_path, f'{WIDTH}[path]\nstroke = ["2 um", "6 um"]\n')
+    assert halves.axes == strokes.axes == {"stroke": (2e-3, 6e-3)}
+    first = make_plan(manifest_of(tmp_path, f'{WIDTH}[path]\namplitude = "1 um"\n')).cases[0].case
+    places = [place for place, _ in first.path.points(1.0, 1.0)]
+    assert (min(places), max(places)) == pytest.approx((-1e-3, 1e-3))
     assert manifest_of(tmp_path, "[path]\namplitude = [0.1, 1]\ncycles = [1, 6]\n").case_count == 4
 
 
@@ -263,5 +268,7 @@ def test_a_stroke_of_one_case_is_tried_and_drawn_within_80_columns(main, monkeyp
     code, said, _ = main("try", "--stroke", stroke, "n_x=17", "members=2", "slab_width=1 mm")
     assert code == 0
     assert "loss_per_cycle" in said
+    if stroke == "1 um":
+        assert "1 μm end to end, ±500 nm" in said
     assert max(map(len, said.splitlines())) <= 80
     assert said.count("┤") > 5
