@@ -3,7 +3,7 @@
 import math
 import sys
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,16 +11,15 @@ from numpy.typing import NDArray
 from nanoslip.solver.arrays import Nodes, Vector
 from nanoslip.solver.case import Case
 from nanoslip.solver.contact.kernels.events import project_onto_pin, resolve_violations
+from nanoslip.solver.contact.kernels.pivots import new_pivots
 from nanoslip.solver.contact.kernels.state import (
     FORWARD,
-    MOST_PIVOTS,
     RESIDUAL_LIMIT,
     RINGS,
     Direction,
     KernelConstants,
     KernelPin,
     KernelState,
-    Pivots,
     Plane,
     Rise,
     SlipConstants,
@@ -30,18 +29,14 @@ from nanoslip.solver.contact.kernels.state import (
     new_scalars,
     respond,
 )
-from nanoslip.solver.contact.pin import node_friction, pin_of, surface_from_pin
+from nanoslip.solver.contact.pin import expected_half_width, node_friction, pin_of, surface_from_pin
 from nanoslip.solver.contact.state import ContactState, state_from_forces
+from nanoslip.solver.contact.tableau import Window, entries_of, in_lines, tableau, tableau_from_base, wider
 from nanoslip.solver.elasticity.compliance import (
     FEW_NODES,
     KEPT,
     Compliance,
     EndlessCompliance,
-    Entries,
-    bordered,
-    bordered_inverse,
-    portions,
-    taken,
 )
 from nanoslip.solver.elasticity.schemes.planar import PlaneConvolution
 from nanoslip.solver.outcome import Outcome
@@ -54,9 +49,6 @@ from nanoslip.solver.outcome import Outcome
 # surface anywhere between them: all of the surface is followed. Of a plane, where that is dear and spots are separate patches of
 # the window, nodes next to what is not followed are watched all around.
 
-Window = NDArray[np.int64]
-"""Numbers of the surface nodes that are followed, rising: neighbours in a row, or a patch of a plane."""
-
 GUARD = 3
 """Distance to the window's end, in nodes, within which a touch requires a wider window."""
 ONE_SPOT = 0.75
@@ -67,23 +59,23 @@ NOT_SEEN = 2.0
 """Factor by which nodes beyond a window may come nearer to the pin than the nodes at its ends, which are watched."""
 
 
-def around(case: Case, followed: Nodes) -> Window:
-    """The window of nodes (n,) to follow, with its margin."""
+def around(case: Case, followed: Nodes, pin_rate: float = 0.0) -> Window:
+    """The window of nodes (n,) to follow, with its margin. pin_rate: of a pin that slides on (`Scalars.pin_rate`), or 0."""
     if case.slab.rows > 1:
-        return wider(followed.reshape(-1, case.slab.rows), RINGS).ravel().nonzero()[0]
+        return _patch_around(followed.reshape(-1, case.slab.rows), 0.0 if case.heterogeneity.roughness else pin_rate)
     nodes, more = followed.nonzero()[0], margin(len(followed))
     return np.arange(max(int(nodes[0]) - more, 0), min(int(nodes[-1]) + more + 1, len(followed)))
 
 
-def wider(nodes: Nodes, rings: int = 1) -> Nodes:
-    """Nodes of a plane, (columns, rows), and their neighbours, also at corners, up to this number of rings."""
-    for _ in range(rings):
-        for axis in (0, 1):
-            padded = np.pad(nodes, [(1, 1) if axis == each else (0, 0) for each in (0, 1)])
-            nodes = np.any([np.roll(padded, by, axis) for by in (-1, 0, 1)], axis=0).take(
-                range(1, padded.shape[axis] - 1), axis
-            )
-    return nodes
+def _patch_around(followed: Nodes, pin_rate: float) -> Window:
+    """The patch of a plane to follow. followed: (columns, rows). A smooth pin that slides on leaves what is behind it: there
+    one ring less is enough."""
+    patch = wider(followed, RINGS)
+    if pin_rate:
+        columns = np.flatnonzero(followed.any(axis=1))
+        behind = (2 * np.arange(len(followed)) - columns[0] - columns[-1]) * pin_rate < 0.0
+        patch[behind] = wider(followed, RINGS - 1)[behind]
+    return np.flatnonzero(patch)
 
 
 def outer_nodes(case: Case, window: Window, contact: Nodes, pin_rate: float | None) -> Nodes:
@@ -177,44 +169,6 @@ def _reach(case: Case) -> tuple[float, float]:
     return farther, pin_of(case).fall_within(farther) + SINKING * case.normal_load
 
 
-# Principal pivot transform of the slab's compliance at the nodes in contact, with the load given and the approach unknown.
-#
-# With v = w + approach and the load W, the slab obeys [u; v; -W] = B [f_x; f_z; approach], where B is the compliance bordered
-# by ones (ΣN = W, constraint of the load). Exchanging the contact's displacements and -W for their forces and the approach
-# gives the tableau that contact and sliding work with: prescribed values in, unknown values out.
-
-LINE = 8
-"""Floats in a cache line of 64 bytes."""
-
-
-def tableau(compliance: Entries, contact: Nodes, into: NDArray[np.float64]) -> None:
-    """Write the bordered compliance pivoted on `contact` (shape (n,)) and on the load, transposed, into the first of so many
-    columns: (2n + 1, 2n + 1)."""
-    touching, free = np.flatnonzero(contact), np.flatnonzero(~contact)
-    n, count = len(contact), len(touching)
-    pivoted, kept = np.concatenate((touching, touching + n)), np.concatenate((free, free + n))
-    normal = (kept >= n).astype(float)
-    stiffness = bordered_inverse(bordered(compliance, pivoted, n), f"compliance of {count} nodes", into)
-    from_kept = np.column_stack((compliance(kept, pivoted), normal)) @ stiffness
-    with_load = np.append(pivoted, 2 * n)
-    into[np.ix_(with_load, with_load)] = stiffness.T
-    into[np.ix_(with_load, kept)] = from_kept.T
-    for some in portions(len(kept)):  # of thousands of nodes all at once are a tenth of a GB
-        back = np.vstack((-compliance(pivoted, kept[some]), -normal[some]))
-        into[np.ix_(kept[some], with_load)] = (stiffness @ back).T
-        into[np.ix_(kept[some], kept)] = (compliance(kept, kept[some]) + from_kept @ back).T
-    into[:, len(into) :] = 0.0  # where the inverse had its room
-
-
-def in_lines(entries: int) -> NDArray[np.float64]:
-    """Zeros for a matrix of so many rows and at least as many columns, every row of which begins at a cache line: adding a row
-    that straddles lines takes a third longer."""
-    stride = -(-entries // LINE) * LINE
-    room = np.zeros(entries * stride + LINE)
-    first = -room.ctypes.data // room.itemsize % LINE
-    return room[first : first + entries * stride].reshape(entries, stride)
-
-
 @dataclass(slots=True, eq=False)
 class CompiledContact:
     """State and constants of the kernels, for the surface nodes of one window."""
@@ -251,7 +205,7 @@ def compiled_contact(
     which tolerances are relative. slides: whether the grid may go on. direction: of the path.
     Raises SingularOperator if the contact's compliance has no inverse.
     """
-    window = around(case, followed)
+    window = around(case, followed, direction.pin_rate if slides else 0.0)
     state = _state(case, compliance, window, contact[window], displacement, first_node, direction)
     state.inputs[-1] = -(case.normal_load if load is None else load)
     nodes = len(state.x)
@@ -274,7 +228,8 @@ def _state(
     """The state for a contact set (n,) in the window, before its nodes are displaced; the response is not yet summed."""
     few = compliance.slab.nodes <= FEW_NODES and compliance.lasting
     set_up = _set_up_before if few else _set_up
-    matrix, plane, padded = set_up(compliance, window.tobytes(), contact.tobytes())
+    expected = math.pi * (expected_half_width(case) / case.slab.spacing) ** 2 if case.slab.scheme.planar else 0.0
+    matrix, plane, padded = set_up(compliance, window.tobytes(), contact.tobytes(), expected)
     entries, nodes = 2 * len(contact) + 1, len(contact)
     if few:
         # Kernels write into a tableau: the cached one has to stay as it was.
@@ -295,38 +250,31 @@ def _state(
         node_slips=np.zeros(nodes, np.int64),
         work=np.zeros((2, entries)),
         scalars=new_scalars(displacement, direction),
-        pivots=Pivots(
-            np.zeros((MOST_PIVOTS, 2, padded.shape[1])),
-            np.zeros((MOST_PIVOTS, 4)),
-            np.zeros(MOST_PIVOTS, np.int64),
-            np.zeros(entries, np.int64),
-        ),
+        pivots=new_pivots(entries, padded.shape[1]),
     )
 
 
 def _set_up(
-    compliance: Compliance, window: bytes, contact: bytes
+    compliance: Compliance, window: bytes, contact: bytes, expected: float
 ) -> tuple[NDArray[np.float64], Plane | None, NDArray[np.float64]]:
     """The compliance of the window's nodes among each other, (2n, 2n), or their places on a plane; the tableau of those in
-    contact."""
+    contact.
+
+    expected: number of nodes in contact on a plane that follows from the case.
+    """
     nodes, plane, within = np.frombuffer(window, np.int64), None, np.empty((0, 0))
+    touching, padded = np.frombuffer(contact, np.bool_), None
     if isinstance(compliance, EndlessCompliance) and isinstance(compliance.convolution, PlaneConvolution):
         plane = Plane(compliance.convolution.by_offset, *compliance.convolution.runs(nodes))
+        padded = tableau_from_base(compliance, nodes, touching, expected)
     else:
         within = compliance.window(nodes)
     # One array type for all, plain and read-only, or the kernels would be compiled once per kind of array.
     within.setflags(write=False)
-    padded = in_lines(2 * len(nodes) + 1)
-    tableau(_entries(compliance, nodes, within), np.frombuffer(contact, np.bool_), padded)
+    if padded is None:
+        padded = in_lines(2 * len(nodes) + 1)
+        tableau(entries_of(compliance, nodes, within), touching, padded, reciprocal=plane is not None)
     return within, plane, padded
-
-
-def _entries(compliance: Compliance, window: Window, matrix: NDArray[np.float64]) -> Entries:
-    """Entries of the compliance of a window's nodes among each other: of its matrix, if there is one."""
-    both = np.concatenate((window, window + compliance.slab.nodes))
-    return (
-        partial(taken, matrix) if len(matrix) else lambda rows, columns: compliance.entries(both[rows], both[columns])
-    )
 
 
 _set_up_before = lru_cache(maxsize=KEPT)(_set_up)
@@ -354,7 +302,8 @@ def corrected_for_rounding(compiled: CompiledContact, status: Stop) -> Stop:
         if not (lifted or inaccurate):
             return status
         if inaccurate:
-            tableau(_entries(compiled.compliance, compiled.window, state.matrix), state.contact, state.tableau)
+            entries = entries_of(compiled.compliance, compiled.window, state.matrix)
+            tableau(entries, state.contact, state.tableau, reciprocal=state.plane is not None)
             # A fresh tableau has followed all pivots.
             state.scalars["pivots"], state.pivots.followed[:] = 0, 0
             state.scalars["residual"] = 0.0

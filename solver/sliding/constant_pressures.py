@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanoslip.solver.case import MOST_EVENTS, Case
-from nanoslip.solver.contact.compiled_contact import in_lines, slip_constants
+from nanoslip.solver.contact.compiled_contact import slip_constants
 from nanoslip.solver.contact.kernels.state import Direction, Stop, new_scalars
 from nanoslip.solver.contact.pin import node_friction
 from nanoslip.solver.contact.soundness import NOT_FINITE, OUTCOME_OF_STOP
 from nanoslip.solver.contact.state import ContactState
+from nanoslip.solver.contact.tableau import in_lines
 from nanoslip.solver.elasticity.compliance import Compliance, inverse
 from nanoslip.solver.outcome import Outcome
 from nanoslip.solver.sliding.kernels.constant_pressures import TangentialState, refresh_shear, slide_tangentially

@@ -261,7 +261,7 @@ def drive_seconds(drive: Drive, case: Case, fitted: bool, critical: bool = False
 
 _FLOAT = 8.0
 _SYSTEMS = 3.4  # copies of its matrix that a contact holds at once
-_ON_A_PLANE = 2.2  # the same on a plane of nodes, where no matrix is kept
+_ON_A_PLANE = 2.5  # the same on a plane of nodes: no matrix is kept, but a base of tableaus
 _CONVOLVED = 40.0  # numbers for each surface node while a contact is looked for without a matrix
 _OF_A_SIZE = 25.0  # numbers for each event while its sizes are fitted
 _EVENT = 65.0  # bytes of an event in a record

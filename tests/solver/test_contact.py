@@ -13,10 +13,11 @@ import pytest
 
 from nanoslip.solver.case import Case, Effects, InitialContact, PinShape, SlipRule
 from nanoslip.solver.contact import initial, normal
-from nanoslip.solver.contact.compiled_contact import compiled_contact, tableau
+from nanoslip.solver.contact.compiled_contact import compiled_contact
 from nanoslip.solver.contact.initial import initial_contact
 from nanoslip.solver.contact.normal import ContactSystem
 from nanoslip.solver.contact.pin import surface_from_pin
+from nanoslip.solver.contact.tableau import tableau
 from nanoslip.solver.elasticity.compliance import SurfaceCompliance, surface_compliance, taken
 from nanoslip.solver.outcome import SingularOperator, TooFarApart
 from nanoslip.solver.slab import SCHEMES, Slab

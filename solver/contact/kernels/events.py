@@ -3,11 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.pivots import note_meetings
 from nanoslip.solver.contact.kernels.state import (
     BLUR,
     EventKind,
-    Floats,
     KernelConstants,
     KernelState,
     Rise,
@@ -33,7 +34,7 @@ REFRESH_CHANGES = 64
 """Touches and releases after which response and rate are summed afresh."""
 
 
-@compiled()
+@compiled(entry=True)
 def pivot(state: KernelState, i: int) -> bool:
     """Exchange inputs and responses of node i (a principal pivot with a 2 × 2 block); False where the block is singular."""
     n = len(state.x)
@@ -55,6 +56,8 @@ def pivot(state: KernelState, i: int) -> bool:
     pivots.inverses[k, 0], pivots.inverses[k, 1], pivots.inverses[k, 2], pivots.inverses[k, 3] = ia, ib, ic, id_
     for j in range(t.shape[1]):
         pivots.rows[k, 0, j], pivots.rows[k, 1, j] = row_p[j], row_q[j]
+    if state.plane is not None:
+        note_meetings(pivots, k, n)
     scalars.pivots = k + 1
     # These two rows change here and now; every other one follows when it is next read.
     pivots.followed[p], pivots.followed[q] = k + 1, k + 1

@@ -5,12 +5,12 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.compiled import compiled
 from nanoslip.solver.contact.kernels.events import driven_downhill, limited, next_event, project_onto_pin, resolve
 from nanoslip.solver.contact.kernels.state import (
     RESIDUAL_LIMIT,
     EventKind,
-    Floats,
     KernelConstants,
     KernelState,
     Scalars,

@@ -17,7 +17,9 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.compiled import compiled
+from nanoslip.solver.contact.kernels.pivots import Pivots, follow_one, follow_two
 
 # Kinds of events, and why a kernel stops: each named in this one place.
 
@@ -65,9 +67,6 @@ class Stop(IntEnum):
     """Slips have created energy on a flank of the pin that is steep against friction."""
 
 
-Floats = NDArray[np.float64]
-
-
 class Scalars(Protocol):
     """Numbers of a state that kernels change: attributes in kernels, items in Python, where attributes of arrays are slow."""
 
@@ -102,22 +101,6 @@ class Scalars(Protocol):
 
     def __getitem__(self, name: str) -> Any: ...
     def __setitem__(self, name: str, value: float) -> None: ...
-
-
-class Pivots(NamedTuple):
-    """Pivots that rows of the tableau follow when they are needed, or all together when there is no room for another one.
-
-    A row that follows several at once is read from memory once: most of a pivot's time on a wide window.
-    """
-
-    rows: Floats
-    """(k, 2, row length) the node's two rows before each pivot."""
-    inverses: Floats
-    """(k, 4) inverse of the pivot's 2 × 2 block."""
-    nodes: NDArray[np.int64]
-    """(k,)"""
-    followed: NDArray[np.int64]
-    """(N,) number of these pivots that each row has followed."""
 
 
 class Plane(NamedTuple):
@@ -283,13 +266,6 @@ def move_along(total: Floats, step: float, rate: Floats) -> None:
 
 
 @compiled()
-def add_two(total: Floats, first: float, row_1: Floats, second: float, row_2: Floats) -> None:
-    """total += first·row_1 + second·row_2, in place and in one pass; all of one length."""
-    for k in range(len(total)):
-        total[k] += first * row_1[k] + second * row_2[k]
-
-
-@compiled()
 def add_two_rows(total: Floats, rows: Floats, i: int, first: float, j: int, second: float) -> None:
     """Add first·rows[i] + second·rows[j] to `total` in place. rows: a matrix with one column for each element of `total`."""
     for k in range(len(total)):
@@ -440,34 +416,33 @@ RESIDUAL_LIMIT = 1e-11
 @compiled()
 def follow_row(state: KernelState, j: int) -> None:
     """Let row j of the tableau follow the pivots that it has not followed yet."""
-    n, t, pivots = len(state.x), state.tableau, state.pivots
-    for k in range(pivots.followed[j], state.scalars.pivots):
-        p, q = pivots.nodes[k], n + pivots.nodes[k]
-        # What the pivot's two inputs must be to hold its old responses, per unit of input j.
-        first = -(pivots.inverses[k, 0] * t[j, p] + pivots.inverses[k, 1] * t[j, q])
-        second = -(pivots.inverses[k, 2] * t[j, p] + pivots.inverses[k, 3] * t[j, q])
-        add_two(t[j], first, pivots.rows[k, 0], second, pivots.rows[k, 1])
-        # The sum has run over these two columns too; what belongs there are the exchanged inputs themselves.
-        t[j, p], t[j, q] = first, second
-    # Now as of the last pivot: a row is read from memory once for all of them.
-    pivots.followed[j] = state.scalars.pivots
+    follow_one(state.tableau, state.pivots, j, state.scalars.pivots, len(state.x))
+
+
+@compiled()
+def _follow_node(plane: Plane | None, state: KernelState, i: int) -> None:
+    """Let both rows of node i follow: in turn those of a row of nodes, as its rows are short and in a cache."""
+    if plane is not None:
+        follow_two(state.tableau, state.pivots, i, state.scalars.pivots, len(state.x))
+    else:
+        follow_row(state, i)
+        follow_row(state, len(state.x) + i)
 
 
 @compiled(inline="always")
 def follow_at(state: KernelState, i: int) -> None:
     """Let both rows of node i follow all pivots."""
-    j, followed, pivots = len(state.x) + i, state.pivots.followed, state.scalars.pivots
-    if followed[i] != pivots:
-        follow_row(state, i)
-    if followed[j] != pivots:
-        follow_row(state, j)
+    followed, pivots = state.pivots.followed, state.scalars.pivots
+    if followed[i] != pivots or followed[len(state.x) + i] != pivots:
+        _follow_node(state.plane, state, i)
 
 
-@compiled()
+@compiled(entry=True)
 def follow_all(state: KernelState) -> None:
     """Let all rows of the tableau follow all pivots, which makes room for others."""
-    for j in range(len(state.inputs)):
-        follow_row(state, j)
+    for i in range(len(state.x)):
+        follow_at(state, i)
+    follow_row(state, 2 * len(state.x))
     clear(state.pivots.followed)
     state.scalars.pivots = 0
 
@@ -479,7 +454,10 @@ def refresh_response(state: KernelState) -> None:
     for j in range(len(state.inputs)):
         # Free nodes bear nothing: their rows are not read, and need not follow the pivots.
         if state.inputs[j] != 0.0:
-            follow_row(state, j)
+            if j < 2 * len(state.x):
+                follow_at(state, j % len(state.x))
+            else:
+                follow_row(state, j)
             add_row(state.response, state.inputs[j], state.tableau[j])
     state.scalars.slips_since_refresh = 0
 
@@ -491,7 +469,7 @@ def set_rate(state: KernelState) -> None:
     if state.scalars.pin_rate != 0.0:
         for i in range(len(state.x)):
             if state.contact[i]:
-                follow_row(state, i)
+                follow_at(state, i)
                 add_row(state.rate, state.scalars.pin_rate, state.tableau[i])
     # The last input is -W, hence the minus below.
     if state.scalars.load_rate != 0.0:
@@ -661,8 +639,6 @@ def respond(state: KernelState) -> None:
 
 RINGS = 2
 """Rings of free nodes that are followed around a contact on a plane of nodes; a touch in the outer one requires a new window."""
-MOST_PIVOTS = 16
-"""Pivots that rows of the tableau may follow later: their rows fit a processor's cache."""
 MARGIN = 8
 """Free nodes followed on each side of the contact, at least."""
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.compiled import compiled
 from nanoslip.solver.contact.kernels.events import (
     HALF_PLACE,
@@ -35,7 +36,6 @@ from nanoslip.solver.contact.kernels.path import (
 )
 from nanoslip.solver.contact.kernels.state import (
     EventKind,
-    Floats,
     Scalars,
     SlipConstants,
     Stop,

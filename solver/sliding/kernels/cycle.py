@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from nanoslip.solver.arrays import Floats
 from nanoslip.solver.compiled import compiled
-from nanoslip.solver.contact.kernels.state import Floats
 
 
 @compiled(entry=True)

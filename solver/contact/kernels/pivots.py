@@ -1,0 +1,182 @@
+"""Pivots of a tableau: exchanges of one node's two inputs and responses, which rows follow when they are next read.
+
+Row r of the stored tableau is the response to one input. Node k has the entries P = (p, q); R are its two rows, the rows of P,
+and A = R[P] transposed is the block of its own responses to its own inputs. Once they are exchanged, every other row is
+
+    r + f R    with    f = -A⁻¹ r[P],    but f itself in the entries P:
+
+f is what both inputs have to be so that the node's former responses are 0. A row that follows the pivots 1 … m adds f_1 R_1 …
+f_m R_m. The entries in the columns of these m nodes decide all f, one after the other; they are few, and are followed first.
+All other entries then take up several pivots in one pass, so that a long row is read from memory once.
+
+Pivots of different nodes commute, and two of one node cancel. A row that has followed neither of such a pair may skip both if
+all pivots between them are pairs of the same kind.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanoslip.solver.arrays import Floats
+from nanoslip.solver.compiled import compiled
+
+Numbers = NDArray[np.int64]
+
+
+class Pivots(NamedTuple):
+    """The last m pivots, which some rows may not have followed yet; they all do before there is no room for another."""
+
+    rows: Floats
+    """(m, 2, row length) the node's two rows before each pivot."""
+    inverses: Floats
+    """(m, 4) A⁻¹, row by row."""
+    nodes: Numbers
+    """(m,)"""
+    followed: Numbers
+    """(N,) number of these pivots that each row has followed."""
+    meetings: Floats
+    """(m, 5, m) entries of each pivot's rows in the columns of all pivots: of the first row in p and in q, of the second row;
+    last 1, or 0 for a pivot of the same node, whose entries are replaced."""
+    twins: Numbers
+    """(m,) the pivot that cancels each pivot, or that it cancels; -1 without."""
+    entries: Floats
+    """(2, 2, m) of two rows in the columns p and q of all pivots."""
+    factors: Floats
+    """(2, m, 2) f of two rows for each pivot."""
+    chosen: Numbers
+    """(m,) pivots that two rows do not skip."""
+
+
+MOST_PIVOTS = 16
+"""Pivots that rows of the tableau may follow later: their rows fit a processor's cache."""
+
+
+def new_pivots(entries: int, length: int) -> Pivots:
+    """No pivots yet of a tableau with this number of rows, and their length."""
+    m = MOST_PIVOTS
+    return Pivots(
+        rows=np.zeros((m, 2, length)),
+        inverses=np.zeros((m, 4)),
+        nodes=np.zeros(m, np.int64),
+        followed=np.zeros(entries, np.int64),
+        meetings=np.zeros((m, 5, m)),
+        twins=np.zeros(m, np.int64),
+        entries=np.zeros((2, 2, m)),
+        factors=np.zeros((2, m, 2)),
+        chosen=np.zeros(m, np.int64),
+    )
+
+
+@compiled(inline="always")
+def note_meetings(pivots: Pivots, k: int, n: int) -> None:
+    """Note how pivot k, of n nodes, and those before change each other's columns, and which of them it cancels."""
+    node, meetings = pivots.nodes[k], pivots.meetings
+    for e in range(k + 1):
+        same = pivots.nodes[e] == node
+        for one, other in ((k, e), (e, k)):
+            p, kept = pivots.nodes[other], 0.0 if same else 1.0
+            meetings[one, 0, other] = 1.0 if same else pivots.rows[one, 0, p]
+            meetings[one, 1, other] = kept * pivots.rows[one, 0, n + p]
+            meetings[one, 2, other] = kept * pivots.rows[one, 1, p]
+            meetings[one, 3, other] = 1.0 if same else pivots.rows[one, 1, n + p]
+            meetings[one, 4, other] = kept
+    # Pairs that cancel lie one in the other: back over all of them that are closed.
+    last = k - 1
+    while last >= 0 and pivots.twins[last] >= 0:
+        last = pivots.twins[last] - 1
+    pivots.twins[k] = -1
+    if last >= 0 and pivots.nodes[last] == node:
+        pivots.twins[k], pivots.twins[last] = last, k
+
+
+@compiled()
+def follow_one(tableau: Floats, pivots: Pivots, j: int, end: int, n: int) -> None:
+    """Let row j follow the first `end` pivots, one after the other."""
+    for k in range(pivots.followed[j], end):
+        p, q = pivots.nodes[k], n + pivots.nodes[k]
+        first = -(pivots.inverses[k, 0] * tableau[j, p] + pivots.inverses[k, 1] * tableau[j, q])
+        second = -(pivots.inverses[k, 2] * tableau[j, p] + pivots.inverses[k, 3] * tableau[j, q])
+        add_two(tableau[j], first, pivots.rows[k, 0], second, pivots.rows[k, 1])
+        # The sum has run over these two columns too.
+        tableau[j, p], tableau[j, q] = first, second
+    pivots.followed[j] = end
+
+
+@compiled()
+def add_two(total: Floats, first: float, row_1: Floats, second: float, row_2: Floats) -> None:
+    """total += first·row_1 + second·row_2, in place and in one pass; all of one length."""
+    for k in range(len(total)):
+        total[k] += first * row_1[k] + second * row_2[k]
+
+
+@compiled()
+def follow_two(tableau: Floats, pivots: Pivots, i: int, end: int, n: int) -> None:
+    """Let both rows of node i follow the first `end` pivots, several in one pass over both."""
+    begin, j = pivots.followed[i], n + i
+    _find_factors(tableau[i], pivots, begin, end, n, pivots.entries[0], pivots.factors[0])
+    _find_factors(tableau[j], pivots, begin, end, n, pivots.entries[1], pivots.factors[1])
+    chosen, count = pivots.chosen, 0
+    for k in range(begin, end):
+        if pivots.twins[k] < begin:
+            chosen[count] = k
+            count += 1
+    some = 0
+    while some + 4 <= count:
+        _add_four(tableau, i, j, pivots.factors, pivots.rows, chosen, some)
+        some += 4
+    while some < count:
+        _add_one(tableau, i, j, pivots.factors, pivots.rows, chosen[some])
+        some += 1
+    for k in range(begin, end):
+        p, q = pivots.nodes[k], n + pivots.nodes[k]
+        tableau[i, p], tableau[i, q] = pivots.entries[0, 0, k], pivots.entries[0, 1, k]
+        tableau[j, p], tableau[j, q] = pivots.entries[1, 0, k], pivots.entries[1, 1, k]
+    pivots.followed[i], pivots.followed[j] = end, end
+
+
+@compiled(inline="always")
+def _find_factors(row: Floats, pivots: Pivots, begin: int, end: int, n: int, entries: Floats, factors: Floats) -> None:
+    """Set f of a row for each pivot from `begin` on that it does not skip, (m, 2), and its entries in their columns, (2, m)."""
+    for e in range(begin, end):
+        entries[0, e], entries[1, e] = row[pivots.nodes[e]], row[n + pivots.nodes[e]]
+    for k in range(begin, end):
+        if pivots.twins[k] >= begin:
+            continue
+        first = -(pivots.inverses[k, 0] * entries[0, k] + pivots.inverses[k, 1] * entries[1, k])
+        second = -(pivots.inverses[k, 2] * entries[0, k] + pivots.inverses[k, 3] * entries[1, k])
+        factors[k, 0], factors[k, 1] = first, second
+        _follow_in_columns(first, second, pivots.meetings[k], entries, begin, end)
+
+
+@compiled()
+def _follow_in_columns(first: float, second: float, meeting: Floats, entries: Floats, begin: int, end: int) -> None:
+    """Let the entries of a row in the columns of pivots, (2, m), follow one of these."""
+    for e in range(begin, end):
+        entries[0, e] = meeting[4, e] * entries[0, e] + (first * meeting[0, e] + second * meeting[2, e])
+        entries[1, e] = meeting[4, e] * entries[1, e] + (first * meeting[1, e] + second * meeting[3, e])
+
+
+@compiled()
+def _add_four(tableau: Floats, i: int, j: int, factors: Floats, rows: Floats, chosen: Numbers, some: int) -> None:
+    """Add f R of four pivots to two rows of the tableau."""
+    k0, k1, k2, k3 = chosen[some], chosen[some + 1], chosen[some + 2], chosen[some + 3]
+    a0, a1, a2, a3 = factors[0, k0, 0], factors[0, k0, 1], factors[0, k1, 0], factors[0, k1, 1]
+    a4, a5, a6, a7 = factors[0, k2, 0], factors[0, k2, 1], factors[0, k3, 0], factors[0, k3, 1]
+    b0, b1, b2, b3 = factors[1, k0, 0], factors[1, k0, 1], factors[1, k1, 0], factors[1, k1, 1]
+    b4, b5, b6, b7 = factors[1, k2, 0], factors[1, k2, 1], factors[1, k3, 0], factors[1, k3, 1]
+    for c in range(tableau.shape[1]):
+        r0, r1, r2, r3 = rows[k0, 0, c], rows[k0, 1, c], rows[k1, 0, c], rows[k1, 1, c]
+        r4, r5, r6, r7 = rows[k2, 0, c], rows[k2, 1, c], rows[k3, 0, c], rows[k3, 1, c]
+        tableau[i, c] += a0 * r0 + a1 * r1 + a2 * r2 + a3 * r3 + a4 * r4 + a5 * r5 + a6 * r6 + a7 * r7
+        tableau[j, c] += b0 * r0 + b1 * r1 + b2 * r2 + b3 * r3 + b4 * r4 + b5 * r5 + b6 * r6 + b7 * r7
+
+
+@compiled()
+def _add_one(tableau: Floats, i: int, j: int, factors: Floats, rows: Floats, k: int) -> None:
+    """Add f R of one pivot to two rows of the tableau."""
+    a0, a1, b0, b1 = factors[0, k, 0], factors[0, k, 1], factors[1, k, 0], factors[1, k, 1]
+    for c in range(tableau.shape[1]):
+        r0, r1 = rows[k, 0, c], rows[k, 1, c]
+        tableau[i, c] += a0 * r0 + a1 * r1
+        tableau[j, c] += b0 * r0 + b1 * r1

@@ -1,0 +1,202 @@
+"""The tableau of a contact: the slab's compliance after a principal pivot on the nodes in contact, load given, approach unknown.
+
+With v = w + approach and the load W, the slab obeys [u; v; -W] = B [f_x; f_z; approach], where B is the compliance bordered
+by ones (ΣN = W, constraint of the load). Exchanging the contact's displacements and -W for their forces and the approach
+gives the tableau that contact and sliding work with: prescribed values in, unknown values out.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from nanoslip.solver.arrays import Dense, Indices, Nodes
+from nanoslip.solver.contact.kernels.state import RINGS
+from nanoslip.solver.elasticity.compliance import (
+    Compliance,
+    EndlessCompliance,
+    Entries,
+    bordered,
+    bordered_inverse,
+    portions,
+    taken,
+)
+from nanoslip.solver.elasticity.schemes.endless import SurfaceConvolution
+
+Window = NDArray[np.int64]
+"""Numbers of the surface nodes that are followed, rising: neighbours in a row, or a patch of a plane."""
+
+LINE = 8
+"""Floats in a cache line of 64 bytes."""
+
+
+def in_lines(entries: int) -> NDArray[np.float64]:
+    """Zeros for a matrix of so many rows and at least as many columns, every row of which begins at a cache line: adding a row
+    that straddles lines takes a third longer."""
+    stride = -(-entries // LINE) * LINE
+    room = np.zeros(entries * stride + LINE)
+    first = -room.ctypes.data // room.itemsize % LINE
+    return room[first : first + entries * stride].reshape(entries, stride)
+
+
+def tableau(compliance: Entries, contact: Nodes, into: Dense, reciprocal: bool = False) -> None:
+    """Write the bordered compliance pivoted on `contact` (shape (n,)) and on the load, transposed, into the first of so many
+    columns: (2n + 1, 2n + 1).
+
+    reciprocal: the compliance is symmetric to the last bit, so that half of the tableau is the other half.
+    """
+    touching, free = np.flatnonzero(contact), np.flatnonzero(~contact)
+    n, count = len(contact), len(touching)
+    pivoted, kept = np.concatenate((touching, touching + n)), np.concatenate((free, free + n))
+    normal = (kept >= n).astype(float)
+    stiffness = bordered_inverse(bordered(compliance, pivoted, n), f"compliance of {count} nodes", into)
+    reached = np.column_stack((compliance(kept, pivoted), normal))
+    from_kept = reached @ stiffness
+    with_load = np.append(pivoted, 2 * n)
+    into[np.ix_(with_load, with_load)] = stiffness.T
+    into[np.ix_(with_load, kept)] = from_kept.T
+    for some in portions(len(kept)):  # of thousands of nodes all at once are a tenth of a GB
+        if reciprocal:
+            into[np.ix_(kept[some], with_load)] = -from_kept[some]
+            into[np.ix_(kept[some], kept)] = compliance(kept[some], kept) - from_kept[some] @ reached.T
+            continue
+        back = np.vstack((-compliance(pivoted, kept[some]), -normal[some]))
+        into[np.ix_(kept[some], with_load)] = (stiffness @ back).T
+        into[np.ix_(kept[some], kept)] = (compliance(kept, kept[some]) + from_kept @ back).T
+    into[:, len(into) :] = 0.0  # where the inverse had its room
+
+
+def entries_of(compliance: Compliance, window: Window, matrix: Dense | None = None) -> Entries:
+    """Entries of the compliance of a window's nodes among each other: of its matrix, if there is one."""
+    if matrix is not None and len(matrix):
+        return partial(taken, matrix)
+    both = np.concatenate((window, window + compliance.slab.nodes))
+    return lambda rows, columns: compliance.entries(both[rows], both[columns])
+
+
+def wider(nodes: Nodes, rings: int = 1) -> Nodes:
+    """Nodes of a plane, (columns, rows), and their neighbours, also at corners, up to this number of rings."""
+    for _ in range(rings):
+        for axis in (0, 1):
+            padded = np.pad(nodes, [(1, 1) if axis == each else (0, 0) for each in (0, 1)])
+            nodes = np.any([np.roll(padded, by, axis) for by in (-1, 0, 1)], axis=0).take(
+                range(1, padded.shape[axis] - 1), axis
+            )
+    return nodes
+
+
+# On a plane of nodes without ends the compliance of two nodes follows from their offset. A contact that is shifted by whole
+# spacings has the same tableau, and contacts under one pin are nearly the same: some dozens of a thousand nodes differ. So the
+# tableau of a disc of nodes in contact, the base, is computed once, and the set E of nodes that differ is exchanged in it. With
+# T the tableau, E its entries of these nodes and R all others, a principal pivot on A = T[E, E] leaves
+#
+#     T[E, E] = A⁻¹,    T[E, R] = -A⁻¹ T[E, R],    T[R, E] = T[R, E] A⁻¹,    T[R, R] = T[R, R] - T[R, E] A⁻¹ T[E, R].
+#
+# Pivots in any order lead to the same tableau, so it does not matter how the contact came about. Which disc follows from the case
+# and the contact alone, not from what this process has set up before: results have the same bits wherever they are computed.
+
+BASE_RINGS = RINGS + 1
+"""Rings of free nodes around a base: a contact may reach one ring beyond the disc and has RINGS around it."""
+MOST_DIFFERENT = 1 / 3
+"""Share of c nodes in contact that may differ from their base. Exchanging d nodes takes 4 d N² operations, N = 2.3 c, inverting
+them all and their effect on free nodes about 12 c³: as many at d = c/2."""
+SIZES_APART = 1.05
+"""Ratio of the numbers of nodes of successive bases, for contacts that do not have the expected size."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Base:
+    """The tableau of a disc of nodes in the middle of a plane, with BASE_RINGS of free nodes around it."""
+
+    disc: Nodes
+    """(columns, rows) nodes of the whole plane that are in contact."""
+    nodes: Window
+    """(n,) numbers of the nodes in the tableau."""
+    tableau: Dense
+    """(2n + 1, 2n + 1) and padding, read-only."""
+
+
+_last_base: dict[tuple[SurfaceConvolution, float], Base] = {}
+"""The base that was used last, shared by all contacts that come next: windows of a record, members, cases of a campaign."""
+
+
+def base_of(compliance: EndlessCompliance, nodes: float) -> Base:
+    """The base with about this number of nodes in contact."""
+    key = (compliance.convolution, nodes)
+    base = _last_base.get(key)
+    if base is None:
+        _last_base.clear()  # first: two bases of thousands of nodes may be more than the memory holds
+        base = _last_base[key] = _base(compliance, nodes)
+    return base
+
+
+def _base(compliance: EndlessCompliance, nodes: float) -> Base:
+    disc = disc_of(compliance.slab.n_x, nodes)
+    held = wider(disc, BASE_RINGS).ravel().nonzero()[0]
+    table = in_lines(2 * len(held) + 1)
+    tableau(entries_of(compliance, held), disc.ravel()[held], table, reciprocal=True)
+    table.setflags(write=False)
+    return Base(disc, held, table)
+
+
+def disc_of(n: int, nodes: float) -> Nodes:
+    """The disc of about this number of nodes in the middle of n by n, a mask."""
+    along = np.arange(n) - n // 2
+    return np.asarray(along[:, None] ** 2 + along**2 <= nodes / math.pi)
+
+
+def tableau_from_base(compliance: EndlessCompliance, nodes: Window, contact: Nodes, expected: float) -> Dense | None:
+    """The `tableau` of a window's nodes, of which these are in contact, (n,), and padding, from a base; None if none is near.
+
+    expected: number of nodes in contact that follows from the case.
+    """
+    n, count = compliance.slab.n_x, int(contact.sum())
+    if not 1.0 / SIZES_APART < count / expected < SIZES_APART:
+        expected = SIZES_APART ** round(math.log(count, SIZES_APART))
+    disc = disc_of(n, expected)
+    # Places of the window's nodes on the plane, shifted by whole spacings until the contact is in the middle.
+    places = np.array(divmod(nodes, n))
+    middle = np.rint(places[:, contact].mean(axis=1)).astype(np.int64)
+    shifted = places - middle[:, None] + n // 2
+    under_disc = _at(disc, shifted)
+    different = np.flatnonzero(under_disc != contact)
+    covered = _at(wider(disc, BASE_RINGS), shifted).all() and under_disc.sum() == disc.sum()
+    if not covered or len(different) > MOST_DIFFERENT * count:
+        _last_base.clear()  # the inverse needs the room
+        return None
+    base = base_of(compliance, expected)
+    entries = _both(np.searchsorted(base.nodes, shifted[0] * n + shifted[1]), len(base.nodes))
+    entries = np.append(entries, 2 * len(base.nodes))
+    found = in_lines(len(entries))
+    for row, entry in zip(found, entries, strict=True):
+        base.tableau[entry].take(entries, out=row[: len(entries)], mode="clip")  # "raise" buffers
+    exchange(found, _both(different, len(nodes)))
+    return found
+
+
+def _both(nodes: Indices, n: int) -> Indices:
+    """Entries of these of n nodes, tangential and normal."""
+    return np.concatenate((nodes, n + nodes))
+
+
+def _at(mask: Nodes, places: Indices) -> Nodes:
+    """The values of a mask (n, n) at places (2, k); False beyond it."""
+    found = np.zeros(places.shape[1], np.bool_)
+    inside = ((places >= 0) & (places < len(mask))).all(axis=0)
+    found[inside] = mask[tuple(places[:, inside])]
+    return found
+
+
+def exchange(table: Dense, entries: Indices) -> None:
+    """Exchange inputs and responses of these entries of a tableau, all at once and in place. Raises LinAlgError."""
+    inverse = np.linalg.inv(table[np.ix_(entries, entries)])
+    columns = table[:, entries]
+    rows = inverse @ table[entries]
+    # BLAS counts along columns: this is table -= columns @ rows, without another matrix of its size.
+    scipy.linalg.blas.dgemm(-1.0, rows.T, columns.T, 1.0, table.T, overwrite_c=1)
+    table[:, entries] = -(columns @ inverse)
+    table[entries] = rows
+    table[np.ix_(entries, entries)] = inverse

@@ -1,0 +1,162 @@
+"""The tableau of a ball's contact: made from that of a disc of nodes, and changed by exchanges that rows follow later."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nanoslip.solver.case import Case
+from nanoslip.solver.contact import compiled_contact, tableau
+from nanoslip.solver.contact.initial import initial_contact
+from nanoslip.solver.contact.kernels.events import pivot
+from nanoslip.solver.contact.kernels.pivots import MOST_PIVOTS
+from nanoslip.solver.contact.kernels.state import RESIDUAL_LIMIT, equilibrium_residual, follow_all, respond
+from nanoslip.solver.elasticity.compliance import surface_compliance
+from nanoslip.solver.slab import Slab
+from nanoslip.solver.sliding.full_contact import compiled_at
+from nanoslip.solver.sliding.slide import slide, slide_to_state
+
+SLAB = Slab(17, poisson=0.3, scheme="half_space")
+CASE = Case(slab=SLAB, radius=20.0, normal_load=3e-3, start=0.37, start_y=0.21, max_events=1500)
+COMPLIANCE = surface_compliance(SLAB)
+ROUNDING = 1e-11
+"""Over the largest entry of a tableau: the condition of these compliances is below 1e3, and some dozens of exchanges add up."""
+
+
+def inverted(compliance, window, contact):
+    """The tableau by the inverse of the contact's own compliance, without padding."""
+    found = np.zeros((2 * len(window) + 1, 2 * len(window) + 1))
+    tableau.tableau(tableau.entries_of(compliance, window), contact, found)
+    return found
+
+
+def assert_same(found, right):
+    np.testing.assert_allclose(found[:, : len(right)], right, rtol=0, atol=ROUNDING * np.abs(right).max())
+    assert not found[:, len(right) :].any()
+
+
+@pytest.mark.parametrize("scheme", ["half_space", "layer"])
+@pytest.mark.parametrize("coupled", [True, False])
+def test_a_contact_set_up_from_a_disc_has_the_tableau_of_its_own_inverse(scheme, coupled):
+    """The disc of the expected size, and a smaller one if the contact is; anywhere on the plane."""
+    slab = replace(SLAB, scheme=scheme)
+    compliance = surface_compliance(slab)
+    compliance = compliance if coupled else compliance.uncoupled()
+    random = np.random.default_rng(1)
+    for nodes, moved in ((30.0, (0, 0)), (45.0, (-1, 2)), (20.0, (3, -3))):
+        disc = np.roll(tableau.disc_of(slab.n_x, nodes), moved, (0, 1))
+        rim = np.flatnonzero(tableau.wider(disc).ravel() & ~disc.ravel())
+        touching = disc.ravel().copy()
+        touching[random.choice(rim, 2, replace=False)] = True
+        window = np.flatnonzero(tableau.wider(touching.reshape(disc.shape), 2))
+        found = tableau.tableau_from_base(compliance, window, touching[window], 30.0)
+        assert_same(found, inverted(compliance, window, touching[window]))
+
+
+def test_what_is_not_nearly_a_disc_is_inverted_by_itself():
+    """Spots of a rough pin, one at the plane's rim where a part of its disc is missing."""
+    for columns, rows in (((2, 3, 13, 14), (2, 3, 13, 14)), ((0, 1), (0, 1, 2, 3))):
+        contact = np.zeros((17, 17), np.bool_)
+        contact[np.ix_(columns, rows)] = True
+        window = np.flatnonzero(tableau.wider(contact, 2))
+        touching = contact.ravel()[window]
+        assert tableau.tableau_from_base(COMPLIANCE, window, touching, float(contact.sum())) is None
+        half = tableau.in_lines(2 * len(window) + 1)
+        tableau.tableau(tableau.entries_of(COMPLIANCE, window), touching, half, reciprocal=True)
+        assert_same(half, inverted(COMPLIANCE, window, touching))
+
+
+def test_a_record_has_the_same_bits_whatever_the_process_has_set_up_before():
+    """The base is shared, so it follows from the case alone: not from other loads, nor from where this record has been."""
+    fresh = slide(CASE, COMPLIANCE)
+    assert fresh.outcome.ok
+    assert fresh.touches.sum() + fresh.releases.sum() > 2 * MOST_PIVOTS
+    for before in (replace(CASE, normal_load=2e-3), replace(CASE, start=0.9), CASE):
+        slide(replace(before, max_events=200), COMPLIANCE)
+        again = slide(CASE, COMPLIANCE)
+        assert again.force_after.tobytes() == fresh.force_after.tobytes()
+        assert again.node.tobytes() == fresh.node.tobytes()
+
+
+def test_a_base_is_shared_by_windows_members_and_cases_and_only_the_last_is_kept(monkeypatch):
+    """One inverse for three records of several windows; another load asks for another disc, and to return for the first again."""
+    inverses, invert = [], tableau.bordered_inverse
+    monkeypatch.setattr(tableau, "bordered_inverse", lambda *given: inverses.append(given) or invert(*given))
+    light = replace(CASE, normal_load=2e-3)
+    counts = []
+    for case in (light, CASE, replace(CASE, start=0.9), replace(CASE, intrinsic_friction=0.3), light, CASE):
+        slide(replace(case, max_events=300), COMPLIANCE)
+        counts.append(len(inverses))
+    first, base, member, axis, again, back = counts
+    assert base == member == axis == first + 1
+    assert back > again > axis
+
+
+def test_events_follow_the_same_nodes_with_a_base_and_without(monkeypatch):
+    """Means to 1e-9: rounding of a base differs from that of an inverse, and slips multiply it."""
+    from_base = slide(CASE, COMPLIANCE)
+    monkeypatch.setattr(compiled_contact, "tableau_from_base", lambda *_: None)
+    alone = slide(CASE, COMPLIANCE)
+    assert np.array_equal(from_base.node, alone.node)
+    assert from_base.force_after.mean() == pytest.approx(alone.force_after.mean(), rel=1e-9)
+    assert from_base.force_after == pytest.approx(alone.force_after, abs=1e-6 * alone.force_after.max())
+
+
+# Rows that follow pivots later, several in one pass.
+
+
+@pytest.fixture
+def state():
+    """A ball in contact, whose rows have followed everything."""
+    touched = initial_contact(CASE, COMPLIANCE)
+    return compiled_at(CASE, COMPLIANCE, touched, whole=False).state
+
+
+@pytest.mark.parametrize("repeats", [1, 3])
+@pytest.mark.parametrize("order", ["nested", "crossing", "random"])
+def test_rows_that_follow_late_are_those_of_the_inverse(state, order, repeats):
+    """Pairs that cancel one in the other, pairs that cross, and any order, within the room for pivots and beyond it."""
+    contact, free = np.flatnonzero(state.contact), np.flatnonzero(~state.contact)
+    a, b, c, d = (int(node) for node in (contact[0], contact[-1], free[0], free[-1]))
+    orders = {
+        "nested": [a, b, c, c, b, d, d, a, c],
+        "crossing": [a, b, a, c, b, a, c, d],
+        "random": np.random.default_rng(2).choice([a, b, c, d, int(contact[5])], 3 * MOST_PIVOTS).tolist(),
+    }
+    window = window_of(state)
+    for step, node in enumerate(orders[order] * repeats):
+        assert pivot(state, node)
+        if step % 3 == 1:  # some rows follow early, others late
+            respond(state)
+    follow_all(state)
+    assert_same(state.tableau, inverted(COMPLIANCE, window, state.contact))
+
+
+def window_of(state):
+    """Numbers of the window's nodes on the plane."""
+    return state.plane.columns * SLAB.n_x + state.plane.rows
+
+
+def test_thousands_of_exchanges_leave_the_residual_at_rounding(state):
+    """No inverse is ever computed anew on account of them."""
+    random, nodes = np.random.default_rng(3), np.arange(len(state.x))
+    load = -state.inputs[-1]
+    for node in random.choice(nodes, 3000):
+        if state.contact.sum() > 10 or not state.contact[node]:
+            assert pivot(state, int(node))
+    state.inputs[:-1] = np.where(np.concatenate((state.contact, state.contact)), 1e-3 * load, 0.0)
+    respond(state)
+    assert equilibrium_residual(state) < 0.01 * RESIDUAL_LIMIT
+
+
+def test_a_pin_that_slides_on_has_a_ring_less_behind_it():
+    touched = initial_contact(CASE, COMPLIANCE)
+    ahead = compiled_at(CASE, COMPLIANCE, touched, whole=False)
+    window = np.zeros(SLAB.nodes, np.bool_)
+    window[ahead.window] = True
+    columns = np.flatnonzero(window.reshape(17, 17).any(axis=1))
+    touching = np.flatnonzero(touched.contact.reshape(17, 17).any(axis=1))
+    assert columns[-1] - touching[-1] == touching[0] - columns[0] + 1
+    record, end = slide_to_state(CASE, COMPLIANCE, touched)
+    assert record.outcome.ok
+    assert end.gap.min() > -1e-12
