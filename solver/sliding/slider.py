@@ -28,6 +28,13 @@ from nanoslip.solver.sliding.validity import Validity, record_validity
 
 _ENDINGS: Final = tuple(Ending)
 _LARGEST: Final = ("end", "presliding_length", "end_nodes")
+"""Numbers of a sum of portions that are the largest of them."""
+_ADDED: Final = (
+    *("force", "contact_size", "highest", "slips", "releases", "touches", "extent", "dissipated"),
+    *("contacts", "load", "stiffness", "half_width", "initial_slips"),
+    *("events", "slip_events", "release_events", "touch_events", "fallen", "lost"),
+)
+"""Numbers that are added. A number in neither list is an error, until its author has decided."""
 _COUNTED: Final = ("slips", "releases", "touches", "extent")
 
 
@@ -169,12 +176,11 @@ def _without(found: Portion, outcome: Outcome, lost: int) -> Portion:
 
 def _together(one: Portion, other: Portion) -> Portion:
     """The sum of two portions."""
-    first, flags = one if one.lost else other, one.validity_flags | other.validity_flags
-    own: dict[str, Any] = {"validity_flags": flags, "ending": first.ending, "outcome": first.outcome}
-    for name in (item.name for item in fields(Portion) if item.name not in own):
-        pair = getattr(one, name), getattr(other, name)
-        own[name] = max(pair) if name in _LARGEST else pair[0] + pair[1]
-    return Portion(**own)
+    added: dict[str, Any] = {name: getattr(one, name) + getattr(other, name) for name in _ADDED}
+    largest: dict[str, Any] = {name: max(getattr(one, name), getattr(other, name)) for name in _LARGEST}
+    first = one if one.lost else other
+    flags = one.validity_flags | other.validity_flags
+    return Portion(**added, **largest, validity_flags=flags, ending=first.ending, outcome=first.outcome)
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,9 +236,26 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
         final_force=float(force[-1]),
         outcome=Outcome(Ending.COMPLETED, lost, cause=total.outcome.kind) if total.lost else COMPLETED,
     )
+    validity = Validity(total.validity_flags, total.half_width / total.contacts)
+    statistics = _statistics(record, total)
+    return Slider(validity, statistics, record, float(total.highest.max()) * there, total.lost)
+
+
+def _statistics(record: FrictionRecord, total: Portion) -> EventStatistics:
+    """Statistics of the events of all contacts. record: of their sum, whose events are the pieces it is read at.
+
+    Each number is given here: that of the record itself, as `event_statistics` has it, would count pieces.
+    """
     each = 1.0 / total.events if total.events else math.nan
-    statistics = replace(
-        event_statistics(record),
+    return EventStatistics(
+        peak_friction=record.highest_force / record.normal_load if record.final_displacement > 0.0 else math.nan,
+        surface_stiffness=record.initial_stiffness,
+        spacings=record.final_displacement / record.spacing,
+        presliding_lengths=record.presliding_lengths,
+        cascade_slips=int(record.slips.sum()),
+        cascade_releases=int(record.releases.sum()),
+        cascade_touches=int(record.touches.sum()),
+        dissipated=float(record.dissipated.sum()),
         events=total.events,
         cycle_events=0,
         cycle_spacings=0.0,
@@ -243,8 +266,6 @@ def slider(case: Case, portions: Iterable[Portion]) -> Slider:
         mean_slips=float(total.slips.sum()) * each,
         mean_drop=total.fallen / total.load * each,
     )
-    validity = Validity(total.validity_flags, total.half_width / total.contacts)
-    return Slider(validity, statistics, record, float(total.highest.max()) * there, total.lost)
 
 
 def interface(case: Case, compliance: Compliance) -> Slider:

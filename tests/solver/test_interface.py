@@ -1,6 +1,6 @@
 """Contacts of one rigid slider: their sum is exact where it is read, bounded between, and what independent springs add up to."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ from nanoslip.solver.sliding.interface import PIECES, batches, chances, compress
 from nanoslip.solver.sliding.plateau import Teeth, teeth
 from nanoslip.solver.sliding.slide import slide
 from nanoslip.solver.sliding.slider import interface, portion, shares, slider
-from nanoslip.solver.sliding.statistics import collective
+from nanoslip.solver.sliding.statistics import EventStatistics, collective, event_statistics
 
 SLAB = Slab(n_x=33, scheme="strip")
 COMPLIANCE = surface_compliance(SLAB)
@@ -49,6 +49,32 @@ def test_as_many_equal_contacts_are_so_many_times_one() -> None:
     assert found.statistics.mean_drop == pytest.approx(
         slider(interface_of(1), [one]).statistics.mean_drop / 4.0, rel=1e-12
     )
+
+
+def test_events_of_an_interface_of_one_contact_are_counted_as_those_of_its_record() -> None:
+    """All numbers but the cycle, which a sum that is read at fixed distances does not show."""
+    alone = slide(CASE, COMPLIANCE)
+    own = event_statistics(alone)
+    found = slider(interface_of(1), [portion(interface_of(1), COMPLIANCE, 0, 1)]).statistics
+    for item in fields(own):
+        if item.name not in ("cycle_events", "cycle_spacings"):
+            expected = getattr(own, item.name)
+            # The record of a sum ends after the last event: its mean step is longer by less than one of the steps.
+            rounding = 1.0 / own.events if item.name == "mean_step" else 1e-9
+            assert getattr(found, item.name) == pytest.approx(expected, rel=rounding), item.name
+
+
+def test_a_new_number_of_events_is_an_error_until_it_is_decided_for_an_interface(monkeypatch) -> None:
+    """Else it would count the pieces in which a sum is read."""
+
+    @dataclass(frozen=True, slots=True, repr=False)
+    class More(EventStatistics):
+        largest_cascade: int = field()
+
+    part = portion(interface_of(1), COMPLIANCE, 0, 1)
+    monkeypatch.setattr("nanoslip.solver.sliding.slider.EventStatistics", More)
+    with pytest.raises(TypeError, match="largest_cascade"):
+        slider(interface_of(1), [part])
 
 
 def test_a_slider_on_springs_moves_as_one_of_its_equal_contacts_on_one() -> None:
