@@ -17,7 +17,7 @@ import xarray as xr
 from nanoslip.solver.parameter import require
 from nanoslip.study import shipped
 from nanoslip.study.dataset import access as accessor, file
-from nanoslip.study.dataset.collect import collect
+from nanoslip.study.dataset.collect import collect, losses
 from nanoslip.study.dataset.file import loaded
 from nanoslip.study.dataset.join import joined
 from nanoslip.study.inference.campaign import question_of
@@ -124,8 +124,11 @@ def run(
         if failed := ended.failed + ended.given_up:
             _warn(3, f"{failed} tasks failed, now or before, or needed one that did (see `outcome` and `message`)")
         path = folder / file.FILE
-        file.write_netcdf(collect(plan, ended.store), path)
+        collected = collect(plan, ended.store)
         ended.store.prepare()  # sets aside what could not be read
+        if lost := losses(path, collected):
+            raise StoreError(f"{path}: not replaced: has {'; '.join(lost)}; run again to continue")
+        file.write_netcdf(collected, path)
         if out is not None:
             return file.open_dataset(path)
         with file.open_dataset(path) as opened:

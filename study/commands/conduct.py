@@ -65,22 +65,33 @@ def _run(farm: Farm, campaign: Path, out: Path, shard: Shard | None, again: dict
             if not lease.lost:  # else it has been printed
                 _warn(str(error))
             return INTERRUPTED
-        pending = 0
+        pending, kept = 0, ""
         if shard:
             ended = f"has ended without {plural(failed + given_up, 'task')}" if failed + given_up else "is done"
             note(f"{shard} {ended}; {typed_command('merge', campaign, out)} brings all shards together")
         else:
-            pending = import_module(_DATASETS).write_dataset(plan, store)
+            datasets = import_module(_DATASETS)
+            try:
+                pending = datasets.write_dataset(plan, store)
+            except datasets.FewerFinishedError as error:
+                kept = str(error)
         if failed:
             _warn(f"{plural(failed, 'task')} failed, or needed one that did: see {into / attempts.FILE}")
         if given_up:
             _warn(f"{plural(given_up, 'task')} failed before, or needed one that did: --retry tries again")
+        if kept:
+            _warn(kept)
         if failed or given_up:
             return FAILURES
-        if pending:
+        if pending or kept:
             store.prepare()  # sets aside what could not be read
             journal.end(INTERRUPTED)
-            _warn(f"{plural(pending, 'outcome')} pending, though nothing was left to do: run again to continue")
+            left = (
+                f"{plural(pending, 'outcome')} pending, though nothing was left to do"
+                if pending
+                else "not all is there"
+            )
+            _warn(f"{left}: run again to continue")
             return INTERRUPTED
         return 0
 

@@ -1,6 +1,5 @@
 """Datasets for commands: a campaign's own, written and printed; a named dataset; one case of a dataset."""
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields
@@ -10,42 +9,56 @@ import xarray as xr
 
 from nanoslip.solver.case import parameters_of_a_case
 from nanoslip.solver.drive import Scales
-from nanoslip.study.commands.plans import planned, plural, typed_command
+from nanoslip.study.commands.plans import planned, typed_command
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import file
-from nanoslip.study.dataset.collect import collect, coordinates, is_made_of, layout_of, made_of, write_state
+from nanoslip.study.dataset.collect import (
+    collect,
+    coordinates,
+    is_made_of,
+    layout_of,
+    losses,
+    made_of,
+    pending_in,
+    write_state,
+)
 from nanoslip.study.dataset.table import one_case, scales_of
-from nanoslip.study.dataset.variables import OUTCOMES, means_of
+from nanoslip.study.dataset.variables import means_of
 from nanoslip.study.manifest.cases import CampaignCase, tables
 from nanoslip.study.manifest.manifest import Manifest, drive_parameters
 from nanoslip.study.manifest.parameters import of_symbol
 from nanoslip.study.plan.plan import Plan
-from nanoslip.study.plan.task import PENDING
 from nanoslip.study.report import summary
 from nanoslip.study.report.console import FAILED, counting, note, print_sentences, print_table, whole
 from nanoslip.study.results.files import folder_of
 from nanoslip.study.results.store import Store, StoreError
 
 
-def write_dataset(plan: Plan, store: Store, anew: bool = False, keep: bool = False) -> int:
-    """Write the dataset of the results that are there, and print it; returns how many outcomes are pending. Raises StoreError.
+class FewerFinishedError(StoreError):
+    """Refusal to replace a dataset by one with fewer finished cases or drives."""
 
-    anew: also where it is there already. keep: refuse instead where the one that is there has more finished cases or drives.
+
+def write_dataset(plan: Plan, store: Store, anew: bool = False, replace: bool = False) -> int:
+    """Write the dataset of the results that are there, and print it; returns how many outcomes are pending.
+
+    anew: also where it is there already. replace: also where the one that is there has more finished cases or drives.
+    Raises FewerFinishedError, StoreError.
     """
     if not anew and print_written(plan.manifest, store):
         return 0
     path = store.folder.parent / file.FILE
     with counting("{} cases collected") as heard:
         collected = collect(plan, store, heard)
-    if keep and (losses := list(_losses(path, collected))):
+    lost = [] if replace else losses(path, collected)
+    if lost:
         campaign, into = plan.manifest.path, path.parent
-        run, replace = typed_command("run", campaign, into), typed_command("collect", campaign, into, "--replace")
-        cure = f"{run} computes what is missing, {replace} writes the dataset without it"
-        raise StoreError(f"{path}: not replaced: has {'; '.join(losses)}; has the campaign changed? {cure}")
+        run, anyway = typed_command("run", campaign, into), typed_command("collect", campaign, into, "--replace")
+        cure = f"{run} computes what is missing, {anyway} writes the dataset without it"
+        raise FewerFinishedError(f"{path}: not replaced: has {'; '.join(lost)}; has the campaign changed? {cure}")
     file.write_netcdf(collected, path)
     write_state(path, store, made_of(plan.manifest, store))
     _print(collected, path)
-    return _pending(collected)
+    return pending_in(collected)
 
 
 def print_written(manifest: Manifest, store: Store) -> bool:
@@ -53,37 +66,10 @@ def print_written(manifest: Manifest, store: Store) -> bool:
     path = store.folder.parent / file.FILE
     if is_made_of(path, store, made_of(manifest, store)):
         with suppress(StoreError), file.reading(path) as found:  # else it was damaged
-            if not _pending(found):
+            if not pending_in(found):
                 _print(found, path)
                 return True
     return False
-
-
-def _pending(dataset: xr.Dataset) -> int:
-    """Number of cases and drives without an outcome."""
-    endings = [dataset[ending.name] for ending, *_ in OUTCOMES.values() if ending.name in dataset]
-    return sum(int((each == PENDING).sum()) for each in endings)
-
-
-def _losses(path: Path, collected: xr.Dataset) -> Iterator[str]:
-    """List the values of an existing dataset that its replacement would lack; empty if it lacks none.
-
-    One that cannot be read is no loss, unless another nanoslip or another user reads it.
-    """
-    if path.exists() and not os.access(path, os.R_OK):
-        yield "contents that this user may not read"
-    try:
-        with file.reading(path) as found:
-            for kind, (ending, *_) in OUTCOMES.items():
-                if ending.name in found and ending.name in collected:
-                    had, has = (int((each[ending.name] != PENDING).sum()) for each in (found, collected))
-                    if has < min(had, collected[ending.name].size):
-                        what = plural(had, f"finished {kind or 'case'}")
-                        yield f"{what}, collected now {has} of {collected[ending.name].size}"
-    except file.DatasetFormatError:
-        yield "another format"
-    except StoreError:
-        return
 
 
 def _print(dataset: xr.Dataset, path: Path) -> None:

@@ -14,7 +14,7 @@ import click
 from nanoslip.study.accuracy.diagram import as_table
 from nanoslip.study.accuracy.measurement import measure_accuracy, write_measurement
 from nanoslip.study.accuracy.setup import FULL, QUICK, default_setup, setup_of
-from nanoslip.study.commands.datasets import dataset_of, write_dataset
+from nanoslip.study.commands.datasets import FewerFinishedError, dataset_of, write_dataset
 from nanoslip.study.commands.plans import planned, plural, print_json, refusals, typed_command
 from nanoslip.study.commands.words import Refusal
 from nanoslip.study.dataset import compare, file, verify as verification
@@ -43,7 +43,7 @@ from nanoslip.study.run.progress import open_progress
 def collect_dataset(campaign: Path, out: Path | None, replace: bool) -> None:
     """Write and print the dataset of a campaign's results. replace: overwrite a dataset with more results, too."""
     into = folder_of(campaign, out)
-    write_dataset(planned(campaign), Store(into), anew=True, keep=not replace)
+    write_dataset(planned(campaign), Store(into), anew=True, replace=replace)
     if shards := shard_folders(into):
         note(f"without {plural(len(shards), 'shard')}; {typed_command('merge', campaign, into)} takes them in")
 
@@ -63,7 +63,10 @@ def merge_shards_of(campaign: Path, out: Path | None) -> None:
         store.prepare()
         problems = merge_shards(into)
         drop_intermediates(plan, store)
-        write_dataset(plan, store)
+        try:
+            write_dataset(plan, store)
+        except FewerFinishedError as error:
+            problems.append(str(error))
         rest = rest_of(plan, store.failures(), store.inventory())
     for problem in problems:
         note(problem, stderr=True)

@@ -30,17 +30,17 @@ from nanoslip.solver.parameter import Quantity, attributes
 from nanoslip.solver.sliding.validity import advice_on, expected_flags, flags_in, mask_of
 from nanoslip.study.canonical import content_hash
 from nanoslip.study.dataset import variables
-from nanoslip.study.dataset.file import FORMAT, MIXED, VERSION, carrying, seal_of
+from nanoslip.study.dataset.file import FORMAT, MIXED, VERSION, DatasetFormatError, carrying, reading, seal_of
 from nanoslip.study.dataset.variables import DRIVE, Group, Runs, Series, in_si_too, parameters, scalars, texts
 from nanoslip.study.manifest.cases import CampaignCase, Heard, labels_of
 from nanoslip.study.manifest.manifest import Manifest
 from nanoslip.study.manifest.parameters import STANDARD, FileName, Value, in_files
 from nanoslip.study.origin import NOBODY, Origin, Origins, all_sources_hash, census, mixture, stemming
 from nanoslip.study.plan.kinds import KINDS, needed_kinds, unrequested
-from nanoslip.study.plan.plan import CaseTasks, Plan, case_outcome, drive_outcome
+from nanoslip.study.plan.plan import NOTHING_KNOWN, CaseTasks, Plan, case_outcome, drive_outcome
 from nanoslip.study.plan.task import OF_ALL, OF_CONTACT, OF_PATH, PENDING, Exclusion, TaskResult, without_effect
 from nanoslip.study.results import files
-from nanoslip.study.results.store import Store
+from nanoslip.study.results.store import Store, StoreError
 
 # Position of each case and drive in a dataset: the dimensions, and the settings of drives along theirs.
 
@@ -479,8 +479,57 @@ def flags_of(case: Case, result: TaskResult) -> int | None:
     if result.kind not in ("contact", "record", "path"):
         return None
     members = zip(*(result.scalars.get(name, ()) for name in ("validity_flags", "contact_half_width")), strict=True)
-    reached = [int(flags) for flags, width in members if not math.isnan(width)]
+    reached = [int(flags) for flags, width in members if not (math.isnan(flags) or math.isnan(width))]
     return reduce(or_, reached) if reached else mask_of(expected_flags(case))
+
+
+# A dataset is not replaced by one with fewer finished cases: results may be lost, damaged, or another campaign's.
+
+
+def losses(path: Path, collected: xr.Dataset) -> list[str]:
+    """List what an existing dataset has that its replacement would lack; empty if it lacks nothing.
+
+    One that cannot be read is no loss, unless another user reads it, or another nanoslip whose results may not all be here.
+    """
+    if path.exists() and not os.access(path, os.R_OK):
+        return ["contents that this user may not read"]
+    try:
+        with reading(path) as found:
+            lost = (_fewer_finished(found, collected, kind) for kind in variables.OUTCOMES)
+            return list(filter(None, lost))
+    except DatasetFormatError:
+        return ["another format"] if pending_in(collected) else []
+    except StoreError:
+        return []
+
+
+def pending_in(dataset: xr.Dataset) -> int:
+    """Number of cases and drives without an outcome."""
+    endings = [dataset[ending.name] for ending, *_ in variables.OUTCOMES.values() if ending.name in dataset]
+    return sum(int((each == PENDING).sum()) for each in endings)
+
+
+def _fewer_finished(found: xr.Dataset, collected: xr.Dataset, kind: str) -> str:
+    """Loss of finished cases, or drives, by number among all, or by name among those that both datasets have."""
+    ending = variables.OUTCOMES[kind].ending.name
+    if ending not in found or ending not in collected:
+        return ""
+    common = np.intersect1d(found["case_id"].values, collected["case_id"].values)
+    for unfinished, cases in (((PENDING,), None), (NOTHING_KNOWN, common)):
+        had, _ = _count_finished(found, ending, unfinished, cases)
+        has, size = _count_finished(collected, ending, unfinished, cases)
+        if has < min(had, size):
+            return f"{had} finished {kind or 'case'}{'' if had == 1 else 's'}, collected now {has} of {size}"
+    return ""
+
+
+def _count_finished(
+    dataset: xr.Dataset, ending: str, unfinished: Sequence[str], cases: NDArray[Any] | None
+) -> tuple[int, int]:
+    """Number of finished cases or drives, and of all, among these cases; None: among all cases."""
+    among = xr.ones_like(dataset["case_id"], bool) if cases is None else dataset["case_id"].isin(cases)
+    counted = ~dataset[ending].isin(unfinished) & among
+    return int(counted.sum()), int((among & xr.ones_like(dataset[ending], bool)).sum())
 
 
 # A dataset's file that is up to date with the results on disk is not collected again.

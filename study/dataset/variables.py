@@ -574,8 +574,11 @@ def _values_of(result: TaskResult, series: Series) -> Mapping[str, Any]:
     if series.sample != MEMBER:
         return result.arrays
     count = len(next(iter(result.scalars.values()), ()))
+    if not count:
+        return {}
     outcomes = result.members or (result.outcome,) * count
-    return {**result.scalars, MEMBER_OUTCOME.name: [_PLACES[each.ending] for each in outcomes]}
+    unknown = dict.fromkeys(series.columns, [np.nan] * count)  # numbers of a part that an older version did not have
+    return {**unknown, **result.scalars, MEMBER_OUTCOME.name: [_PLACES[each.ending] for each in outcomes]}
 
 
 _PLACES: Final = {ending: place for place, ending in enumerate(Ending)}

@@ -4,8 +4,9 @@ A kind is computed in nanoslip.study.run.compute; its cost is in nanoslip.study.
 `parts`, dataclasses of the solver with declared fields (nanoslip.solver.parameter); dataset and tables follow from these.
 """
 
+import math
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache, partial
 from typing import Any, Final, NamedTuple
@@ -545,59 +546,90 @@ ACROSS: Final = frozenset({"y", "node_y", "surface_y"})
 """Columns of positions across the drag: only results of a plane of nodes have them."""
 
 
-class Contents(NamedTuple):
-    """Possible contents of the results of a kind."""
+# Another version of nanoslip with the same solver version writes results, too: numbers that they lack are NaN, numbers that this
+# version does not declare stay. Only what cannot be put together again is of no use.
 
-    names: frozenset[str]
-    parts: tuple[frozenset[str], ...]
-    """Declared scalars of each part: a result has all of them or none."""
-    along: Mapping[str, str]
-    """Declared column -> its dimension."""
+
+class PartContents(NamedTuple):
+    """What results hold of one part, by name."""
+
+    scalars: frozenset[str]
+    """Declared scalars, and the errors that members share."""
+    columns: Mapping[str, str]
+    """Declared array -> its dimension."""
+    undeclared: frozenset[str]
+    """Numbers of a whole part that are no quantities."""
+
+    def is_held(self, names: Collection[str]) -> bool:
+        """True if any of these names is of this part."""
+        return any(name in names for name in (*self.scalars, *self.columns, *self.undeclared))
 
 
 @lru_cache(maxsize=64)
-def contents_of(kind: Kind) -> Contents:
-    """Names of scalars and arrays of a kind's results, from its parts."""
-    parts = [quantities(part.type, part.prefix) for part in kind.parts]
-    whole = (f"{part.prefix}{item.name}" for part in kind.parts if part.whole for item in fields(part.type))
-    rows = (rows_of(each.sample) for each in kind.ragged)
-    scalars = (frozenset(name for name, each in part.items() if not each.along) for part in parts)
-    every = {name: each for part in parts for name, each in part.items()}
-    shared = (f"{name}{SHARED_ERROR}" for name, each in every.items() if each.shared)
-    names = frozenset((*whole, *rows, *every, *shared)) if parts else frozenset((MATRIX,))
-    return Contents(
-        names, tuple(filter(None, scalars)), {name: each.along for name, each in every.items() if each.along}
-    )
+def contents_of(kind: Kind) -> tuple[PartContents, ...]:
+    """Names of the scalars and arrays in results of a kind, part by part."""
+    return tuple(map(_contents_of_part, kind.parts))
 
 
-def is_whole(result: TaskResult) -> bool:
-    """True if a result holds all that its kind declares: names, a number of each member, columns of one length."""
+def _contents_of_part(part: Part) -> PartContents:
+    declared = quantities(part.type, part.prefix)
+    columns = {name: each.along for name, each in declared.items() if each.along}
+    scalars = declared.keys() - columns
+    shared = {f"{name}{SHARED_ERROR}" for name in scalars if declared[name].shared}
+    every = {f"{part.prefix}{item.name}" for item in fields(part.type) if item.name != ENDING_FIELD}
+    return PartContents(frozenset(scalars | shared), columns, frozenset(every - declared.keys() if part.whole else ()))
+
+
+ENDING_FIELD: Final = "outcome"
+"""Field of a part that is no number: results hold outcomes apart."""
+
+
+def as_declared(result: TaskResult) -> TaskResult:
+    """The result with all scalars that its kind declares: NaN where the version that computed it had none.
+
+    Raises ValueError if this version cannot use it.
+    """
     if result.kind not in KINDS:
-        return False
-    contents = contents_of(KINDS[result.kind])
-    known = result.scalars.keys() | result.arrays.keys() <= contents.names
-    return known and _scalars_fit(contents, result) and _columns_fit(contents, result)
+        raise ValueError(f"{result.kind!r}: no kind of task")
+    kind, members = KINDS[result.kind], _member_count(result)
+    parts = [part for part in contents_of(kind) if part.is_held(result.scalars.keys() | result.arrays.keys())]
+    if not parts and contents_of(kind) and result.outcome.ok:
+        raise ValueError("completed without numbers")
+    if members:
+        declared = {name for part in parts for name in part.scalars}
+        missing = {name: [math.nan] * members for name in sorted(declared - result.scalars.keys())}
+        result = replace(result, scalars={**result.scalars, **missing}) if missing else result
+    _require_arrays(kind, parts, members, result)
+    return result
 
 
-def _scalars_fit(contents: Contents, result: TaskResult) -> bool:
-    held, numbers = result.scalars.keys(), result.scalars.values()
-    counts = {len(each) for each in numbers} | ({len(result.members)} - {0})
-    there = [part for part in contents.parts if part & held]
-    complete = all(part <= held for part in there) and bool(there or (result.arrays and not contents.parts))
-    plain = all({*map(type, each)} <= {int, float, bool} for each in numbers)
-    return plain and len(counts) <= 1 and 0 not in counts and (complete or not result.outcome.ok)
+def _member_count(result: TaskResult) -> int:
+    """Number of members, 0 without scalars. Raises ValueError unless each scalar is a number of each member."""
+    counts = {len(each) for each in result.scalars.values()} | ({len(result.members)} - {0})
+    plain = all({*map(type, each)} <= {int, float, bool} for each in result.scalars.values())
+    if not plain or len(counts) > 1 or 0 in counts:
+        raise ValueError("scalars that are not one number of each member")
+    return max(counts) if result.scalars else 0
 
 
-def _columns_fit(contents: Contents, result: TaskResult) -> bool:
-    along = contents.along
-    shapes = {(along[name], each.shape) for name, each in result.arrays.items() if name in along}
-    lengths = {sample: sum(result.scalars.get(rows_of(sample), shape)) for sample, shape in shapes}
-    matrix = result.arrays.get(MATRIX)
-    return (
-        all(each.dtype.kind in "biuf" for each in result.arrays.values())
-        and all(shape == (lengths[sample],) for sample, shape in shapes)
-        and (matrix is None or matrix.shape == 2 * (len(matrix),))
-    )
+def _require_arrays(kind: Kind, parts: Iterable[PartContents], members: int, result: TaskResult) -> None:
+    """Raise ValueError unless there are no arrays, or all of each part, as long as each other along a dimension."""
+    arrays, scalars = result.arrays, result.scalars
+    if any(each.dtype.kind not in "biuf" for each in arrays.values()):
+        raise ValueError("an array of something else than numbers")
+    matrix = arrays.get(MATRIX)
+    if kind is COMPLIANCE and result.outcome.ok and (matrix is None or matrix.shape != 2 * (len(matrix),)):
+        raise ValueError("no square matrix")
+    for part in parts if arrays else ():
+        if lost := (part.columns.keys() | part.undeclared) - arrays.keys() - scalars.keys():
+            raise ValueError(f"without {', '.join(sorted(lost))}")
+        for name, sample in part.columns.items():
+            rows = scalars.get(rows_of(sample), ())
+            if kind.all_members and members > 1 and not rows:
+                raise ValueError(f"without {rows_of(sample)}")
+            first = next(arrays[each].shape for each, along in part.columns.items() if along == sample)
+            if arrays[name].shape != ((sum(rows),) if rows else first) or arrays[name].ndim != 1:
+                raise ValueError(f"{name} has another length along {sample}")
 
 
 def needed_kinds(manifest: Manifest) -> frozenset[str]:

@@ -23,10 +23,10 @@ from typing import Any, BinaryIO, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nanoslip.solver.outcome import Ending, Outcome
+from nanoslip.solver.outcome import Ending, Outcome, printable
 from nanoslip.study.notices import print_notice
-from nanoslip.study.origin import Origins, from_data
-from nanoslip.study.plan.kinds import is_whole
+from nanoslip.study.origin import Origins, all_sources_hash, from_data
+from nanoslip.study.plan.kinds import as_declared
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import files
 from nanoslip.study.results.files import RANDOM, is_no_file, open_regular
@@ -42,6 +42,10 @@ class TornError(CorruptResultError):
 
 class ResultFormatError(CorruptResultError):
     """A result as another nanoslip writes it: no damage."""
+
+
+class UnusableResultError(CorruptResultError):
+    """A result with right checksums that this version cannot use: it is computed again, and stays where it is."""
 
 
 FORMAT: Final = 1
@@ -63,6 +67,10 @@ class Meta(NamedTuple):
     kind: str
     outcome: Outcome
     origins: Origins
+
+
+UNKNOWN: Final = Meta("", Outcome(Ending.INVALID), ())
+"""In place of a description, with right checksums, that this version cannot read."""
 
 
 class Head(NamedTuple):
@@ -124,9 +132,11 @@ def read_head(file: BinaryIO) -> Head:
     if seal != zlib.crc32(meta, zlib.crc32(begin[: _HEAD.size])):  # a length that was damaged leads anywhere
         raise (TornError if len(meta) < meta_length else CorruptResultError)(CHANGED)
     try:
-        return Head(key.decode("ascii"), _meta(meta), table, numbers, checksum, seal, LEAST + meta_length + numbers)
+        said = _meta(meta)
     except NO_RESULT:
-        raise CorruptResultError(NOT_OURS) from None
+        said = UNKNOWN
+    name = key.decode("ascii", "replace")
+    return Head(name, said, table, numbers, checksum, seal, LEAST + meta_length + numbers)
 
 
 def _ours_but_for_its_mark(begin: bytes, file: BinaryIO) -> bool:
@@ -151,19 +161,18 @@ def require_whole(head: Head, numbers: Any) -> None:
 def result_of(head: Head, numbers: Any) -> TaskResult:
     """Result with this head and these numbers (a buffer that is never written to). Its arrays are read-only.
 
-    Raises CorruptResultError.
+    Raises UnusableResultError.
     """
+    if head.meta is UNKNOWN:
+        raise UnusableResultError(NOT_OURS)
     try:
         table = json.loads(str(numbers[: head.table], "ascii"))
         arrays = dict(_arrays(table["arrays"], numbers, head.table))
         members = tuple([Outcome(Ending(ending), *more) for ending, *more in table["members"]])
         kind, outcome, origins = head.meta
-        result = TaskResult(head.key, kind, outcome, table["scalars"], arrays, members, origins)
-        if is_whole(result):
-            return result
-    except NO_RESULT:
-        pass
-    raise CorruptResultError(NOT_OURS)
+        return as_declared(TaskResult(head.key, kind, outcome, table["scalars"], arrays, members, origins))
+    except NO_RESULT as error:
+        raise UnusableResultError(f"{NOT_OURS}: {printable(str(error), LONGEST_REASON)}") from None
 
 
 def _arrays(rows: list[Any], numbers: Any, at: int) -> Iterator[tuple[str, NDArray[Any]]]:
@@ -208,7 +217,9 @@ _KEY: Final = 20
 _MOST: Final = 1 << 20
 """Most bytes of a result's description: more are damage."""
 CHANGED: Final = "its bytes are not those that were written"
-NOT_OURS: Final = "its checksums are right, its content is no result's"
+NOT_OURS: Final = "its checksums are right, but this version cannot use its content"
+LONGEST_REASON: Final = 120
+"""Most characters of the reason why content cannot be used: it may come from anywhere."""
 NO_RESULT: Final = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
 """Raised by content that is no result's."""
 
@@ -260,7 +271,8 @@ def named(path: Path) -> Iterator[None]:
     except ResultFormatError as error:
         raise ResultFormatError(f"{path}: {error}") from error
     except CorruptResultError as error:
-        raise CorruptResultError(f"{path}: not a whole result ({error})") from error
+        kind = UnusableResultError if isinstance(error, UnusableResultError) else CorruptResultError
+        raise kind(f"{path}: not a whole result ({error})") from error
 
 
 def _head(path: Path, file: BinaryIO) -> Head:
@@ -276,6 +288,29 @@ def _numbers(head: Head, file: BinaryIO) -> Any:
     numbers = file.read(head.numbers)
     require_whole(head, numbers)
     return numbers
+
+
+# Results that this version cannot use, though their checksums are right, stay where they are: another version may use them. A
+# line for each keeps this version from counting them as finished.
+
+UNUSABLE: Final = "unusable.txt"
+"""File among the results with a line for each result that a version could not use."""
+
+
+def unusable_in(folder: Path) -> frozenset[str]:
+    """The lines of all results here that a version could not use."""
+    return frozenset(files.read_lines(folder / UNUSABLE))
+
+
+def note_unusable(folder: Path, head: Head) -> None:
+    """Keep this version from counting a result as finished, in this process and later ones."""
+    with suppress(OSError):  # who only reads the folder finds it again
+        files.append_lines(folder / UNUSABLE, f"{line_of(head)}\n".encode())
+
+
+def line_of(head: Head) -> str:
+    """The line of a result that this version cannot use: version, key and checksums."""
+    return f"{all_sources_hash()} {head.key} {head.seal:08x} {head.checksum:08x}"
 
 
 # Logs of results, and where each result is in them. One process appends to a log, any process reads it.
@@ -451,6 +486,7 @@ class Logs:
         self._unread: dict[Path, list[Fault]] = {}
         self._seen: dict[Path, _Seen] = {}
         self._opened = lru_cache(_OPEN)(OpenFile)
+        self._unusable = unusable_in(folder)
         self.places: dict[str, LocatedEntry] = {}
         """Key -> where its result is, as far as was looked."""
 
@@ -496,11 +532,40 @@ class Logs:
         try:
             require_whole(head, numbers)
             return result_of(head, numbers)
+        except UnusableResultError as error:
+            self.reject(head)
+            raise UnusableResultError(_damaged(path, Fault(begin, begin + head.length, error))) from error
         except CorruptResultError as error:
             fault = Fault(begin, begin + head.length, error)
             self._unread.setdefault(path, []).append(fault)
             self.places.pop(head.key, None)
             raise CorruptResultError(_damaged(path, fault)) from error
+
+    def reject(self, head: Head) -> None:
+        """Have a result that this version cannot use count as not finished."""
+        note_unusable(self._folder, head)
+        self._unusable |= {line_of(head)}
+        known = self.places.get(head.key)
+        if known and known.head == head:
+            del self.places[head.key]
+
+    def is_rejected(self, head: Head) -> bool:
+        """True if this version has found that it cannot use the result with this head."""
+        return bool(self._unusable) and line_of(head) in self._unusable
+
+    def set_aside_unusable(self, path: Path) -> None:
+        """Give another name to a file with a result that this version cannot use, before it is written anew. Raises OSError."""
+        if not os.path.lexists(path):
+            return
+        with suppress(CorruptResultError):
+            head = check_file(path)
+            try:
+                read_entry(path)
+                useful = not self.is_rejected(head)
+            except UnusableResultError:
+                useful = False
+            if not useful:
+                path.rename(files.free_name(path))
 
     def _paths(self) -> list[Path]:
         """Existing logs; other objects of such a name are reported once."""
@@ -539,6 +604,13 @@ class Logs:
 
     def _enter(self, place: LocatedEntry) -> None:
         """Enter a result. Of two results of one task the later log counts, as it was computed again."""
+        if self.is_rejected(place.head):
+            return
+        if place.head.meta is UNKNOWN:
+            fault = Fault(place.begin, place.begin + place.head.length, UnusableResultError(NOT_OURS))
+            self._notice(f"{_damaged(place.path, fault)}{AGAIN}")
+            self.reject(place.head)
+            return
         known = self.places.get(place.head.key)
         if known is None or known.path <= place.path:
             self.places[place.head.key] = place

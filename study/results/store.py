@@ -115,9 +115,12 @@ class Store:
                 state = path.lstat()
                 stamp = state.st_mtime_ns, state.st_size, state.st_ino
                 if path not in self._checked or self._checked[path][0] != stamp:
-                    self._checked[path] = stamp, entry.check_file(path)
+                    head = entry.check_file(path)
                     entry.read_entry(path)
-                found[path.stem] = self._checked[path][1]
+                    self._checked[path] = stamp, head
+                head = self._checked[path][1]
+                if not self._logs.is_rejected(head):
+                    found[path.stem] = head
             except ResultFormatError:
                 raise
             except CorruptResultError as error:
@@ -135,13 +138,22 @@ class Store:
         content = entry.packed(result)
         with failing(f"{self.folder}: cannot write {result.key}"):
             if shared:
-                files.write_whole(entry.path_of(self.folder, result.key), [content])
+                path = entry.path_of(self.folder, result.key)
+                self._logs.set_aside_unusable(path)
+                files.write_whole(path, [content])
                 return
             self._log.add(content)
             self._logs.places.pop(result.key, None)  # to be found anew
             file = f"{self.folder}/{result.key}{entry.ENDING}"  # a path would take longer than the look
             if os.path.isfile(file):
                 Path(file).unlink(missing_ok=True)  # else it, which is older, would be read first
+
+    def reject(self, key: str) -> None:
+        """Have a result count as not finished: this version cannot use it, though its checksums are right."""
+        with suppress(FileNotFoundError, CorruptResultError):
+            self._logs.reject(entry.check_file(entry.path_of(self.folder, key)))
+        if place := self._logs.find(key):
+            self._logs.reject(place.head)
 
     def read(self, key: str) -> TaskResult:
         """A result; its arrays are read-only. Raises CorruptResultError, FileNotFoundError."""

@@ -14,7 +14,7 @@ from nanoslip.study.origin import Origins, arithmetic
 from nanoslip.study.plan.plan import Plan
 from nanoslip.study.plan.task import Task, TaskResult
 from nanoslip.study.results.attempts import Attempt
-from nanoslip.study.results.entry import CorruptResultError
+from nanoslip.study.results.entry import NOT_OURS, CorruptResultError, UnusableResultError
 from nanoslip.study.results.files import looks
 from nanoslip.study.results.store import Store, StoreError
 from nanoslip.study.run.compute import run_task
@@ -69,11 +69,11 @@ def _execute(store: Store, read: Read, task: Task | WarmUp | Settle) -> Outcome:
 
 
 def _read(store: Store, key: str) -> TaskResult:
-    """A result that was reported as done. Raises OSError, so that a later run tries again."""
+    """A result that was reported as done, with its arrays. Raises OSError, so that a later run tries again."""
     try:
         for _ in looks():
             with suppress(FileNotFoundError):
-                return store.read(key)
+                return _with_arrays(store, store.read(key))
     except CorruptResultError as error:
         raise OSError(str(error)) from error  # the next run computes it again
     raise FileNotFoundError(errno.ENOENT, NOT_THERE, f"{store.folder}/{key}")
@@ -81,6 +81,14 @@ def _read(store: Store, key: str) -> TaskResult:
 
 NOT_THERE: Final = "not there though another process has made it"
 """Message for a folder or result that a network file system does not show in time."""
+
+
+def _with_arrays(store: Store, result: TaskResult) -> TaskResult:
+    """A result that others are computed from. Raises UnusableResultError if it has lost all its arrays."""
+    if result.outcome.usable and not result.arrays:
+        store.reject(result.key)
+        raise UnusableResultError(f"{store.folder}/{result.key}: {NOT_OURS}")
+    return result
 
 
 def drop_intermediates(plan: Plan, store: Store) -> None:

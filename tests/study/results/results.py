@@ -17,20 +17,30 @@ import numpy as np
 import pytest
 
 from nanoslip.solver.outcome import COMPLETED, Ending, Outcome
+from nanoslip.study.plan.kinds import KINDS, contents_of
 from nanoslip.study.plan.task import TaskResult
 from nanoslip.study.results import entry as own
 from nanoslip.study.results.entry import ALIGNED, LEAST, MARK
 from nanoslip.study.results.store import FOLDER
 
+_PLATEAU, _EVENTS, _COLUMNS = contents_of(KINDS["record"])[1:4]
+_NAMES: Final = sorted(each for part in (_PLATEAU, _EVENTS, _COLUMNS) for each in part.scalars | part.undeclared)
 RECORD: Final = TaskResult(
     "0123456789abcdef0123",
     "record",
     Outcome(Ending.CASCADE_LIMIT, "one event needed more slips than slip.cascade_limit (μ_i = 0.5)"),
-    {"plateau_mean": [0.1 + 0.2, 0.3], "plateau_std": [float("nan"), 0.1], "events": [np.int64(3), 0]},
     {
+        **{name: [0.25, 0.5] for name in _NAMES},
+        "plateau_mean": [0.1 + 0.2, 0.3],
+        "plateau_std": [float("nan"), 0.1],
+        "events": [np.int64(3), 0],
+        "event_rows": [3, 0],
+        "record_node_rows": [0, 0],
+    },
+    {
+        **{name: np.zeros(3 if along == "event" else 0) for name, along in _COLUMNS.columns.items()},
         "displacement": np.array([0.1, 0.2, 0.3]),
         "kind": np.array([0, 1, 2], dtype=np.int8),
-        "node_x": np.empty(0),
     },
     (Outcome(Ending.CASCADE_LIMIT, "one event"), Outcome(Ending.NO_PLATEAU, "raise limits.events")),
 )
@@ -38,7 +48,7 @@ COMPLIANCE: Final = TaskResult(
     "fedcba98765432100123", "compliance", COMPLETED, {}, {"matrix": np.asfortranarray(np.arange(16.0).reshape(4, 4))}
 )
 REFUSED: Final = TaskResult("00000000000000000000", "compliance", Outcome(Ending.SINGULAR_OPERATOR, "no support"))
-OTHER: Final = replace(RECORD, key="aaaaaaaaaaaaaaaaaaaa", scalars={"plateau_mean": [0.5]}, members=())
+OTHER: Final = replace(RECORD, key="aaaaaaaaaaaaaaaaaaaa", scalars={name: [0.5] for name in _NAMES}, members=())
 ALL: Final = (RECORD, COMPLIANCE, REFUSED, OTHER)
 
 

@@ -1,4 +1,4 @@
-"""Results with right checksums that no solver has computed: each counts as damaged, is set aside and computed again."""
+"""Results with right checksums that this version cannot use: each is computed again, and no byte of it is lost."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -57,8 +57,8 @@ EDITS: tuple[Edit, ...] = (
     *(lambda meta, _, name=name: meta.pop(name) for name in ("kind", "ending", "message", "origins")),
     *put(1, "scalars", 5, None, [], "x", {}),
     *in_scalars(5, None, "x", "xy", [], [1.0], [None, 1.0], ["1", "2"], [[1.0], [2.0]], {}, 3 * [1.0]),
-    lambda _, table: table["scalars"].update(banana=[1.0, 2.0]),
-    lambda _, table: table["scalars"].pop("approach"),
+    lambda _, table: table["scalars"].pop("displacement"),
+    lambda _, table: table["scalars"].update(banana=[1.0]),
     *put(1, "arrays", 5, None, [5], [["x"]]),
     *in_rows(0, "banana", 5, None),
     *in_rows(1, "<c16", "|O", "nonsense", "<M8[s]", 5),
@@ -94,17 +94,18 @@ def crafted(result, edit):
 
 
 @pytest.mark.parametrize("shared", [True, False], ids=["file", "log"])
-def test_what_cannot_be_read_counts_as_damaged_and_is_computed_again(tmp_path, contact, shared):
+def test_what_cannot_be_used_is_computed_again_and_kept(tmp_path, contact, shared):
     assert len(EDITS) > 40
     for number, edit in enumerate(EDITS):
         store = Store(tmp_path / str(number))
         store.prepare()
         store.write(COMPLIANCE)
         (log,) = store.folder.glob("*.log")
+        content = crafted(contact, edit)
         if shared:
-            path_of(store.folder, contact.key).write_bytes(crafted(contact, edit))
+            path_of(store.folder, contact.key).write_bytes(content)
         else:
-            log.write_bytes(crafted(contact, edit) + log.read_bytes())
+            log.write_bytes(content + log.read_bytes())
         later = Store(tmp_path / str(number))
         later.prepare()
         assert later.find(contact.key) is None, number
@@ -112,9 +113,10 @@ def test_what_cannot_be_read_counts_as_damaged_and_is_computed_again(tmp_path, c
         again = Store(tmp_path / str(number))
         assert again.finished() == {COMPLIANCE.key}, number
         assert same(again.read(COMPLIANCE.key), COMPLIANCE)
-        assert shared or list(store.folder.glob("*.set-aside-1"))
         again.write(contact, shared)
         assert same(again.read(contact.key), contact)
+        assert same(Store(tmp_path / str(number)).read(contact.key), contact)
+        assert sum(content in path.read_bytes() for path in store.folder.iterdir()) == 1, number
 
 
 def test_what_was_edited_by_nobody_is_read(tmp_path, contact):
@@ -128,7 +130,7 @@ def test_what_was_edited_by_nobody_is_read(tmp_path, contact):
         store.read(contact.key)
 
 
-def test_a_run_sets_aside_what_it_cannot_read_and_the_next_one_computes_it(main, campaign, finished):
+def test_the_next_run_computes_what_a_run_cannot_use(main, campaign, finished):
     """Not again and again exit code 99."""
     before = (finished / "results.nc").read_bytes()
     store = Store(finished)

@@ -118,7 +118,7 @@ def test_what_stands_where_a_result_belongs_is_named_and_stops_nothing(tmp_path,
     ],
 )
 def test_what_is_no_result_in_spite_of_its_checksums_is_corrupt(meta, table):
-    with pytest.raises(CorruptResultError, match="no result's"):
+    with pytest.raises(CorruptResultError, match="cannot use"):
         unpacked(forged(meta, table, table=len(table)))
     with pytest.raises(CorruptResultError):
         unpacked(forged(META, key=b"\xff" * 20))

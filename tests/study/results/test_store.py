@@ -64,7 +64,7 @@ def test_what_is_computed_again_counts(store, before, shared):
     store.write(RECORD, before)
     for mean, writer in ((0.7, store), (0.1, again(store))):
         assert store.find(RECORD.key) is not None
-        new = replace(OTHER, key=RECORD.key, scalars={"plateau_mean": [mean]})
+        new = replace(OTHER, key=RECORD.key, scalars={**OTHER.scalars, "plateau_mean": [mean]})
         writer.write(new, shared)
         for each in (store, writer, again(store)):
             assert each.finished() == {RECORD.key}
