@@ -1,12 +1,14 @@
 """Join several datasets into one: scalars over the union of their axes, groups one behind the other."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
+from itertools import chain
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from nanoslip.solver.drive import Scales
 from nanoslip.solver.outcome import NanoslipError
@@ -45,28 +47,42 @@ def _merged(
     names: Iterable[str], added: Sequence[str], dims: Sequence[str], roots: Sequence[xr.Dataset], sources: Sequence[str]
 ) -> xr.Dataset:
     """Variables of all datasets; NaN where no dataset has a place. Raises NotJoinableError if two differ at one place."""
-    along = {name: _along(name, added, roots) for name in names}
-    found = xr.Dataset()
+    axes = (*added, *dims)
+    dims_by_name = {name: _joint_dims(name, added, roots) for name in names}
+    merged = xr.Dataset()
     for root, source in zip(roots, sources, strict=True):
-        there = [dim for dim in (*added, *dims) if dim in root.variables]
-        labels = {dim: xr.Variable(dim, np.atleast_1d(root[dim].values), root[dim].attrs) for dim in there}
-        variables = {
-            name: root[name].variable.set_dims({dim: labels[dim].size for dim in own})  # type: ignore[no-untyped-call]
-            for name, own in along.items()
-            if name in root.variables
-        }
-        one = xr.Dataset(variables, labels)
+        part = _with_axes(root, axes, dims_by_name)
         try:
-            found = xr.merge([found, one], compat="no_conflicts", join="outer", combine_attrs="override")
+            merged = xr.merge([merged, part], compat="no_conflicts", join="outer", combine_attrs="override")
         except xr.MergeError:
-            odd = next(name for name in variables if _conflicts(found, one, name))
-            same = "the same [ensemble] in all campaigns" if odd in _MEMBERS else "these cases in one of them alone"
-            said = f"{source}: {odd} differs from that of {sources[0]} in the same cases: needs {same}"
-            raise NotJoinableError(said) from None
-    return found.sel({dim: _union(dim, roots) for dim in (*added, *dims)})
+            raise _conflict_error(merged, part, source, sources[0]) from None
+    return merged.sel({dim: _union(dim, roots) for dim in axes})
 
 
-def _conflicts(one: xr.Dataset, other: xr.Dataset, name: str) -> bool:
+def _with_axes(root: xr.Dataset, axes: Sequence[str], dims_by_name: Mapping[str, Sequence[str]]) -> xr.Dataset:
+    """Variables of one dataset along their joint dimensions, the added axes with one label each."""
+    labels = {}
+    for dim in axes:
+        if dim in root.variables:
+            labels[dim] = xr.Variable(dim, np.atleast_1d(root[dim].values), root[dim].attrs)
+    variables = {}
+    for name, dims in dims_by_name.items():
+        if name in root.variables:
+            shape = {dim: labels[dim].size for dim in dims}
+            variables[name] = root[name].variable.set_dims(shape)  # type: ignore[no-untyped-call]
+    return xr.Dataset(variables, labels)
+
+
+def _conflict_error(merged: xr.Dataset, part: xr.Dataset, source: str, first: str) -> NotJoinableError:
+    """Error that names the variable in which a dataset differs from those merged before it."""
+    name = next(str(name) for name in part.data_vars if _has_conflict(merged, part, str(name)))
+    cure = "these cases in one of them alone"
+    if name in _MEMBERS:
+        cure = "the same [ensemble] in all campaigns"
+    return NotJoinableError(f"{source}: {name} differs from that of {first} in the same cases: needs {cure}")
+
+
+def _has_conflict(one: xr.Dataset, other: xr.Dataset, name: str) -> bool:
     """True if two datasets have different values of a variable in the same cases."""
     if name not in one:
         return False
@@ -74,32 +90,40 @@ def _conflicts(one: xr.Dataset, other: xr.Dataset, name: str) -> bool:
     return not bool((here.isnull() | there.isnull() | (here == there)).all())
 
 
-def _along(name: str, added: Sequence[str], roots: Sequence[xr.Dataset]) -> tuple[str, ...]:
+def _joint_dims(name: str, added: Sequence[str], roots: Sequence[xr.Dataset]) -> tuple[str, ...]:
     """Dimensions of a variable: all that it has in any dataset, and the axes that are added.
 
     One value in each dataset stays one if it is the same in all; else it lies along the cases.
     """
-    each = [tuple(map(str, root[name].dims)) for root in roots if name in root.variables]
-    own = tuple(dict.fromkeys(dim for dims in sorted(each, key=len, reverse=True) for dim in dims))
-    if not own and name != "case_id":
-        return _along("case_id", added, roots) if len(_values(name, roots)) > 1 else ()
-    return (*(each for each in added if each not in own), *own)
+    variants = [tuple(map(str, root[name].dims)) for root in roots if name in root.variables]
+    variants.sort(key=len, reverse=True)
+    dims = tuple(dict.fromkeys(chain.from_iterable(variants)))
+    if dims or name == "case_id":
+        return (*(axis for axis in added if axis not in dims), *dims)
+    if len(_values(name, roots)) > 1:
+        return _joint_dims("case_id", added, roots)
+    return ()
 
 
-def _filled(name: str, values: xr.DataArray, kind: np.dtype[Any]) -> xr.DataArray:
-    """A merged variable in its type, with fill values for missing ones, as if not computed."""
+def _fill_missing(name: str, values: xr.DataArray, kind: np.dtype[Any]) -> xr.DataArray:
+    """Merged variable in its type; cases that no dataset has are filled as if they were not computed."""
     if kind.kind == "O":
-        return values.fillna(PENDING if name in {ending.name for ending, *_ in OUTCOMES.values()} else "")
+        is_outcome = name in {ending.name for ending, *_ in OUTCOMES.values()}
+        return values.fillna(PENDING if is_outcome else "")
     if kind == np.int32:
         values = values.fillna(0)
-    return values if bool(values.isnull().any()) else values.astype(kind)
+    if bool(values.isnull().any()):
+        return values
+    return values.astype(kind)
 
 
 def _union(name: str, roots: Sequence[xr.Dataset]) -> list[Any]:
-    """All labels of a dimension, in their order where each dataset has them in order."""
-    each: list[list[Any]] = [np.atleast_1d(root[name].values).tolist() for root in roots if name in root.variables]
-    found = list(dict.fromkeys(label for labels in each for label in labels))
-    return sorted(found) if all(labels == sorted(labels) for labels in each) else found
+    """All labels of a dimension, in ascending order if each dataset has them so."""
+    columns: list[list[Any]] = [np.atleast_1d(root[name].values).tolist() for root in roots if name in root.variables]
+    labels = list(dict.fromkeys(chain.from_iterable(columns)))
+    if all(column == sorted(column) for column in columns):
+        return sorted(labels)
+    return labels
 
 
 def _values(name: str, roots: Sequence[xr.Dataset]) -> set[Any]:
@@ -116,145 +140,190 @@ SOURCES: Final = "sources"
 def joined(
     roots: Sequence[xr.Dataset], sources: Sequence[str], holes: bool = False, scalars: bool = False
 ) -> xr.Dataset:
-    """One dataset, in memory, of all that the datasets have. Raises NotJoinableError, LostGroupsError.
+    """Join datasets into one, in memory. Raises NotJoinableError, LostGroupsError.
 
-    sources: names in messages. holes: whether cases of no dataset may be missing, as pending. scalars: those alone, with holes
-        all of them, else those that all have.
+    sources: names in messages. holes: allow a product with missing cases, which are pending. scalars: join scalars alone,
+        with holes the scalars of any dataset, else those that all have.
     """
     roots = [with_texts(root) for root in roots]
     _refuse_strangers(roots, sources, scalars)
-    roots = _with_equal_labels(_numbered(_scalars(roots, holes) if scalars else roots))
-    dims = list(dict.fromkeys(str(dim) for root in roots for dim in root.dims))
+    if scalars:
+        roots = _select_scalars(roots, unshared=holes)
+    roots = _with_equal_labels(_number_cases(roots))
+    dims = _distinct_names(root.dims for root in roots)
     added = added_axes(dims, roots, sources)
-    names = list(dict.fromkeys(str(name) for root in roots for name in root.variables if name not in (*added, *dims)))
-    found = _merged(names, added, dims, roots, sources)
-    if not holes and (missing := int(found["case_id"].isnull().sum())):
-        along = " x ".join(f"{dim} ({size})" for dim, size in found["case_id"].sizes.items())
-        raise NotJoinableError(
-            f"{', '.join(sources)}: {found['case_id'].size - missing} of {found['case_id'].size} cases of {along} are there: "
-            'needs cases that make up a full product, lists of cases (design = "zip" or a table), or join="outer"'
-        )
-    kinds = {name: np.result_type(*(root[name].dtype for root in roots if name in root.variables)) for name in names}
-    found = found.assign({name: _filled(name, found[name], kind) for name, kind in kinds.items()})
-    root = found.assign_attrs(_attributes(roots)).set_coords({name for root in roots for name in root.coords})
-    groups = {name: _group(roots, group) for name, group in all_groups().items() if name in groups_of(roots[0])}
+    names = [name for name in _distinct_names(root.variables for root in roots) if name not in (*added, *dims)]
+    merged = _merged(names, added, dims, roots, sources)
+    if not holes:
+        _refuse_holes(merged["case_id"], sources)
+    for name in names:
+        kinds = [root[name].dtype for root in roots if name in root.variables]
+        merged[name] = _fill_missing(name, merged[name], np.result_type(*kinds))
+    merged = merged.assign_attrs(_joint_attributes(roots))
+    merged = merged.set_coords(_distinct_names(root.coords for root in roots))
+    groups = {name: _join_group(roots, group) for name, group in all_groups().items() if name in groups_of(roots[0])}
     software = SOFTWARE[0].name
-    return carrying(root, groups | {software: _software([groups_of(each)[software] for each in roots])})
+    groups[software] = _join_software([groups_of(root)[software] for root in roots])
+    return carrying(merged, groups)
 
 
-def _scalars(roots: Sequence[xr.Dataset], unshared: bool) -> list[xr.Dataset]:
+def _distinct_names(names: Iterable[Iterable[Hashable]]) -> list[str]:
+    """Names of several datasets, each once, in the order in which they first appear."""
+    return list(dict.fromkeys(map(str, chain.from_iterable(names))))
+
+
+def _refuse_holes(cases: xr.DataArray, sources: Sequence[str]) -> None:
+    """Raise NotJoinableError if cases of the product of all axes are missing."""
+    missing = int(cases.isnull().sum())
+    if not missing:
+        return
+    product = " x ".join(f"{dim} ({size})" for dim, size in cases.sizes.items())
+    raise NotJoinableError(
+        f"{', '.join(sources)}: {cases.size - missing} of {cases.size} cases of {product} are there: "
+        'needs cases that make up a full product, lists of cases (design = "zip" or a table), or join="outer"'
+    )
+
+
+def _select_scalars(roots: Sequence[xr.Dataset], unshared: bool) -> list[xr.Dataset]:
     """The datasets without groups but the software, with the scalars that all of them have, or also with unshared ones."""
-    names = [{*map(str, root.data_vars)} - run_names() for root in roots]
-    known = set.union(*names) if unshared else set.intersection(*names)
-    kept = [[str(name) for name in root.data_vars if name in known] for root in roots]
+    scalars = [{*map(str, root.data_vars)} - run_names() for root in roots]
+    selection = set.union(*scalars) if unshared else set.intersection(*scalars)
     software = SOFTWARE[0].name
-    return [
-        carrying(root[names].copy(), {software: groups_of(root)[software]})
-        for root, names in zip(roots, kept, strict=True)
-    ]
+    selected = []
+    for root in roots:
+        names = [str(name) for name in root.data_vars if name in selection]
+        selected.append(carrying(root[names].copy(), {software: groups_of(root)[software]}))
+    return selected
 
 
 def _refuse_strangers(roots: Sequence[xr.Dataset], sources: Sequence[str], scalars: bool) -> None:
     """Raise NotJoinableError unless all have the same scales, and the same variables and groups if these are joined."""
     if not roots:
         raise NotJoinableError("no datasets: needs at least one")
-    first = roots[0]
     for root, source in zip(roots, sources, strict=True):
         if "case_id" not in root.coords or FORMAT not in root.attrs:
             raise NotJoinableError(f"{source}: no dataset: needs what nanoslip.open or nanoslip.run returned")
-        for name in (each.name for each in fields(Scales)):
-            if root.attrs.get(name) != first.attrs.get(name):
-                said = f"{source}: {name} = {root.attrs.get(name)}: needs that of {sources[0]}, {first.attrs.get(name)}"
-                raise NotJoinableError(
-                    f"{said}: the same [scales] in all campaigns, given or by default; or join the tables of nanoslip export"
-                )
-        held = () if scalars else ((root.data_vars, first.data_vars), (groups_of(root), groups_of(first)))
-        for mine, theirs in held:
-            if odd := sorted(map(str, mine.keys() ^ theirs.keys())):
-                said = f"{', '.join(odd[:4])}: {'there alone' if odd[0] in mine else f'only in {sources[0]}'}"
-                raise NotJoinableError(
-                    f"{source}: {said}: needs the same stages, outputs and [ensemble] in all, or scalars=True and join='outer'"
-                )
+    first = roots[0]
+    for root, source in zip(roots, sources, strict=True):
+        _refuse_scales(root, first, source, sources[0])
+        if not scalars:
+            _refuse_names(root.data_vars, first.data_vars, source, sources[0])
+            _refuse_names(groups_of(root), groups_of(first), source, sources[0])
         if (CASE in root.dims) != (CASE in first.dims):
             raise NotJoinableError(f"{source}: a list of cases beside a product of axes: needs all of one design")
 
 
-def _numbered(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
-    """The datasets with lists of cases numbered on."""
-    first, found = 0, []
+def _refuse_scales(root: xr.Dataset, first: xr.Dataset, source: str, first_source: str) -> None:
+    """Raise NotJoinableError if a dataset has other scales than the first one."""
+    for scale in fields(Scales):
+        own, needed = root.attrs.get(scale.name), first.attrs.get(scale.name)
+        if own != needed:
+            raise NotJoinableError(
+                f"{source}: {scale.name} = {own}: needs that of {first_source}, {needed}: "
+                "the same [scales] in all campaigns, given or by default; or join the tables of nanoslip export"
+            )
+
+
+def _refuse_names(own: Mapping[Any, Any], needed: Mapping[Any, Any], source: str, first_source: str) -> None:
+    """Raise NotJoinableError if a dataset has other variables, or groups, than the first one."""
+    unshared = sorted(map(str, own.keys() ^ needed.keys()))
+    if not unshared:
+        return
+    where = "there alone" if unshared[0] in own else f"only in {first_source}"
+    raise NotJoinableError(
+        f"{source}: {', '.join(unshared[:4])}: {where}: "
+        "needs the same stages, outputs and [ensemble] in all, or scalars=True and join='outer'"
+    )
+
+
+def _number_cases(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
+    """The datasets; the cases of a list have numbers that continue those of the list before."""
+    first = 0
+    numbered = []
     for root in roots:
         count = root.sizes.get(CASE, 0)
-        numbers = {CASE: (CASE, np.arange(first, first + count), root[CASE].attrs)} if count else {}
-        found.append(root.assign_coords(numbers))
+        numbers = {}
+        if count:
+            numbers[CASE] = (CASE, np.arange(first, first + count), root[CASE].attrs)
+        numbered.append(root.assign_coords(numbers))
         first += count
-    return found
+    return numbered
 
 
 def _with_equal_labels(roots: Sequence[xr.Dataset]) -> list[xr.Dataset]:
     """The datasets with numbers of coordinates that differ in rounding alone made those of the first that has them."""
-    known: dict[str, np.ndarray[Any, Any]] = {}
-    found = []
+    labels: dict[str, NDArray[Any]] = {}
+    relabelled = []
     for root in roots:
-        numbers = {str(name): each for name, each in root.coords.items() if each.dtype.kind == "f"}
-        equal = {
-            name: each.copy(data=_equal(known.get(name, each.values), each.values)) for name, each in numbers.items()
-        }
-        for name, each in equal.items():
-            known[name] = np.union1d(known.get(name, each.values), each.values)
-        found.append(root.assign_coords(equal))
-    return found
+        equal = {}
+        for name, coordinate in root.coords.items():
+            if coordinate.dtype.kind == "f":
+                known = labels.get(str(name), coordinate.values)
+                own = _replace_near(coordinate.values, known)
+                equal[name] = coordinate.copy(data=own)
+                labels[str(name)] = np.union1d(known, own)
+        relabelled.append(root.assign_coords(equal))
+    return relabelled
 
 
-def _equal(known: np.ndarray[Any, Any], own: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """A dataset's own numbers, known ones in place of those that are nearly these and no others; different ones stay so."""
+def _replace_near(own: NDArray[Any], known: NDArray[Any]) -> NDArray[Any]:
+    """A dataset's numbers, each with one known number within rounding replaced by it; different numbers stay different."""
     near = nearest(known, own)
-    return np.where(nearest(own, near) == own, near, own)
+    # Two of its own numbers may be near one known number: they keep their difference.
+    is_only_one = nearest(own, near) == own
+    return np.where(is_only_one, near, own)
 
 
-def _attributes(roots: Sequence[xr.Dataset]) -> dict[str, Any]:
+def _joint_attributes(roots: Sequence[xr.Dataset]) -> dict[str, Any]:
     """Attributes that all share, all titles, and the sources: title and checksum of each campaign."""
     first, *others = roots
-    kept = {name: value for name, value in first.attrs.items() if all(root.attrs.get(name) == value for root in others)}
-    sources = (root.attrs.get(SOURCES, _source(root.attrs)) for root in roots)
-    named = list(dict.fromkeys(each for source in sources for each in np.atleast_1d(source).tolist()))
-    return {**kept, _TITLE: "; ".join(dict.fromkeys(str(root.attrs[_TITLE]) for root in roots)), SOURCES: named}
+    shared = {}
+    for name, value in first.attrs.items():
+        if all(root.attrs.get(name) == value for root in others):
+            shared[name] = value
+    titles = dict.fromkeys(str(root.attrs[_TITLE]) for root in roots)
+    sources: list[str] = []
+    for root in roots:
+        sources += np.atleast_1d(root.attrs.get(SOURCES, _source_text(root.attrs))).tolist()
+    return {**shared, _TITLE: "; ".join(titles), SOURCES: list(dict.fromkeys(sources))}
 
 
-def _source(attributes: Mapping[Any, Any]) -> str:
+def _source_text(attributes: Mapping[Any, Any]) -> str:
     return f"{attributes[_TITLE]}, manifest sha256 {attributes.get('manifest_sha256', 'lost')}"
 
 
-def _group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
+def _join_group(roots: Sequence[xr.Dataset], group: Group) -> xr.Dataset:
     """The runs of one group of all datasets in sequence, shared ones once."""
     known: set[str] = set()
     parts = []
     for root in roots:
-        found = groups_of(root)[group.name]
-        names = found[group.name].values.tolist()
-        kept = [number for number, name in enumerate(names) if name not in known]
+        runs = groups_of(root)[group.name]
+        names = runs[group.name].values.tolist()
+        new = [number for number, name in enumerate(names) if name not in known]
         known.update(names)
-        within = {
-            sample: np.concatenate([np.arange(0), *(np.arange(*first[at : at + 2]) for at in kept)])
-            for sample, first in windows(found, group).items()
-        }
-        parts.append(found.isel({group.name: kept, **within}))
-    return _behind(parts)
+        places: dict[str, Any] = {group.name: new}
+        for sample, starts in windows(runs, group).items():
+            samples = [np.arange(starts[run], starts[run + 1]) for run in new]
+            places[sample] = np.concatenate([np.arange(0), *samples])
+        parts.append(runs.isel(places))
+    return _concatenate(parts)
 
 
-def _software(parts: Sequence[xr.Dataset]) -> xr.Dataset:
+def _join_software(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     """All software, each once, with how many results stem from it."""
     name, count = (quantity.name for quantity in SOFTWARE[:2])
-    whole = _behind(parts)
+    whole = _concatenate(parts)
     names, first, number = np.unique(whole[name].values.astype(str), return_index=True, return_inverse=True)
-    found = whole.isel({name: first})
-    found[count] = found[count].copy(data=np.bincount(number, whole[count].values, len(names)).astype(np.int64))
-    return found
+    results = np.bincount(number, whole[count].values, len(names)).astype(np.int64)
+    distinct = whole.isel({name: first})
+    distinct[count] = distinct[count].copy(data=results)
+    return distinct
 
 
-def _behind(parts: Sequence[xr.Dataset]) -> xr.Dataset:
+def _concatenate(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     """Concatenate datasets whose variables lie along one dimension each, along all of these dimensions."""
-    found = {
-        name: xr.Variable(each.dims, np.concatenate([part[name].values for part in parts]), each.attrs)
-        for name, each in parts[0].variables.items()
-    }
-    return xr.Dataset(found).set_coords(list(parts[0].coords))
+    joint = {}
+    for name, variable in parts[0].variables.items():
+        values = np.concatenate([part[name].values for part in parts])
+        joint[name] = xr.Variable(variable.dims, values, variable.attrs)
+    return xr.Dataset(joint).set_coords(list(parts[0].coords))
