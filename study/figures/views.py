@@ -89,41 +89,52 @@ def runs_of(dataset: xr.Dataset, group: str, need: RunNeed | None = None) -> lis
     """
     if f"{group}_id" not in dataset or group not in groups_of(dataset):
         return []
-    found = case_rows(dataset, id_of(dataset, group))
-    ids = found.values(f"{group}_id").tolist()
-    labels, positions = axes_of(found), found.positions
-    firsts = [ids.index(each) for each in dict.fromkeys(ids) if isinstance(each, str) and each]
-    needed = need if need and need.variable in dataset else None
-    enough = found.values(needed.variable) >= needed.least if needed else np.ones(len(ids), np.bool_)
+    rows = case_rows(dataset, id_of(dataset, group))
+    ids = rows.values(f"{group}_id").tolist()
+    labels, positions = axes_of(rows), rows.positions
+    distinct = [name for name in dict.fromkeys(ids) if isinstance(name, str) and name]
+    enough = np.ones(len(ids), np.bool_)
+    if need and need.variable in dataset:
+        enough = rows.values(need.variable) >= need.least
     runs = []
-    for number, place in enumerate(firsts, 1):
-        if enough[place]:
-            own = {name: values[place : place + 1].tolist()[0] for name, values in labels.items()}
-            selection = {dim: dataset[dim].values[along[place]] for dim, along in positions.items()}
-            runs.append(DrawnRun(number, own, selection))
+    for number, name in enumerate(distinct, 1):
+        row = ids.index(name)
+        if enough[row]:
+            label = {axis: values[row : row + 1].tolist()[0] for axis, values in labels.items()}
+            selection = {dim: dataset[dim].values[places[row]] for dim, places in positions.items()}
+            runs.append(DrawnRun(number, label, selection))
     return runs
 
 
 def views_of(dataset: xr.Dataset, family: RunFamily) -> Iterator[View | str]:
     """Figures of a few runs; and how many are not drawn, and why."""
-    caption = f"{family.caption}, of the first member" if are_means(dataset) and not family.of_all else family.caption
+    caption = family.caption
+    if are_means(dataset) and not family.of_all:
+        caption += ", of the first member"
     runs = runs_of(dataset, family.group, family.need)
     shown = [runs[position] for position in spread([run.label for run in runs], MOST_RUNS)]
     counted = "all" if len(shown) == len(runs) else f"{len(shown)} of {len(runs)}, spread over all axes"
     numbers = cache(partial(family.columns, dataset))  # a figure shows a run, and a file holds it
     if family.together and len(shown) > 1:
-        draw, columns = partial(_drawn, family, numbers, shown), partial(_joined, numbers, shown)
-        yield View(f"{family.name}_together", f"{caption}: {counted}.", draw, columns)
+        draw = partial(_drawn, family, numbers, shown)
+        yield View(f"{family.name}_together", f"{caption}: {counted}.", draw, partial(_joined, numbers, shown))
     else:
         for run in shown:
             which = f": {in_symbols(run.label)}" if run.label else ""
-            draw, columns = partial(_drawn, family, numbers, [run]), partial(numbers, run)
-            yield View(f"{family.name}_{run.number}", f"{caption}{which}.", draw, columns)
+            draw = partial(_drawn, family, numbers, [run])
+            yield View(f"{family.name}_{run.number}", f"{caption}{which}.", draw, partial(numbers, run))
         if len(shown) < len(runs):
             yield f"Drawn: {counted}."
-    if family.need and len(runs) < (every := len(runs_of(dataset, family.group))):
-        count, verb = (every - len(runs), "are not") if runs else ("None", "is")
-        yield f"{count} of {every} {verb} drawn: {family.need.otherwise}."
+    if family.need:
+        yield from _remark_on_missing(family.need, len(runs), len(runs_of(dataset, family.group)))
+
+
+def _remark_on_missing(need: RunNeed, drawable: int, every: int) -> Iterator[str]:
+    """Remark on runs that lack what a figure needs; none if all have it."""
+    if drawable == 0 < every:
+        yield f"None of {every} is drawn: {need.otherwise}."
+    elif drawable < every:
+        yield f"{every - drawable} of {every} are not drawn: {need.otherwise}."
 
 
 def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int64]:
@@ -133,18 +144,25 @@ def thinned(x: NDArray[Any], y: NDArray[Any], bins: int = 300) -> NDArray[np.int
     """
     if len(x) <= 2 * bins:
         return np.arange(len(x))
-    order = np.lexsort((y, edges := np.digitize(x, np.linspace(x[0], x[-1], bins + 1)[1:-1])))
-    firsts = np.flatnonzero(np.diff(edges[order], prepend=-1))
+    inner_edges = np.linspace(x[0], x[-1], bins + 1)[1:-1]
+    bin_of_point = np.digitize(x, inner_edges)
+    # Bin by bin, in each from the lowest to the highest.
+    order = np.lexsort((y, bin_of_point))
+    firsts = np.flatnonzero(np.diff(bin_of_point[order], prepend=-1))
     lasts = np.append(firsts[1:], len(x)) - 1
-    return np.unique(np.concatenate((order[firsts], order[lasts], [0, len(x) - 1])))
+    ends = [0, len(x) - 1]
+    return np.unique(np.concatenate((order[firsts], order[lasts], ends)))
 
 
 def _joined(numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun]) -> DrawnColumns:
-    """The numbers of several runs one below the other, and beside them which case they are of."""
-    tables = [(in_symbols(run.label), numbers(run)) for run in runs]
-    cases = [np.full(len(next(iter(table.values()))), name, dtype=object) for name, table in tables]
-    joined = {name: np.concatenate([table[name] for _, table in tables]) for name in tables[0][1]}
-    return {"case": np.concatenate(cases), **joined}
+    """The numbers of several runs one below the other, and beside them the case of each."""
+    tables = []
+    for run in runs:
+        columns = dict(numbers(run))
+        length = len(next(iter(columns.values())))
+        case = np.full(length, in_symbols(run.label), dtype=object)
+        tables.append({"case": case, **columns})
+    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
 def _drawn(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], runs: Sequence[DrawnRun]) -> Figure:
@@ -152,12 +170,16 @@ def _drawn(family: RunFamily, numbers: Callable[[DrawnRun], DrawnColumns], runs:
     with column(family.height, WIDTH) as figure:
         axes = figure.add_subplot()
         for color, run in zip(COLORS, runs, strict=False):
-            named = {"label": typeset(in_symbols(run.label))} if len(runs) > 1 else {}
-            family.draw(axes, numbers(run), {"color": color, **named})
+            style = {"color": color}
+            if len(runs) > 1:
+                style["label"] = typeset(in_symbols(run.label))
+            family.draw(axes, numbers(run), style)
         axes.set(**family.axes)
-        if names := axes.get_legend_handles_labels()[1]:
+        _, names = axes.get_legend_handles_labels()
+        if names:
             columns = 1 if max(map(len, names)) > LONG_NAME else 2
-            figure.set_size_inches(WIDTH, family.height + LEGEND_LINE * math.ceil(len(names) / columns))
+            lines = math.ceil(len(names) / columns)
+            figure.set_size_inches(WIDTH, family.height + LEGEND_LINE * lines)
             legend(figure, ncols=columns, markerscale=2.0)
     return figure
 
@@ -171,17 +193,26 @@ _BESIDE: Final = 0.25
 def contact_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """Event, x, pressure, shear and the half-plane's pressure at initial contact, of the nodes in contact and a few more.
 
-    Of many nodes those are left that can be told apart: where pressure or shear is least or largest nearby.
+    Many nodes are thinned to those with the least and largest pressure or shear nearby.
     """
-    seen = Accessor(dataset).row(**run.selection)
-    seen = seen if "event" in seen.dims else seen.expand_dims("event")
-    events, x, pressure, shear = (seen[name].values for name in ("event", "x", "pressure", "shear"))
-    near = _near(x, pressure)
-    x, pressure, shear = x[near], pressure[:, near], shear[:, near]
-    shown = [np.union1d(thinned(x, p), thinned(x, q)) for p, q in zip(pressure, shear, strict=True)]
-    row, node = np.repeat(np.arange(len(shown)), list(map(len, shown))), np.concatenate(shown)
-    tractions = {"pressure": pressure[row, node], "shear": shear[row, node]}
-    return {"event": events[row], "x": x[node], **tractions, "half_plane_pressure": half_plane(seen, x)[node]}
+    contact = Accessor(dataset).row(**run.selection)
+    if "event" not in contact.dims:
+        contact = contact.expand_dims("event")
+    x = contact["x"].values
+    near = _near(x, contact["pressure"].values)
+    x = x[near]
+    pressure = contact["pressure"].values[:, near]
+    shear = contact["shear"].values[:, near]
+    nodes = [np.union1d(thinned(x, p), thinned(x, q)) for p, q in zip(pressure, shear, strict=True)]
+    event = np.repeat(np.arange(len(nodes)), [len(each) for each in nodes])
+    node = np.concatenate(nodes)
+    return {
+        "event": contact["event"].values[event],
+        "x": x[node],
+        "pressure": pressure[event, node],
+        "shear": shear[event, node],
+        "half_plane_pressure": half_plane(contact, x)[node],
+    }
 
 
 def half_plane(case: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -193,8 +224,9 @@ def half_plane(case: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64]:
     r = np.hypot(x, float(case["y"].values[0])) if planar else x
     if str(case["pin"].item()) == "flat_punch":
         a = float(case["half_width"])
+        least = 1.0 / (2.0 * np.pi * a**2) if planar else 1.0 / (np.pi * a)
         root = np.sqrt(np.maximum(1.0 - (r / a) ** 2, 0.0))
-        return np.divide(1.0 / (2.0 * np.pi * a**2 if planar else np.pi * a), root, np.zeros(len(r)), where=root > 1e-4)
+        return np.divide(least, root, np.zeros(len(r)), where=root > 1e-4)
     load, *shape = (float(case[name]) for name in ("normal_load", "radius", "poisson"))
     if not planar:
         return hertz(load, *shape).pressure(r) / load
@@ -283,23 +315,28 @@ def size_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
 
     Beside them the power law, NaN below its cut-off and where its goodness of fit refuses it, with its exponent and goodness.
     """
-    found = Accessor(dataset).event_sizes("slips", **run.selection)
-    middles, events = found["bin_middle"].values, found["bin_events"].values
-    fit = {name: float(found[f"slips_{name}"]) for name in (*FITTED, "cutoff", "tail")}
+    sizes = Accessor(dataset).event_sizes("slips", **run.selection)
+    middles, events = sizes["bin_middle"].values, sizes["bin_events"].values
+    fit = {name: float(sizes[f"slips_{name}"]) for name in (*FITTED, "cutoff", "tail")}
     law = np.full(len(middles), np.nan)
     if fit["goodness"] >= SIGNIFICANT and np.isfinite(fit["exponent"]):
-        there = middles >= fit["cutoff"]
-        law[there] = fit["tail"] / events.sum() * density(middles[there], fit["exponent"], fit["cutoff"], True)
-    stated = {name: np.full(len(middles), fit[name]) for name in FITTED}
-    shares = found["bin_density"].values
-    return {"event_slips": middles, "density": shares, "events": events, "power_law": law, **stated}
+        tail = middles >= fit["cutoff"]
+        share = fit["tail"] / events.sum()
+        law[tail] = share * density(middles[tail], fit["exponent"], fit["cutoff"], True)
+    columns = {"event_slips": middles, "density": sizes["bin_density"].values, "events": events, "power_law": law}
+    for name in FITTED:
+        columns[name] = np.full(len(middles), fit[name])
+    return columns
 
 
 def draw_sizes(axes: Any, table: DrawnColumns, style: dict[str, Any]) -> None:
     """The distribution as points joined by lines, the power law dashed and named by its exponent."""
     if np.isfinite(table["power_law"]).any():
-        named = f"τ = {with_error(float(table['exponent'][0]), float(table['exponent_uncertainty'][0]))}"
-        style = style | {"label": f"{style['label']}: {named}" if "label" in style else named}
+        exponent, error = float(table["exponent"][0]), float(table["exponent_uncertainty"][0])
+        label = f"τ = {with_error(exponent, error)}"
+        if "label" in style:
+            label = f"{style['label']}: {label}"
+        style = {**style, "label": label}
     axes.plot(table["event_slips"], table["density"], "o-", markersize=2, linewidth=0.5, **style)
     axes.plot(table["event_slips"], table["power_law"], "--", linewidth=1.4, color=style["color"])
 
@@ -326,9 +363,10 @@ SHADE_PERCENTILE: Final = 99.5
 
 def interior_columns(dataset: xr.Dataset, run: DrawnRun) -> DrawnColumns:
     """x, z (L_x), the three stresses and the largest shear stress, in W/(L_x·L_y), after the first event that is kept."""
-    seen = Accessor(dataset).interior(**run.selection)
-    here = seen.isel(event=0) if "event" in seen.dims else seen
-    columns = {name: here[name].values for name in ("x", "z", "stress_xx", "stress_zz", "stress_xz")}
+    inside = Accessor(dataset).interior(**run.selection)
+    if "event" in inside.dims:
+        inside = inside.isel(event=0)
+    columns = {name: inside[name].values for name in ("x", "z", "stress_xx", "stress_zz", "stress_xz")}
     half_difference = 0.5 * (columns["stress_xx"] - columns["stress_zz"])
     return {**columns, "largest_shear_stress": np.hypot(half_difference, columns["stress_xz"])}
 
@@ -440,34 +478,47 @@ CYCLE_VIEWS: Final = RunFamily(
 
 def beside_closed_forms(dataset: xr.Dataset) -> Iterator[View | str]:
     """The answers of a campaign; loss per cycle over amplitude has its closed form beside it."""
-    for each in answers(dataset):
-        loss = isinstance(each, View) and each.name == "loss_per_cycle"
-        yield (loss and _losses(dataset)) or each
+    for answer in answers(dataset):
+        losses = None
+        if isinstance(answer, View) and answer.name == "loss_per_cycle":
+            losses = _losses(dataset)
+        yield losses or answer
 
 
 def _losses(dataset: xr.Dataset) -> View | None:
     """Loss per cycle over amplitude, with Mindlin's closed form; None if cases are not lines over amplitude."""
-    found = replace(points_of(dataset, "loss_per_cycle"), closed_form=_mindlin(dataset))
+    points = replace(points_of(dataset, "loss_per_cycle"), closed_form=_mindlin(dataset))
     lossless = points_of(dataset, "shaken_down").values == 1.0
-    found = found.at(~lossless)
-    along = [name for name in ("amplitude", "stroke") if len(set(found.axes.get(name, ()))) > 1]
-    if not along or scattered(found) or roles_of(found, along[0]).mapped:
+    points = points.at(~lossless)
+    along = [name for name in ("amplitude", "stroke") if len(set(points.axes.get(name, ()))) > 1]
+    if not along or scattered(points) or roles_of(points, along[0]).mapped:
         return None
+    view = view_of(points, along[0])
     form = "Mindlin's closed form (Coulomb friction, half-plane without coupling), with the stiffness K of each case"
-    shaken = f" {lossless.sum()} shaken down, which lose nothing, not drawn." * bool(lossless.any())
-    view = view_of(found, along[0])
-    return replace(view, caption=f"{view.caption} Dotted lines without marks: {form}.{shaken}")
+    caption = f"{view.caption} Dotted lines without marks: {form}."
+    if lossless.any():
+        caption += f" {lossless.sum()} shaken down, which lose nothing, not drawn."
+    return replace(view, caption=caption)
 
 
 def _mindlin(dataset: xr.Dataset) -> NDArray[np.float64]:
     """Closed form of the loss of each case, in W·L_x."""
     rows = case_rows(dataset, "loss_per_cycle")
-    names = ("cycle_amplitude", "path_stiffness", "poisson", "intrinsic_friction", "normal_load")
-    found = []
-    for share, stiffness, poisson, friction, load in zip(*(rows.values(name).tolist() for name in names), strict=True):
-        form = MindlinLoops(stiffness, poisson if poisson == poisson else 0.0, friction * load)  # noqa: PLR0124  a chain has none
-        found.append(float(form.loss(share * form.bearing / stiffness)) / load if stiffness > 0.0 else math.nan)
-    return np.array(found)
+    losses = []
+    for amplitude, stiffness, poisson, friction, load in zip(
+        rows.values("cycle_amplitude").tolist(),
+        rows.values("path_stiffness").tolist(),
+        np.nan_to_num(rows.values("poisson")).tolist(),  # a chain has none
+        rows.values("intrinsic_friction").tolist(),
+        rows.values("normal_load").tolist(),
+        strict=True,
+    ):
+        loss = math.nan
+        if stiffness > 0.0:
+            form = MindlinLoops(stiffness, poisson, friction * load)
+            loss = float(form.loss(amplitude * form.bearing / stiffness)) / load
+        losses.append(loss)
+    return np.array(losses)
 
 
 FAMILIES: Final = (CONTACT_VIEWS, DRIVES, SIZE_VIEWS, INTERIORS, RECORDS, LOOPS, CYCLE_VIEWS)
