@@ -382,6 +382,9 @@ READING = (
     click.option("--offset", metavar="FORCE", help="Reading of the force cell without a pull; subtracted."),
     click.option("--drift", metavar="RATE", help='Drift of the force cell, as "1 mN/s" or in N/m; subtracted.'),
     click.option("--damping", type=FiniteNumber(0.0, 0.9), help="Damping ratio ζ [default: fitted to slips]"),
+    click.option(
+        "--rig", metavar="STIFFNESS", help='Of the machine between stage and contact, as "150 N/m"; for loops.'
+    ),
 )
 """Options for reading a measured trace."""
 
@@ -400,8 +403,9 @@ def trace() -> None:
 
     TEXT_FILE has columns: time or displacement, force, perhaps normal load, found by their names and units. μ_s, μ_k, period,
     amplitude and rising stiffness come from a fit of Eq. 16-19 to each slip, their ± from what the slips scatter. Of steady
-    sliding there is μ_k alone, of strokes to and fro half their difference. With --over, KEY=VALUE select a computed drive of
-    CAMPAIGN, whose first slip is drawn at the time of that in TEXT_FILE.
+    sliding there is μ_k alone, of strokes to and fro half their difference, less a drift that they have in common. A column of
+    positions that turn gives loops: energy of a cycle, friction at mid-stroke and at turns, stiffness and slip amplitude. With
+    --over, KEY=VALUE select a computed drive of CAMPAIGN, whose first slip is drawn at the time of that in TEXT_FILE.
 
     Example: nanoslip trace lab.csv --time s --force mN --load "2 N" -o lab.png
     """

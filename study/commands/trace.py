@@ -32,11 +32,25 @@ TRACE_SYMBOLS: Final = {
     "damping_ratio": "ζ",
     "rising_stiffness": "dF/dδ",
     "rising_rate": "dF/dt",
+    "cycle_energy": "∮F dx",
+    "mid_stroke_friction": "μ",
+    "turn_friction": "F at turns",
+    "contact_stiffness": "K",
+    "energy_ratio": "E/4Fδ",
 }
 """Symbols of the numbers of a trace."""
 SENTENCES: Final = {
     "strokes": "forces of both signs are {strokes} strokes, cut where the sign changes: friction is half their difference, the "
     "offset half their sum, ± over strokes",
+    "strokes_drift": "the force of all strokes drifts by {rate:.2g}{unit} each {over}: subtracted",
+    "few_strokes_drift": "the force of both strokes drifts by {rate:.2g}{unit} each {over}: subtracted; in two strokes "
+    "friction that changes along the way looks the same, in three it does not",
+    "nothing_slides": "nothing slides: the force follows the stage up to {force:.3g}{unit} and no stroke comes to a level: "
+    "friction is at least that, and the contact sticks or slips in part",
+    "as_stiff_as_rig": "after a turn the force rises as the stiffness of the rig alone makes it: that of the contact is not "
+    "known from this loop",
+    "open_loop": "the only cycle begins without force, so its loop is wider than those after it: energy, slip and energy ratio "
+    "are too large; a second cycle gives them",
     "pull_ends": "from {at:.4g} {over} on the force stays at {level:.3g}{unit} and never rises again: taken for the end of the "
     "pull, and left out; --from and --to choose another part",
     "sensor_limit": "{low} samples are at the least force and {high} at the largest, reached by jumps: the sensor's limit; "
@@ -84,6 +98,7 @@ class TraceReading(NamedTuple):
     offset: str | None
     drift: str | None
     damping: float | None
+    rig: str | None = None
 
     def trace(self, file: Path) -> tuple[Trace, float, float]:
         """The trace, its load and the velocity of its stage; NaN where they are not given. Raises Refusal, InvalidInput."""
@@ -105,7 +120,9 @@ class TraceReading(NamedTuple):
         """The trace, its load and its numbers. Raises Refusal."""
         try:
             trace, load, velocity = self.trace(file)
-            return trace, load, measure_trace(trace, load, velocity, self.damping)
+            rig = in_unit_of("rig", self.rig, "N m-1", positive=True)
+            found = measure_trace(trace, load, velocity, self.damping, math.inf if math.isnan(rig) else rig)
+            return trace, load, found
         except InvalidInput as error:
             raise Refusal(f"{file}: {error}") from None
 
@@ -191,36 +208,62 @@ def _table(found: TraceNumbers, computed: xr.Dataset | None) -> Table:
 
 
 def draw(trace: Trace, found: TraceNumbers, load: float, form: str, computed: xr.Dataset | None = None) -> bytes:
-    """Draw the trace with its closed form, and a computed drive whose first slip is at the same time; below, a cycle."""
+    """Draw the trace with its closed form, and a computed drive whose first slip is at the same time; below, a cycle or loops.
+
+    Forces of both signs are drawn less offset and drift, with their strokes shaded and lines of both signs.
+    """
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     label = "F/W" if trace.unit == "1" or math.isfinite(load) else "force (N)"
+    force = trace.force / per - found.offset - found.drift * (trace.at - trace.at[0])
     middle = found.cycles[len(found.cycles) // 2] if found.cycles else None
-    with shared.column(4.4 if middle else 2.4, shared.PAGE) as figure:
-        panels = figure.subplots(2 if middle else 1, squeeze=False)[:, 0]
+    below = bool(middle) or found.loops is not None
+    with shared.column(4.4 if below else 2.4, shared.PAGE) as figure:
+        panels = figure.subplots(2 if below else 1, squeeze=False)[:, 0]
         if computed is not None:
             first = found.cycles[0].start if found.cycles else 0.0
             shift = first - _first_drop(computed) if trace.over == "time" else 0.0
             look: dict[str, Any] = {"color": shared.COLORS[2], "label": f"computed, {shift:+.3g} s", "zorder": 3}
             panels[0].plot(computed["time"] + shift, computed["sample_spring_force"], **look)
-        for axes, marker in zip(panels, (",", "."), strict=False):
+        for axes, marker in zip(panels[: 2 if middle else 1], (",", "."), strict=False):
             look = {"marker": marker, "markersize": 2.0, "linewidth": 0.5, "color": shared.COLORS[5]}
-            axes.plot(trace.at, trace.force / per, label="measured", **look)
+            axes.plot(trace.at, force, label="measured", **look)
             for number, cycle in enumerate(found.cycles):
                 name = "Eq. 16-19" if not number else None
                 axes.plot(cycle.at, cycle.fit, color=shared.COLORS[1], linewidth=1.0, label=name)
-            for style, name in (("--", "static_friction"), (":", "kinetic_friction")):
-                if known := found.numbers.get(name):
-                    look = {"color": shared.COLORS[0], "linestyle": style, "label": TRACE_SYMBOLS[name]}
-                    axes.axhline(known.value, **look)
-            axes.set_ylabel(label)
+            _draw_levels(axes, found)
+            axes.set_ylabel(_less(label, found))
+        for span in found.spans:
+            panels[0].axvspan(span.start, span.end, color=shared.COLORS[5], alpha=0.12, linewidth=0.0)
         if middle:
             shown = (trace.at >= middle.at[0]) & (trace.at <= middle.at[-1])
-            force = trace.force[shown] / per
-            room = 0.1 * (force.max() - force.min())
-            panels[1].set(xlim=(middle.at[0], middle.at[-1]), ylim=(force.min() - room, force.max() + room))
-        panels[-1].set_xlabel("time (s)" if trace.over == "time" else "displacement (m)")
+            room = 0.1 * (force[shown].max() - force[shown].min())
+            limits = (force[shown].min() - room, force[shown].max() + room)
+            panels[1].set(xlim=(middle.at[0], middle.at[-1]), ylim=limits)
+        elif found.loops is not None:
+            look = {"linewidth": 0.5, "color": shared.COLORS[5]}
+            panels[1].plot(found.loops.position * 1e6, found.loops.force, **look)
+            _draw_levels(panels[1], found)
+            panels[1].set(xlabel="position (µm)", ylabel=_less(label, found))
+        along = "time (s)" if trace.over == "time" else "displacement (m)"
+        panels[0 if found.loops is not None and not middle else -1].set_xlabel(along)
         shared.legend(figure)
         return shared.image(figure, form)
+
+
+def _less(label: str, found: TraceNumbers) -> str:
+    """The label of forces, with what was subtracted from them."""
+    subtracted = [name for name, value in (("offset", found.offset), ("drift", found.drift)) if value]
+    return f"{label} less {' and '.join(subtracted)}" if subtracted else label
+
+
+def _draw_levels(axes: Any, found: TraceNumbers) -> None:
+    """Lines at static and kinetic friction, of both signs for strokes to and fro."""
+    for style, name in (("--", "static_friction"), (":", "kinetic_friction")):
+        if known := found.numbers.get(name):
+            look: dict[str, Any] = {"color": shared.COLORS[0], "linestyle": style}
+            axes.axhline(known.value, label=TRACE_SYMBOLS[name], **look)
+            if found.spans:
+                axes.axhline(-known.value, **look)
 
 
 def _first_drop(computed: xr.Dataset) -> float:

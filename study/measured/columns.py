@@ -41,7 +41,7 @@ _UNIT_BEHIND: Final = re.compile(r"(.+?)(?:\s+in\s+|\s*/\s*|[_,\s]+)([^\W\d]+)")
 _UNIT: Final = re.compile(r"[A-Za-zµμÅ]{1,15}")
 _LOOKED_AT: Final = 10_000
 """Number of lines from which the separator of numbers is determined."""
-DIMENSIONS: Final = ("s", "m", "N")
+DIMENSIONS: Final = ("s", "m", "N", "Pa")
 """Units of the dimensions by which columns are chosen."""
 
 
@@ -65,9 +65,37 @@ def file_text(path: Path) -> str:
     if path.exists() and not path.is_file():
         raise InvalidInput("not a regular file")  # a device may never end
     try:
-        return decoded(path.read_bytes())
+        raw = path.read_bytes()
     except OSError as error:
         raise InvalidInput(f"cannot be read: {error.strerror}") from None
+    if kind := kind_of_binary(raw):
+        raise InvalidInput(f"is {kind}: needs text with columns of numbers, as instruments export it")
+    return decoded(raw)
+
+
+_BINARY: Final = {
+    b"\x89PNG": "a PNG picture",
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"II*\x00": "a TIFF picture",
+    b"MM\x00*": "a TIFF picture",
+    b"%PDF": "a PDF document",
+    b"PK\x03\x04": "a zip archive, as spreadsheets (.xlsx, .ods) are",
+    b"\xd0\xcf\x11\xe0": "an old spreadsheet (.xls)",
+    b"\x89HDF": "an HDF5 or netCDF file",
+    b"CDF": "a netCDF file",
+    b"\x1f\x8b": "a gzip archive",
+    b"\x93NUMPY": "an array of NumPy (.npy)",
+    b"GWY": "a file of Gwyddion (.gwy)",
+}
+"""First bytes of files that are no text -> what they are."""
+
+
+def kind_of_binary(raw: bytes) -> str:
+    """What a file is that is no text; empty for text. UTF-16 has zeros, and a mark."""
+    kind = next((name for first, name in _BINARY.items() if raw.startswith(first)), "")
+    if kind or raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return kind
+    return "a binary file" if b"\0" in raw[:4096] else ""
 
 
 def decoded(raw: bytes) -> str:
@@ -112,7 +140,7 @@ class FileColumn(NamedTuple):
 
     @property
     def dimension(self) -> str:
-        """SI unit of time, length or force if the unit is one of these, `1` of no unit, else empty."""
+        """SI unit of time, length, force or stress if the unit is one of these, `1` of no unit, else empty."""
         return dimension_of(self.unit) if self.unit not in ("", "1", "-") else "1"
 
 
@@ -157,7 +185,7 @@ class FileColumns:
         if wanted.isdecimal() and 0 < int(wanted) <= len(self.columns):
             return int(wanted) - 1
         names = [each.name.casefold() for each in self.columns]
-        sure = [place for place, name in enumerate(names) if name == wanted.casefold()]
+        sure = [place for place, name in enumerate(names) if name in (wanted.casefold(), _title(wanted)[0].casefold())]
         found = sure or [place for place, name in enumerate(names) if wanted.casefold() in name]
         if len(found) != 1:
             raise InvalidInput("column", wanted, f"one of {self}")
@@ -314,7 +342,7 @@ def is_unit(unit: str) -> bool:
 
 
 def dimension_of(unit: str) -> str:
-    """SI unit of time, length or force if the unit is one of these, else empty."""
+    """SI unit of time, length, force or stress if the unit is one of these, else empty."""
     if not _UNIT.fullmatch(unit):
         return ""
     return next((each for each in DIMENSIONS if math.isfinite(scale_of(unit, each))), "")

@@ -4,16 +4,27 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.outcome import InvalidInput
 from nanoslip.solver.parameter import require
-from nanoslip.study.measured.columns import FileColumn, FileColumns, OneWay, one_way, read_columns, scale_of, unit_for
+from nanoslip.study.measured.columns import (
+    FileColumn,
+    FileColumns,
+    OneWay,
+    Rows,
+    one_way,
+    read_columns,
+    scale_of,
+    unit_for,
+)
 
 FEWEST_POINTS: Final = 16
 """Fewest points of a trace."""
@@ -73,6 +84,10 @@ class Trace:
     load: Floats | None = None
     """Measured normal load in N (n,)."""
     source: TraceSource | None = None
+    position: Floats | None = None
+    """Measured position of the stage in m (n,), of a force over time or over the way of a stage that turns."""
+    mean_load: float = math.nan
+    """Mean normal load in N by which measured forces were divided."""
 
     def __post_init__(self) -> None:
         for name, values, least in (
@@ -91,7 +106,7 @@ class Trace:
         """Average neighbouring samples in groups of `width`."""
         kept = len(self.at) // width * width
         at, force = (values[:kept].reshape(-1, width).mean(axis=1) for values in (self.at, self.force))
-        return replace(self, at=at, force=force)
+        return replace(self, at=at, force=force, load=None, position=None)
 
     def at_velocity(self, velocity: float) -> "Trace":
         """Over time instead of displacement, of a stage with this velocity (m/s)."""
@@ -99,14 +114,19 @@ class Trace:
 
     def part(self, first: int, last: int, sign: float = 1.0, offset: float = 0.0) -> "Trace":
         """Samples from `first` up to `last`, times `sign` after an offset is subtracted."""
-        return replace(self, at=self.at[first:last], force=sign * (self.force[first:last] - offset))
+        force = sign * (self.force[first:last] - offset)
+        return replace(self, at=self.at[first:last], force=force, load=None, position=None)
 
     def between(self, start: float, end: float) -> "Trace":
         """The samples from `start` to `end` (s or m, as in the file; NaN for no limit). Raises InvalidInput of too few."""
         kept = ~((self.at < start) | (self.at > end))
         require("number of points", int(kept.sum()), kept.sum() >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
+        return self._of_samples(kept)
+
+    def _of_samples(self, kept: NDArray[np.bool_]) -> "Trace":
         load = None if self.load is None else self.load[kept]
-        return replace(self, at=self.at[kept], force=self.force[kept], load=load)
+        position = None if self.position is None else self.position[kept]
+        return replace(self, at=self.at[kept], force=self.force[kept], load=load, position=position)
 
     def per_load(self) -> "Trace":
         """Friction coefficients, if the file has a load column; samples with less than half of its median are left out."""
@@ -117,8 +137,9 @@ class Trace:
         if not kept.any():
             raise InvalidInput(f"normal load = {load.min():.4g} to {load.max():.4g} N: needs values other than 0")
         source = None if self.source is None else replace(self.source, unloaded=int((~kept).sum()))
-        force = self.force[kept] / load[kept]
-        return replace(self, at=self.at[kept], force=force, unit="1", load=None, source=source)
+        loaded = self._of_samples(kept)
+        mean_load = float(load[kept].mean()) if self.unit == "N" else math.nan
+        return replace(loaded, force=loaded.force / load[kept], unit="1", load=None, source=source, mean_load=mean_load)
 
 
 class TraceOptions(NamedTuple):
@@ -133,51 +154,142 @@ class TraceOptions(NamedTuple):
 def read_trace(path: Path, text: str, given: TraceOptions = TraceOptions()) -> Trace:  # noqa: B008  frozen
     """A trace from its file's text. Raises InvalidInput with line and value."""
     source = read_columns(path, text)
-    places = _chosen(source, given)
-    at, force, *load = (source.columns[place] for place in places)
+    columns = _chosen(source, given)
+    at, force = source.columns[columns.at], source.columns[columns.force]
     over = "displacement" if given.displacement or (not given.time and _role(at) == "displacement") else "time"
-    si, usual = ("m", "m") if over == "displacement" else ("s", "s")
-    unit = unit_for(over, given.displacement or given.time, at, usual)
-    scale = scale_of(unit, si)
-    require(over, unit, scale > 0.0, f"a unit of {'time, as ms' if over == 'time' else 'length, as um'}")
-    up, own = _scale_of_force(force, given.force)
+    if columns.position is not None and given.displacement:
+        over = "time"  # a stage that turns
+    own = given.displacement if over == "displacement" else given.time
+    scale = _scale_of_place(over, own, at)
+    up, unit = _scale_of_force(force, given.force)
+    places = columns.places()
     rows = source.rows(places)
     require("number of points", len(rows.lines), len(rows.lines) >= FEWEST_POINTS, f"at least {FEWEST_POINTS}")
-    goes = "goes on" if over == "time" else "goes one way: one stroke"
-    found = one_way(rows, over, goes, turns=over == "displacement")
+    turning = over == "displacement" and has_turns(rows.values[0])
+    if over == "displacement":
+        rows = _along_the_way(rows)
+    found = one_way(rows, over, "goes on", turns=over == "displacement")
     spikes = outliers(found.others[0])
-    found_at, values = found.at[~spikes], found.others[:, ~spikes]
+    values = dict(zip(places[1:], found.others[:, ~spikes], strict=False))
+    measured = values[columns.force]
     # Some cells count the other way.
-    sign = 1.0 if two_way(values[0]) else math.copysign(1.0, float(values[0].mean()))
-    loads = values[1] * scale_of(unit_for("load", "", load[0], "N"), "N") if load else None
-    taken = tuple(each.name for each in (at, force, *load))
+    sign = 1.0 if two_way(measured) else math.copysign(1.0, float(measured.mean()))
+    load = position = None
+    if columns.load is not None:
+        load = values[columns.load] * _scale_of_load(source.columns[columns.load], unit)
+    if turning:
+        position = found.others[-1][~spikes] * scale
+    elif columns.position is not None:
+        position = values[columns.position] * _scale_of_place(
+            "displacement", given.displacement, source.columns[columns.position]
+        )
+    taken = tuple(source.columns[place].name for place in places)
     facts = TraceSource(source, taken, found, rows.holes, int(spikes.sum()))
-    return Trace(found_at * scale, sign * values[0] * up, over, own, loads, facts)
+    return Trace(found.at[~spikes] * scale, sign * measured * up, over, unit, load, facts, position)
+
+
+class ChosenColumns(NamedTuple):
+    """Places of the columns of a trace; `position` beside time alone."""
+
+    at: int
+    force: int
+    load: int | None = None
+    position: int | None = None
+
+    def places(self) -> list[int]:
+        """Those that there are, in this order."""
+        return [place for place in self if place is not None]
+
+
+def has_turns(position: Floats) -> bool:
+    """True if a stage goes back by more than its noise and a tenth of its range."""
+    return len(turning_points(position)) > 2
+
+
+def turning_points(position: Floats) -> list[int]:
+    """The first sample, those at which the stage turns, and the last one."""
+    least = max(NOISE * noise_of(position), LEAST_DROP * float(np.ptp(position)))
+    away = np.flatnonzero(np.abs(position - position[0]) > least)
+    if not len(away):
+        return [0, len(position) - 1]
+    way, turns, far = math.copysign(1.0, float(position[away[0]] - position[0])), [0], 0
+    for place, value in enumerate(position.tolist()):
+        if way * value > way * position[far]:
+            far = place
+        elif way * (position[far] - value) > least:
+            turns.append(far)
+            way, far = -way, place
+    return [*turns, len(position) - 1]
+
+
+def _along_the_way(rows: Rows) -> Rows:
+    """Rows over the way that a stage has gone, without the noise of its position, which becomes the last column if it turns.
+
+    Between turns the way is the increasing one nearest to the measured positions.
+    """
+    position = rows.values[0]
+    turns = turning_points(position)
+    if len(turns) == 2 and (np.diff(position) * (position[-1] - position[0]) >= 0.0).all():
+        return rows
+    least = NOISE * noise_of(position)
+    back = float((np.maximum.accumulate(position) - position).max())
+    forth = float((position - np.minimum.accumulate(position)).max())
+    if len(turns) == 2 and min(back, forth) > least:
+        return rows  # a step back that is no noise: `one_way` names its line
+    way, gone = np.empty_like(position), 0.0
+    for first, last in pairwise(turns):
+        leg = slice(first, last + 1)
+        sign = math.copysign(1.0, float(position[last] - position[first]))
+        smooth = scipy.optimize.isotonic_regression(sign * position[leg]).x
+        way[leg] = gone + smooth - smooth[0]
+        gone = float(way[last])
+    others = [*rows.values[1:], position] if len(turns) > 2 else rows.values[1:]
+    return rows._replace(values=np.array([way, *others]))
+
+
+def _scale_of_place(key: str, given: str, column: FileColumn) -> float:
+    """SI values of one unit of a time or a displacement."""
+    si = "m" if key == "displacement" else "s"
+    unit = unit_for(key, given, column, si)
+    scale = scale_of(unit, si)
+    require(key, unit, scale > 0.0, f"a unit of {'time, as ms' if key == 'time' else 'length, as um'}")
+    return scale
+
+
+def _scale_of_load(column: FileColumn, unit: str) -> float:
+    """SI values of one unit of a normal load, or of a normal stress beside a shear stress."""
+    si = "Pa" if unit == "Pa" else "N"
+    own = unit_for("load", "", column, si)
+    scale = scale_of(own, si)
+    require("load", own, scale > 0.0, "a unit of stress, as MPa" if si == "Pa" else "a unit of force, as mN")
+    return scale
 
 
 def _scale_of_force(column: FileColumn, given: str) -> tuple[float, str]:
     """SI values of one unit of the force, and its SI unit: N, or 1 for a coefficient."""
     coefficient = _role(column) == "coefficient" and not given
     unit = unit_for("force", given, column, "1" if coefficient else "N")
-    for own in ("N", "1"):
-        scale = scale_of(unit, own if own == "N" else "")
+    for own in ("N", "1", "Pa"):
+        scale = scale_of(unit, "" if own == "1" else own)
         if scale > 0.0:
             return scale, own
-    raise InvalidInput("force", unit, "a unit of force, as mN, or 1 for a friction coefficient")
+    raise InvalidInput(
+        "force", unit, "a unit of force, as mN, of stress beside a normal stress, or 1 for a coefficient"
+    )
 
 
 def _role(column: FileColumn) -> str:
     """Role of a column by its unit and name; empty if these do not determine it."""
     by_name = next((role for role, words in _ROLES.items() if words.search(column.name)), "")
-    if column.dimension == "N":
+    if column.dimension in ("N", "Pa"):
         return "load" if by_name == "load" else "force"
     return by_name if column.dimension == "1" else _OF_DIMENSION.get(column.dimension, "")
 
 
-def _chosen(source: FileColumns, given: TraceOptions) -> list[int]:
-    """Positions of time or displacement, force and perhaps load. Raises InvalidInput if names do not determine them."""
+def _chosen(source: FileColumns, given: TraceOptions) -> ChosenColumns:
+    """Columns of time or displacement, force and perhaps load. Raises InvalidInput if names do not determine them."""
     if given.columns:
-        return [source.named(each) for each in given.columns]
+        return ChosenColumns(*(source.named(each) for each in given.columns))
     roles = [_role(each) for each in source.columns]
     of = {role: [place for place, each in enumerate(roles) if each == role] for role in _ROLES}
     named = any(_ROLES["force"].search(each.name) for each in source.columns)
@@ -186,13 +298,24 @@ def _chosen(source: FileColumns, given: TraceOptions) -> list[int]:
     forces = of["force"] or of["coefficient"]
     if len(forces) > 1:
         forces = [place for place in forces if _FRICTION.search(source.columns[place].name)] or forces
-    overs = of["displacement"] if given.displacement else of["time"] or of["displacement"]
+    positions, times = of["displacement"], of["time"]
+    turning = [place for place in positions if _turns_in(source, place)]
+    overs = positions if given.displacement and not (turning and len(times) == 1) else times or positions
     if len(overs) == len(forces) == 1:
-        return [*overs, *forces, *(of["load"][:1] if forces == of["force"][:1] or forces[0] in of["force"] else [])]
+        load = of["load"][0] if of["load"] and forces[0] in of["force"] else None
+        position = turning[0] if overs == times and len(turning) == 1 else None
+        return ChosenColumns(overs[0], forces[0], load, position)
     if len(source.columns) == 2 and len(overs) < 2 and len(forces) < 2 and not of["load"]:
         first = overs[0] if overs else 1 - forces[0] if forces else 0
-        return [first, 1 - first]
+        return ChosenColumns(first, 1 - first)
     raise InvalidInput(f"columns {source}: needs --columns, time or displacement and force, as --columns 1 2")
+
+
+def _turns_in(source: FileColumns, place: int) -> bool:
+    """True if a column of positions has most of its numbers, and turns."""
+    values = source.columns[place].values
+    known = values[np.isfinite(values)]
+    return len(known) >= max(FEWEST_POINTS, len(values) / 2) and has_turns(known)
 
 
 _PARTS: Final = 8

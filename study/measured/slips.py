@@ -160,26 +160,26 @@ class Breakaway(NamedTuple):
 def breakaway(at: Floats, force: Floats, level: float) -> Breakaway | None:
     """The force at the end of the ramp before steady sliding, where it is above the level of sliding; None where it is not.
 
-    Single samples of it are lost in noise. So it is where means over an eighth of the ramp fall most, and the line through the
-    eighth before, taken there. It is above the level if by five standard deviations of such means.
+    Single samples of it are lost in noise. So it is where two lines fit best, near where means fall most, and the line through
+    the eighth of the ramp before, taken there. It is above the level if by five standard deviations of such means.
     """
     top = top_of_ramp(force, level)
     if not top:
         return None
     low = begin_of_rise(force, top)
-    width = max(_ON_LINE, (top - low) // 8)
+    width = max(_ON_LINE, (top - low) // 16)
     sums = np.concatenate(([0.0], np.cumsum(force)))
     after = np.arange(top, min(top + (top - low), len(force) - width))
     if 2 * width > top - low or not len(after):
         return None
     falls = 2.0 * sums[after] - sums[after - width] - sums[after + width]
     sample = _sample_of_break(at, force, int(after[np.argmax(falls)]), width)
-    before = slice(sample - width, sample)
+    before = slice(sample - 2 * width, sample)
     line, scatter = np.polyfit(at[before] - at[sample - 1 : sample + 1].mean(), force[before], 1, cov=True)
     slides = force[sample + width :]
     means = slides[: len(slides) // width * width].reshape(-1, width).mean(axis=1)
     spread = float(means.std(ddof=1)) if len(means) > FEWEST else math.inf
-    scattered = math.sqrt(scatter[1, 1]) * float(scipy.special.stdtrit(width - 2, ONE_SIGMA))
+    scattered = math.sqrt(scatter[1, 1]) * float(scipy.special.stdtrit(2 * width - 2, ONE_SIGMA))
     error = math.hypot(scattered, line[0] * (at[sample] - at[sample - 1]) / math.sqrt(12.0))  # anywhere between samples
     above = line[1] - level > NOISE / 2.0 * math.hypot(spread, error)
     return Breakaway(float(line[1]), error, sample) if above else None

@@ -7,6 +7,7 @@ ends. So k, V and the mass need not be known. Each cycle is fitted alone; the ±
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -15,7 +16,9 @@ import scipy
 from nanoslip.solver.arrays import Floats
 from nanoslip.solver.dynamics.coefficients import LARGEST_CHANGE, SIGNIFICANT_CHANGE
 from nanoslip.solver.ensemble import FEWEST
+from nanoslip.solver.outcome import InvalidInput
 from nanoslip.study.measured.cycles import RESOLVED, Cycle, FittedCycles, fitted_cycles
+from nanoslip.study.measured.loops import Loops, measure_loops
 from nanoslip.study.measured.means import (
     VALUE_BATCHES,
     Measured,
@@ -27,6 +30,7 @@ from nanoslip.study.measured.means import (
 from nanoslip.study.measured.recording import FEWEST_POINTS, NOISE, Limits, Trace, limits, two_way
 from nanoslip.study.measured.slips import (
     Averaged,
+    Stroke,
     TraceSlip,
     averaged,
     breakaway,
@@ -46,6 +50,14 @@ class TraceFlag(NamedTuple):
     facts: dict[str, float | str]
 
 
+class StrokeSpan(NamedTuple):
+    """Begin and end of a stroke (s or m), and the sign of its force."""
+
+    start: float
+    end: float
+    sign: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TraceNumbers:
     """Numbers of a trace by the name that they have in a dataset, the fitted cycles, and facts on the answer by name."""
@@ -53,6 +65,12 @@ class TraceNumbers:
     numbers: dict[str, Measured]
     cycles: tuple[Cycle, ...]
     flags: tuple[TraceFlag, ...]
+    offset: float = 0.0
+    """Force that was subtracted, at the first sample."""
+    drift: float = 0.0
+    """Rate of a force that was subtracted, too, from the first sample on."""
+    spans: tuple[StrokeSpan, ...] = ()
+    loops: Loops | None = None
 
     @property
     def flagged(self) -> tuple[str, ...]:
@@ -65,7 +83,7 @@ OF_PLACES: Final = ("pull_ends", "slides", "no_stick_slip", "offset")
 
 
 FRICTIONS: Final = {"static_friction", "kinetic_friction", "mean_force"}
-SILENCING: Final = {"turned", "unsteady", "sensor_limit"}
+SILENCING: Final = {"turned", "unsteady", "sensor_limit", "nothing_slides"}
 """Flags that say why there is no friction."""
 
 
@@ -77,31 +95,54 @@ class _Pull(NamedTuple):
     load: float
     velocity: float
     damping: float | None
+    rig: float = math.inf
 
 
 def measure_trace(
-    trace: Trace, load: float = math.nan, velocity: float = math.nan, damping: float | None = None
+    trace: Trace,
+    load: float = math.nan,
+    velocity: float = math.nan,
+    damping: float | None = None,
+    rig: float = math.inf,
 ) -> TraceNumbers:
-    """Friction, period, amplitude and stiffness of a trace.
+    """Friction, period, amplitude and stiffness of a trace; of one with positions of a stage that turns also those of its loops.
 
     load: in N, which makes coefficients of forces. velocity: of the stage, in m/s. damping: ζ of the machine; None to fit it.
+    rig: stiffness of the machine between the stage and the contact, in N/m. Raises InvalidInput of a stress without its load.
     """
+    if trace.unit == "Pa":
+        need = "the column of the normal stress, whose ratio is the friction coefficient; or times the area of contact, as N"
+        raise InvalidInput(f"force = a shear stress: needs {need}")
     per = load if trace.unit == "N" and math.isfinite(load) else 1.0
     newtons = load if math.isfinite(load) else 1.0
-    pull = _Pull("1" if math.isfinite(load) else trace.unit, newtons, load, velocity, damping)
+    pull = _Pull("1" if math.isfinite(load) else trace.unit, newtons, load, velocity, damping, rig)
     trace = replace(trace, force=trace.force / per)
     return _of_strokes(trace, pull) if two_way(trace.force) else _of_pull(trace, pull)
 
 
 def _of_strokes(trace: Trace, pull: _Pull) -> TraceNumbers:
-    """Numbers of strokes of both signs: friction is half their difference, the offset half their sum, ± over strokes."""
-    high, low = (float(np.median(trace.force[trace.force * sign > 0.0])) for sign in (1.0, -1.0))
-    middle = (high + low) / 2.0
-    strokes = strokes_of(trace.force, middle, (high - low) / 2.0)
+    """Numbers of strokes of both signs: friction is half their difference, the offset half their sum, ± over strokes.
+
+    A drift of the force cell is subtracted if it is beyond three of its standard errors.
+    """
+    middle, strokes = _cut(trace.force)
+    drift = drift_of(trace, strokes)
+    flags = [TraceFlag("strokes", {"strokes": len(strokes)})]
+    numbers: dict[str, Measured] = {}
+    rate = 0.0
+    if math.isfinite(drift.uncertainty) and abs(drift.value) > SIGNIFICANT_DRIFT * drift.uncertainty:
+        rate = drift.value
+        trace = trace.without(0.0, rate)
+        middle, strokes = _cut(trace.force)
+        numbers["force_drift"] = drift._replace(
+            unit=f"{'N ' if pull.unit == 'N' else ''}{_units(trace, pull)['over']}-1"
+        )
+        few = "few_" if len(strokes) == 2 else ""
+        flags.append(TraceFlag(f"{few}strokes_drift", {"rate": rate, **_units(trace, pull)}))
     found = [_of_pull(trace.part(stroke.first, stroke.last, stroke.sign, middle), pull) for stroke in strokes]
     names = {name: each.unit for one in found for name, each in one.numbers.items()}
     values = {name: [one.numbers[name].value for one in found if name in one.numbers] for name in names}
-    numbers = {name: mean_with_error(values[name], unit) for name, unit in names.items()}
+    numbers = {name: mean_with_error(values[name], unit) for name, unit in names.items()} | numbers
     level = "mean_force" if "mean_force" in names else "kinetic_friction"
     ways: dict[float, list[float]] = {1.0: [], -1.0: []}
     for one, stroke in zip(found, strokes, strict=True):
@@ -109,8 +150,82 @@ def _of_strokes(trace: Trace, pull: _Pull) -> TraceNumbers:
             ways[stroke.sign].append(one.numbers[level].value)
     halves = [middle + (there - back) / 2.0 for there, back in zip(*ways.values(), strict=False)]
     numbers |= {"force_offset": mean_with_error(halves, pull.unit)} if halves else {}
-    flags = {flag.name: flag for one in found for flag in one.flags if flag.name not in OF_PLACES}
-    return TraceNumbers(numbers, (), (TraceFlag("strokes", {"strokes": len(found)}), *flags.values()))
+    offset = float(np.mean(halves)) if halves else middle
+    unlike = {flag.name: flag for one in found for flag in one.flags if flag.name not in OF_PLACES}
+    loops = None
+    if trace.position is not None:
+        newtons = trace.mean_load if math.isfinite(trace.mean_load) else pull.newtons
+        loops = measure_loops(trace.position, trace.force - offset, pull.unit, newtons, pull.rig)
+    elastic = not FRICTIONS & numbers.keys() and _is_triangle(trace.force - offset)
+    if elastic or (loops and loops.slides is False):
+        flags.append(
+            TraceFlag("nothing_slides", {"force": float(np.abs(trace.force - offset).max()), **_units(trace, pull)})
+        )
+        numbers, unlike = {name: numbers[name] for name in ("force_drift", "force_offset") if name in numbers}, {}
+    if loops:
+        numbers |= loops.numbers
+        flags += [TraceFlag("as_stiff_as_rig", {})] if loops.rigid else []
+        flags += [TraceFlag("open_loop", {})] if loops.begins_at_rest else []
+    spans = tuple(StrokeSpan(trace.at[one.first], trace.at[one.last - 1], one.sign) for one in strokes)
+    return TraceNumbers(numbers, (), (*flags, *unlike.values()), offset, rate, spans, loops)
+
+
+def _cut(force: Floats) -> tuple[float, list[Stroke]]:
+    """The middle of a force of both signs, and its strokes."""
+    high, low = (float(np.median(force[force * sign > 0.0])) for sign in (1.0, -1.0))
+    middle = (high + low) / 2.0
+    return middle, strokes_of(force, middle, (high - low) / 2.0)
+
+
+SIGNIFICANT_DRIFT: Final = 3.0
+"""Standard errors beyond which a slope that strokes have in common is a drift."""
+
+
+def drift_of(trace: Trace, strokes: Sequence[Stroke]) -> Measured:
+    """Rate at which the forces of strokes of both signs grow together.
+
+    It is fitted with friction and offset to means of the force from slip to slip, or over eighths of a stroke without slips. Of
+    three strokes and more friction may also change along the way, by position or from turn to turn, which counts as no drift.
+    """
+    rows: list[tuple[float, float, float, float]] = []
+    for stroke in strokes:
+        own = slice(stroke.first, stroke.last)
+        at, force = trace.at[own], trace.force[own]
+        place = stroke.sign * (at - at.mean()) if trace.position is None else trace.position[own]
+        edges = _edges_of_means(trace.part(stroke.first, stroke.last, stroke.sign))
+        for low, high in pairwise(edges):
+            along = stroke.sign * float(place[low:high].mean())
+            rows.append((stroke.sign, float(at[low:high].mean()), along, float(force[low:high].mean())))
+    signs, centres, along_way, means = np.array(rows).T
+    columns = [signs, np.ones(len(signs)), centres - trace.at[0]]
+    if len(strokes) > 2:
+        columns.append(along_way / np.abs(along_way).max())
+    terms = np.column_stack(columns)
+    free = len(means) - terms.shape[1]
+    if free < 1 or len({stroke.sign for stroke in strokes}) < 2:
+        return Measured(math.nan, math.nan, 0)
+    solved, *_ = np.linalg.lstsq(terms, means)
+    scatter = float(np.sum((means - terms @ solved) ** 2)) / free
+    inverse = np.linalg.inv(terms.T @ terms)
+    return Measured(float(solved[2]), math.sqrt(scatter * float(inverse[2, 2])), len(means))
+
+
+def _edges_of_means(stroke: Trace) -> list[int]:
+    """Samples between which a stroke's force is averaged: its slips, or eighths of the part that slides."""
+    averages = averaged(stroke)
+    peaks = [slip.peak * averages.width for slip in averages.slips]
+    if len(peaks) > FEWEST:
+        return peaks
+    first = int(np.argmax(stroke.force >= np.median(stroke.force)))
+    return [int(edge) for edge in np.linspace(first, len(stroke.force), 9)]
+
+
+def _is_triangle(force: Floats) -> bool:
+    """True if the force is near its extremes no longer than one that follows the stage: a triangle is so in a fifth of the
+    time, a sine in two fifths, and one of strokes that slide for half of their time in three fifths.
+    """
+    high = float(np.quantile(np.abs(force), 0.99))
+    return bool(np.mean(np.abs(force) > 0.8 * high) < 0.5)
 
 
 def _of_pull(trace: Trace, pull: _Pull) -> TraceNumbers:
